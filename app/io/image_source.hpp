@@ -1,0 +1,42 @@
+// SOURCE of the command line: image files, folders of images, video files, cameras.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "calibration/camera/image_size.hpp"
+
+namespace ballservo {
+
+/// One picture of a source.
+struct Frame {
+  cv::Mat bgr;         ///< 8-bit BGR
+  std::string source;  ///< the file's name without folders, or "camera:0"
+  int index = 0;       ///< counts from 0 within a video or camera; 0 for a still
+  double time_s = 0;   ///< since the sequence's first picture
+};
+
+/// Pictures that follow each other in time: a video, a folder, a camera, or the single files of the command line.
+class FrameSequence {
+ public:
+  virtual ~FrameSequence() = default;
+  /// The next picture, or nothing at the end. Throws InputError for a picture that cannot be read.
+  virtual std::optional<Frame> next() = 0;
+  virtual std::string name() const = 0;
+  virtual long length() const = 0;  ///< 0 where unknown
+};
+
+/// Opens the sources, in order, checking all of them first (every fault at once). Each video, folder or camera is a
+/// sequence of its own; single image files together form one. `fps` times pictures that carry no time.
+std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::string>& sources, double fps,
+                                                         double max_pixels);
+
+/// The image files that the sources name (folders opened, in natural order); a video or camera is a fault.
+std::vector<std::filesystem::path> image_files(const std::vector<std::string>& sources);
+
+}  // namespace ballservo

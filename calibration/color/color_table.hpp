@@ -1,0 +1,47 @@
+// Which class a colour belongs to: a table over RGB with 6 bits a channel (paper, "Calibrage", 2e).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ballservo {
+
+/// A class number: 0 is "no class", classes count from 1 in the order of `ColorTable::classes`.
+using ClassIndex = std::uint8_t;
+inline constexpr ClassIndex no_class = 0;
+inline constexpr int max_classes = 15;
+
+/// Counts of samples over (a, b) of CIE Lab: 128 x 128 cells of 2 units, a and b from -128 to 128, row by row of b.
+struct ChromaHistogram {
+  static constexpr int side = 128;
+  static constexpr double cell = 2.0;
+  std::vector<std::uint32_t> counts = std::vector<std::uint32_t>(side * side, 0);
+};
+
+/// What is known of one class of ball colours.
+struct ColorClass {
+  std::string name;            ///< 1 to 64 of a-z, 0-9 and _, beginning with a letter
+  std::uint64_t samples = 0;   ///< pixels that it was learnt from
+  ChromaHistogram histogram;   ///< where they lie
+};
+
+/// The table that the on-line classification reads. Entry order: blue fastest, then green, then red.
+struct ColorTable {
+  static constexpr int side = 64;
+  static constexpr int entries = side * side * side;
+
+  std::vector<ClassIndex> table = std::vector<ClassIndex>(entries, no_class);
+  std::vector<ColorClass> classes;  ///< class k of the table is classes[k - 1]
+
+  static constexpr int index(std::uint8_t b, std::uint8_t g, std::uint8_t r) {
+    return ((r >> 2) << 12) | ((g >> 2) << 6) | (b >> 2);
+  }
+  ClassIndex classify(std::uint8_t b, std::uint8_t g, std::uint8_t r) const { return table[index(b, g, r)]; }
+  /// The number of the class of that name; nothing if there is none.
+  std::optional<ClassIndex> find(const std::string& name) const;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,59 @@
+// Outputs that appear whole or not at all, and never replace anything without being told to.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace ballservo {
+
+/// Whether an existing output may be replaced (`--force`).
+enum class Overwrite { refuse, allow };
+
+/// A file that is written beside its target under a temporary name and renamed when it is complete.
+/// The constructor checks at once (before any long work) that the target may be written; InputError otherwise.
+/// A target in a folder that does not exist is a fault. Without `commit` nothing is left behind.
+class OutputFile {
+ public:
+  OutputFile(std::filesystem::path target, Overwrite overwrite);
+  ~OutputFile();
+  OutputFile(OutputFile&& other) noexcept;
+  OutputFile& operator=(OutputFile&&) = delete;
+  OutputFile(const OutputFile&) = delete;
+
+  const std::filesystem::path& target() const { return target_; }
+  /// Where a writer that wants a path (video, image) writes; same folder and extension as the target.
+  const std::filesystem::path& staging_path() const { return staging_; }
+  /// Writes `contents` to the staging path; InputError on a full disk.
+  void write(std::string_view contents);
+  /// Flushes to disk and renames into place; InputError if that fails, and nothing changes then.
+  void commit();
+
+ private:
+  std::filesystem::path target_, staging_;
+};
+
+/// Writes one file whole: `OutputFile`, `write`, `commit`.
+void write_file(const std::filesystem::path& target, std::string_view contents, Overwrite overwrite);
+
+/// A folder of results. The constructor refuses an existing folder that is not empty unless `overwrite` allows it;
+/// files are written to `path()`, a hidden staging folder beside it, and `commit` moves them into place one by one,
+/// leaving other files of the user's there alone. Without `commit` nothing is left behind.
+class OutputFolder {
+ public:
+  OutputFolder(std::filesystem::path target, Overwrite overwrite);
+  ~OutputFolder();
+  OutputFolder(OutputFolder&& other) noexcept;
+  OutputFolder& operator=(OutputFolder&&) = delete;
+  OutputFolder(const OutputFolder&) = delete;
+
+  const std::filesystem::path& target() const { return target_; }
+  const std::filesystem::path& path() const { return staging_; }
+  void write(const std::string& name, std::string_view contents) const;  ///< a file inside the staging folder
+  void commit();
+
+ private:
+  std::filesystem::path target_, staging_;
+};
+
+}  // namespace ballservo
