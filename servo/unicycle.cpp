@@ -1,0 +1,118 @@
+#include "servo/unicycle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// sin(x)/x and (1 - cos(x))/x, also where x is tiny.
+double sinc(double x) { return std::abs(x) < 1e-4 ? 1.0 - x * x / 6.0 : std::sin(x) / x; }
+double cosc(double x) {
+  return std::abs(x) < 1e-4 ? 0.5 * x * (1.0 - x * x / 12.0) : (1.0 - std::cos(x)) / x;
+}
+
+/// The scales k for which k * value lies within [low, high], cut with [k_low, k_high]; empty when k_low >
+/// k_high.
+void cut_scales(double value, double low, double high, double& k_low, double& k_high) {
+  if (value == 0.0) {
+    if (low > 0.0 || high < 0.0) k_high = -1.0;
+    return;
+  }
+  const double a = low / value, b = high / value;
+  k_low = std::max(k_low, std::min(a, b));
+  k_high = std::min(k_high, std::max(a, b));
+}
+
+}  // namespace
+
+void UnicycleLimits::validate() const {
+  FaultList faults;
+  const auto check = [&faults](const char* name, double value, const char* unit) {
+    if (!std::isfinite(value) || value <= 0.0) {
+      faults.add(name, std::isnan(value) ? "NaN" : number_text(value),
+                 std::string("a number above 0 (") + unit + ")");
+    }
+  };
+  check("v_max_mps", v_max_mps, "m/s");
+  check("w_max_radps", w_max_radps, "rad/s");
+  check("a_max_mps2", a_max_mps2, "m/s^2");
+  check("alpha_max_radps2", alpha_max_radps2, "rad/s^2");
+  faults.throw_if_any();
+}
+
+double wrap_angle(double angle_rad) {
+  const double wrapped = std::remainder(angle_rad, 2.0 * pi);
+  return wrapped <= -pi ? pi : wrapped;
+}
+
+Pose2 integrate(const Pose2& pose, const Twist2& twist, double dt_s) {
+  const double turn_rad = twist.w_radps * dt_s;
+  const double length_m = twist.v_mps * dt_s;
+  const double forward_m = length_m * sinc(turn_rad);
+  const double left_m = length_m * cosc(turn_rad);
+  const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
+  return {pose.x_m + c * forward_m - s * left_m, pose.y_m + s * forward_m + c * left_m,
+          pose.yaw_rad + turn_rad};
+}
+
+Twist2 limit_speed(const Twist2& command, const UnicycleLimits& limits) {
+  const double excess = std::max(
+      {1.0, std::abs(command.v_mps) / limits.v_max_mps, std::abs(command.w_radps) / limits.w_max_radps});
+  return {command.v_mps / excess, command.w_radps / excess};
+}
+
+Twist2 limit_acceleration(const Twist2& current, const Twist2& command, const UnicycleLimits& limits,
+                          double dt_s) {
+  const Twist2 wanted = limit_speed(command, limits);
+  const double dv = limits.a_max_mps2 * dt_s, dw = limits.alpha_max_radps2 * dt_s;
+
+  if (wanted.v_mps == 0.0 && wanted.w_radps == 0.0) {
+    const double share = std::max(std::abs(current.v_mps) / dv, std::abs(current.w_radps) / dw);
+    if (share <= 1.0) return wanted;
+    return {current.v_mps * (1.0 - 1.0 / share), current.w_radps * (1.0 - 1.0 / share)};
+  }
+
+  double k_low = 0.0, k_high = std::numeric_limits<double>::infinity();
+  cut_scales(wanted.v_mps, current.v_mps - dv, current.v_mps + dv, k_low, k_high);
+  cut_scales(wanted.w_radps, current.w_radps - dw, current.w_radps + dw, k_low, k_high);
+  // Above 1 the speeds must still keep their own limits, which `current` may already exceed by nothing.
+  cut_scales(wanted.v_mps, -std::max(limits.v_max_mps, std::abs(current.v_mps)),
+             std::max(limits.v_max_mps, std::abs(current.v_mps)), k_low, k_high);
+  cut_scales(wanted.w_radps, -std::max(limits.w_max_radps, std::abs(current.w_radps)),
+             std::max(limits.w_max_radps, std::abs(current.w_radps)), k_low, k_high);
+  if (k_low <= k_high) {
+    const double k = std::clamp(1.0, k_low, k_high);
+    return {k * wanted.v_mps, k * wanted.w_radps};
+  }
+  return {std::clamp(wanted.v_mps, current.v_mps - dv, current.v_mps + dv),
+          std::clamp(wanted.w_radps, current.w_radps - dw, current.w_radps + dw)};
+}
+
+Eigen::Isometry3d X_WR(const Pose2& pose) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Vector3d(pose.x_m, pose.y_m, 0.0);
+  X.linear() = Eigen::AngleAxisd(pose.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  return X;
+}
+
+Eigen::Vector2d in_robot_frame(const Pose2& pose, const Eigen::Vector2d& p_W) {
+  const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
+  const double x = p_W.x() - pose.x_m, y = p_W.y() - pose.y_m;
+  return {c * x + s * y, -s * x + c * y};
+}
+
+Eigen::Vector2d in_world_frame(const Pose2& pose, const Eigen::Vector2d& p_R) {
+  const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
+  return {pose.x_m + c * p_R.x() - s * p_R.y(), pose.y_m + s * p_R.x() + c * p_R.y()};
+}
+
+}  // namespace ballservo
