@@ -1,12 +1,13 @@
-// How a sphere appears: its tangent cone, its outline in the picture, and the sphere back from rays of its outline.
+// How a sphere appears: its tangent cone, its outline in the picture, and the sphere back from rays of its
+// outline.
 //
-// A unit ray u from the camera's centre touches the sphere of centre C and radius R when u.C = sqrt(|C|^2 - R^2).
+// A unit ray u from the camera's centre touches the sphere of centre C and radius R when u.C = sqrt(|C|^2 -
+// R^2).
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "calibration/camera/camera.hpp"
 
@@ -20,24 +21,27 @@ struct OutlineEllipse {
   double radius_px = 0;
 };
 
-/// An orthonormal pair (columns) perpendicular to `direction` (any length but 0): the first column lies as near to
-/// the camera's x axis as it can.
+/// An orthonormal pair (columns) perpendicular to `direction` (any length but 0): the first column lies as
+/// near to the camera's x axis as it can.
 Eigen::Matrix<double, 3, 2> perpendicular_basis(const Eigen::Vector3d& direction);
 
-/// Unit rays that touch the sphere (centre p_C in m, radius in m), `count` of them at equal angles around the axis of
-/// its tangent cone. Empty if the camera is inside the sphere or on it, or anything is not finite.
+/// Unit rays that touch the sphere (centre p_C in m, radius in m), `count` of them at equal angles around the
+/// axis of its tangent cone. Empty if the camera is inside the sphere or on it, or anything is not finite.
 std::vector<Eigen::Vector3d> outline_rays(const Eigen::Vector3d& p_C, double radius_m, int count);
 
-/// The outline in the picture; nothing when a part of it cannot be projected at all (behind the lens). It may lie
-/// outside the picture.
-std::optional<OutlineEllipse> project_sphere(const Camera& camera, const Eigen::Vector3d& p_C, double radius_m);
+/// The outline in the picture; nothing when a part of it cannot be projected at all (behind the lens). It may
+/// lie outside the picture.
+std::optional<OutlineEllipse> project_sphere(const Camera& camera, const Eigen::Vector3d& p_C,
+                                             double radius_m);
 
 /// The outline as a closed polygon of `count` points (px); empty where `project_sphere` gives nothing.
-std::vector<Eigen::Vector2d> project_outline(const Camera& camera, const Eigen::Vector3d& p_C, double radius_m, int count);
+std::vector<Eigen::Vector2d> project_outline(const Camera& camera, const Eigen::Vector3d& p_C,
+                                             double radius_m, int count);
 
-/// The centre of the sphere of the given radius (m) whose tangent cone passes closest to the unit rays, in the sense of
-/// the linear system u.n = 1 with n = C / sqrt(|C|^2 - R^2) (so that |n| = 1/cos(alpha)). Exact for exact rays;
-/// biased on short noisy arcs: a start for a fit of angles. Nothing for fewer than 3 rays or a degenerate set.
+/// The centre of the sphere of the given radius (m) whose tangent cone passes closest to the unit rays, in
+/// the sense of the linear system u.n = 1 with n = C / sqrt(|C|^2 - R^2) (so that |n| = 1/cos(alpha)). Exact
+/// for exact rays; biased on short noisy arcs: a start for a fit of angles. Nothing for fewer than 3 rays or
+/// a degenerate set.
 std::optional<Eigen::Vector3d> sphere_from_rays(const std::vector<Eigen::Vector3d>& rays, double radius_m);
 
 }  // namespace ballservo
