@@ -1,11 +1,11 @@
-// The question that colour calibration asks of the on-line circle estimator, which the caller hands in: is this round?
+// The question that colour calibration asks of the on-line circle estimator, which the caller hands in: is
+// this round?
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <optional>
 #include <vector>
-
-#include <Eigen/Core>
 
 namespace ballservo {
 
@@ -17,6 +17,7 @@ struct RegionCircle {
 };
 
 /// The best circle through the boundary pixels of a region, or nothing. Deterministic.
-using CircleEstimator = std::function<std::optional<RegionCircle>(const std::vector<Eigen::Vector2f>& boundary_px)>;
+using CircleEstimator =
+    std::function<std::optional<RegionCircle>(const std::vector<Eigen::Vector2f>& boundary_px)>;
 
 }  // namespace ballservo

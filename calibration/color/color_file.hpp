@@ -14,8 +14,9 @@ inline constexpr std::size_t color_file_max_bytes = 16u << 20;
 
 std::string color_file_bytes(const ColorTable& table);
 
-/// Throws InputError (with `place` as the file) for a file that is truncated, of another version, of a wrong checksum,
-/// or whose contents contradict themselves (class numbers without a class, bad names, counts that overflow).
+/// Throws InputError (with `place` as the file) for a file that is truncated, of another version, of a wrong
+/// checksum, or whose contents contradict themselves (class numbers without a class, bad names, counts that
+/// overflow).
 ColorTable parse_color_file(std::string_view bytes, const std::string& place);
 
 ColorTable read_color_file(const std::filesystem::path& file);

@@ -1,9 +1,8 @@
 // sRGB (8 bits a channel, D65) to CIE Lab and CIE Luv.
 #pragma once
 
-#include <cstdint>
-
 #include <Eigen/Core>
+#include <cstdint>
 
 namespace ballservo {
 

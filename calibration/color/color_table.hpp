@@ -14,7 +14,8 @@ using ClassIndex = std::uint8_t;
 inline constexpr ClassIndex no_class = 0;
 inline constexpr int max_classes = 15;
 
-/// Counts of samples over (a, b) of CIE Lab: 128 x 128 cells of 2 units, a and b from -128 to 128, row by row of b.
+/// Counts of samples over (a, b) of CIE Lab: 128 x 128 cells of 2 units, a and b from -128 to 128, row by row
+/// of b.
 struct ChromaHistogram {
   static constexpr int side = 128;
   static constexpr double cell = 2.0;
@@ -23,9 +24,9 @@ struct ChromaHistogram {
 
 /// What is known of one class of ball colours.
 struct ColorClass {
-  std::string name;            ///< 1 to 64 of a-z, 0-9 and _, beginning with a letter
-  std::uint64_t samples = 0;   ///< pixels that it was learnt from
-  ChromaHistogram histogram;   ///< where they lie
+  std::string name;           ///< 1 to 64 of a-z, 0-9 and _, beginning with a letter
+  std::uint64_t samples = 0;  ///< pixels that it was learnt from
+  ChromaHistogram histogram;  ///< where they lie
 };
 
 /// The table that the on-line classification reads. Entry order: blue fastest, then green, then red.

@@ -1,0 +1,241 @@
+// The file is text, so that it can be read, compared and kept under version control:
+//
+//     ballservo colors
+//     version 1
+//     sha256 <of every byte after this line>
+//     classes 2
+//     class red 5310 207          name, samples, occupied histogram cells; each cell then on a line of its
+//     own: 87 76 12                    column (of a), row (of b), count; cells in rising order
+//     ...
+//     table 4192                  runs of equal entries in the order of ColorTable: length, class number
+//     51234 0
+//     ...
+//     end
+#include "calibration/color/color_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "calibration/files/checksum.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr std::string_view magic = "ballservo colors";
+constexpr std::uint64_t max_samples = std::uint64_t{1} << 53;  // exact in JSON's and everybody's doubles
+
+bool good_name(std::string_view name) {
+  if (name.empty() || name.size() > 64 || name[0] < 'a' || name[0] > 'z') return false;
+  return std::all_of(name.begin(), name.end(),
+                     [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
+}
+
+/// What a message may show of a hostile file: short, printable.
+std::string shown(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text.substr(0, 40)) result += c >= 0x20 && c < 0x7f ? c : '?';
+  return result + (text.size() > 40 ? "...\"" : "\"");
+}
+
+/// Walks over the lines of a file and complains with their numbers.
+class Lines {
+ public:
+  Lines(std::string_view bytes, const std::string& place) : rest_(bytes), place_(place) {}
+
+  /// The next line, without its end; every line must have one.
+  std::string_view next(const char* wanted) {
+    const auto end = rest_.find('\n');
+    if (end == std::string_view::npos) {
+      throw InputError(fmt::format("{}:{}", place_, line_ + 1),
+                       rest_.empty() ? "the end of the file" : "a cut line", wanted);
+    }
+    current_ = rest_.substr(0, end);
+    rest_.remove_prefix(end + 1);
+    ++line_;
+    return current_;
+  }
+
+  std::string_view rest() const { return rest_; }
+
+  [[noreturn]] void fail(const std::string& allowed) const { fail(shown(current_), allowed); }
+  [[noreturn]] void fail(const std::string& found, const std::string& allowed) const {
+    throw InputError(fmt::format("{}:{}", place_, line_), found, allowed);
+  }
+
+  /// The words of the next line: exactly `count`, separated by single spaces, the first being `key` unless
+  /// empty.
+  std::vector<std::string_view> words(std::string_view key, std::size_t count, const char* wanted) {
+    std::string_view line = next(wanted);
+    std::vector<std::string_view> result;
+    while (result.size() <= count) {
+      const auto space = line.find(' ');
+      result.push_back(line.substr(0, space));
+      if (space == std::string_view::npos) break;
+      line.remove_prefix(space + 1);
+    }
+    if (result.size() != count || (!key.empty() && result[0] != key)) fail(wanted);
+    return result;
+  }
+
+  std::uint64_t number(std::string_view word, std::uint64_t low, std::uint64_t high, const char* what) const {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size() || value < low || value > high) {
+      fail(shown(word), fmt::format("{}: a whole number from {} to {}", what, low, high));
+    }
+    return value;
+  }
+
+ private:
+  std::string_view rest_, current_;
+  std::string place_;
+  long line_ = 0;
+};
+
+/// What is wrong with a table in memory; empty if nothing is.
+std::string complaint(const ColorTable& table) {
+  if (table.classes.size() > max_classes) return "too many classes";
+  if (table.table.size() != ColorTable::entries) return "a table of another size";
+  for (std::size_t i = 0; i < table.classes.size(); ++i) {
+    const ColorClass& color = table.classes[i];
+    if (!good_name(color.name)) return "a bad class name";
+    if (table.find(color.name) != static_cast<ClassIndex>(i + 1)) return "a class name used twice";
+    if (color.histogram.counts.size() != ChromaHistogram::side * ChromaHistogram::side) {
+      return "a histogram of another size";
+    }
+    std::uint64_t total = 0;
+    for (const std::uint32_t count : color.histogram.counts) total += count;
+    if (color.samples > max_samples || total > color.samples)
+      return "a histogram that counts more than the samples";
+  }
+  for (const ClassIndex index : table.table) {
+    if (index > table.classes.size()) return "a class number without a class";
+  }
+  return {};
+}
+
+ColorClass parse_class(Lines& lines) {
+  const auto words = lines.words("class", 4, "class NAME SAMPLES CELLS");
+  ColorClass color;
+  color.name = words[1];
+  if (!good_name(color.name))
+    lines.fail(shown(words[1]), "a name: 1 to 64 of a-z, 0-9 and _, beginning with a letter");
+  color.samples = lines.number(words[2], 0, max_samples, "samples");
+  constexpr std::uint64_t side = ChromaHistogram::side;
+  const std::uint64_t cells = lines.number(words[3], 0, side * side, "occupied cells");
+  std::uint64_t next_index = 0, total = 0;
+  for (std::uint64_t i = 0; i < cells; ++i) {
+    const auto cell = lines.words("", 3, "COLUMN ROW COUNT of a histogram cell");
+    const std::uint64_t column = lines.number(cell[0], 0, side - 1, "column");
+    const std::uint64_t row = lines.number(cell[1], 0, side - 1, "row");
+    const std::uint64_t count = lines.number(cell[2], 1, std::numeric_limits<std::uint32_t>::max(), "count");
+    const std::uint64_t index = row * side + column;
+    if (index < next_index) lines.fail("histogram cells in rising order, each once");
+    next_index = index + 1;
+    color.histogram.counts[index] = static_cast<std::uint32_t>(count);
+    total += count;
+    if (total > color.samples)
+      lines.fail(fmt::format("{} counted so far", total),
+                 fmt::format("at most the {} samples of the class", color.samples));
+  }
+  return color;
+}
+
+void parse_table(Lines& lines, ColorTable& result) {
+  const auto words = lines.words("table", 2, "table RUNS");
+  const std::uint64_t runs = lines.number(words[1], 1, ColorTable::entries, "runs");
+  std::uint64_t filled = 0;
+  for (std::uint64_t i = 0; i < runs; ++i) {
+    const auto run = lines.words("", 2, "LENGTH CLASS of a run");
+    const std::uint64_t left = ColorTable::entries - filled;
+    const std::uint64_t length = lines.number(run[0], 1, ColorTable::entries, "length of a run");
+    if (length > left)
+      lines.fail(fmt::format("{} entries too many", length - left),
+                 fmt::format("{} entries in all", ColorTable::entries));
+    const std::uint64_t index = lines.number(run[1], 0, result.classes.size(), "class number");
+    std::fill_n(result.table.begin() + static_cast<std::ptrdiff_t>(filled), length,
+                static_cast<ClassIndex>(index));
+    filled += length;
+  }
+  if (filled != ColorTable::entries) {
+    lines.fail(fmt::format("{} table entries", filled),
+               fmt::format("{} entries in all", ColorTable::entries));
+  }
+}
+
+}  // namespace
+
+std::string color_file_bytes(const ColorTable& table) {
+  if (const std::string wrong = complaint(table); !wrong.empty()) {
+    throw std::invalid_argument("a colour table that can't be written: " + wrong);
+  }
+  fmt::memory_buffer body;
+  const auto out = std::back_inserter(body);
+  fmt::format_to(out, "classes {}\n", table.classes.size());
+  for (const ColorClass& color : table.classes) {
+    const auto& counts = color.histogram.counts;
+    fmt::format_to(out, "class {} {} {}\n", color.name, color.samples,
+                   counts.size() - static_cast<std::size_t>(std::count(counts.begin(), counts.end(), 0u)));
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      if (counts[i] == 0) continue;
+      fmt::format_to(out, "{} {} {}\n", i % ChromaHistogram::side, i / ChromaHistogram::side, counts[i]);
+    }
+  }
+  std::vector<std::pair<std::size_t, int>> runs;
+  for (const ClassIndex index : table.table) {
+    if (runs.empty() || runs.back().second != index) runs.emplace_back(0, index);
+    ++runs.back().first;
+  }
+  fmt::format_to(out, "table {}\n", runs.size());
+  for (const auto& [length, index] : runs) fmt::format_to(out, "{} {}\n", length, index);
+  fmt::format_to(out, "end\n");
+  const std::string text = fmt::to_string(body);
+  return fmt::format("{}\nversion {}\nsha256 {}\n", magic, color_file_version, sha256_hex(text)) + text;
+}
+
+ColorTable parse_color_file(std::string_view bytes, const std::string& place) {
+  if (bytes.size() > color_file_max_bytes) {
+    throw InputError(place, fmt::format("{} bytes", bytes.size()),
+                     fmt::format("at most {} bytes", color_file_max_bytes));
+  }
+  Lines lines(bytes, place);
+  if (bytes.empty()) throw InputError(place, "an empty file", "a colours file");
+  if (bytes.substr(0, magic.size()) != magic || lines.next("a colours file") != magic) {
+    throw InputError(place, shown(bytes.substr(0, bytes.find('\n'))),
+                     fmt::format("a colours file, which begins with \"{}\"", magic));
+  }
+  const auto version = lines.words("version", 2, "version NUMBER");
+  if (version[1] != fmt::format("{}", color_file_version)) {
+    lines.fail("version " + shown(version[1]), fmt::format("version {}", color_file_version));
+  }
+  const auto checksum = lines.words("sha256", 2, "sha256 CHECKSUM");
+  if (checksum[1] != sha256_hex(lines.rest())) {
+    lines.fail("a checksum that does not fit the contents (the file is truncated or was changed)",
+               "a colours file as it was written");
+  }
+  ColorTable result;
+  const std::uint64_t count =
+      lines.number(lines.words("classes", 2, "classes COUNT")[1], 0, max_classes, "classes");
+  for (std::uint64_t i = 0; i < count; ++i) {
+    ColorClass color = parse_class(lines);
+    if (result.find(color.name)) lines.fail("a second class named " + color.name, "each name once");
+    result.classes.push_back(std::move(color));
+  }
+  parse_table(lines, result);
+  if (lines.next("end") != "end") lines.fail("end");
+  if (!lines.rest().empty()) lines.fail("more after the end", "nothing");
+  return result;
+}
+
+ColorTable read_color_file(const std::filesystem::path& file) {
+  return parse_color_file(read_file_bytes(file, color_file_max_bytes), file.string());
+}
+
+}  // namespace ballservo

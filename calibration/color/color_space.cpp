@@ -1,0 +1,60 @@
+#include "calibration/color/color_space.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace ballservo {
+namespace {
+
+// sRGB's primaries with the D65 white point (IEC 61966-2-1); rows give X, Y, Z.
+const Eigen::Matrix3d& xyz_from_linear_rgb() {
+  static const Eigen::Matrix3d matrix = (Eigen::Matrix3d() << 0.4124564, 0.3575761, 0.1804375,  //
+                                         0.2126729, 0.7151522, 0.0721750,                       //
+                                         0.0193339, 0.1191920, 0.9503041)
+                                            .finished();
+  return matrix;
+}
+
+std::array<double, 256> make_linear_table() {
+  std::array<double, 256> table{};
+  for (int i = 0; i < 256; ++i) {
+    const double v = i / 255.0;
+    table[i] = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+  }
+  return table;
+}
+
+Eigen::Vector3d xyz_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r) {
+  static const std::array<double, 256> linear = make_linear_table();
+  return xyz_from_linear_rgb() * Eigen::Vector3d(linear[r], linear[g], linear[b]);
+}
+
+// White is what the matrix makes of (1, 1, 1), so that every grey has exactly no chroma (up to rounding).
+const Eigen::Vector3d& white() {
+  static const Eigen::Vector3d xyz = xyz_from_linear_rgb() * Eigen::Vector3d::Ones();
+  return xyz;
+}
+
+constexpr double epsilon = 216.0 / 24389.0, kappa = 24389.0 / 27.0;  // CIE 15:2004, the exact fractions
+
+double lab_f(double t) { return t > epsilon ? std::cbrt(t) : (kappa * t + 16.0) / 116.0; }
+
+}  // namespace
+
+Eigen::Vector3d lab_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r) {
+  const Eigen::Vector3d ratio = xyz_from_bgr(b, g, r).cwiseQuotient(white());
+  const double fx = lab_f(ratio.x()), fy = lab_f(ratio.y()), fz = lab_f(ratio.z());
+  return {116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)};
+}
+
+Eigen::Vector3d luv_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r) {
+  const Eigen::Vector3d xyz = xyz_from_bgr(b, g, r);
+  const auto denominator = [](const Eigen::Vector3d& c) { return c.x() + 15.0 * c.y() + 3.0 * c.z(); };
+  const double d = denominator(xyz), dn = denominator(white());
+  if (d <= 0) return {0, 0, 0};
+  const double lightness = 116.0 * lab_f(xyz.y() / white().y()) - 16.0;
+  return {lightness, 13.0 * lightness * (4.0 * xyz.x() / d - 4.0 * white().x() / dn),
+          13.0 * lightness * (9.0 * xyz.y() / d - 9.0 * white().y() / dn)};
+}
+
+}  // namespace ballservo
