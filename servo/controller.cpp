@@ -1,0 +1,339 @@
+#include "servo/controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "servo/option_check.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr double never = -std::numeric_limits<double>::infinity();
+
+bool finite(const Pose2& pose) {
+  // Beyond these a pose is as good as not finite: differences would lose the millimetres.
+  return std::abs(pose.x_m) < 1e6 && std::abs(pose.y_m) < 1e6 && std::abs(pose.yaw_rad) < 1e6;
+}
+bool finite(const Twist2& twist) { return std::abs(twist.v_mps) < 1e3 && std::abs(twist.w_radps) < 1e3; }
+
+std::size_t history_length(double rate_hz) { return static_cast<std::size_t>(std::ceil(2.0 * rate_hz)) + 8; }
+
+const ControllerOptions& checked(const ControllerOptions& options) {
+  FaultList faults;
+  options.check(faults, "controller");
+  faults.throw_if_any();
+  return options;
+}
+
+}  // namespace
+
+std::string_view control_state_name(ControlState state) {
+  switch (state) {
+    case ControlState::search:
+      return "search";
+    case ControlState::acquire:
+      return "acquire";
+    case ControlState::approach:
+      return "approach";
+    case ControlState::hold:
+      return "hold";
+    case ControlState::lost:
+      return "lost";
+    case ControlState::given_up:
+      return "given_up";
+    case ControlState::stale:
+      return "stale";
+    case ControlState::fault:
+      break;
+  }
+  return "fault";
+}
+
+void ControllerOptions::check(FaultList& faults, const std::string& place) const {
+  if (!(rate_hz >= 1.0 && rate_hz <= 10000.0)) {
+    faults.add(place + ".rate_hz", shown_number(rate_hz), "a number from 1 to 10000 (Hz)");
+  }
+  if (!(latency_s >= 0.0 && latency_s <= 1.0)) {
+    faults.add(place + ".latency_s", shown_number(latency_s), "a number from 0 to 1 (s)");
+  }
+  if (!(actuation_delay_s >= 0.0 && actuation_delay_s <= 1.0)) {
+    faults.add(place + ".actuation_delay_s", shown_number(actuation_delay_s), "a number from 0 to 1 (s)");
+  }
+  try {
+    limits.validate();
+  } catch (const InputError& error) {
+    for (const Fault& fault : error.faults())
+      faults.add(place + ".limits." + fault.place, fault.found, fault.allowed);
+  }
+  goal.check(faults, place + ".goal");
+  law.check(faults, place + ".law");
+  envelope.check(faults, place + ".envelope");
+  filter.check(faults, place + ".filter");
+  if (sightings_to_trust < 1) {
+    faults.add(place + ".sightings_to_trust", std::to_string(sightings_to_trust), "1 or more");
+  }
+  check_positive(faults, place + ".acquire_s", acquire_s, "s");
+  check_not_negative(faults, place + ".coast_s", coast_s, "s");
+  check_positive(faults, place + ".stale_s", stale_s, "s");
+  check_not_negative(faults, place + ".look_s", look_s, "s");
+  check_positive(faults, place + ".search_speed_radps", search_speed_radps, "rad/s");
+  check_not_negative(faults, place + ".search_turn_rad", search_turn_rad, "rad");
+  check_positive(faults, place + ".turn_first_rad", turn_first_rad, "rad");
+  check_positive(faults, place + ".hold_range_m", hold_range_m, "m");
+  check_positive(faults, place + ".hold_bearing_rad", hold_bearing_rad, "rad");
+  if (!(resume_range_m > hold_range_m)) {
+    faults.add(place + ".resume_range_m", shown_number(resume_range_m), "more than hold_range_m (m)");
+  }
+  if (!(resume_bearing_rad > hold_bearing_rad)) {
+    faults.add(place + ".resume_bearing_rad", shown_number(resume_bearing_rad),
+               "more than hold_bearing_rad (rad)");
+  }
+}
+
+struct Controller::Target {
+  Eigen::Vector2d p_RB{0, 0}, v_RB{0, 0};        // in the floor plane, in the robot frame then
+  Eigen::Vector3d p_CB{0, 0, 0}, v_CB{0, 0, 0};  // in the camera frame then
+  double range_error_m = 0, bearing_rad = 0;
+  RobotMotion robot;  // when the command acts
+};
+
+Controller::Controller(const ControllerOptions& options)
+    : options_(checked(options)),
+      law_(make_law(options.law, options.goal)),
+      filter_(options.filter, options.goal.mount),
+      poses_(history_length(options.rate_hz)),
+      predictor_(options.limits, options.actuation_delay_s, history_length(options.rate_hz)),
+      step_time_s_(never),
+      frame_time_s_(never),
+      sighting_time_s_(never) {}
+
+void Controller::see(const BallMeasurement& measurement) {
+  if (inbox_count_ == inbox_size_) {  // more frames than steps can read: the oldest goes
+    std::move(inbox_.begin() + 1, inbox_.end(), inbox_.begin());
+    --inbox_count_;
+  }
+  inbox_[inbox_count_++] = measurement;
+}
+
+// The whole loop: look, predict, decide, drive, keep within what the robot can do.
+ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist2& odometry_twist) {
+  ControlOutput output;
+  const bool sane =
+      std::isfinite(time_s) && time_s > step_time_s_ && finite(odometry) && finite(odometry_twist);
+  if (!sane) {
+    enter(ControlState::fault, "time or odometry is not finite or does not advance", step_time_s_);
+    inbox_count_ = 0;
+  } else {
+    if (!started_) {
+      started_ = true;
+      state_since_s_ = frame_time_s_ = time_s;  // the first frame is awaited from here on
+      last_yaw_rad_ = odometry.yaw_rad;
+    }
+    step_time_s_ = time_s;
+    poses_.add(time_s, odometry);
+    take_in(time_s);
+
+    Target target;
+    const bool known = predict_target(time_s, odometry, odometry_twist, target);
+    update_state(time_s, odometry, odometry_twist, known ? &target : nullptr);
+
+    LawOutput law_output{{}, output.error_1, output.error_2};
+    output.command = finish(time_s, wanted(known ? &target : nullptr, &law_output));
+    output.error_1 = law_output.error_1;
+    output.error_2 = law_output.error_2;
+  }
+  if (!sane) {
+    last_command_ = {};
+    if (std::isfinite(step_time_s_)) predictor_.add_command(step_time_s_, {});
+  }
+  output.state = state_;
+  output.reason = reason_;
+  output.track_state = track_state_;
+  output.lost_events = lost_events_;
+  return output;
+}
+
+/// Reads the frames that have arrived since the last step.
+void Controller::take_in(double time_s) {
+  bad_measurement_ = false;
+  for (std::size_t i = 0; i < inbox_count_; ++i) {
+    const BallMeasurement& frame = inbox_[i];
+    const bool claims_ball = frame.state != TrackState::none;
+    if (!std::isfinite(frame.time_s) ||
+        (claims_ball && (!frame.p_CB.allFinite() || !frame.covariance_m2.allFinite()))) {
+      bad_measurement_ = true;
+      continue;
+    }
+    if (frame.time_s <= frame_time_s_ || frame.time_s > time_s)
+      continue;  // duplicate, backward or from the future
+    frame_time_s_ = frame.time_s;
+    track_state_ = frame.state;
+    if (!frame.is_sighting()) continue;
+    const auto pose = poses_.at(frame.time_s);
+    if (!pose) continue;  // older than all that is remembered
+    const TargetFilter::Update update = filter_.update(frame, *pose);
+    if (update == TargetFilter::Update::ignored || update == TargetFilter::Update::doubted) continue;
+    if (update == TargetFilter::Update::started) confirmed_ = 0;
+    sighting_time_s_ = frame.time_s;
+    confirmed_ = frame.state == TrackState::confirmed ? confirmed_ + 1 : 0;
+  }
+  inbox_count_ = 0;
+}
+
+/// The ball relative to the robot at the moment when a command given now acts; false if it is not known.
+bool Controller::predict_target(double time_s, const Pose2& odometry, const Twist2& twist,
+                                Target& target) const {
+  const auto estimate = filter_.predict(time_s + options_.actuation_delay_s);
+  if (!estimate) return false;
+  target.robot = predictor_.predict(time_s, {odometry, twist});
+  const Eigen::Isometry3d X_RO = X_WR(target.robot.pose).inverse();
+  const Eigen::Isometry3d X_CR = options_.goal.mount.X_RC().inverse();
+  const Eigen::Vector3d p_RB = X_RO * estimate->p_OB;
+  const Eigen::Vector3d v_RB = X_RO.linear() * Eigen::Vector3d(estimate->v_OB.x(), estimate->v_OB.y(), 0.0);
+  target.p_RB = p_RB.head<2>();
+  target.v_RB = v_RB.head<2>();
+  target.p_CB = X_CR * p_RB;
+  target.v_CB = X_CR.linear() * v_RB;
+  target.range_error_m = target.p_RB.norm() - options_.goal.distance_m;
+  target.bearing_rad = std::atan2(target.p_RB.y(), target.p_RB.x());
+  return std::isfinite(target.range_error_m) && std::isfinite(target.bearing_rad);
+}
+
+void Controller::enter(ControlState state, std::string_view reason, double time_s) {
+  if (state != state_) state_since_s_ = time_s;
+  state_ = state;
+  reason_ = reason;
+}
+
+/// The state machine; every transition says why.
+void Controller::update_state(double time_s, const Pose2& odometry, const Twist2& twist,
+                              const Target* target) {
+  const double turned_rad = std::abs(wrap_angle(odometry.yaw_rad - last_yaw_rad_));
+  last_yaw_rad_ = odometry.yaw_rad;
+  if (state_ == ControlState::search) turned_rad_ += turned_rad;
+
+  if (bad_measurement_) return enter(ControlState::fault, "a measurement is not finite", time_s);
+  if (time_s - frame_time_s_ > options_.latency_s + options_.stale_s) {
+    if (state_ != ControlState::given_up) enter(ControlState::stale, "no frames from the camera", time_s);
+    return;
+  }
+
+  const double unseen_s = time_s - options_.latency_s - sighting_time_s_;
+  const bool seen = target != nullptr && unseen_s <= options_.coast_s;
+  const bool trusted = seen && confirmed_ >= options_.sightings_to_trust;
+  const double in_state_s = time_s - state_since_s_;
+  if (target != nullptr && seen) search_sign_ = target->bearing_rad < 0.0 ? -1.0 : 1.0;
+
+  switch (state_) {
+    case ControlState::search:
+    case ControlState::lost:
+    case ControlState::given_up:
+      if (seen && unseen_s <= 0.5 * options_.acquire_s) {
+        enter(ControlState::acquire, "a ball is seen: stand until it is confirmed", time_s);
+      } else if (state_ == ControlState::lost) {
+        if (std::abs(twist.v_mps) + std::abs(twist.w_radps) < 0.01 && in_state_s > options_.look_s) {
+          turned_rad_ = 0;
+          enter(ControlState::search, "not seen again: turning towards where it went", time_s);
+        }
+      } else if (state_ == ControlState::search && turned_rad_ >= options_.search_turn_rad) {
+        enter(ControlState::given_up, "turned all around without seeing the ball", time_s);
+      }
+      break;
+
+    case ControlState::acquire:
+    case ControlState::stale:
+    case ControlState::fault:
+      if (trusted) {
+        had_ball_ = true;
+        enter(ControlState::approach, "the ball is confirmed: driving to it", time_s);
+      } else if (state_ != ControlState::acquire) {
+        if (seen) {
+          enter(ControlState::acquire, "frames are good again: stand until the ball is confirmed", time_s);
+        } else if (had_ball_) {
+          ++lost_events_;
+          enter(ControlState::lost, "frames are good again, but the ball is not in them: stopped", time_s);
+        } else {
+          enter(ControlState::search, "frames are good again: looking for the ball", time_s);
+        }
+      } else if (unseen_s > options_.acquire_s || in_state_s > 4.0 * options_.acquire_s) {
+        enter(ControlState::search, "what was seen was not confirmed", time_s);
+      }
+      break;
+
+    case ControlState::approach:
+    case ControlState::hold:
+      if (!seen) {
+        ++lost_events_;
+        confirmed_ = 0;
+        enter(ControlState::lost, "the ball has not been seen for too long: stopped", time_s);
+      } else if (!trusted) {
+        enter(ControlState::acquire, "the track began anew: stand until it is confirmed", time_s);
+      } else {
+        const double range_m = std::abs(target->range_error_m), bearing_rad = std::abs(target->bearing_rad);
+        const bool rests = target->v_RB.isZero(0.0);
+        const bool slow =
+            std::abs(target->robot.twist.v_mps) < 0.005 && std::abs(target->robot.twist.w_radps) < 0.01;
+        if (state_ == ControlState::approach) {
+          if (rests && slow && range_m <= options_.hold_range_m && bearing_rad <= options_.hold_bearing_rad) {
+            enter(ControlState::hold, "arrived: standing at the goal", time_s);
+          }
+        } else if (!rests || range_m > options_.resume_range_m || bearing_rad > options_.resume_bearing_rad) {
+          enter(ControlState::approach, "off the goal: correcting", time_s);
+        }
+      }
+      break;
+  }
+}
+
+/// What the state asks for, before the drive's limits.
+Twist2 Controller::wanted(const Target* target, LawOutput* law_output) {
+  std::optional<LawOutput> law;
+  const bool uses_target =
+      state_ == ControlState::acquire || state_ == ControlState::approach || state_ == ControlState::hold;
+  if (target != nullptr && uses_target) law = law_->command(target->p_CB, target->v_CB);
+  if (law) *law_output = *law;
+
+  switch (state_) {
+    case ControlState::search:
+      if (turned_rad_ == 0.0 && step_time_s_ - state_since_s_ < options_.look_s) return {};
+      return {0.0, search_sign_ * options_.search_speed_radps};
+    case ControlState::approach: {
+      if (target == nullptr) return {};
+      // The distance that the robot still covers before this command's own period is over.
+      const double e = target->range_error_m;
+      const double covered_m = target->robot.twist.v_mps / options_.rate_hz;
+      const double left_m =
+          e > 0.0 ? std::max(0.0, e - std::max(0.0, covered_m)) : std::min(0.0, e - std::min(0.0, covered_m));
+      Twist2 command;
+      if (law && std::abs(target->bearing_rad) <= options_.turn_first_rad) {
+        command = law->twist;
+      } else {
+        command.w_radps = options_.law.gain_per_s * target->bearing_rad;
+      }
+      return limit_to_envelope(command, left_m, target->p_RB, target->v_RB, options_.limits,
+                               options_.envelope);
+    }
+    default:
+      return {};
+  }
+}
+
+/// Keeps the drive's limits: a command to stop passes at once (the drive brakes as hard as it can), any other
+/// changes no faster than the drive can follow.
+Twist2 Controller::finish(double time_s, const Twist2& wanted) {
+  Twist2 command;
+  const bool stop = wanted.v_mps == 0.0 && wanted.w_radps == 0.0;
+  if (!stop) {
+    command = limit_acceleration(last_command_, wanted, options_.limits, 1.0 / options_.rate_hz);
+    if (!std::isfinite(command.v_mps) || !std::isfinite(command.w_radps)) {
+      command = {};
+      enter(ControlState::fault, "a command was not finite", time_s);
+    }
+  }
+  predictor_.add_command(time_s, command);
+  last_command_ = command;
+  return command;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,107 @@
+// The control loop: what the robot is told, step by step, from what the camera said and where the odometry
+// is.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <string_view>
+
+#include "servo/ball_measurement.hpp"
+#include "servo/law.hpp"
+#include "servo/motion_predictor.hpp"
+#include "servo/pose_history.hpp"
+#include "servo/speed_envelope.hpp"
+#include "servo/target_filter.hpp"
+#include "servo/unicycle.hpp"
+
+namespace ballservo {
+
+struct ControllerOptions {
+  double rate_hz = 50.0;            ///< control steps
+  double latency_s = 0.033;         ///< from the middle of an exposure until its measurement arrives
+  double actuation_delay_s = 0.05;  ///< from a command until it moves the robot
+  UnicycleLimits limits;
+  ServoGoal goal;
+  LawOptions law;
+  EnvelopeOptions envelope;
+  TargetFilterOptions filter;
+
+  int sightings_to_trust = 3;       ///< confirmed ones, before the robot drives on them
+  double acquire_s = 0.5;           ///< a sighting that is not confirmed within it is let go
+  double coast_s = 0.6;             ///< the robot drives on the prediction so long without a sighting
+  double stale_s = 0.2;             ///< without a frame (beyond the latency) for so long, the robot stops
+  double look_s = 1.0;              ///< standing still and looking, before a search begins to turn
+  double search_speed_radps = 0.7;  ///< of the turn on the spot
+  double search_turn_rad = 6.8;     ///< a search that has turned so far without the ball has ended
+  double turn_first_rad = 1.05;     ///< a ball further to the side is turned to before the law drives
+  double hold_range_m = 0.001;      ///< both errors below these: arrived, stand still
+  double hold_bearing_rad = 0.0009;
+  double resume_range_m = 0.003;  ///< either error above these: correct
+  double resume_bearing_rad = 0.0035;
+
+  void check(FaultList& faults, const std::string& place) const;
+};
+
+/// search: no ball yet, look and then turn. acquire: seen, stand until it is confirmed. approach: the law
+/// drives. hold: arrived, stand. lost: stop, and say so. given_up: a search has ended without the ball.
+/// stale: no frames, stop. fault: something that is not finite came in, stop.
+enum class ControlState { search, acquire, approach, hold, lost, given_up, stale, fault };
+std::string_view control_state_name(ControlState state);
+
+/// What a step says.
+struct ControlOutput {
+  Twist2 command;  ///< always finite and within the limits
+  ControlState state = ControlState::search;
+  std::string_view reason;                    ///< why this state; a literal
+  TrackState track_state = TrackState::none;  ///< of the newest frame
+  double error_1 =
+      std::numeric_limits<double>::quiet_NaN();  ///< the law's, as predicted for when the command acts
+  double error_2 = std::numeric_limits<double>::quiet_NaN();
+  int lost_events = 0;  ///< so far
+};
+
+/// One run's controller. Deterministic; after construction it allocates nothing, except inside law `visp`.
+class Controller {
+ public:
+  /// Throws InputError with every fault of the options.
+  explicit Controller(const ControllerOptions& options);
+
+  /// A frame's word on the ball, when it arrives; looked at in the next step.
+  void see(const BallMeasurement& measurement);
+
+  /// One control step at time_s with the odometry's pose and twist of that moment. Times that are not finite
+  /// or do not advance, and an odometry that is not finite, stop the robot.
+  ControlOutput step(double time_s, const Pose2& odometry, const Twist2& odometry_twist);
+
+ private:
+  struct Target;  // the ball as it will be when the command acts
+  void take_in(double time_s);
+  bool predict_target(double time_s, const Pose2& odometry, const Twist2& twist, Target& target) const;
+  void update_state(double time_s, const Pose2& odometry, const Twist2& twist, const Target* target);
+  Twist2 wanted(const Target* target, LawOutput* law_output);
+  Twist2 finish(double time_s, const Twist2& wanted);
+  void enter(ControlState state, std::string_view reason, double time_s);
+
+  ControllerOptions options_;
+  std::unique_ptr<Law> law_;
+  TargetFilter filter_;
+  PoseHistory poses_;
+  MotionPredictor predictor_;
+
+  static constexpr std::size_t inbox_size_ = 16;
+  std::array<BallMeasurement, inbox_size_> inbox_;
+  std::size_t inbox_count_ = 0;
+
+  ControlState state_ = ControlState::search;
+  std::string_view reason_ = "start: looking for the ball";
+  double state_since_s_ = 0, step_time_s_, frame_time_s_, sighting_time_s_;
+  TrackState track_state_ = TrackState::none;
+  int confirmed_ = 0, lost_events_ = 0;
+  bool bad_measurement_ = false, started_ = false, had_ball_ = false;
+  double turned_rad_ = 0, last_yaw_rad_ = 0, search_sign_ = 1;
+  Twist2 last_command_;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,70 @@
+// The ball in the odometry frame, between and behind the camera's frames.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "calibration/files/fault.hpp"
+#include "servo/ball_measurement.hpp"
+#include "servo/mount.hpp"
+#include "servo/unicycle.hpp"
+
+namespace ballservo {
+
+struct TargetFilterOptions {
+  double acceleration_psd_m2ps3 =
+      2e-4;                      ///< white acceleration of the ball in the floor plane (power density)
+  double drift_psd_m2ps = 1e-7;  ///< odometry's drift, as a random walk of the ball in its frame
+  double speed_sigma_mps = 0.3;  ///< of a ball just seen
+  double model_share = 0.003;    ///< what covariances leave out: sigma along the ray per distance
+  double sigma_floor_m = 2e-4;   ///< and in every direction
+  double gate_sigmas = 6.0;      ///< sightings further from the prediction are doubted
+  int doubts_to_restart = 5;     ///< so many in a row, and the filter starts anew there
+  double min_speed_mps = 0.03;   ///< below this, or below three sigma, the ball is taken to rest
+  double forget_s = 1.5;         ///< without a sighting for so long, the next one starts the filter anew
+
+  void check(FaultList& faults, const std::string& place) const;
+};
+
+/// The ball as predicted: O is the odometry's frame, in which the robot's pose is X_OR.
+struct TargetEstimate {
+  Eigen::Vector3d p_OB{0, 0, 0};  ///< m
+  Eigen::Vector2d v_OB{0, 0};     ///< in the floor plane (m/s); 0 where the sightings do not support a speed
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< of p_OB
+};
+
+/// A Kalman filter of constant velocity (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to
+/// Tracking and Navigation", 6.2) in the floor plane, constant height. Sightings come late, with their own
+/// time stamps, and with the robot's pose at that time; duplicates and backward stamps are ignored. Allocates
+/// nothing.
+class TargetFilter {
+ public:
+  TargetFilter(const TargetFilterOptions& options, const CameraMount& mount);
+
+  enum class Update { accepted, started, doubted, ignored };
+  /// `pose` is the odometry's at measurement.time_s. Measurements that are no sightings, not finite, or of an
+  /// impossible covariance are ignored.
+  Update update(const BallMeasurement& measurement, const Pose2& pose);
+
+  /// The ball at time_s, not before the last sighting; nothing before the first.
+  std::optional<TargetEstimate> predict(double time_s) const;
+
+  void reset() { started_ = false; }
+  double last_time_s() const { return time_s_; }  ///< of the newest sighting taken, -inf before the first
+
+ private:
+  using State = Eigen::Matrix<double, 5, 1>;  // x, y, z, vx, vy in O
+  using Covariance = Eigen::Matrix<double, 5, 5>;
+  void propagate(double dt_s, State& state, Covariance& covariance) const;
+  void start(double time_s, const Eigen::Vector3d& p_OB, const Eigen::Matrix3d& covariance_m2);
+
+  TargetFilterOptions options_;
+  Eigen::Isometry3d X_RC_;
+  bool started_ = false;
+  int doubts_ = 0;
+  double time_s_, stamp_s_;  // of the state; of the newest measurement looked at
+  State state_ = State::Zero();
+  Covariance covariance_ = Covariance::Zero();
+};
+
+}  // namespace ballservo
