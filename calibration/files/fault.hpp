@@ -29,7 +29,8 @@ class InputError : public std::runtime_error {
   std::vector<Fault> faults_;
 };
 
-/// Everything was well formed, but the answer is no (no board found, nothing to learn); the program exits with 1.
+/// Everything was well formed, but the answer is no (no board found, nothing to learn); the program exits
+/// with 1.
 class Refusal : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -3,11 +3,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
-
-#include <opencv2/core.hpp>
 
 #include "calibration/camera/image_size.hpp"
 
@@ -15,8 +14,8 @@ namespace ballservo {
 
 inline constexpr double default_max_pixels = 32e6;
 
-/// The picture's size from the first bytes of a PNG, JPEG, BMP, PNM, TIFF or WebP file; nothing if it is none of these
-/// or the header is damaged.
+/// The picture's size from the first bytes of a PNG, JPEG, BMP, PNM, TIFF or WebP file; nothing if it is none
+/// of these or the header is damaged.
 std::optional<ImageSize> image_size_from_header(std::string_view bytes);
 
 /// Reads a picture as 8-bit BGR (grey is spread over the channels, 16 bits are scaled to 8, alpha is dropped,
@@ -24,7 +23,8 @@ std::optional<ImageSize> image_size_from_header(std::string_view bytes);
 /// Throws InputError for a missing, empty, truncated, non-image or too large file.
 cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels = default_max_pixels);
 
-/// Encodes by the file name's extension and writes the bytes at `file` (an ordinary write into a staging folder).
+/// Encodes by the file name's extension and writes the bytes at `file` (an ordinary write into a staging
+/// folder).
 void write_image(const std::filesystem::path& file, const cv::Mat& image);
 
 /// The whole file as bytes; InputError if it is missing, not a regular file, or larger than `max_bytes`.

@@ -11,8 +11,10 @@ namespace ballservo {
 enum class Overwrite { refuse, allow };
 
 /// A file that is written beside its target under a temporary name and renamed when it is complete.
-/// The constructor checks at once (before any long work) that the target may be written; InputError otherwise.
-/// A target in a folder that does not exist is a fault. Without `commit` nothing is left behind.
+/// The constructor checks at once (before any long work) that the target may be written; InputError
+/// otherwise. A target in a folder that does not exist is a fault, and so is one that is no regular file (a
+/// folder, a device). A symbolic link to a file stays, and the file it names is replaced. Without `commit`
+/// nothing is left behind.
 class OutputFile {
  public:
   OutputFile(std::filesystem::path target, Overwrite overwrite);
@@ -20,6 +22,7 @@ class OutputFile {
   OutputFile(OutputFile&& other) noexcept;
   OutputFile& operator=(OutputFile&&) = delete;
   OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
 
   const std::filesystem::path& target() const { return target_; }
   /// Where a writer that wants a path (video, image) writes; same folder and extension as the target.
@@ -31,14 +34,17 @@ class OutputFile {
 
  private:
   std::filesystem::path target_, staging_;
+  Overwrite overwrite_;
 };
 
 /// Writes one file whole: `OutputFile`, `write`, `commit`.
 void write_file(const std::filesystem::path& target, std::string_view contents, Overwrite overwrite);
 
-/// A folder of results. The constructor refuses an existing folder that is not empty unless `overwrite` allows it;
-/// files are written to `path()`, a hidden staging folder beside it, and `commit` moves them into place one by one,
-/// leaving other files of the user's there alone. Without `commit` nothing is left behind.
+/// A folder of results. The constructor refuses an existing folder that is not empty unless `overwrite`
+/// allows it, and a target whose own folder does not exist. Files are written to `path()`, a hidden staging
+/// folder: beside a new target, which `commit` then makes appear whole by one rename; inside an existing one,
+/// into which `commit` moves the files one by one, leaving other files of the user's there alone. Without
+/// `commit` nothing is left behind.
 class OutputFolder {
  public:
   OutputFolder(std::filesystem::path target, Overwrite overwrite);
@@ -46,14 +52,17 @@ class OutputFolder {
   OutputFolder(OutputFolder&& other) noexcept;
   OutputFolder& operator=(OutputFolder&&) = delete;
   OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
 
   const std::filesystem::path& target() const { return target_; }
   const std::filesystem::path& path() const { return staging_; }
-  void write(const std::string& name, std::string_view contents) const;  ///< a file inside the staging folder
+  /// A file inside the staging folder, its subfolders made as needed; InputError on a full disk.
+  void write(const std::string& name, std::string_view contents) const;
   void commit();
 
  private:
   std::filesystem::path target_, staging_;
+  bool existed_ = false;
 };
 
 }  // namespace ballservo

@@ -10,8 +10,9 @@ namespace ballservo {
 
 using RandomEngine = std::mt19937_64;
 
-/// The engine for one purpose of one seed ("shot_noise", frame 12): streams of different purposes are independent.
-/// FNV-1a of the purpose, then SplitMix64 (Steele, Lea and Flood, OOPSLA 2014) over seed, purpose and index.
+/// The engine for one purpose of one seed ("shot_noise", frame 12): streams of different purposes are
+/// independent. FNV-1a of the purpose, then SplitMix64 (Steele, Lea and Flood, OOPSLA 2014) over seed,
+/// purpose and index.
 inline RandomEngine random_stream(std::uint64_t seed, std::string_view purpose, std::uint64_t index = 0) {
   std::uint64_t hash = 0xcbf29ce484222325ull;
   for (const char c : purpose) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ull;

@@ -1,4 +1,5 @@
-// YAML read strictly: every key is either asked for or a fault; all faults are reported at once, with their lines.
+// YAML read strictly: every key is either asked for or a fault; all faults are reported at once, with their
+// lines.
 #pragma once
 
 #include <filesystem>
@@ -22,37 +23,53 @@ struct NumberRange {
   bool high_open = false;  ///< high itself is not allowed
   std::string unit;        ///< "m", "rad", "Hz"; empty where there is none
 
-  static NumberRange any(std::string unit) { return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), false, false, std::move(unit)}; }
-  static NumberRange above(double low, std::string unit) { return {low, std::numeric_limits<double>::infinity(), true, false, std::move(unit)}; }
-  static NumberRange at_least(double low, std::string unit) { return {low, std::numeric_limits<double>::infinity(), false, false, std::move(unit)}; }
-  static NumberRange within(double low, double high, std::string unit) { return {low, high, false, false, std::move(unit)}; }
+  static NumberRange any(std::string unit) {
+    return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), false, false,
+            std::move(unit)};
+  }
+  static NumberRange above(double low, std::string unit) {
+    return {low, std::numeric_limits<double>::infinity(), true, false, std::move(unit)};
+  }
+  static NumberRange at_least(double low, std::string unit) {
+    return {low, std::numeric_limits<double>::infinity(), false, false, std::move(unit)};
+  }
+  static NumberRange within(double low, double high, std::string unit) {
+    return {low, high, false, false, std::move(unit)};
+  }
 
   bool contains(double value) const;  ///< false for NaN
   std::string to_text() const;        ///< "a number above 0 (Hz)"
 };
 
-/// A node of a YAML document, with its place in it. A cheap handle; the document lives as long as any of its nodes.
+/// A node of a YAML document, with its place in it. A cheap handle; the document lives as long as any of its
+/// nodes.
 ///
-/// A reader asks for the keys it knows; each getter that finds something wrong adds a fault and returns a harmless
-/// value, so that reading goes on and the user sees everything at once. When the reader is done it calls
-/// `StrictYaml::finish`, which adds a fault for every key that nobody asked for, and throws if there is any fault.
+/// A reader asks for the keys it knows; each getter that finds something wrong adds a fault and returns a
+/// harmless value, so that reading goes on and the user sees everything at once. When the reader is done it
+/// calls `StrictYaml::finish`, which adds a fault for every key that nobody asked for, and throws if there is
+/// any fault.
 class YamlNode {
  public:
   bool has(const std::string& key);  ///< marks the key as known; a null value counts as absent
 
   /// Required without a fallback: a missing key is a fault.
   double number(const std::string& key, const NumberRange& range, std::optional<double> fallback = {});
-  long long integer(const std::string& key, long long low, long long high, std::optional<long long> fallback = {});
+  long long integer(const std::string& key, long long low, long long high,
+                    std::optional<long long> fallback = {});
   bool boolean(const std::string& key, std::optional<bool> fallback = {});
   std::string text(const std::string& key, std::optional<std::string> fallback = {});
-  std::string choice(const std::string& key, const std::vector<std::string>& allowed, std::optional<std::string> fallback = {});
+  std::string choice(const std::string& key, const std::vector<std::string>& allowed,
+                     std::optional<std::string> fallback = {});
   /// A sequence of numbers; `count` 0 means any length.
-  std::vector<double> numbers(const std::string& key, const NumberRange& range, std::size_t count, std::optional<std::vector<double>> fallback = {});
-  /// A mapping below this one; where it is missing a fault is added if `required`, and an empty mapping returned.
+  std::vector<double> numbers(const std::string& key, const NumberRange& range, std::size_t count,
+                              std::optional<std::vector<double>> fallback = {});
+  /// A mapping below this one; where it is missing a fault is added if `required`, and an empty mapping
+  /// returned.
   YamlNode map(const std::string& key, bool required = true);
   /// The items of a sequence below this one; empty where it is missing (a fault if `required`).
   std::vector<YamlNode> list(const std::string& key, bool required = false);
-  /// The keys of this mapping, in the document's order, not marked as known (for free-form maps such as `vary`).
+  /// The keys of this mapping, in the document's order, not marked as known (for free-form maps such as
+  /// `vary`).
   std::vector<std::string> keys() const;
 
   bool is_map() const;
@@ -62,9 +79,10 @@ class YamlNode {
   double as_number(const NumberRange& range);
   std::string as_text();
 
-  std::string place() const;                             ///< "file.yaml:12: camera.noise.read"
-  std::string place(const std::string& key) const;       ///< the same for a child, with its own line
-  void fault(const std::string& key, std::string found, std::string allowed);  ///< a fault of the reader's own at a child
+  std::string place() const;                        ///< "file.yaml:12: camera.noise.read"
+  std::string place(const std::string& key) const;  ///< the same for a child, with its own line
+  void fault(const std::string& key, std::string found,
+             std::string allowed);  ///< a fault of the reader's own at a child
 
  private:
   friend class StrictYaml;
@@ -73,8 +91,9 @@ class YamlNode {
   std::shared_ptr<Impl> impl_;
 };
 
-/// A strictly read document. Refuses files over `max_bytes`, bad UTF-8, several documents, anchors and aliases
-/// (a small file could unfold without bound), nesting deeper than 32, duplicate keys, `.nan` and `.inf`.
+/// A strictly read document. Refuses files over `max_bytes`, bad UTF-8, several documents, anchors and
+/// aliases (a small file could unfold without bound), nesting deeper than 32, duplicate keys, `.nan` and
+/// `.inf`.
 class StrictYaml {
  public:
   static constexpr std::size_t max_bytes = 4u << 20;

@@ -1,0 +1,101 @@
+#include "calibration/files/image_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <opencv2/imgcodecs.hpp>
+#include <vector>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_completeness.hpp"
+#include "calibration/files/system_file.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr std::size_t max_image_file_bytes = std::size_t{1} << 30;
+constexpr const char* readable_image = "a whole PNG, JPEG, BMP, PNM, TIFF or WebP picture";
+
+/// The decoder's result, or an empty picture if it gave up.
+cv::Mat decoded(const std::string& bytes) {
+  const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
+  try {
+    return cv::imdecode(buffer, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
+}  // namespace
+
+std::string read_file_bytes(const std::filesystem::path& file, std::size_t max_bytes) {
+  const std::string place = file.string();
+  // Without waiting: a named pipe without a writer would block for ever.
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) throw InputError(place, system_error_text(errno), "a file that can be read");
+  struct stat status {};
+  std::string bytes, problem;
+  if (::fstat(descriptor, &status) != 0) {
+    problem = system_error_text(errno);
+  } else if (!S_ISREG(status.st_mode)) {
+    problem = S_ISDIR(status.st_mode) ? "a folder" : "something that is no regular file";
+  } else {
+    // One byte beyond the limit tells a file that is too large, also one that grows while it is read.
+    const std::size_t limit = max_bytes + 1;
+    std::size_t size = 0;
+    bytes.resize(std::min(limit, static_cast<std::size_t>(status.st_size) + 1));
+    while (size < limit) {
+      if (size == bytes.size()) bytes.resize(std::min(limit, 2 * bytes.size()));
+      const ssize_t count = ::read(descriptor, bytes.data() + size, bytes.size() - size);
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) problem = system_error_text(errno);
+      if (count <= 0) break;
+      size += static_cast<std::size_t>(count);
+    }
+    bytes.resize(size);
+    if (size > max_bytes) problem = fmt::format("more than {} bytes", max_bytes);
+  }
+  ::close(descriptor);
+  if (!problem.empty())
+    throw InputError(place, problem, fmt::format("a regular file of at most {} bytes", max_bytes));
+  return bytes;
+}
+
+cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels) {
+  const std::string place = file.string();
+  const std::string bytes = read_file_bytes(file, max_image_file_bytes);
+  if (bytes.empty()) throw InputError(place, "an empty file", readable_image);
+  const auto size = image_size_from_header(bytes);
+  if (!size) throw InputError(place, "bytes that are no picture, or a damaged header", readable_image);
+  if (!(static_cast<double>(size->width_px) * size->height_px <= max_pixels)) {
+    throw InputError(place, fmt::format("a picture of {} x {} pixels", size->width_px, size->height_px),
+                     fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
+  }
+  if (!image_is_complete(bytes)) throw InputError(place, "a truncated picture", readable_image);
+  const cv::Mat image = decoded(bytes);
+  if (image.type() != CV_8UC3 || image.cols != size->width_px || image.rows != size->height_px) {
+    throw InputError(place, "a damaged picture", readable_image);
+  }
+  return image;
+}
+
+void write_image(const std::filesystem::path& file, const cv::Mat& image) {
+  std::vector<unsigned char> bytes;
+  bool encoded = false;
+  try {
+    encoded = cv::imencode(file.extension().string(), image, bytes);
+  } catch (const cv::Exception&) {
+    encoded = false;
+  }
+  if (!encoded) {
+    throw InputError(file.string(), fmt::format("a name that ends in \"{}\"", file.extension().string()),
+                     "the name of a picture: .png, .jpg, .bmp, .ppm, .tiff or .webp");
+  }
+  write_bytes(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, file.string());
+}
+
+}  // namespace ballservo

@@ -1,0 +1,179 @@
+#include "calibration/files/output.hpp"
+
+#include <unistd.h>
+
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/system_file.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ballservo {
+namespace {
+
+/// A hidden name for something unfinished, with room for the longest names a file system takes.
+fs::path staging_name(const fs::path& target, const std::string& extension, int attempt) {
+  return "." + target.stem().string().substr(0, 100) + ".partial-" + std::to_string(::getpid()) + "-" +
+         std::to_string(attempt) + extension.substr(0, 100);
+}
+
+/// "out/" and "out/." name the folder "out", however it is spelt.
+fs::path without_trailing_separator(const fs::path& path) {
+  fs::path plain = path.lexically_normal();
+  if (!plain.has_filename() && plain.has_relative_path()) plain = plain.parent_path();
+  return plain;
+}
+
+fs::path parent_folder(const fs::path& target) {
+  return target.has_parent_path() ? target.parent_path() : fs::path(".");
+}
+
+void require_folder_of(const fs::path& target) {
+  std::error_code error;
+  if (target.empty()) throw InputError("output", "an empty name", "the name of a file or folder to write");
+  if (!fs::is_directory(parent_folder(target), error)) {
+    throw InputError(target.string(), "no folder " + parent_folder(target).string(),
+                     "an output in a folder that exists");
+  }
+}
+
+/// Files below `folder`, relative to it, with the folders that hold them first.
+std::vector<fs::path> entries_below(const fs::path& folder) {
+  std::vector<fs::path> entries;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    entries.push_back(entry.path().lexically_relative(folder));
+  }
+  return entries;
+}
+
+/// Moves what `staging` holds into `target`; nothing is moved if any name is taken by something of another
+/// kind.
+void merge_folder(const fs::path& staging, const fs::path& target) {
+  const std::vector<fs::path> entries = entries_below(staging);
+  FaultList faults;
+  for (const fs::path& entry : entries) {
+    std::error_code ignored;
+    const fs::file_status there = fs::status(target / entry, ignored);
+    const bool want_folder = fs::is_directory(staging / entry);
+    if (fs::exists(there) && fs::is_directory(there) != want_folder) {
+      faults.add((target / entry).string(), want_folder ? "a file" : "a folder",
+                 want_folder ? "a folder to write into, or nothing" : "a file to replace, or nothing");
+    } else if (!want_folder) {
+      flush_to_disk(staging / entry, (target / entry).string());
+    }
+  }
+  faults.throw_if_any();
+  for (const fs::path& entry : entries) {
+    if (fs::is_directory(staging / entry)) {
+      make_new_folder(target / entry, (target / entry).string());
+    } else {
+      rename_path(staging / entry, target / entry, true);
+    }
+  }
+}
+
+}  // namespace
+
+OutputFile::OutputFile(fs::path target, Overwrite overwrite)
+    : target_(std::move(target)), overwrite_(overwrite) {
+  require_folder_of(target_);
+  std::error_code error;
+  if (fs::is_symlink(target_)) target_ = fs::weakly_canonical(target_, error);
+  const fs::file_status status = fs::status(target_, error);
+  if (fs::is_directory(status)) throw InputError(target_.string(), "a folder", "the name of a file to write");
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw InputError(target_.string(), "something that is no regular file", "the name of a file to write");
+  }
+  if (fs::exists(status) && overwrite == Overwrite::refuse) {
+    throw InputError(target_.string(), "an existing file", "a new name, or --force to replace it");
+  }
+  for (int attempt = 0; staging_.empty(); ++attempt) {
+    const fs::path name =
+        parent_folder(target_) / staging_name(target_, target_.extension().string(), attempt);
+    if (make_new_file(name, target_.string())) staging_ = name;
+  }
+}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : target_(std::move(other.target_)),
+      staging_(std::exchange(other.staging_, fs::path())),
+      overwrite_(other.overwrite_) {}
+
+OutputFile::~OutputFile() {
+  std::error_code ignored;
+  if (!staging_.empty()) fs::remove(staging_, ignored);
+}
+
+void OutputFile::write(std::string_view contents) { write_bytes(staging_, contents, target_.string()); }
+
+void OutputFile::commit() {
+  flush_to_disk(staging_, target_.string());
+  rename_path(staging_, target_, overwrite_ == Overwrite::allow);
+  staging_.clear();
+  flush_to_disk(parent_folder(target_), target_.string());
+}
+
+void write_file(const fs::path& target, std::string_view contents, Overwrite overwrite) {
+  OutputFile file(target, overwrite);
+  file.write(contents);
+  file.commit();
+}
+
+OutputFolder::OutputFolder(fs::path target, Overwrite overwrite)
+    : target_(without_trailing_separator(target)) {
+  require_folder_of(target_);
+  std::error_code error;
+  const fs::file_status status = fs::status(target_, error);
+  existed_ = fs::exists(status);
+  if (existed_ && !fs::is_directory(status)) {
+    throw InputError(target_.string(), "a file", "the name of a folder to write");
+  }
+  if (existed_ && overwrite == Overwrite::refuse && !fs::is_empty(target_, error)) {
+    throw InputError(target_.string(), error ? error.message() : "a folder that is not empty",
+                     "a new or empty folder, or --force to write into this one");
+  }
+  const fs::path place = existed_ ? target_ : parent_folder(target_);
+  for (int attempt = 0; staging_.empty(); ++attempt) {
+    const fs::path name = place / staging_name(target_, "", attempt);
+    if (make_new_folder(name, target_.string())) staging_ = name;
+  }
+}
+
+OutputFolder::OutputFolder(OutputFolder&& other) noexcept
+    : target_(std::move(other.target_)),
+      staging_(std::exchange(other.staging_, fs::path())),
+      existed_(other.existed_) {}
+
+OutputFolder::~OutputFolder() {
+  std::error_code ignored;
+  if (!staging_.empty()) fs::remove_all(staging_, ignored);
+}
+
+void OutputFolder::write(const std::string& name, std::string_view contents) const {
+  const fs::path relative = fs::path(name).lexically_normal();
+  if (relative.empty() || relative.is_absolute() || *relative.begin() == "..") {
+    throw std::invalid_argument("an output's name must lie inside its folder: " + name);
+  }
+  std::error_code error;
+  fs::create_directories((staging_ / relative).parent_path(), error);
+  write_bytes(staging_ / relative, contents, (target_ / relative).string());
+}
+
+void OutputFolder::commit() {
+  if (existed_) {
+    merge_folder(staging_, target_);
+    fs::remove_all(staging_);
+  } else {
+    for (const fs::path& entry : entries_below(staging_)) {
+      flush_to_disk(staging_ / entry, (target_ / entry).string());
+    }
+    rename_path(staging_, target_, false);
+  }
+  staging_.clear();
+  flush_to_disk(existed_ ? target_ : parent_folder(target_), target_.string());
+}
+
+}  // namespace ballservo

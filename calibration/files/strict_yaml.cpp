@@ -1,0 +1,375 @@
+#include "calibration/files/strict_yaml.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "calibration/files/image_file.hpp"
+#include "calibration/files/numbers.hpp"
+#include "calibration/files/yaml_tree.hpp"
+
+namespace ballservo {
+namespace {
+
+using Kind = YamlValue::Kind;
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+/// What stands at a value, for messages.
+std::string description(const YamlValue& value) {
+  switch (value.kind) {
+    case Kind::null:
+      return "nothing";
+    case Kind::list:
+      return "a list";
+    case Kind::map:
+      return "a map";
+    case Kind::scalar:
+      break;
+  }
+  return value.quoted ? "text \"" + value.scalar + "\"" : value.scalar;
+}
+
+std::optional<double> number_of(const YamlValue& value) {
+  if (value.kind != Kind::scalar || value.quoted) return std::nullopt;
+  return parse_number(value.scalar);
+}
+
+std::optional<bool> boolean_of(const YamlValue& value) {
+  if (value.kind != Kind::scalar || value.quoted) return std::nullopt;
+  if (value.scalar == "true") return true;
+  if (value.scalar == "false") return false;
+  return std::nullopt;
+}
+
+nlohmann::json to_json(const YamlValue& value) {
+  if (value.kind == Kind::null) return nullptr;
+  if (value.kind == Kind::list) {
+    auto array = nlohmann::json::array();
+    for (const YamlValue* child : value.children) array.push_back(to_json(*child));
+    return array;
+  }
+  if (value.kind == Kind::map) {
+    auto object = nlohmann::json::object();
+    for (std::size_t i = 0; i < value.keys.size(); ++i) object[value.keys[i]] = to_json(*value.children[i]);
+    return object;
+  }
+  if (value.quoted) return value.scalar;
+  if (const auto integer = parse_integer(value.scalar)) return *integer;
+  if (const auto number = parse_number(value.scalar)) return *number;
+  if (const auto boolean = boolean_of(value)) return *boolean;
+  return value.scalar;
+}
+
+void add_faults_of_unknown_keys(YamlTree& tree, const YamlValue& value) {
+  if (value.settled) return;
+  for (std::size_t i = 0; i < value.children.size(); ++i) {
+    const YamlValue& child = *value.children[i];
+    if (value.kind == Kind::list || value.asked.count(value.keys[i]) > 0) {
+      add_faults_of_unknown_keys(tree, child);
+    } else {
+      const std::vector<std::string> known(value.asked.begin(), value.asked.end());
+      tree.faults.add(tree.place(child.line, child.path), "an unknown key",
+                      known.empty() ? "no key here" : "one of " + joined(known));
+    }
+  }
+}
+
+/// "balls[0].x" and "balls.0.x" alike, as the steps "balls", "0", "x".
+std::vector<std::string> steps_of(const std::string& key_path) {
+  std::vector<std::string> steps(1);
+  for (std::size_t i = 0; i < key_path.size(); ++i) {
+    const char c = key_path[i];
+    if (c == '.' || c == '[') {
+      steps.emplace_back();
+    } else if (c == ']' && (i + 1 == key_path.size() || key_path[i + 1] == '.' || key_path[i + 1] == '[')) {
+      if (i + 1 < key_path.size() && key_path[i + 1] == '.') ++i, steps.emplace_back();
+    } else {
+      steps.back() += c;
+    }
+  }
+  return steps;
+}
+
+}  // namespace
+
+bool NumberRange::contains(double value) const {
+  return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
+}
+
+std::string NumberRange::to_text() const {
+  const bool has_low = low > -std::numeric_limits<double>::infinity();
+  const bool has_high = high < std::numeric_limits<double>::infinity();
+  const std::string low_text = (low_open ? "above " : "from ") + number_text(low);
+  const std::string high_text = (high_open ? "below " : "to ") + number_text(high);
+  std::string text = "a finite number";
+  if (has_low && has_high) {
+    text = "a number " + low_text + (high_open ? " and " : " ") + (low_open && !high_open ? "up " : "") +
+           high_text;
+  } else if (has_low) {
+    text = low_open ? "a number above " + number_text(low) : "a number of at least " + number_text(low);
+  } else if (has_high) {
+    text = high_open ? "a number below " + number_text(high) : "a number of at most " + number_text(high);
+  }
+  return unit.empty() ? text : text + " (" + unit + ")";
+}
+
+struct YamlNode::Impl {
+  std::shared_ptr<YamlTree> tree;
+  YamlValue* value;
+
+  static YamlNode node(std::shared_ptr<YamlTree> tree, YamlValue* value) {
+    return YamlNode(std::make_shared<Impl>(Impl{std::move(tree), value}));
+  }
+
+  void add_fault(YamlValue& at, std::string allowed) const {
+    tree->faults.add(tree->place(at.line, at.path), description(at), std::move(allowed));
+    at.settled = true;
+  }
+
+  /// The value under `key`, which counts as known from now on; null where it is absent. What is no map at all
+  /// is a fault once.
+  YamlValue* ask(const std::string& key) const {
+    value->asked.insert(key);
+    if (value->kind != Kind::map && value->kind != Kind::null && !value->settled) {
+      add_fault(*value, "a map (key: value)");
+    }
+    YamlValue* child = value->kind == Kind::map ? value->child(key) : nullptr;
+    return child && child->kind == Kind::null ? nullptr : child;
+  }
+
+  std::string place_of(const std::string& key) const {
+    const YamlValue* child = value->child(key);
+    return tree->place(child ? child->line : value->line, path_below(value->path, key));
+  }
+
+  void add_missing(const std::string& key, const std::string& allowed) const {
+    if (!value->settled) tree->faults.add(place_of(key), "nothing", allowed);
+  }
+
+  /// What all the getters do: the fallback or a fault for a missing key, a fault for a value that `read`
+  /// refuses.
+  template <typename T, typename Read>
+  T get(const std::string& key, const std::optional<T>& fallback, const T& harmless,
+        const std::string& allowed, Read read) const {
+    YamlValue* child = ask(key);
+    if (!child) {
+      if (!fallback) add_missing(key, allowed);
+      return fallback.value_or(harmless);
+    }
+    if (const std::optional<T> result = read(*child)) return *result;
+    add_fault(*child, allowed);
+    return fallback.value_or(harmless);
+  }
+};
+
+bool YamlNode::has(const std::string& key) { return impl_->ask(key) != nullptr; }
+
+double YamlNode::number(const std::string& key, const NumberRange& range, std::optional<double> fallback) {
+  const double harmless = range.contains(0)          ? 0
+                          : range.contains(1)        ? 1
+                          : std::isfinite(range.low) ? range.low
+                                                     : range.high;
+  return impl_->get<double>(key, fallback, harmless, range.to_text(), [&](const YamlValue& value) {
+    const auto number = number_of(value);
+    return number && range.contains(*number) ? number : std::nullopt;
+  });
+}
+
+long long YamlNode::integer(const std::string& key, long long low, long long high,
+                            std::optional<long long> fallback) {
+  const std::string allowed = fmt::format("a whole number from {} to {}", low, high);
+  return impl_->get<long long>(
+      key, fallback, low, allowed, [&](const YamlValue& value) -> std::optional<long long> {
+        if (value.kind != Kind::scalar || value.quoted) return std::nullopt;
+        const auto integer = parse_integer(value.scalar);
+        return integer && *integer >= low && *integer <= high ? integer : std::nullopt;
+      });
+}
+
+bool YamlNode::boolean(const std::string& key, std::optional<bool> fallback) {
+  return impl_->get<bool>(key, fallback, false, "true or false", boolean_of);
+}
+
+std::string YamlNode::text(const std::string& key, std::optional<std::string> fallback) {
+  return impl_->get<std::string>(key, fallback, "", "text",
+                                 [](const YamlValue& value) -> std::optional<std::string> {
+                                   if (value.kind != Kind::scalar) return std::nullopt;
+                                   return value.scalar;
+                                 });
+}
+
+std::string YamlNode::choice(const std::string& key, const std::vector<std::string>& allowed,
+                             std::optional<std::string> fallback) {
+  const std::string harmless = allowed.empty() ? std::string() : allowed.front();
+  return impl_->get<std::string>(key, fallback, harmless, "one of " + joined(allowed),
+                                 [&](const YamlValue& value) -> std::optional<std::string> {
+                                   const bool known =
+                                       value.kind == Kind::scalar &&
+                                       std::count(allowed.begin(), allowed.end(), value.scalar) > 0;
+                                   return known ? std::optional(value.scalar) : std::nullopt;
+                                 });
+}
+
+std::vector<double> YamlNode::numbers(const std::string& key, const NumberRange& range, std::size_t count,
+                                      std::optional<std::vector<double>> fallback) {
+  const std::string length = count > 0 ? std::to_string(count) : "any number of";
+  const std::string allowed = "a list of " + length + " entries, each " + range.to_text();
+  YamlValue* child = impl_->ask(key);
+  const std::vector<double> harmless = fallback.value_or(std::vector<double>(count));
+  if (!child) {
+    if (!fallback) impl_->add_missing(key, allowed);
+    return harmless;
+  }
+  if (child->kind != Kind::list) {
+    impl_->add_fault(*child, allowed);
+    return harmless;
+  }
+  if (count > 0 && child->children.size() != count) {
+    impl_->tree->faults.add(impl_->place_of(key), fmt::format("a list of {} entries", child->children.size()),
+                            allowed);
+    child->settled = true;
+    return harmless;
+  }
+  std::vector<double> values;
+  for (YamlValue* item : child->children) {
+    const auto number = number_of(*item);
+    if (!number || !range.contains(*number)) {
+      impl_->add_fault(*item, range.to_text());
+    } else {
+      values.push_back(*number);
+    }
+  }
+  return values.size() == child->children.size() ? values : harmless;
+}
+
+YamlNode YamlNode::map(const std::string& key, bool required) {
+  YamlValue* child = impl_->ask(key);
+  if (child && child->kind == Kind::map) return Impl::node(impl_->tree, child);
+  if (child) {
+    impl_->add_fault(*child, "a map (key: value)");
+  } else if (required) {
+    impl_->add_missing(key, "a map (key: value)");
+  }
+  YamlValue* empty = impl_->tree->make(Kind::map, impl_->value->line);
+  empty->path = path_below(impl_->value->path, key);
+  empty->settled = child || required || impl_->value->settled;
+  return Impl::node(impl_->tree, empty);
+}
+
+std::vector<YamlNode> YamlNode::list(const std::string& key, bool required) {
+  YamlValue* child = impl_->ask(key);
+  std::vector<YamlNode> items;
+  if (child && child->kind == Kind::list) {
+    for (YamlValue* item : child->children) items.push_back(Impl::node(impl_->tree, item));
+  } else if (child) {
+    impl_->add_fault(*child, "a list");
+  } else if (required) {
+    impl_->add_missing(key, "a list");
+  }
+  return items;
+}
+
+std::vector<std::string> YamlNode::keys() const { return impl_->value->keys; }
+
+bool YamlNode::is_map() const { return impl_->value->kind == Kind::map; }
+bool YamlNode::is_scalar() const { return impl_->value->kind == Kind::scalar; }
+bool YamlNode::is_list() const { return impl_->value->kind == Kind::list; }
+
+double YamlNode::as_number(const NumberRange& range) {
+  const auto number = number_of(*impl_->value);
+  if (number && range.contains(*number)) return *number;
+  impl_->add_fault(*impl_->value, range.to_text());
+  return range.contains(0) ? 0 : range.contains(1) ? 1 : std::isfinite(range.low) ? range.low : range.high;
+}
+
+std::string YamlNode::as_text() {
+  if (impl_->value->kind == Kind::scalar) return impl_->value->scalar;
+  impl_->add_fault(*impl_->value, "text");
+  return {};
+}
+
+std::string YamlNode::place() const { return impl_->tree->place(impl_->value->line, impl_->value->path); }
+std::string YamlNode::place(const std::string& key) const { return impl_->place_of(key); }
+
+void YamlNode::fault(const std::string& key, std::string found, std::string allowed) {
+  impl_->tree->faults.add(impl_->place_of(key), std::move(found), std::move(allowed));
+  impl_->value->asked.insert(key);
+  if (YamlValue* child = impl_->value->child(key)) child->settled = true;
+}
+
+struct StrictYaml::Impl {
+  std::shared_ptr<YamlTree> tree = std::make_shared<YamlTree>();
+};
+
+StrictYaml StrictYaml::from_file(const std::filesystem::path& file) {
+  return from_text(read_file_bytes(file, max_bytes), file.string());
+}
+
+StrictYaml StrictYaml::from_text(const std::string& text, const std::string& name) {
+  if (text.size() > max_bytes) {
+    throw InputError(name, fmt::format("{} bytes", text.size()), fmt::format("at most {} bytes", max_bytes));
+  }
+  StrictYaml yaml;
+  yaml.impl_ = std::make_shared<Impl>();
+  yaml.impl_->tree->name = name;
+  yaml.impl_->tree->root = parse_yaml(*yaml.impl_->tree, text, true);
+  return yaml;
+}
+
+YamlNode StrictYaml::root() const { return YamlNode::Impl::node(impl_->tree, impl_->tree->root); }
+
+FaultList& StrictYaml::faults() { return impl_->tree->faults; }
+
+void StrictYaml::set(const std::string& key_path, const std::string& yaml_value) {
+  YamlTree& tree = *impl_->tree;
+  const auto refuse = [&](std::string found, std::string allowed) {
+    tree.faults.add("--set " + key_path, std::move(found), std::move(allowed));
+  };
+  YamlValue* replacement = nullptr;
+  try {
+    replacement = parse_yaml(tree, yaml_value, false);
+  } catch (const InputError& error) {
+    return refuse(error.faults().front().found, "key.path=value, the value as in YAML");
+  }
+  const std::vector<std::string> steps = steps_of(key_path);
+  if (std::count(steps.begin(), steps.end(), "") > 0) return refuse("an empty key", "keys joined by dots");
+  YamlValue* at = tree.root;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (at->kind == Kind::null) at->kind = Kind::map;
+    YamlValue* next = nullptr;
+    if (at->kind == Kind::map) {
+      next = at->child(steps[i]);
+      if (!next) tree.add_child(*at, steps[i], next = tree.make(Kind::null, 0));
+    } else if (at->kind == Kind::list) {
+      const auto item = parse_integer(steps[i]);
+      if (!item || *item < 0 || *item >= static_cast<long long>(at->children.size())) {
+        return refuse(fmt::format("item {} of a list of {}", steps[i], at->children.size()),
+                      "an item that exists, counted from 0");
+      }
+      next = at->children[static_cast<std::size_t>(*item)];
+    } else {
+      return refuse(description(*at) + " at " + at->path, "a path through maps and lists");
+    }
+    at = next;
+  }
+  const std::string path = at->path;
+  *at = *replacement;
+  set_paths(*at, path);
+}
+
+void StrictYaml::finish() {
+  add_faults_of_unknown_keys(*impl_->tree, *impl_->tree->root);
+  impl_->tree->faults.throw_if_any();
+}
+
+std::string StrictYaml::resolved_json() const { return to_json(*impl_->tree->root).dump(); }
+
+}  // namespace ballservo

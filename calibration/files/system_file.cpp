@@ -1,0 +1,97 @@
+#include "calibration/files/system_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr const char* writable_place = "a place that can be written, with room on the disk";
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  int number() const { return number_; }
+  /// Closes now; false if the system reports a late write error (as network file systems do).
+  bool close() {
+    const int closed = ::close(number_);
+    number_ = -1;
+    return closed == 0;
+  }
+
+ private:
+  int number_;
+};
+
+[[noreturn]] void fail(const std::string& place) {
+  throw InputError(place, system_error_text(errno), writable_place);
+}
+
+}  // namespace
+
+std::string system_error_text(int error_number) {
+  const char* description = ::strerrordesc_np(error_number);
+  return description ? description : "system error " + std::to_string(error_number);
+}
+
+void write_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place) {
+  Descriptor descriptor(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  if (descriptor.number() < 0) fail(place);
+  while (!contents.empty()) {
+    const ssize_t written = ::write(descriptor.number(), contents.data(), contents.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(place);
+    contents.remove_prefix(static_cast<std::size_t>(written));
+  }
+  if (!descriptor.close()) fail(place);
+}
+
+bool make_new_file(const std::filesystem::path& file, const std::string& place) {
+  const Descriptor descriptor(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (descriptor.number() < 0 && errno != EEXIST) fail(place);
+  return descriptor.number() >= 0;
+}
+
+bool make_new_folder(const std::filesystem::path& folder, const std::string& place) {
+  const int made = ::mkdir(folder.c_str(), 0777);
+  if (made != 0 && errno != EEXIST) fail(place);
+  return made == 0;
+}
+
+void flush_to_disk(const std::filesystem::path& path, const std::string& place) {
+  const Descriptor descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (descriptor.number() < 0) fail(place);
+  // Some file systems cannot flush a folder and say EINVAL: there is nothing to wait for then.
+  if (::fsync(descriptor.number()) != 0 && errno != EINVAL) fail(place);
+}
+
+void rename_path(const std::filesystem::path& from, const std::filesystem::path& to, bool replace) {
+  const auto refuse_existing = [&] {
+    throw InputError(to.string(), "an existing output", "a new name, or --force");
+  };
+  if (!replace) {
+    if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
+    if (errno == EEXIST) refuse_existing();
+    // File systems without this flag: look first, which leaves only an instant for somebody else's file.
+    if (errno != EINVAL && errno != ENOSYS) fail(to.string());
+    std::error_code ignored;
+    if (std::filesystem::exists(std::filesystem::symlink_status(to, ignored))) refuse_existing();
+  }
+  if (std::rename(from.c_str(), to.c_str()) != 0) fail(to.string());
+}
+
+}  // namespace ballservo

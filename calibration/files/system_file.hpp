@@ -1,0 +1,28 @@
+// Files through the system's own calls, which report a full disk where streams keep quiet about it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace ballservo {
+
+/// The system's words for an error number, in English whatever the locale.
+std::string system_error_text(int error_number);
+
+/// Replaces the contents of `file` (made if missing). InputError about `place` if that fails, on a full disk
+/// too.
+void write_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place);
+
+/// Makes a new empty file, or folder; false if something of this name exists. InputError about `place` if it
+/// fails.
+bool make_new_file(const std::filesystem::path& file, const std::string& place);
+bool make_new_folder(const std::filesystem::path& folder, const std::string& place);
+
+/// Waits until the file or folder has reached the disk. InputError about `place` if it cannot.
+void flush_to_disk(const std::filesystem::path& path, const std::string& place);
+
+/// Renames within one file system; without `replace`, an existing target is an InputError about it.
+void rename_path(const std::filesystem::path& from, const std::filesystem::path& to, bool replace);
+
+}  // namespace ballservo

@@ -1,0 +1,215 @@
+#include "calibration/files/yaml_tree.hpp"
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/parser.h>
+
+#include <algorithm>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+namespace ballservo {
+namespace {
+
+constexpr std::size_t max_depth = 32;
+
+/// The line (from 1) of the first byte that is no UTF-8 text, by the table of RFC 3629; nothing if all is
+/// well.
+std::optional<int> line_of_bad_utf8(const std::string& text) {
+  int line = 1;
+  std::size_t at = 0;
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+  while (at < text.size()) {
+    const unsigned lead = byte(at), second = byte(at + 1);
+    if (lead == '\n') ++line;
+    const auto in = [](unsigned value, unsigned low, unsigned high) { return value >= low && value <= high; };
+    std::size_t length = 0;
+    if (lead == '\t' || lead == '\n' || lead == '\r' || in(lead, 0x20, 0x7E)) length = 1;
+    if (in(lead, 0xC2, 0xDF) && in(second, 0x80, 0xBF)) length = 2;
+    const unsigned low = lead == 0xE0 ? 0xA0 : lead == 0xF0 ? 0x90 : 0x80;
+    const unsigned high = lead == 0xED ? 0x9F : lead == 0xF4 ? 0x8F : 0xBF;
+    if (in(lead, 0xE0, 0xEF) && in(second, low, high)) length = 3;
+    if (in(lead, 0xF0, 0xF4) && in(second, low, high)) length = 4;
+    for (std::size_t i = 2; i < length; ++i) {
+      if (!in(byte(at + i), 0x80, 0xBF)) length = 0;
+    }
+    if (length == 0) return line;
+    at += length;
+  }
+  return std::nullopt;
+}
+
+/// Builds the tree from the parser's events. The parser's own node type would let duplicate keys pass.
+class TreeBuilder : public YAML::EventHandler {
+ public:
+  TreeBuilder(YamlTree& tree, bool with_lines) : tree_(tree), with_lines_(with_lines) {}
+
+  YamlValue* root() const { return root_; }
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    refuse_anchor(mark, anchor);
+    if (waiting_for_key()) refuse(mark, "an empty key", "a name before the colon");
+    add(make(YamlValue::Kind::null, mark));
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    refuse(mark, "an alias (*name)", "values written out where they are used");
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& text) override {
+    refuse_anchor(mark, anchor);
+    refuse_tag(mark, tag);
+    if (waiting_for_key()) {
+      open_.back().key = text;
+      open_.back().key_line = line(mark);
+      return;
+    }
+    YamlValue* value = make(YamlValue::Kind::scalar, mark);
+    value->scalar = text;
+    value->quoted = tag == "!";
+    add(value);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
+    open(YamlValue::Kind::list, mark, tag, anchor);
+  }
+  void OnSequenceEnd() override { open_.pop_back(); }
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
+    open(YamlValue::Kind::map, mark, tag, anchor);
+  }
+  void OnMapEnd() override { open_.pop_back(); }
+
+ private:
+  struct Open {
+    YamlValue* value;
+    std::optional<std::string> key;  ///< read, its value still to come
+    int key_line = 0;
+  };
+
+  int line(const YAML::Mark& mark) const { return with_lines_ ? mark.line + 1 : 0; }
+  YamlValue* make(YamlValue::Kind kind, const YAML::Mark& mark) { return tree_.make(kind, line(mark)); }
+  bool waiting_for_key() const {
+    return !open_.empty() && open_.back().value->kind == YamlValue::Kind::map && !open_.back().key;
+  }
+
+  void add(YamlValue* value) {
+    if (open_.empty()) {
+      root_ = value;
+      return;
+    }
+    Open& parent = open_.back();
+    if (parent.value->kind == YamlValue::Kind::list) {
+      set_paths(*value, parent.value->path + "[" + std::to_string(parent.value->children.size()) + "]");
+      parent.value->children.push_back(value);
+      return;
+    }
+    const std::string key = *std::exchange(parent.key, std::nullopt);
+    // The key's line, not its value's: that is where a person looks.
+    value->line = parent.key_line;
+    if (const YamlValue* first = parent.value->child(key)) {
+      tree_.faults.add(tree_.place(value->line, path_below(parent.value->path, key)),
+                       "the key a second time (first on line " + std::to_string(first->line) + ")",
+                       "each key once");
+      set_paths(*value, path_below(parent.value->path, key));
+    } else {
+      tree_.add_child(*parent.value, key, value);
+    }
+  }
+
+  void open(YamlValue::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
+    refuse_anchor(mark, anchor);
+    refuse_tag(mark, tag);
+    if (waiting_for_key()) refuse(mark, "a list or map as a key", "a name before the colon");
+    if (open_.size() >= max_depth) {
+      refuse(mark, "values nested deeper than " + std::to_string(max_depth), "a flatter document");
+    }
+    YamlValue* value = make(kind, mark);
+    add(value);
+    open_.push_back({value, std::nullopt, 0});
+  }
+
+  void refuse_anchor(const YAML::Mark& mark, YAML::anchor_t anchor) const {
+    if (anchor != YAML::NullAnchor)
+      refuse(mark, "an anchor (&name)", "values written out where they are used");
+  }
+  void refuse_tag(const YAML::Mark& mark, const std::string& tag) const {
+    const bool plain = tag.empty() || tag == "?" || tag == "!";
+    if (!plain) refuse(mark, "a tag (" + tag + ")", "values without tags");
+  }
+  [[noreturn]] void refuse(const YAML::Mark& mark, std::string found, std::string allowed) const {
+    throw InputError(tree_.place(line(mark), ""), std::move(found), std::move(allowed));
+  }
+
+  YamlTree& tree_;
+  bool with_lines_;
+  YamlValue* root_ = nullptr;
+  std::vector<Open> open_;
+};
+
+}  // namespace
+
+YamlValue* YamlValue::child(const std::string& key) const {
+  const auto found = index.find(key);
+  return found == index.end() ? nullptr : children[found->second];
+}
+
+YamlValue* YamlTree::make(YamlValue::Kind kind, int line) {
+  YamlValue& value = values.emplace_back();
+  value.kind = kind;
+  value.line = line;
+  return &value;
+}
+
+void YamlTree::add_child(YamlValue& map, const std::string& key, YamlValue* child) {
+  map.index.emplace(key, map.children.size());
+  map.keys.push_back(key);
+  map.children.push_back(child);
+  set_paths(*child, path_below(map.path, key));
+}
+
+std::string YamlTree::place(int line, const std::string& path) const {
+  std::string place = line > 0 ? name + ":" + std::to_string(line) : "--set";
+  if (!path.empty()) place += ": " + path;
+  return place;
+}
+
+std::string path_below(const std::string& path, const std::string& key) {
+  return path.empty() ? key : path + "." + key;
+}
+
+void set_paths(YamlValue& value, const std::string& path) {
+  value.path = path;
+  for (std::size_t i = 0; i < value.children.size(); ++i) {
+    const bool list = value.kind == YamlValue::Kind::list;
+    set_paths(*value.children[i],
+              list ? path + "[" + std::to_string(i) + "]" : path_below(path, value.keys[i]));
+  }
+}
+
+YamlValue* parse_yaml(YamlTree& tree, const std::string& text, bool with_lines) {
+  const auto refuse = [&](int line, std::string found) {
+    throw InputError(tree.place(with_lines ? std::max(line, 1) : 0, ""), std::move(found),
+                     "well-formed YAML in UTF-8");
+  };
+  if (const auto line = line_of_bad_utf8(text)) refuse(*line, "bytes that are no UTF-8 text");
+  TreeBuilder builder(tree, with_lines);
+  try {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    parser.HandleNextDocument(builder);
+    if (YamlValue* root = builder.root()) {
+      TreeBuilder second(tree, with_lines);
+      if (parser.HandleNextDocument(second))
+        refuse(second.root() ? second.root()->line : 1, "a second document");
+      return root;
+    }
+  } catch (const YAML::Exception& error) {
+    refuse(error.mark.line + 1, "text that is no YAML (" + error.msg + ")");
+  }
+  return tree.make(YamlValue::Kind::null, with_lines ? 1 : 0);
+}
+
+}  // namespace ballservo
