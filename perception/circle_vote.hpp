@@ -1,0 +1,71 @@
+// Stage 4: a circle by random three-point votes (paper, "Estimation des parametres du cercle").
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "calibration/files/random.hpp"
+
+namespace ballservo {
+
+struct CircleVoteOptions {
+  int stop_at = 16;  ///< votes in one cell that end the voting (paper: a threshold on the incremented cell)
+  int max_votes_per_point =
+      8;  ///< cap on the votes, by the number of boundary points: heavy occlusion needs many ...
+  int max_votes = 4000;  ///< ... but never more than this
+  double min_radius_px = 2.5;
+};
+
+/// What the votes say.
+struct CircleEstimate {
+  Eigen::Vector2d center_px{0, 0};
+  double radius_px = 0;
+  int votes = 0;         ///< N_votes: triples drawn
+  int points = 0;        ///< N_points
+  int center_peak = 0;   ///< c_max: votes in the fullest cell
+  int radius_peak = 0;   ///< r_max: points in the fullest radius cell
+  bool stopped = false;  ///< the threshold was reached before the cap
+  /// The paper's Q_c = c_max r_max / (N_votes N_points).
+  double quality() const {
+    return votes > 0 && points > 0
+               ? static_cast<double>(center_peak) * radius_peak / (static_cast<double>(votes) * points)
+               : 0;
+  }
+};
+
+/// Centre of the circle through three points (paper, eqs. 1 and 2); nothing where they are nearly collinear.
+std::optional<Eigen::Vector2d> circumcenter(const Eigen::Vector2d& p1, const Eigen::Vector2d& p2,
+                                            const Eigen::Vector2d& p3);
+
+/// The 2-D histogram of centre votes, kept for pictures of the stages.
+struct VoteHistogram {
+  Eigen::Vector2d origin_px{0, 0};  ///< position of the first cell's centre
+  double cell_px = 1;
+  int columns = 0, rows = 0;
+  std::vector<std::uint16_t> counts;  ///< row by row
+};
+
+/// Estimates circles; keeps its histogram between calls so that it allocates only while it grows.
+class CircleVoter {
+ public:
+  explicit CircleVoter(const CircleVoteOptions& options = {}) : options_(options) {}
+
+  /// The circle that most triples of the boundary points (undistorted, px) agree on; nothing for fewer than 8
+  /// points or where no triple makes a circle. `engine` is the only source of chance.
+  std::optional<CircleEstimate> estimate(const std::vector<Eigen::Vector2f>& points_px, RandomEngine& engine);
+
+  const VoteHistogram& histogram() const { return histogram_; }  ///< of the last call
+  const std::vector<std::uint16_t>& radius_histogram() const {
+    return radii_;
+  }  ///< 1 px cells, of the last call
+
+ private:
+  CircleVoteOptions options_;
+  VoteHistogram histogram_;
+  std::vector<std::uint16_t> radii_;
+  std::vector<Eigen::Vector2f> votes_;  // the centres, to average those around the peak
+};
+
+}  // namespace ballservo

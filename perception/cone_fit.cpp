@@ -1,0 +1,153 @@
+#include "perception/cone_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/camera/sphere_outline.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr int reweightings = 6;
+constexpr double tukey = 4.685;  // 95 % efficient for Gaussian residuals
+
+// Row of the Jacobian of angle_outside by (turn 1, turn 2, alpha): turning the axis towards the ray shrinks
+// the angle.
+Eigen::Vector3d jacobian_row(const Eigen::Matrix<double, 3, 2>& basis, const Eigen::Vector3d& ray) {
+  const Eigen::Vector2d across = basis.transpose() * ray;
+  const double length = across.norm();
+  if (!(length > 0)) return {0, 0, -1};
+  return {-across.x() / length, -across.y() / length, -1};
+}
+
+struct NormalEquations {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  int used = 0;
+
+  void add(const Eigen::Vector3d& row, double residual, double weight) {
+    if (!(weight > 0) || !std::isfinite(residual)) return;
+    matrix += weight * row * row.transpose();
+    right -= weight * row * residual;
+    ++used;
+  }
+  std::optional<Eigen::Vector3d> solve() const {
+    if (used < 3) return std::nullopt;
+    const Eigen::LDLT<Eigen::Matrix3d> ldlt(matrix);
+    const Eigen::Vector3d d = ldlt.vectorD();
+    if (!(d.minCoeff() > 1e-9 * d.maxCoeff())) return std::nullopt;
+    const Eigen::Vector3d step = ldlt.solve(right);
+    if (!step.allFinite()) return std::nullopt;
+    return step;
+  }
+};
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Eigen::Vector3d TangentCone::center(double radius_m) const { return axis * (radius_m / std::sin(alpha_rad)); }
+
+std::optional<TangentCone> TangentCone::of_sphere(const Eigen::Vector3d& p_C, double radius_m) {
+  const double distance = p_C.norm();
+  if (!(radius_m > 0) || !(distance > radius_m) || !std::isfinite(distance)) return std::nullopt;
+  return TangentCone{p_C / distance, std::asin(radius_m / distance)};
+}
+
+double angle_outside(const TangentCone& cone, const Eigen::Vector3d& ray) {
+  return std::atan2(cone.axis.cross(ray).norm(), cone.axis.dot(ray)) - cone.alpha_rad;
+}
+
+TangentCone moved(const TangentCone& cone, const Eigen::Vector3d& step_rad) {
+  return {(cone.axis + perpendicular_basis(cone.axis) * step_rad.head<2>()).normalized(),
+          cone.alpha_rad + step_rad.z()};
+}
+
+std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges) {
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
+  NormalEquations normal;
+  double px_per_rad = 0;
+  for (const EdgePoint& edge : edges) {
+    const double scale = edge.px_per_rad / edge.sigma_px;
+    normal.add(jacobian_row(basis, edge.ray), angle_outside(start, edge.ray), edge.weight * scale * scale);
+    px_per_rad = std::max(px_per_rad, edge.weight > 0 ? edge.px_per_rad : 0);
+  }
+  const auto step = normal.solve();
+  if (!step) return std::nullopt;
+
+  ConeFit fit;
+  fit.cone = moved(start, *step);
+  if (!(fit.cone.alpha_rad > 0) || !(fit.cone.alpha_rad < 1.5707)) return std::nullopt;
+  fit.step_px = (step->head<2>().norm() + std::abs(step->z())) * px_per_rad;
+  fit.used = normal.used;
+  double chi2 = 0, squares_px2 = 0, weights = 0;
+  for (const EdgePoint& edge : edges) {
+    if (!(edge.weight > 0)) continue;
+    const double residual_px = angle_outside(fit.cone, edge.ray) * edge.px_per_rad;
+    chi2 += edge.weight * std::pow(residual_px / edge.sigma_px, 2);
+    squares_px2 += edge.weight * residual_px * residual_px;
+    weights += edge.weight;
+  }
+  fit.residual_px = std::sqrt(squares_px2 / weights);
+  fit.chi2_per_dof = chi2 / std::max(1.0, weights - 3);
+  fit.covariance_rad2 = normal.matrix.inverse() * std::max(1.0, fit.chi2_per_dof);
+  return fit;
+}
+
+void set_robust_weights(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px) {
+  if (edges.empty()) return;
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
+  // The problem is linear in (turn, turn, alpha) to second order in the step, so the weights settle on one
+  // linearisation.
+  Eigen::Vector3d step = Eigen::Vector3d::Zero();
+  std::vector<double> residuals(edges.size()), magnitudes;
+  const auto update_residuals = [&] {
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      residuals[i] = (angle_outside(start, edges[i].ray) + jacobian_row(basis, edges[i].ray).dot(step)) *
+                     edges[i].px_per_rad;
+    }
+  };
+  const auto scale_px = [&] {
+    magnitudes.clear();
+    for (const double r : residuals) magnitudes.push_back(std::abs(r));
+    return std::max(floor_px, 1.4826 * median(magnitudes));
+  };
+  // Least absolute deviations first: an occluder's edge must not set the scale.
+  update_residuals();
+  for (int i = 0; i < 2 * reweightings; ++i) {
+    const bool absolute = i < reweightings;
+    const double scale = scale_px();
+    NormalEquations normal;
+    for (std::size_t k = 0; k < edges.size(); ++k) {
+      const double r = std::abs(residuals[k]);
+      const double u = r / (tukey * scale);
+      edges[k].weight = u < 1 ? (1 - u * u) * (1 - u * u) : 0;
+      const double weight = absolute ? 1 / std::max(r, floor_px) : edges[k].weight;
+      const double inverse = edges[k].px_per_rad / std::max(edges[k].sigma_px, 0.25 * floor_px);
+      normal.add(jacobian_row(basis, edges[k].ray), residuals[k] / edges[k].px_per_rad,
+                 weight * inverse * inverse);
+    }
+    const auto change = normal.solve();
+    if (!change) break;
+    step += *change;
+    update_residuals();
+  }
+}
+
+Eigen::Matrix3d center_covariance(const ConeFit& fit, double radius_m, double radius_sigma_m) {
+  const Eigen::Vector3d center = fit.cone.center(radius_m);
+  const double distance = center.norm();
+  Eigen::Matrix3d jacobian;  // of the centre by (turn 1, turn 2, alpha)
+  jacobian.leftCols<2>() = perpendicular_basis(fit.cone.axis) * distance;
+  jacobian.col(2) = -center / std::tan(fit.cone.alpha_rad);
+  const Eigen::Vector3d by_radius = center / radius_m * radius_sigma_m;
+  return jacobian * fit.covariance_rad2 * jacobian.transpose() + by_radius * by_radius.transpose();
+}
+
+}  // namespace ballservo

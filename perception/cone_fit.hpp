@@ -1,0 +1,68 @@
+// Stage 5, exact: the cone of rays that touch the ball, fitted to rays of its edge.
+//
+// The rays that touch a sphere of centre C and radius R make a cone around C with half angle alpha,
+// sin(alpha) = R/|C| (u.C = sqrt(|C|^2 - R^2) for every unit ray u of it). On the unit sphere of directions
+// the outline is therefore an exact circle, wherever the ball stands and whatever the lens: fitting it is
+// fitting a circle there.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+namespace ballservo {
+
+/// The tangent cone of a ball: all that a picture tells about it without its diameter.
+struct TangentCone {
+  Eigen::Vector3d axis{0, 0, 1};  ///< unit vector to the ball's centre, camera frame
+  double alpha_rad = 0;           ///< half angle, 0 to pi/2
+
+  /// The ball's centre (m, camera frame) given its radius.
+  Eigen::Vector3d center(double radius_m) const;
+  /// The cone of a ball; nothing when the camera is inside it or anything is not finite.
+  static std::optional<TangentCone> of_sphere(const Eigen::Vector3d& p_C, double radius_m);
+};
+
+/// A place on the ball's edge.
+struct EdgePoint {
+  Eigen::Vector3d ray{0, 0, 1};  ///< unit, camera frame
+  double px_per_rad = 1;         ///< how far the edge moves in the picture when its ray turns outward
+  double sigma_px = 1;           ///< standard deviation of its place across the edge
+  double weight = 1;             ///< robust weight, 0 (not the ball's edge) to 1
+  double angle_rad = 0;          ///< where on the outline, about the axis of the cone it was sought around
+  double contrast = 0;           ///< step between inside and outside, grey levels
+};
+
+/// One fit's outcome.
+struct ConeFit {
+  TangentCone cone;
+  /// Covariance of (turn along basis column 1, turn along column 2, alpha), rad^2; basis =
+  /// perpendicular_basis(axis).
+  Eigen::Matrix3d covariance_rad2 = Eigen::Matrix3d::Zero();
+  double residual_px = 0;  ///< weighted RMS of the edge points' distances from the outline, after the step
+  double step_px = 0;      ///< largest move of the outline by the step
+  double chi2_per_dof = 0;
+  int used = 0;  ///< points of weight above 0
+};
+
+/// Signed angle (rad) of a ray outside the cone (negative inside): angle(u, axis) - alpha.
+double angle_outside(const TangentCone& cone, const Eigen::Vector3d& ray);
+
+/// The cone after turning its axis by `step` = (turn 1, turn 2, change of alpha), rad:
+/// axis' ~ axis + basis (turn 1, turn 2).
+TangentCone moved(const TangentCone& cone, const Eigen::Vector3d& step_rad);
+
+/// Exactly one Gauss-Newton step from `start` on sum_i weight_i (angle_outside_i px_per_rad_i / sigma_i)^2
+/// with the points and weights held fixed. Nothing for fewer than 3 points of weight or a degenerate set.
+/// The covariance is (J'WJ)^-1 times the residuals' own scale where that is above 1.
+std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges);
+
+/// Sets the robust weights (Tukey's biweight, Beaton and Tukey 1974) of the points about the best cone near
+/// `start`: a few reweighted solutions of the problem linearised once, at `start`. `floor_px` bounds the
+/// scale from below.
+void set_robust_weights(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px);
+
+/// Covariance of the ball's centre (m^2, camera frame) given its radius and that radius's own sigma (m).
+Eigen::Matrix3d center_covariance(const ConeFit& fit, double radius_m, double radius_sigma_m);
+
+}  // namespace ballservo

@@ -1,0 +1,323 @@
+#include "perception/detector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+#include "perception/ball_position.hpp"
+#include "perception/classification.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr int failures_per_region = 2;
+// Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.
+constexpr double robust_floor_px = 0.06;
+
+// How far an edge or a boundary pixel may lie from a ball's outline and still speak for it.
+double tolerance_px(double radius_px) { return 0.6 + 0.035 * radius_px; }
+
+// The fraction of 48 directions from the circle's centre in which a boundary point lies on it.
+double boundary_support(const std::vector<Eigen::Vector2f>& points, const CircleEstimate& circle) {
+  std::array<bool, 48> seen{};
+  const double tolerance = 0.5 + tolerance_px(circle.radius_px);
+  for (const Eigen::Vector2f& p : points) {
+    const Eigen::Vector2d d = p.cast<double>() - circle.center_px;
+    if (std::abs(d.norm() - circle.radius_px) > tolerance) continue;
+    const double turn = std::atan2(d.y(), d.x()) / 6.283185307179586 + 0.5;
+    seen[std::min(seen.size() - 1, static_cast<std::size_t>(turn * static_cast<double>(seen.size())))] = true;
+  }
+  // A small circle has fewer boundary pixels than directions.
+  const double attainable =
+      std::min(1.0, 6.283185307179586 * circle.radius_px / static_cast<double>(seen.size()));
+  return static_cast<double>(std::count(seen.begin(), seen.end(), true)) / static_cast<double>(seen.size()) /
+         attainable;
+}
+
+std::vector<Eigen::Vector2d> picture_outline(const Camera& camera, const TangentCone& cone) {
+  return project_outline(camera, cone.axis, std::sin(cone.alpha_rad), 128);
+}
+
+}  // namespace
+
+void DetectorOptions::validate() const {
+  FaultList faults;
+  const auto fraction = [&](const char* name, double value) {
+    if (!(value >= 0 && value <= 1)) faults.add(name, number_text(value), "a number from 0 to 1");
+  };
+  fraction("min_arc", min_arc);
+  fraction("min_fill", min_fill);
+  fraction("max_leak", max_leak);
+  fraction("min_quality", min_quality);
+  if (!(min_radius_px >= 2))
+    faults.add("min_radius_px", number_text(min_radius_px), "a number of at least 2 (px)");
+  if (max_balls_per_region < 1)
+    faults.add("max_balls_per_region", std::to_string(max_balls_per_region), "at least 1");
+  for (const BallRadius& radius : radii) {
+    if (!(radius.radius_m >= 0) || !std::isfinite(radius.radius_m))
+      faults.add("radii", number_text(radius.radius_m), "a positive length (m), or 0 where unknown");
+    if (!(radius.sigma_m >= 0) || !std::isfinite(radius.sigma_m))
+      faults.add("radii", number_text(radius.sigma_m), "a sigma of 0 or more (m)");
+  }
+  faults.throw_if_any();
+}
+
+Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const ColorTable> colors,
+                   const DetectorOptions& options)
+    : rays_(std::move(rays)),
+      colors_(std::move(colors)),
+      options_(options),
+      voter_(options.vote),
+      edge_meter_(options.edges) {
+  options_.validate();
+}
+
+const std::vector<Ball>& Detector::detect(const cv::Mat& bgr, cv::Rect window, DetectionStages* stages) {
+  if (bgr.type() != CV_8UC3 || bgr.cols != rays_->size().width_px || bgr.rows != rays_->size().height_px) {
+    throw InputError("picture", std::to_string(bgr.cols) + "x" + std::to_string(bgr.rows),
+                     "the camera's size, " + std::to_string(rays_->size().width_px) + "x" +
+                         std::to_string(rays_->size().height_px) + ", in 8-bit BGR");
+  }
+  balls_.clear();
+  const cv::Rect everywhere({0, 0}, bgr.size());
+  if (window.empty()) window = everywhere;
+  window &= everywhere;
+  if (window.empty()) return balls_;
+
+  const int classes = static_cast<int>(colors_->classes.size());
+  classify(bgr(window), *colors_, classified_);
+  morphology_.open(classified_, opened_, classes);
+  morphology_.close(opened_, closed_, classes);
+  regions_.update(closed_);
+  if (stages) *stages = {window, classified_.clone(), opened_.clone(), closed_.clone(), {}};
+
+  for (std::size_t i = 0; i < regions_.regions().size(); ++i) {
+    const Region& region = regions_.regions()[i];
+    const bool large_enough = region.pixels >= 2 * options_.min_radius_px * options_.min_radius_px;
+    if (region.color_class != no_class && region.absorbed_by < 0 && large_enough)
+      find_balls(bgr, window, static_cast<int>(i), stages);
+  }
+  drop_repeated();
+  return balls_;
+}
+
+void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region_index,
+                          DetectionStages* stages) {
+  const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
+  regions_.boundary(region_index, boundary_);
+  // Undistorted boundary positions, half a pixel outward: between the region's last pixel and the first
+  // beyond it.
+  points_.clear();
+  remaining_.clear();
+  for (BoundaryPixel pixel : boundary_) {
+    pixel.u_px += window.x;
+    pixel.v_px += window.y;
+    const auto position = rays_->undistorted_px(pixel.u_px, pixel.v_px);
+    if (!position) continue;
+    points_.push_back(*position + 0.5f * pixel.outward);
+    remaining_.push_back(pixel);
+  }
+  const std::uint64_t place = (static_cast<std::uint64_t>(region.box.x + window.x) << 32) ^
+                              (static_cast<std::uint64_t>(region.box.y + window.y) << 16) ^
+                              static_cast<std::uint64_t>(region.pixels);
+  RandomEngine engine = random_stream(options_.seed, "circle_vote", place);
+
+  int found = 0;
+  for (int failures = 0; failures < failures_per_region && found < options_.max_balls_per_region;) {
+    const auto vote = voter_.estimate(points_, engine);
+    if (!vote) return;
+    const char* reason = nullptr;
+    std::optional<Ball> ball;
+    RefinementInput input;
+    if (vote->radius_px < options_.min_radius_px) {
+      reason = "too small";
+    } else if (boundary_support(points_, *vote) < 0.7 * options_.min_arc) {
+      reason = "the region's outline follows no circle";
+    } else {
+      ball = refine(bgr, region.color_class, *vote, options_.fit, stages ? &input : nullptr);
+      if (!ball) {
+        reason = "no edge along the circle";
+      } else {
+        const double arc = ball->support.arc;
+        ball->support =
+            color_support(closed_, window.tl(), regions_, region_index, *rays_, ball->cone, ball->outline);
+        ball->support.arc = options_.fit == BallFit::sphere ? arc : boundary_support(points_, *vote);
+        ball->quality = ball->support.quality();
+        reason = rejection(*ball);
+      }
+    }
+
+    // Take away what this circle explains, found to be a ball or not, and look at the rest.
+    if (stages) {
+      stages->candidates.push_back({region_index,
+                                    region.color_class,
+                                    remaining_,
+                                    {},
+                                    voter_.histogram(),
+                                    voter_.radius_histogram(),
+                                    *vote,
+                                    {},
+                                    {},
+                                    {},
+                                    {},
+                                    !reason,
+                                    reason ? reason : ""});
+      auto& candidate = stages->candidates.back();
+      if (const auto cone =
+              cone_near_circle({vote->center_px, vote->radius_px}, rays_->camera().focal_px())) {
+        candidate.estimate_outline_px = picture_outline(rays_->camera(), *cone);
+      }
+      for (const RingPixel& pixel : input.ring) candidate.ring_px.emplace_back(pixel.u_px, pixel.v_px);
+      for (const EdgePoint& edge : input.edges) {
+        if (const auto pixel = rays_->camera().project(edge.ray); pixel && edge.weight > 0)
+          candidate.ring_px.push_back(*pixel);
+      }
+      if (ball) {
+        candidate.refined_outline_px = picture_outline(rays_->camera(), ball->cone);
+        candidate.support = ball->support;
+      }
+    }
+    std::size_t kept = 0;
+    const double reach = 0.5 + tolerance_px(vote->radius_px);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (std::abs((points_[i].cast<double>() - vote->center_px).norm() - vote->radius_px) <= reach) {
+        if (stages) stages->candidates.back().removed.push_back(remaining_[i]);
+        continue;
+      }
+      points_[kept] = points_[i];
+      remaining_[kept++] = remaining_[i];
+    }
+    const bool nothing_taken = kept == points_.size();
+    points_.resize(kept);
+    remaining_.resize(kept);
+
+    if (!reason) {
+      balls_.push_back(*ball);
+      ++found;
+    } else {
+      ++failures;
+    }
+    if (nothing_taken) return;
+  }
+}
+
+const char* Detector::rejection(const Ball& ball) const {
+  if (ball.outline.radius_px < options_.min_radius_px) return "too small";
+  if (ball.support.arc < options_.min_arc) return "too little of the outline has an edge";
+  if (ball.support.fill < options_.min_fill) return "too little of the disc has the colour";
+  if (ball.support.leak > options_.max_leak) return "the colour runs on around it";
+  if (ball.quality < options_.min_quality) return "outline and colour together are too weak";
+  return nullptr;
+}
+
+std::optional<Ball> Detector::refine(const cv::Mat& bgr, ClassIndex color_class, const CircleEstimate& vote,
+                                     BallFit fit, RefinementInput* input) {
+  const UndistortedCircle circle{vote.center_px, vote.radius_px};
+  if (input) input->vote = circle;
+  auto ball = fit == BallFit::sphere ? refine_sphere(bgr, color_class, circle, input)
+                                     : refine_paper(bgr, color_class, circle, input);
+  if (!ball) return std::nullopt;
+  const auto outline = project_sphere(rays_->camera(), ball->cone.axis, std::sin(ball->cone.alpha_rad));
+  if (!outline) return std::nullopt;
+  ball->outline = *outline;
+  ball->color_class = color_class;
+  ball->vote = vote;
+  return ball;
+}
+
+std::optional<Ball> Detector::refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
+                                            const UndistortedCircle& circle, RefinementInput* input) {
+  const auto start = cone_near_circle(circle, rays_->camera().focal_px());
+  if (!start) return std::nullopt;
+  // Measured twice: around the vote, and again around what the first step made of it, each followed by one
+  // step.
+  TangentCone cone = *start;
+  std::optional<ConeFit> fit;
+  for (int pass = 0; pass < 2; ++pass) {
+    edge_meter_.measure(bgr, *rays_, cone, edges_);
+    set_robust_weights(cone, edges_.points, robust_floor_px);
+    if (input) {
+      input->start = cone;
+      input->edges = edges_.points;
+    }
+    fit = one_gauss_newton_step(cone, edges_.points);
+    if (!fit) return std::nullopt;
+    cone = fit->cone;
+  }
+  Ball ball;
+  ball.cone = cone;
+  ball.cone_covariance_rad2 = fit->covariance_rad2;
+  ball.residual_px = fit->residual_px;
+  ball.step_px = fit->step_px;
+  ball.edges_used = fit->used;
+  ball.blur_px = edges_.blur_px;
+  ball.support.arc = arc_support(edges_, cone, tolerance_px(circle.radius_px));
+  ball.position = position(color_class, *fit);
+  return ball;
+}
+
+std::optional<Ball> Detector::refine_paper(const cv::Mat& bgr, ClassIndex color_class,
+                                           const UndistortedCircle& circle, RefinementInput* input) {
+  select_ring_pixels(bgr, *rays_, circle, options_.ring, ring_);
+  if (input) input->ring = ring_;
+  const auto fit = one_gauss_newton_step(circle, ring_);
+  if (!fit) return std::nullopt;
+  const double focal_px = rays_->camera().focal_px();
+  const auto cone = cone_near_circle(fit->circle, focal_px);
+  if (!cone) return std::nullopt;
+  Ball ball;
+  ball.cone = *cone;
+  // Where the circle is small against the focal length, its centre and radius are the cone's turns and angle.
+  ball.cone_covariance_rad2 = fit->covariance_px2 / (focal_px * focal_px);
+  ball.residual_px = fit->residual_px;
+  ball.step_px = fit->step_px;
+  ball.edges_used = fit->used;
+  if (const BallRadius radius = radius_of(color_class); radius.radius_m > 0) {
+    const Eigen::Matrix3d jacobian = paper_position_jacobian(fit->circle, focal_px, radius.radius_m);
+    BallPosition position;
+    position.p_C = paper_position(fit->circle, focal_px, radius.radius_m);
+    const Eigen::Vector3d by_radius = position.p_C / radius.radius_m * radius.sigma_m;
+    position.covariance_m2 =
+        jacobian * fit->covariance_px2 * jacobian.transpose() + by_radius * by_radius.transpose();
+    ball.position = position;
+  }
+  return ball;
+}
+
+std::optional<BallPosition> Detector::position(ClassIndex color_class, const ConeFit& fit) const {
+  const BallRadius radius = radius_of(color_class);
+  if (!(radius.radius_m > 0)) return std::nullopt;
+  return BallPosition{fit.cone.center(radius.radius_m),
+                      center_covariance(fit, radius.radius_m, radius.sigma_m)};
+}
+
+BallRadius Detector::radius_of(ClassIndex color_class) const {
+  const std::size_t index = static_cast<std::size_t>(color_class) - 1;
+  return color_class != no_class && index < options_.radii.size() ? options_.radii[index] : BallRadius{};
+}
+
+void Detector::drop_repeated() {
+  std::stable_sort(balls_.begin(), balls_.end(),
+                   [](const Ball& a, const Ball& b) { return a.quality > b.quality; });
+  // A circle whose centre lies well inside a better one of its class is the same ball seen through another
+  // region of it.
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < balls_.size(); ++i) {
+    const bool repeated = std::any_of(
+        balls_.begin(), balls_.begin() + static_cast<std::ptrdiff_t>(kept), [&](const Ball& better) {
+          const double apart_rad =
+              std::acos(std::clamp(better.cone.axis.dot(balls_[i].cone.axis), -1.0, 1.0));
+          return better.color_class == balls_[i].color_class &&
+                 apart_rad < 0.7 * std::max(better.cone.alpha_rad, balls_[i].cone.alpha_rad);
+        });
+    if (!repeated) {
+      if (kept != i) balls_[kept] = balls_[i];
+      ++kept;
+    }
+  }
+  balls_.resize(kept);
+}
+
+}  // namespace ballservo

@@ -1,0 +1,121 @@
+// The paper's on-line pipeline for one picture; `Detector::detect` is where to read it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "calibration/camera/ray_table.hpp"
+#include "calibration/color/color_table.hpp"
+#include "perception/ball.hpp"
+#include "perception/circle_vote.hpp"
+#include "perception/edge_points.hpp"
+#include "perception/morphology.hpp"
+#include "perception/paper_refinement.hpp"
+#include "perception/regions.hpp"
+
+namespace ballservo {
+
+struct DetectorOptions {
+  BallFit fit = BallFit::sphere;
+  /// The radius of each class's balls; class k is entry k - 1. Empty or 0: not known, no position in 3-D.
+  std::vector<BallRadius> radii;
+  double min_radius_px = 3;
+  int max_balls_per_region = 8;
+  double min_arc = 0.3;    ///< of the outline must have an edge on it
+  double min_fill = 0.4;   ///< of the disc must have the ball's colour
+  double max_leak = 0.55;  ///< of the rim may have it
+  double min_quality = 0.4;
+  std::uint64_t seed = 0;
+  CircleVoteOptions vote;
+  EdgeRingOptions edges;
+  RingOptions ring;
+
+  /// Throws InputError naming every value that makes no sense.
+  void validate() const;
+};
+
+/// What the stages of one picture looked like, for those who want to see (paper, figures 2 to 4).
+struct DetectionStages {
+  cv::Rect window;
+  cv::Mat classified, opened, closed;  ///< class numbers, CV_8UC1, of the window
+  struct Candidate {
+    int region = 0;
+    ClassIndex color_class = no_class;
+    std::vector<BoundaryPixel>
+        outline;  ///< of the region, as far as no earlier circle took it away (picture px)
+    std::vector<BoundaryPixel> removed;  ///< what this circle takes away
+    VoteHistogram votes;                 ///< over undistorted px, relative to the principal point
+    std::vector<std::uint16_t> radius_votes;
+    CircleEstimate estimate;
+    std::vector<Eigen::Vector2d> estimate_outline_px;  ///< the voted circle in the picture as given
+    std::vector<Eigen::Vector2d> ring_px;              ///< pixels or edge points that the refinement used
+    std::vector<Eigen::Vector2d> refined_outline_px;
+    OutlineSupport support;
+    bool accepted = false;
+    const char* reason = "";  ///< why it was not accepted
+  };
+  std::vector<Candidate> candidates;
+};
+
+/// What the last refinement of a candidate started from and used: the material of one-step against converged
+/// fits.
+struct RefinementInput {
+  UndistortedCircle vote;        ///< the circle that the votes gave
+  std::vector<RingPixel> ring;   ///< fit paper: the pixels and weights of the step
+  TangentCone start;             ///< fit sphere: where the last step started
+  std::vector<EdgePoint> edges;  ///< fit sphere: the points and weights of the last step
+};
+
+class Detector {
+ public:
+  Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const ColorTable> colors,
+           const DetectorOptions& options);
+
+  /// The balls in a picture (8-bit BGR, of the camera's size), best first. Looks only at `window` (empty:
+  /// everywhere). Throws InputError for a picture of another size or type.
+  const std::vector<Ball>& detect(const cv::Mat& bgr, cv::Rect window = {},
+                                  DetectionStages* stages = nullptr);
+
+  const DetectorOptions& options() const { return options_; }
+  const RayTable& rays() const { return *rays_; }
+  const ColorTable& colors() const { return *colors_; }
+
+  /// Refines one voted circle as `detect` does; nothing where there is no ball's edge. `input` receives what
+  /// was used.
+  std::optional<Ball> refine(const cv::Mat& bgr, ClassIndex color_class, const CircleEstimate& vote,
+                             BallFit fit, RefinementInput* input = nullptr);
+
+  /// The position in 3-D of a ball of that class with that cone, where camera and diameter are known.
+  std::optional<BallPosition> position(ClassIndex color_class, const ConeFit& fit) const;
+
+  BallRadius radius_of(ClassIndex color_class) const;  ///< radius 0 where it is not known
+
+ private:
+  void find_balls(const cv::Mat& bgr, const cv::Rect& window, int region, DetectionStages* stages);
+  std::optional<Ball> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
+                                    const UndistortedCircle& circle, RefinementInput* input);
+  std::optional<Ball> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
+                                   const UndistortedCircle& circle, RefinementInput* input);
+  const char* rejection(const Ball& ball) const;
+  void drop_repeated();
+
+  std::shared_ptr<const RayTable> rays_;
+  std::shared_ptr<const ColorTable> colors_;
+  DetectorOptions options_;
+  // Reused between pictures.
+  cv::Mat classified_, opened_, closed_;
+  ClassMorphology morphology_;
+  RegionMap regions_;
+  CircleVoter voter_;
+  EdgeMeter edge_meter_;
+  OutlineEdges edges_;
+  std::vector<RingPixel> ring_;
+  std::vector<BoundaryPixel> boundary_, remaining_;
+  std::vector<Eigen::Vector2f> points_;
+  std::vector<Ball> balls_;
+};
+
+}  // namespace ballservo

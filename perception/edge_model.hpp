@@ -1,0 +1,59 @@
+// How the edge of a ball looks across its outline: a step and the shading of the limb, seen through a blur.
+//
+// With t the distance outside the outline (px) and s the blur's standard deviation (px), the intensity is
+//   O + A Phi(-(t - t0)/s) + B [sqrt(max(0, t0 - t)) * G_s] + D [max(0, t0 - t) * G_s]
+// where * G_s is convolution with a Gaussian. Near its limb a Lambertian sphere is n.l = const + const
+// sqrt(depth) + O(depth), so the square root and the ramp carry the shading, and t0 stays the geometric edge.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+namespace ballservo {
+
+/// Values of the basis functions and their slopes at x = (t0 - t)/s, for s = 1:
+/// Phi(x), its slope phi(x); F(x) = E sqrt(max(0, x + z)), z normal, and F'(x); ramp x Phi(x) + phi(x), slope
+/// Phi(x).
+struct BlurredBasis {
+  double step, step_slope;
+  double root, root_slope;
+  double ramp, ramp_slope;
+};
+
+/// By table, to 1e-5 (tested against quadrature).
+BlurredBasis blurred_basis(double x);
+
+/// One pixel near the outline, seen from a stretch of it.
+struct EdgeSample {
+  double distance_px;  ///< outside the assumed outline, negative inside
+  double intensity;
+};
+
+struct EdgeProfileOptions {
+  double min_contrast = 6;   ///< grey levels; below that there is no edge to place
+  double max_offset_px = 3;  ///< an edge further from the assumed outline is not the ball's
+  int iterations = 6;
+};
+
+/// What is believed of the profile's shape before it is seen.
+struct EdgeProfilePrior {
+  double blur_px = 0.8, log_blur_sigma = 0.5;   ///< log-normal
+  double root = 0, root_sigma_fraction = 0.25;  ///< B (per sqrt(px)), with a sigma relative to the step A
+  double ramp_sigma_fraction = 0.05;            ///< sigma of D (per px) relative to A, about 0
+};
+
+struct EdgeProfileFit {
+  double offset_px = 0;  ///< t0
+  double sigma_px = 0;   ///< its standard deviation, from the residuals
+  double blur_px = 0;    ///< s
+  double outside = 0, step = 0, root = 0, ramp = 0;
+  double residual = 0;  ///< RMS, grey levels
+};
+
+/// Fits the profile by damped Gauss-Newton; nothing where there is no clear edge within reach.
+std::optional<EdgeProfileFit> fit_edge_profile(const std::vector<EdgeSample>& samples, double start_offset_px,
+                                               const EdgeProfilePrior& prior,
+                                               const EdgeProfileOptions& options);
+
+}  // namespace ballservo

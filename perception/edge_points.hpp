@@ -1,0 +1,56 @@
+// Stage 5: where the ball's edge lies, to a fraction of a pixel, from the pixels of a ring around its
+// outline.
+//
+// No picture is resampled: each pixel of the ring keeps its own ray, and with it its exact distance from the
+// assumed outline. The ring is cut into stretches of a few pixels' length; each gives one edge point.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "calibration/camera/ray_table.hpp"
+#include "perception/cone_fit.hpp"
+#include "perception/edge_model.hpp"
+
+namespace ballservo {
+
+struct EdgeRingOptions {
+  double half_width_px = 5;      ///< of the ring, to each side of the assumed outline
+  double stretch_length_px = 6;  ///< of the outline that makes one edge point
+  int min_stretches = 16, max_stretches = 72;
+  double min_contrast = 10;  ///< grey levels between inside and outside
+  double max_offset_px = 3;  ///< how far from the assumed outline an edge may lie
+};
+
+/// The edge of one ball in one picture.
+struct OutlineEdges {
+  std::vector<EdgePoint> points;  ///< only stretches where an edge was found, in order of their angle
+  int stretches = 0;              ///< all stretches, those outside the picture included
+  int stretches_in_picture = 0;
+  double blur_px = 0;  ///< median over the stretches
+};
+
+/// Measures edges; keeps its buffers between calls.
+class EdgeMeter {
+ public:
+  explicit EdgeMeter(const EdgeRingOptions& options = {}) : options_(options) {}
+
+  /// `bgr` is the picture (CV_8UC3) that `rays` belongs to. Empty points for a cone that is not in the
+  /// picture.
+  void measure(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, OutlineEdges& edges);
+
+ private:
+  struct RingPixel {
+    int stretch;
+    double distance_px;
+    double px_per_rad;
+    cv::Vec3b bgr;
+  };
+  EdgeRingOptions options_;
+  std::vector<RingPixel> ring_;
+  std::vector<std::size_t> begin_;
+  std::vector<EdgeSample> samples_;
+  std::vector<double> blurs_;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,101 @@
+#include "perception/paper_refinement.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace ballservo {
+namespace {
+
+// Grey level as OpenCV weighs the channels (ITU-R BT.601).
+double grey(const cv::Vec3b& bgr) { return 0.114 * bgr[0] + 0.587 * bgr[1] + 0.299 * bgr[2]; }
+
+}  // namespace
+
+void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const UndistortedCircle& circle,
+                        const RingOptions& options, std::vector<RingPixel>& ring) {
+  CV_Assert(bgr.type() == CV_8UC3 && bgr.cols == rays.size().width_px && bgr.rows == rays.size().height_px);
+  ring.clear();
+  // The circle's box in the picture as given, from its outline seen through the lens.
+  const double focal = rays.camera().focal_px();
+  double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
+  for (int i = 0; i < 32; ++i) {
+    const double angle = 2 * 3.14159265358979323846 * i / 32,
+                 radius = circle.radius_px + options.half_width_px;
+    const Eigen::Vector2d p = circle.center_px + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const auto pixel = rays.camera().project({p.x(), p.y(), focal});
+    if (!pixel) continue;
+    left = std::min(left, pixel->x());
+    right = std::max(right, pixel->x());
+    top = std::min(top, pixel->y());
+    bottom = std::max(bottom, pixel->y());
+  }
+  const auto clamped = [](double value, int high) {
+    return static_cast<int>(std::clamp(value, 1.0, static_cast<double>(high)));
+  };
+  if (!(left <= right)) return;
+  for (int v = clamped(top - 2, bgr.rows - 1); v <= clamped(bottom + 2, bgr.rows - 2); ++v) {
+    const cv::Vec3b* above = bgr.ptr<cv::Vec3b>(v - 1);
+    const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
+    const cv::Vec3b* below = bgr.ptr<cv::Vec3b>(v + 1);
+    for (int u = clamped(left - 2, bgr.cols - 1); u <= clamped(right + 2, bgr.cols - 2); ++u) {
+      const auto position = rays.undistorted_px(u, v);
+      if (!position) continue;
+      const double distance = (position->cast<double>() - circle.center_px).norm();
+      if (std::abs(distance - circle.radius_px) > options.half_width_px) continue;
+      const double gu = 0.5 * (grey(row[u + 1]) - grey(row[u - 1])),
+                   gv = 0.5 * (grey(below[u]) - grey(above[u]));
+      ring.push_back({position->cast<double>(), gu * gu + gv * gv, u, v});
+    }
+  }
+  const auto kept = static_cast<std::size_t>(options.kept_per_circumference_px * 2 * 3.14159265358979323846 *
+                                             circle.radius_px);
+  if (ring.size() > kept) {
+    // Ties by place, so that the choice does not depend on the algorithm.
+    const auto stronger = [](const RingPixel& a, const RingPixel& b) {
+      if (a.weight != b.weight) return a.weight > b.weight;
+      return a.v_px != b.v_px ? a.v_px < b.v_px : a.u_px < b.u_px;
+    };
+    std::nth_element(ring.begin(), ring.begin() + static_cast<std::ptrdiff_t>(kept), ring.end(), stronger);
+    ring.resize(kept);
+    std::sort(ring.begin(), ring.end(), stronger);
+  }
+}
+
+std::optional<CircleFit> one_gauss_newton_step(const UndistortedCircle& start,
+                                               const std::vector<RingPixel>& ring) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  CircleFit fit;
+  for (const RingPixel& pixel : ring) {
+    const Eigen::Vector2d offset = start.center_px - pixel.position_px;
+    const double distance = offset.norm();
+    if (!(distance > 0) || !(pixel.weight > 0)) continue;
+    const Eigen::Vector3d row(offset.x() / distance, offset.y() / distance, -1);
+    normal += pixel.weight * row * row.transpose();
+    right -= pixel.weight * row * (distance - start.radius_px);
+    ++fit.used;
+  }
+  if (fit.used < 3) return std::nullopt;
+  const Eigen::LDLT<Eigen::Matrix3d> ldlt(normal);
+  if (!(ldlt.vectorD().minCoeff() > 1e-9 * ldlt.vectorD().maxCoeff())) return std::nullopt;
+  const Eigen::Vector3d step = ldlt.solve(right);
+  if (!step.allFinite() || !(start.radius_px + step.z() > 0)) return std::nullopt;
+  fit.circle = {start.center_px + step.head<2>(), start.radius_px + step.z()};
+  fit.step_px = step.head<2>().norm() + std::abs(step.z());
+  double squares = 0, weights = 0;
+  for (const RingPixel& pixel : ring) {
+    const double residual = (fit.circle.center_px - pixel.position_px).norm() - fit.circle.radius_px;
+    squares += pixel.weight * residual * residual;
+    weights += pixel.weight;
+  }
+  fit.residual_px = std::sqrt(squares / weights);
+  // Pixels of the ring repeat each other across its width: count one measurement per pixel of the
+  // circumference.
+  const double mean_weight = weights / fit.used;
+  const double repeats = std::max(1.0, fit.used / (2 * 3.14159265358979323846 * fit.circle.radius_px));
+  fit.covariance_px2 = normal.inverse() * (mean_weight * fit.residual_px * fit.residual_px * repeats);
+  return fit;
+}
+
+}  // namespace ballservo

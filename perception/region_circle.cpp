@@ -1,0 +1,26 @@
+#include "perception/region_circle.hpp"
+
+#include <cmath>
+#include <memory>
+
+#include "perception/circle_vote.hpp"
+
+namespace ballservo {
+
+CircleEstimator region_circle_estimator(std::uint64_t seed) {
+  return [seed, voter = std::make_shared<CircleVoter>()](
+             const std::vector<Eigen::Vector2f>& boundary_px) -> std::optional<RegionCircle> {
+    RandomEngine engine = random_stream(seed, "region_circle", boundary_px.size());
+    const auto estimate = voter->estimate(boundary_px, engine);
+    if (!estimate) return std::nullopt;
+    int inliers = 0;
+    for (const Eigen::Vector2f& p : boundary_px) {
+      const double distance = (p.cast<double>() - estimate->center_px).norm();
+      if (std::abs(distance - estimate->radius_px) <= 1.5) ++inliers;
+    }
+    return RegionCircle{estimate->center_px, estimate->radius_px,
+                        static_cast<double>(inliers) / static_cast<double>(boundary_px.size())};
+  };
+}
+
+}  // namespace ballservo

@@ -1,0 +1,203 @@
+#include "perception/tracker.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo {
+namespace {
+
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+// Seen through two windows, a ball is still one ball.
+bool same_ball(const Ball& a, const Ball& b) {
+  return a.color_class == b.color_class &&
+         angle_between(a.cone.axis, b.cone.axis) < 0.7 * std::max(a.cone.alpha_rad, b.cone.alpha_rad);
+}
+
+}  // namespace
+
+std::string_view track_state_name(TrackState state) {
+  static constexpr std::array<std::string_view, 3> names{"tentative", "confirmed", "coasting"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+void TrackerOptions::validate() const {
+  FaultList faults;
+  if (confirm_after < 1) faults.add("confirm_after", std::to_string(confirm_after), "at least 1 (pictures)");
+  if (newcomers_every < 1)
+    faults.add("newcomers_every", std::to_string(newcomers_every), "at least 1 (pictures)");
+  if (!(coast_s >= 0)) faults.add("coast_s", number_text(coast_s), "0 or more (s)");
+  if (!(gate_distance2 > 0)) faults.add("gate_distance2", number_text(gate_distance2), "a number above 0");
+  if (!(jump_radii >= 0)) faults.add("jump_radii", number_text(jump_radii), "0 or more (ball radii)");
+  faults.throw_if_any();
+}
+
+Tracker::Tracker(Detector detector, const TrackerOptions& options)
+    : detector_(std::move(detector)), options_(options) {
+  options_.validate();
+}
+
+const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, DetectionStages* stages) {
+  if (!(time_s > time_s_)) return tracks_;
+  time_s_ = time_s;
+  for (Followed& followed : followed_) followed.filter.predict(time_s);
+
+  look(bgr, stages);
+  match();
+  continue_jumps();
+
+  for (std::size_t i = 0; i < followed_.size(); ++i) {
+    const auto match = std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(i));
+    if (match == match_of_seen_.end()) {
+      miss(followed_[i], time_s, bgr.size());
+    } else {
+      see(followed_[i], seen_[static_cast<std::size_t>(match - match_of_seen_.begin())], time_s);
+    }
+  }
+  followed_.erase(
+      std::remove_if(followed_.begin(), followed_.end(), [](const Followed& f) { return f.hits == 0; }),
+      followed_.end());
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    if (match_of_seen_[i] >= 0) continue;
+    Followed newcomer{
+        {next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
+        TrackFilter(features_of(seen_[i], options_.filter.sigma_floor_radii), time_s, options_.filter),
+        0,
+        time_s};
+    see(newcomer, seen_[i], time_s);
+    followed_.push_back(newcomer);
+  }
+  ++pictures_;
+  tracks_.clear();
+  for (const Followed& followed : followed_) tracks_.push_back(followed.track);
+  return tracks_;
+}
+
+// Near the predictions first; the whole picture when a ball is missing there, and now and then for newcomers.
+void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
+  seen_.clear();
+  const bool newcomers = followed_.empty() || pictures_ % options_.newcomers_every == 0 || stages;
+  if (!newcomers) look_near_predictions(bgr);
+  const bool all_found = std::all_of(followed_.begin(), followed_.end(), [&](const Followed& followed) {
+    return std::any_of(seen_.begin(), seen_.end(),
+                       [&](const Ball& ball) { return is_plausible(followed, ball); });
+  });
+  if (newcomers || !all_found) seen_ = detector_.detect(bgr, {}, stages);
+}
+
+void Tracker::look_near_predictions(const cv::Mat& bgr) {
+  for (const Followed& followed : followed_) {
+    const TangentCone cone = cone_of(followed.filter.value());
+    const auto outline = project_sphere(detector_.rays().camera(), cone.axis, std::sin(cone.alpha_rad));
+    if (!outline) continue;
+    const Eigen::Vector3d variance = followed.filter.variance();
+    const double spread_radii = std::sqrt(std::max(variance.x(), variance.y())) / cone.alpha_rad;
+    const double reach = outline->radius_px * (2 + std::min(4.0, 3 * spread_radii)) + 8;
+    const Eigen::Vector2d& c = outline->center_px;
+    if (!(c.cwiseAbs().maxCoeff() < 1e6) || !(reach < 1e6)) continue;
+    const cv::Rect window(static_cast<int>(c.x() - reach), static_cast<int>(c.y() - reach),
+                          static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
+    if ((window & cv::Rect({0, 0}, bgr.size())).empty()) continue;
+    for (const Ball& ball : detector_.detect(bgr, window)) {
+      if (std::none_of(seen_.begin(), seen_.end(), [&](const Ball& other) { return same_ball(ball, other); }))
+        seen_.push_back(ball);
+    }
+  }
+}
+
+bool Tracker::is_plausible(const Followed& followed, const Ball& ball) const {
+  return ball.color_class == followed.track.color_class &&
+         followed.filter.distance2(features_of(ball, options_.filter.sigma_floor_radii)) <
+             options_.gate_distance2;
+}
+
+// The nearest pair first, confirmed tracks before tentative ones: a ball belongs to one track and a track has
+// one ball.
+void Tracker::match() {
+  match_of_seen_.assign(seen_.size(), -1);
+  std::vector<std::tuple<bool, double, std::size_t, std::size_t>> pairs;
+  for (std::size_t i = 0; i < followed_.size(); ++i) {
+    for (std::size_t k = 0; k < seen_.size(); ++k) {
+      if (!is_plausible(followed_[i], seen_[k])) continue;
+      const double distance2 =
+          followed_[i].filter.distance2(features_of(seen_[k], options_.filter.sigma_floor_radii));
+      pairs.emplace_back(followed_[i].track.state == TrackState::tentative, distance2, i, k);
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  std::vector<bool> taken(followed_.size(), false);
+  for (const auto& [tentative, distance2, i, k] : pairs) {
+    if (taken[i] || match_of_seen_[k] >= 0) continue;
+    taken[i] = true;
+    match_of_seen_[k] = static_cast<int>(i);
+  }
+}
+
+// A throw or a knock outruns the filter: where one unmatched ball lies near one unmatched track, it is the
+// same ball.
+void Tracker::continue_jumps() {
+  for (std::size_t i = 0; i < followed_.size(); ++i) {
+    if (std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(i)) != match_of_seen_.end())
+      continue;
+    const TangentCone expected = cone_of(followed_[i].filter.value());
+    const auto near = [&](const Ball& ball) {
+      const double ratio = ball.cone.alpha_rad / expected.alpha_rad;
+      return ball.color_class == followed_[i].track.color_class && ratio > 0.6 && ratio < 1.67 &&
+             angle_between(ball.cone.axis, expected.axis) < options_.jump_radii * expected.alpha_rad;
+    };
+    std::size_t candidate = seen_.size();
+    int candidates = 0;
+    for (std::size_t k = 0; k < seen_.size(); ++k) {
+      if (match_of_seen_[k] < 0 && near(seen_[k])) candidate = k, ++candidates;
+    }
+    if (candidates != 1) continue;
+    match_of_seen_[candidate] = static_cast<int>(i);
+    followed_[i].filter.restart(features_of(seen_[candidate], options_.filter.sigma_floor_radii));
+  }
+}
+
+void Tracker::see(Followed& followed, const Ball& ball, double time_s) {
+  followed.filter.correct(features_of(ball, options_.filter.sigma_floor_radii));
+  ++followed.hits;
+  followed.seen_s = time_s;
+  followed.track.ball = ball;
+  const bool believed =
+      followed.track.state != TrackState::tentative || followed.hits >= options_.confirm_after;
+  followed.track.state = believed ? TrackState::confirmed : TrackState::tentative;
+}
+
+// A tentative ball that is missed once was none; a confirmed one is predicted for a while, as long as it is
+// in view.
+void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
+  Track& track = followed.track;
+  const TangentCone cone = cone_of(followed.filter.value());
+  const auto outline = project_sphere(detector_.rays().camera(), cone.axis, std::sin(cone.alpha_rad));
+  const bool in_view = outline && outline->center_px.x() > -outline->radius_px &&
+                       outline->center_px.y() > -outline->radius_px &&
+                       outline->center_px.x() < picture.width + outline->radius_px &&
+                       outline->center_px.y() < picture.height + outline->radius_px;
+  if (track.state == TrackState::tentative || !in_view || time_s - followed.seen_s > options_.coast_s) {
+    followed.hits = 0;
+    return;
+  }
+  track.state = TrackState::coasting;
+  Ball predicted;
+  predicted.color_class = track.color_class;
+  predicted.cone = cone;
+  predicted.outline = *outline;
+  if (track.ball.position) {
+    predicted.position = position_of(followed.filter.value(), followed.filter.variance(),
+                                     detector_.radius_of(track.color_class));
+  }
+  track.ball = predicted;
+}
+
+}  // namespace ballservo

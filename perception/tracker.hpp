@@ -1,0 +1,76 @@
+// Stage 7: balls followed from picture to picture (paper, "Suivi"): the last position settles confusions with
+// objects of the same colour and shape, and bridges short occlusions.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "perception/detector.hpp"
+#include "perception/track_filter.hpp"
+
+namespace ballservo {
+
+/// tentative: seen, not yet often enough to be believed. confirmed: seen and believed. coasting: predicted,
+/// not seen.
+enum class TrackState { tentative, confirmed, coasting };
+
+std::string_view track_state_name(TrackState state);
+
+struct TrackerOptions {
+  int confirm_after = 3;  ///< pictures in a row
+  double coast_s = 1.0;   ///< how long a confirmed ball is predicted before it is given up
+  double gate_distance2 =
+      16.27;              ///< squared Mahalanobis distance; 99.9 % of chi-square with 3 degrees of freedom
+  double jump_radii = 6;  ///< a lone ball of the class this near an unmatched track continues it
+  int newcomers_every =
+      3;  ///< pictures between two looks at the whole picture while all balls are being found
+  TrackFilterOptions filter;
+
+  void validate() const;  ///< throws InputError naming every value that makes no sense
+};
+
+struct Track {
+  int id = 0;
+  ClassIndex color_class = no_class;
+  TrackState state = TrackState::tentative;
+  /// Seen: this picture's own fit. Coasting: outline, cone and position as predicted, quality 0.
+  Ball ball;
+};
+
+class Tracker {
+ public:
+  Tracker(Detector detector, const TrackerOptions& options = {});
+
+  /// Follows the balls into the picture taken at `time_s`. The tracks in order of their id; a picture that is
+  /// not later than the last one is ignored and gives the same tracks again.
+  const std::vector<Track>& update(const cv::Mat& bgr, double time_s, DetectionStages* stages = nullptr);
+
+  const Detector& detector() const { return detector_; }
+
+ private:
+  struct Followed {
+    Track track;
+    TrackFilter filter;
+    int hits = 1;
+    double seen_s = 0;
+  };
+  void look(const cv::Mat& bgr, DetectionStages* stages);
+  void look_near_predictions(const cv::Mat& bgr);
+  bool is_plausible(const Followed& followed, const Ball& ball) const;
+  void match();
+  void continue_jumps();
+  void miss(Followed& followed, double time_s, const cv::Size& picture);
+  void see(Followed& followed, const Ball& ball, double time_s);
+
+  Detector detector_;
+  TrackerOptions options_;
+  std::vector<Followed> followed_;
+  std::vector<Ball> seen_;          // balls of this picture
+  std::vector<int> match_of_seen_;  // index into followed_, or -1
+  std::vector<Track> tracks_;
+  int next_id_ = 1;
+  long pictures_ = 0;
+  double time_s_ = -1e300;
+};
+
+}  // namespace ballservo
