@@ -1,17 +1,16 @@
 // The ray of every pixel, computed once (paper, "Calibrage": the look-up table of undistorted positions).
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {
 
-/// Unit rays on the pixel grid (with a margin of a few pixels around the picture), interpolated in between to under
-/// 1e-3 px (tested for every model). Immutable after construction; look-ups allocate nothing.
+/// Unit rays on the pixel grid (with a margin of a few pixels around the picture), interpolated in between to
+/// under 1e-3 px (tested for every model). Immutable after construction; look-ups allocate nothing.
 class RayTable {
  public:
   explicit RayTable(const Camera& camera);
@@ -19,14 +18,15 @@ class RayTable {
   const Camera& camera() const { return camera_; }
   ImageSize size() const { return camera_.size(); }
 
-  /// The unit ray at a (distorted) pixel position; nothing outside the table or where no ray reaches the pixel.
+  /// The unit ray at a (distorted) pixel position; nothing outside the table or where no ray reaches the
+  /// pixel.
   std::optional<Eigen::Vector3d> ray(const Eigen::Vector2d& pixel_px) const;
 
   /// Derivative of the unit ray by the pixel position (3 x 2, per px); nothing where `ray` gives nothing.
   std::optional<Eigen::Matrix<double, 3, 2>> ray_jacobian(const Eigen::Vector2d& pixel_px) const;
 
-  /// The position of an integer pixel in the undistorted picture of square pixels, relative to its principal point:
-  /// focal_px * (X/Z, Y/Z) of its ray (px). Nothing for rays of more than 85 degrees from the axis.
+  /// The position of an integer pixel in the undistorted picture of square pixels, relative to its principal
+  /// point: focal_px * (X/Z, Y/Z) of its ray (px). Nothing for rays of more than 85 degrees from the axis.
   std::optional<Eigen::Vector2f> undistorted_px(int u, int v) const;
 
  private:
