@@ -1,0 +1,66 @@
+#include "app/report/overlay.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "calibration/camera/sphere_outline.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr int shift = 5;  // OpenCV's fixed-point coordinates: 1/32 px
+
+cv::Point fixed_point(const Eigen::Vector2d& p) {
+  const auto to_int = [](double x) {
+    return static_cast<int>(std::lround(std::clamp(x, -1e5, 1e5) * (1 << shift)));
+  };
+  return {to_int(p.x()), to_int(p.y())};
+}
+
+}  // namespace
+
+cv::Scalar class_display_color(const ColorTable& colors, ClassIndex color_class) {
+  cv::Scalar sum(0, 0, 0);
+  double count = 0;
+  for (int i = 0; i < ColorTable::entries; ++i) {
+    if (colors.table[static_cast<std::size_t>(i)] != color_class) continue;
+    sum += cv::Scalar((i & 63) * 4 + 2, ((i >> 6) & 63) * 4 + 2, (i >> 12) * 4 + 2);
+    ++count;
+  }
+  return count > 0 ? sum / count : cv::Scalar(255, 255, 255);
+}
+
+void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, bool closed,
+                   const cv::Scalar& color, int thickness) {
+  if (points_px.empty()) return;
+  std::vector<cv::Point> points;
+  for (const Eigen::Vector2d& p : points_px) {
+    if (!p.allFinite()) return;
+    points.push_back(fixed_point(p));
+  }
+  cv::polylines(bgr, points, closed, color, thickness, cv::LINE_AA, shift);
+}
+
+void draw_ball(cv::Mat& bgr, const Camera& camera, const Ball& ball, const std::string& label,
+               const cv::Scalar& color) {
+  const auto outline = project_outline(camera, ball.cone.axis, std::sin(ball.cone.alpha_rad), 128);
+  draw_polyline(bgr, outline, true, {0, 0, 0}, 3);
+  draw_polyline(bgr, outline, true, color, 1);
+  const Eigen::Vector2d& c = ball.outline.center_px;
+  for (const Eigen::Vector2d& arm : {Eigen::Vector2d(4, 0), Eigen::Vector2d(0, 4)}) {
+    draw_polyline(bgr, {c - arm, c + arm}, false, color, 1);
+  }
+  if (label.empty()) return;
+  const double scale = std::clamp(bgr.cols / 1600.0, 0.4, 1.0);
+  int baseline = 0;
+  const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline);
+  const int x =
+      std::clamp(static_cast<int>(c.x() - size.width / 2.0), 2, std::max(2, bgr.cols - size.width - 2));
+  const int y = std::clamp(static_cast<int>(c.y() - ball.outline.radius_px) - 6, size.height + 2,
+                           std::max(size.height + 2, bgr.rows - 4));
+  cv::putText(bgr, label, {x, y}, cv::FONT_HERSHEY_SIMPLEX, scale, {0, 0, 0}, 3, cv::LINE_AA);
+  cv::putText(bgr, label, {x, y}, cv::FONT_HERSHEY_SIMPLEX, scale, {255, 255, 255}, 1, cv::LINE_AA);
+}
+
+}  // namespace ballservo

@@ -1,0 +1,26 @@
+// What was found, drawn into the picture it was found in.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "calibration/camera/camera.hpp"
+#include "calibration/color/color_table.hpp"
+#include "perception/ball.hpp"
+
+namespace ballservo {
+
+/// The mean colour (BGR) of a class's cells in the table: what to draw the class in.
+cv::Scalar class_display_color(const ColorTable& colors, ClassIndex color_class);
+
+/// A closed or open line through points given to a fraction of a pixel, antialiased.
+void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, bool closed,
+                   const cv::Scalar& color, int thickness = 1);
+
+/// The ball's outline, its centre as a cross, and a label beside it.
+void draw_ball(cv::Mat& bgr, const Camera& camera, const Ball& ball, const std::string& label,
+               const cv::Scalar& color);
+
+}  // namespace ballservo

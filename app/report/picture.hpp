@@ -1,0 +1,34 @@
+// Pictures for pages and previews: as data URIs, side by side with their names, and numbers as colours.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ballservo {
+
+enum class PictureFormat { png, jpeg };
+
+/// Base 64 (RFC 4648, section 4, with padding).
+std::string base64(std::string_view bytes);
+
+/// "data:image/png;base64,..." of a picture of 1, 3 (BGR) or 4 channels of any depth (8 bits as they are,
+/// others as `viewable` shows them). Throws std::invalid_argument for an empty picture.
+std::string picture_data_uri(const cv::Mat& picture, PictureFormat format, int jpeg_quality = 88);
+
+/// 8-bit BGR for looking at: grey spread over the channels, alpha dropped, other depths scaled from their
+/// finite range to 0..255.
+cv::Mat viewable(const cv::Mat& picture);
+
+/// Pictures in rows, each below its name, 8-bit BGR. Cells are as large as the largest picture; smaller ones
+/// are enlarged to fit, by nearest neighbour (so that single pixels stay visible); empty ones stay empty. An
+/// empty list gives an empty picture.
+cv::Mat labelled_grid(const std::vector<std::pair<std::string, cv::Mat>>& pictures, int columns);
+
+/// Numbers (one channel, any depth) as colours from dark violet (lowest) to yellow (highest), each cell
+/// `cell_px` wide; values that are not finite are grey. For vote histograms.
+cv::Mat heat_map(const cv::Mat& values, int cell_px = 1);
+
+}  // namespace ballservo
