@@ -1,0 +1,299 @@
+#include "servo/simulation/camera_renderer.hpp"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "servo/simulation/outline_coverage.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr int cells = 4;                   // samples of an edge pixel, per side
+constexpr int squares = 2;                 // squares of a cell, per side, for ball outlines
+constexpr double outline_reach_px = 0.75;  // a little more than half a pixel's diagonal
+
+/// A ball as the camera sees it: its tangent cone.
+struct BallCone {
+  Eigen::Vector3d axis{0, 0, 1};  // world
+  double cos_alpha = 1, sin_alpha = 0;
+  double tangent_distance = 0;  // from the camera to the outline's points on the ball
+  int ball = 0;
+};
+
+/// One frame's view of the scene.
+struct Viewpoint {
+  const Scene& scene;
+  Eigen::Vector3d origin;
+  Eigen::Matrix3d R_WC;
+  std::vector<BallCone> cones;  // nearest first
+};
+
+/// What a pixel showed at its centre.
+struct PixelCenter {
+  int surface = std::numeric_limits<int>::min();  // balls: -2 - ball; no ray: -1
+  bool outline = false;                           // a ball's outline may cross it
+};
+
+/// The corner rays of a pixel in world axes, interpolated in between. Between neighbouring corners a lens is
+/// straight to a few 1e-4 px, and the corners themselves are exact.
+struct PixelRays {
+  Eigen::Vector3d base, along_x, along_y, twist;
+
+  PixelRays(const Eigen::Vector3d& r00, const Eigen::Vector3d& r10, const Eigen::Vector3d& r01,
+            const Eigen::Vector3d& r11)
+      : base(r00), along_x(r10 - r00), along_y(r01 - r00), twist(r11 - r10 - r01 + r00) {}
+  /// x and y from 0 to 1 over the pixel; not of unit length.
+  Eigen::Vector3d at(double x, double y) const { return base + x * along_x + y * along_y + (x * y) * twist; }
+  Eigen::Vector3d slope_x(double y) const { return along_x + y * twist; }
+  Eigen::Vector3d slope_y(double x) const { return along_y + x * twist; }
+};
+
+/// The share of a square (centre x, y and side in pixels) inside a ball's outline.
+double ball_share(const BallCone& cone, const PixelRays& rays, double x, double y, double side) {
+  const Eigen::Vector3d q = rays.at(x, y);
+  const double inverse = 1.0 / q.norm();
+  const Eigen::Vector3d u = q * inverse;
+  const double cosine = u.dot(cone.axis);
+  // Angle inside the cone, by the sine of the difference: accurate for small balls too.
+  const double sine = (u - cosine * cone.axis).norm();
+  const double inside_rad = std::asin(std::clamp(cone.sin_alpha * cosine - cone.cos_alpha * sine, -1.0, 1.0));
+  if (sine < 1e-9) return inside_rad > 0 ? 1.0 : 0.0;
+  // d(angle from the axis)/d(pixel) = -(axis . du/d(pixel)) / sine.
+  const Eigen::Vector3d qx = rays.slope_x(y), qy = rays.slope_y(x);
+  const double slope_x = (cone.axis.dot(qx) - cosine * u.dot(qx)) * inverse / sine;
+  const double slope_y = (cone.axis.dot(qy) - cosine * u.dot(qy)) * inverse / sine;
+  const double slope = std::sqrt(slope_x * slope_x + slope_y * slope_y);
+  return half_plane_share(inside_rad / slope, slope_x / slope, slope_y / slope, side);
+}
+
+/// Where in each cell its surface sample lies: 16 points of which no two share a row or column of sixteenths.
+constexpr std::array<std::array<double, 2>, cells* cells> cell_offsets = [] {
+  std::array<std::array<double, 2>, cells * cells> offsets{};
+  for (int j = 0; j < cells; ++j) {
+    for (int i = 0; i < cells; ++i) {
+      offsets[static_cast<std::size_t>(j * cells + i)] = {(j + 0.5) / cells, (i + 0.5) / cells};
+    }
+  }
+  return offsets;
+}();
+
+/// The colour of a pixel that edges cross.
+Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<int>& solids,
+               double pixel_rad) {
+  struct Shaded {
+    int surface;
+    Rgb color;
+  };
+  std::array<Shaded, cells * cells>
+      shaded;  // each surface is shaded once: its texture is filtered over the pixel
+  int shaded_count = 0;
+  Rgb sum = Rgb::Zero();
+  for (int j = 0; j < cells; ++j) {
+    for (int i = 0; i < cells; ++i) {
+      const auto& offset = cell_offsets[static_cast<std::size_t>(j * cells + i)];
+      const double x = (i + offset[0]) / cells, y = (j + offset[1]) / cells;
+      const Eigen::Vector3d direction = rays.at(x, y).normalized();
+      const SurfaceHit hit = view.scene.hit_surface(view.origin, direction, solids);
+      double rest = 1.0;
+      for (const BallCone& cone : view.cones) {
+        if (cone.tangent_distance >= hit.t) continue;
+        double share = 0;
+        for (int sj = 0; sj < squares; ++sj) {
+          for (int si = 0; si < squares; ++si) {
+            share += ball_share(cone, rays, (i + (si + 0.5) / squares) / cells,
+                                (j + (sj + 0.5) / squares) / cells, 1.0 / (cells * squares));
+          }
+        }
+        share /= squares * squares;
+        if (share <= 0.0) continue;
+        sum += (rest * share) * view.scene.shade_ball(cone.ball, view.origin, direction);
+        rest *= 1.0 - share;
+        if (rest <= 1e-12) break;
+      }
+      if (rest <= 1e-12) continue;
+      const auto end = shaded.begin() + shaded_count;
+      auto known =
+          std::find_if(shaded.begin(), end, [&](const Shaded& s) { return s.surface == hit.surface; });
+      if (known == end) {
+        *known = {hit.surface, view.scene.shade_surface(hit, view.origin, direction, pixel_rad)};
+        ++shaded_count;
+      }
+      sum += rest * known->color;
+    }
+  }
+  return sum / (cells * cells);
+}
+
+std::vector<BallCone> ball_cones(const Scene& scene, const Eigen::Vector3d& origin) {
+  std::vector<BallCone> cones;
+  for (std::size_t k = 0; k < scene.balls().size(); ++k) {
+    const SceneBall& ball = scene.balls()[k];
+    const Eigen::Vector3d away = ball.center - origin;
+    const double distance = away.norm();
+    if (distance <= ball.radius * (1 + 1e-9)) continue;  // the camera is inside: nothing to be seen of it
+    BallCone cone;
+    cone.axis = away / distance;
+    cone.sin_alpha = ball.radius / distance;
+    cone.cos_alpha = std::sqrt(1.0 - cone.sin_alpha * cone.sin_alpha);
+    cone.tangent_distance = distance * cone.cos_alpha;
+    cone.ball = static_cast<int>(k);
+    cones.push_back(cone);
+  }
+  std::sort(cones.begin(), cones.end(),
+            [](const BallCone& a, const BallCone& b) { return a.tangent_distance < b.tangent_distance; });
+  return cones;
+}
+
+/// Bounding cones of the solids: which of them can a ray meet?
+struct SolidCone {
+  Eigen::Vector3d axis{0, 0, 1};
+  double min_cosine = -1;
+};
+
+std::vector<SolidCone> solid_cones(const Scene& scene, const Eigen::Vector3d& origin, double margin_rad) {
+  std::vector<SolidCone> cones;
+  for (const SceneSolid& solid : scene.solids()) {
+    const Eigen::Vector3d away = solid.center - origin;
+    const double distance = away.norm();
+    SolidCone cone;
+    if (distance > solid.bounding_radius) {
+      cone.axis = away / distance;
+      cone.min_cosine = std::cos(std::min(std::asin(solid.bounding_radius / distance) + margin_rad, 3.14));
+    }
+    cones.push_back(cone);
+  }
+  return cones;
+}
+
+void add_color(cv::Mat& sum, int row, int column, float weight, const Rgb& color) {
+  float* pixel = sum.ptr<float>(row) + 3 * column;
+  for (int c = 0; c < 3; ++c) pixel[c] += weight * static_cast<float>(color[2 - c]);
+}
+
+}  // namespace
+
+CameraRenderer::CameraRenderer(const Camera& camera, World world, const SensorOptions& sensor)
+    : camera_(camera), world_(std::move(world)), sensor_(sensor) {
+  FaultList faults;
+  sensor_.check(faults, "sensor");
+  faults.throw_if_any();
+  const int width = camera_.size().width_px + 1, height = camera_.size().height_px + 1;
+  corner_rays_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                      Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  tbb::parallel_for(0, height, [&](int row) {
+    for (int column = 0; column < width; ++column) {
+      const auto ray = camera_.unproject({column - 0.5, row - 0.5});
+      if (!ray) continue;
+      corner_rays_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                   static_cast<std::size_t>(column)] = ray->cast<float>();
+    }
+  });
+}
+
+void CameraRenderer::add_view(const CameraView& camera_view, float weight, cv::Mat& sum) const {
+  const Scene scene(world_, camera_view.time_s);
+  const Viewpoint view{scene, camera_view.X_WC.translation(), camera_view.X_WC.linear(),
+                       ball_cones(scene, camera_view.X_WC.translation())};
+  const int width = camera_.size().width_px, height = camera_.size().height_px;
+  const double pixel_rad = 1.0 / camera_.focal_px();
+  const std::vector<SolidCone> solids = solid_cones(scene, view.origin, 2 * pixel_rad);
+  const auto stride = static_cast<std::size_t>(width) + 1;
+  const auto pixel_rays = [&](int row, int column) {
+    const std::size_t at = static_cast<std::size_t>(row) * stride + static_cast<std::size_t>(column);
+    const auto corner = [&](std::size_t index) -> Eigen::Vector3d {
+      return view.R_WC * corner_rays_[index].cast<double>();
+    };
+    return PixelRays(corner(at), corner(at + 1), corner(at + stride), corner(at + stride + 1));
+  };
+  const auto candidates = [&](const Eigen::Vector3d& direction, std::vector<int>& found) {
+    found.clear();
+    for (std::size_t k = 0; k < solids.size(); ++k) {
+      if (direction.dot(solids[k].axis) >= solids[k].min_cosine) found.push_back(static_cast<int>(k));
+    }
+  };
+
+  std::vector<PixelCenter> centers(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  const auto center_at = [&](int row, int column) -> PixelCenter& {
+    return centers[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                   static_cast<std::size_t>(column)];
+  };
+  cv::Mat colors(height, width, CV_32FC3);
+  tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
+    std::vector<int> near_solids;
+    for (int row = rows.begin(); row < rows.end(); ++row) {
+      float* out = colors.ptr<float>(row);
+      for (int column = 0; column < width; ++column, out += 3) {
+        PixelCenter& center = center_at(row, column);
+        center = {};
+        const PixelRays rays = pixel_rays(row, column);
+        const Eigen::Vector3d direction = rays.at(0.5, 0.5).normalized();
+        Rgb color = Rgb::Zero();
+        if (direction.allFinite()) {
+          candidates(direction, near_solids);
+          const SurfaceHit hit = scene.hit_surface(view.origin, direction, near_solids);
+          center.surface = hit.surface;
+          int ball = -1;
+          for (const BallCone& cone : view.cones) {
+            const double cosine = direction.dot(cone.axis);
+            const double spread = outline_reach_px * std::max(rays.along_x.norm(), rays.along_y.norm());
+            if (cosine < cone.cos_alpha - 2 * spread * (cone.sin_alpha + spread)) continue;
+            const double angle = std::atan2((direction - cosine * cone.axis).norm(), cosine);
+            const double alpha = std::asin(cone.sin_alpha);
+            if (std::abs(angle - alpha) < spread && cone.tangent_distance < hit.t) center.outline = true;
+            if (ball < 0 && angle < alpha && cone.tangent_distance < hit.t) ball = cone.ball;
+          }
+          if (ball >= 0) center.surface = -2 - ball;
+          if (!center.outline) {
+            color = ball >= 0 ? scene.shade_ball(ball, view.origin, direction)
+                              : scene.shade_surface(hit, view.origin, direction, pixel_rad);
+          }
+        } else {
+          center.surface = -1;
+        }
+        for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
+      }
+    }
+  });
+
+  tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
+    std::vector<int> near_solids;
+    for (int row = rows.begin(); row < rows.end(); ++row) {
+      for (int column = 0; column < width; ++column) {
+        const PixelCenter& center = center_at(row, column);
+        if (center.surface == -1) continue;
+        const auto differs = [&](int r, int c) {
+          return r >= 0 && r < height && c >= 0 && c < width && center_at(r, c).surface != center.surface;
+        };
+        if (center.outline || differs(row - 1, column) || differs(row + 1, column) ||
+            differs(row, column - 1) || differs(row, column + 1)) {
+          const PixelRays rays = pixel_rays(row, column);
+          candidates(rays.at(0.5, 0.5).normalized(), near_solids);
+          add_color(sum, row, column, weight, edge_pixel(view, rays, near_solids, pixel_rad));
+        } else {
+          const float* color = colors.ptr<float>(row) + 3 * column;
+          float* pixel = sum.ptr<float>(row) + 3 * column;
+          for (int c = 0; c < 3; ++c) pixel[c] += weight * color[c];
+        }
+      }
+    }
+  });
+}
+
+cv::Mat CameraRenderer::radiance(const std::vector<CameraView>& exposure) const {
+  cv::Mat sum(camera_.size().height_px, camera_.size().width_px, CV_32FC3, cv::Scalar::all(0));
+  for (const CameraView& view : exposure) add_view(view, 1.0f / static_cast<float>(exposure.size()), sum);
+  return sum;
+}
+
+cv::Mat CameraRenderer::render(const std::vector<CameraView>& exposure, std::uint64_t seed,
+                               std::uint64_t frame_index) const {
+  return expose(radiance(exposure), sensor_, seed, frame_index);
+}
+
+}  // namespace ballservo

@@ -1,0 +1,56 @@
+#include "servo/simulation/geometric_ball_sensor.hpp"
+
+#include <cmath>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+#include "calibration/files/random.hpp"
+
+namespace ballservo {
+
+void GeometricSensorOptions::validate() const {
+  FaultList faults;
+  const auto check = [&](const char* name, double value, double high, const char* allowed) {
+    if (value >= 0 && value <= high) return;
+    faults.add(name, std::isfinite(value) ? number_text(value) : "not a finite number", allowed);
+  };
+  check("center_sigma_px", center_sigma_px, 100, "a number from 0 to 100 (px)");
+  check("radius_sigma_px", radius_sigma_px, 100, "a number from 0 to 100 (px)");
+  check("min_visible_fraction", min_visible_fraction, 1, "a number from 0 to 1");
+  check("min_radius_px", min_radius_px, 1e4, "a number from 0 to 10000 (px)");
+  faults.throw_if_any();
+}
+
+GeometricBallSensor::GeometricBallSensor(const Camera& camera, const GeometricSensorOptions& options)
+    : camera_(camera), options_(options) {
+  options_.validate();
+}
+
+BallMeasurement GeometricBallSensor::measure(const BallTruth& truth, double diameter_m, double time_s,
+                                             std::uint64_t seed, std::uint64_t frame_index) const {
+  BallMeasurement measurement;
+  measurement.time_s = time_s;
+  if (!truth.center_in_view || !truth.outline || truth.visible_fraction < options_.min_visible_fraction ||
+      truth.outline->radius_px < options_.min_radius_px) {
+    return measurement;
+  }
+  measurement.state = TrackState::confirmed;
+  measurement.p_CB = truth.p_CB;
+  if (options_.exact) return measurement;
+
+  const double distance = truth.p_CB.norm();
+  const Eigen::Vector3d ray = truth.p_CB / distance;
+  const Eigen::Matrix<double, 3, 2> across = perpendicular_basis(ray);
+  const double pixel_rad = 1.0 / camera_.focal_px();
+  const double radius_px = diameter_m / 2 / distance / pixel_rad;
+  const double across_sigma_m = distance * pixel_rad * options_.center_sigma_px;
+  const double along_sigma_m = distance * options_.radius_sigma_px / radius_px;
+  RandomEngine engine = random_stream(seed, "geometric_ball_sensor", frame_index);
+  const double a = standard_normal(engine), b = standard_normal(engine), c = standard_normal(engine);
+  measurement.p_CB += across_sigma_m * (a * across.col(0) + b * across.col(1)) + along_sigma_m * c * ray;
+  measurement.covariance_m2 = across_sigma_m * across_sigma_m * across * across.transpose() +
+                              along_sigma_m * along_sigma_m * ray * ray.transpose();
+  return measurement;
+}
+
+}  // namespace ballservo
