@@ -1,0 +1,126 @@
+#include "app/commands/ball_options.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/camera/camera_file.hpp"
+#include "calibration/color/color_file.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo {
+namespace {
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == separator) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+std::string class_names(const ColorTable& colors) {
+  std::string names;
+  for (const ColorClass& color_class : colors.classes)
+    names += (names.empty() ? "" : ", ") + color_class.name;
+  return names;
+}
+
+// METRES[+-SIGMA]
+BallRadius parse_diameter(const std::string& text, FaultList& faults) {
+  const std::size_t separator = text.find("+-");
+  const auto diameter_m = parse_number(text.substr(0, separator));
+  const auto sigma_m =
+      separator == std::string::npos ? std::optional<double>(0) : parse_number(text.substr(separator + 2));
+  const bool good = diameter_m && *diameter_m > 0 && *diameter_m < 100 && sigma_m && *sigma_m >= 0 &&
+                    *sigma_m < *diameter_m;
+  if (good) return {*diameter_m / 2, *sigma_m / 2};
+  faults.add("--diameter", "'" + text + "'",
+             "the ball's diameter in metres above 0, with its sigma where known: 0.07 or 0.07+-0.0003");
+  return {};
+}
+
+}  // namespace
+
+void add_ball_options(CLI::App& command, BallOptions& options) {
+  command.add_option("--colors", options.colors, "The colours file that `calibrate colors` wrote")
+      ->required()
+      ->type_name("FILE");
+  command
+      .add_option("--camera", options.camera,
+                  "The camera's file (ViSP XML or ROS YAML; FILE:NAME where it holds several)")
+      ->type_name("FILE");
+  command
+      .add_option(
+          "--diameter", options.diameter,
+          "The balls' diameter, METRES[+-SIGMA] or NAME=METRES,...: with --camera it gives positions in 3-D")
+      ->type_name("METRES");
+  command
+      .add_option("--fit", options.fit,
+                  "sphere: the exact outline of a ball; paper: a circle and the paper's formula")
+      ->check(CLI::IsMember({"sphere", "paper"}))
+      ->capture_default_str();
+}
+
+std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors) {
+  if (text.empty()) return {};
+  FaultList faults;
+  std::vector<BallRadius> radii(colors.classes.size());
+  if (text.find('=') == std::string::npos) {
+    std::fill(radii.begin(), radii.end(), parse_diameter(text, faults));
+  } else {
+    std::vector<bool> named(radii.size(), false);
+    for (const std::string& part : split(text, ',')) {
+      const std::size_t equals = part.find('=');
+      const std::string name = part.substr(0, equals);
+      const auto color_class = colors.find(name);
+      if (equals == std::string::npos) {
+        faults.add("--diameter", "'" + part + "'", "NAME=METRES for every entry");
+      } else if (!color_class) {
+        faults.add("--diameter", "the class '" + name + "'",
+                   "a class of the colours file: " + class_names(colors));
+      } else if (named[static_cast<std::size_t>(*color_class) - 1]) {
+        faults.add("--diameter", "the class '" + name + "' twice", "each class once");
+      } else {
+        named[static_cast<std::size_t>(*color_class) - 1] = true;
+        radii[static_cast<std::size_t>(*color_class) - 1] = parse_diameter(part.substr(equals + 1), faults);
+      }
+    }
+  }
+  faults.throw_if_any();
+  return radii;
+}
+
+DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed) {
+  FaultList faults;
+  const auto collect = [&faults](const auto& read) {
+    try {
+      read();
+    } catch (const InputError& error) {
+      for (const Fault& fault : error.faults()) faults.add(fault.place, fault.found, fault.allowed);
+    }
+  };
+  collect([&] { colors_ = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
+  collect([&] {
+    if (!options.camera.empty()) rays_ = std::make_shared<const RayTable>(read_camera(options.camera));
+  });
+  collect([&] {
+    if (colors_) options_.radii = parse_diameters(options.diameter, *colors_);
+  });
+  faults.throw_if_any();
+  if (!rays_) options_.radii.clear();  // without a camera there is no 3-D
+  options_.fit = options.fit == "paper" ? BallFit::paper : BallFit::sphere;
+  options_.seed = seed;
+}
+
+Detector DetectorFactory::make(ImageSize size, const std::string& place) const {
+  if (!rays_) return Detector(std::make_shared<const RayTable>(long_lens_camera(size)), colors_, options_);
+  check_camera_fits(rays_->camera(), size, place);
+  return Detector(rays_, colors_, options_);
+}
+
+}  // namespace ballservo

@@ -1,0 +1,45 @@
+// The options that detect and track share: which colours, which camera, how large the balls are, which fit.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calibration/camera/camera.hpp"
+#include "perception/detector.hpp"
+
+namespace ballservo {
+
+struct BallOptions {
+  std::string colors, camera, diameter, fit = "sphere";
+};
+
+/// Adds --colors, --camera, --diameter and --fit.
+void add_ball_options(CLI::App& command, BallOptions& options);
+
+/// The radii of the classes from METRES[+-SIGMA] (all classes) or NAME=METRES[+-SIGMA],... ; empty for an
+/// empty text. Throws InputError naming every fault: not a number, not above 0, an unknown class, a class
+/// named twice.
+std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors);
+
+/// Makes detectors for pictures, of one camera or, where none is given, of any size.
+class DetectorFactory {
+ public:
+  /// Reads and checks the files; every fault of all options at once. `seed` is the source of the votes'
+  /// chance.
+  DetectorFactory(const BallOptions& options, std::uint64_t seed);
+
+  /// A detector for pictures of that size; throws InputError (`place` names the picture) where the camera's
+  /// differs.
+  Detector make(ImageSize size, const std::string& place) const;
+  const ColorTable& colors() const { return *colors_; }
+
+ private:
+  std::shared_ptr<const ColorTable> colors_;
+  std::shared_ptr<const RayTable> rays_;  // of the camera, if one is given
+  DetectorOptions options_;
+};
+
+}  // namespace ballservo
