@@ -32,7 +32,7 @@ struct ServoGoal {
 
 struct LawOptions {
   std::string name = "cone";  ///< one of law_names()
-  double gain_per_s = 1.8;    ///< lambda of the exponential decay that the law asks for: de/dt = -lambda e
+  double gain_per_s = 2.0;    ///< lambda of the exponential decay that the law asks for: de/dt = -lambda e
 
   /// Adds a fault for an unknown name or a gain outside (0, 10].
   void check(FaultList& faults, const std::string& place) const;

@@ -9,7 +9,7 @@ namespace {
 
 /// One command held for dt_s; the twist changes over it, so short steps with the mean twist.
 void drive(RobotMotion& robot, const Twist2& command, double dt_s, const UnicycleLimits& limits) {
-  constexpr double max_step_s = 0.01;
+  constexpr double max_step_s = 0.002;
   const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / max_step_s)));
   for (int i = 0; i < steps; ++i) {
     const double h = dt_s / steps;
