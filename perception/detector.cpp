@@ -74,7 +74,8 @@ Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const C
   options_.validate();
 }
 
-const std::vector<Ball>& Detector::detect(const cv::Mat& bgr, cv::Rect window, DetectionStages* stages) {
+const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rect window,
+                                                     DetectionStages* stages) {
   if (bgr.type() != CV_8UC3 || bgr.cols != rays_->size().width_px || bgr.rows != rays_->size().height_px) {
     throw InputError("picture", std::to_string(bgr.cols) + "x" + std::to_string(bgr.rows),
                      "the camera's size, " + std::to_string(rays_->size().width_px) + "x" +
@@ -129,7 +130,7 @@ void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region
     const auto vote = voter_.estimate(points_, engine);
     if (!vote) return;
     const char* reason = nullptr;
-    std::optional<Ball> ball;
+    std::optional<BallObservation> ball;
     RefinementInput input;
     if (vote->radius_px < options_.min_radius_px) {
       reason = "too small";
@@ -203,7 +204,7 @@ void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region
   }
 }
 
-const char* Detector::rejection(const Ball& ball) const {
+const char* Detector::rejection(const BallObservation& ball) const {
   if (ball.outline.radius_px < options_.min_radius_px) return "too small";
   if (ball.support.arc < options_.min_arc) return "too little of the outline has an edge";
   if (ball.support.fill < options_.min_fill) return "too little of the disc has the colour";
@@ -212,8 +213,9 @@ const char* Detector::rejection(const Ball& ball) const {
   return nullptr;
 }
 
-std::optional<Ball> Detector::refine(const cv::Mat& bgr, ClassIndex color_class, const CircleEstimate& vote,
-                                     BallFit fit, RefinementInput* input) {
+std::optional<BallObservation> Detector::refine(const cv::Mat& bgr, ClassIndex color_class,
+                                                const CircleEstimate& vote, BallFit fit,
+                                                RefinementInput* input) {
   const UndistortedCircle circle{vote.center_px, vote.radius_px};
   if (input) input->vote = circle;
   auto ball = fit == BallFit::sphere ? refine_sphere(bgr, color_class, circle, input)
@@ -227,8 +229,9 @@ std::optional<Ball> Detector::refine(const cv::Mat& bgr, ClassIndex color_class,
   return ball;
 }
 
-std::optional<Ball> Detector::refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
-                                            const UndistortedCircle& circle, RefinementInput* input) {
+std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
+                                                       const UndistortedCircle& circle,
+                                                       RefinementInput* input) {
   const auto start = cone_near_circle(circle, rays_->camera().focal_px());
   if (!start) return std::nullopt;
   // Measured twice: around the vote, and again around what the first step made of it, each followed by one
@@ -246,7 +249,7 @@ std::optional<Ball> Detector::refine_sphere(const cv::Mat& bgr, ClassIndex color
     if (!fit) return std::nullopt;
     cone = fit->cone;
   }
-  Ball ball;
+  BallObservation ball;
   ball.cone = cone;
   ball.cone_covariance_rad2 = fit->covariance_rad2;
   ball.residual_px = fit->residual_px;
@@ -258,8 +261,9 @@ std::optional<Ball> Detector::refine_sphere(const cv::Mat& bgr, ClassIndex color
   return ball;
 }
 
-std::optional<Ball> Detector::refine_paper(const cv::Mat& bgr, ClassIndex color_class,
-                                           const UndistortedCircle& circle, RefinementInput* input) {
+std::optional<BallObservation> Detector::refine_paper(const cv::Mat& bgr, ClassIndex color_class,
+                                                      const UndistortedCircle& circle,
+                                                      RefinementInput* input) {
   select_ring_pixels(bgr, *rays_, circle, options_.ring, ring_);
   if (input) input->ring = ring_;
   const auto fit = one_gauss_newton_step(circle, ring_);
@@ -267,7 +271,7 @@ std::optional<Ball> Detector::refine_paper(const cv::Mat& bgr, ClassIndex color_
   const double focal_px = rays_->camera().focal_px();
   const auto cone = cone_near_circle(fit->circle, focal_px);
   if (!cone) return std::nullopt;
-  Ball ball;
+  BallObservation ball;
   ball.cone = *cone;
   // Where the circle is small against the focal length, its centre and radius are the cone's turns and angle.
   ball.cone_covariance_rad2 = fit->covariance_px2 / (focal_px * focal_px);
@@ -300,18 +304,19 @@ BallRadius Detector::radius_of(ClassIndex color_class) const {
 
 void Detector::drop_repeated() {
   std::stable_sort(balls_.begin(), balls_.end(),
-                   [](const Ball& a, const Ball& b) { return a.quality > b.quality; });
+                   [](const BallObservation& a, const BallObservation& b) { return a.quality > b.quality; });
   // A circle whose centre lies well inside a better one of its class is the same ball seen through another
   // region of it.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < balls_.size(); ++i) {
-    const bool repeated = std::any_of(
-        balls_.begin(), balls_.begin() + static_cast<std::ptrdiff_t>(kept), [&](const Ball& better) {
-          const double apart_rad =
-              std::acos(std::clamp(better.cone.axis.dot(balls_[i].cone.axis), -1.0, 1.0));
-          return better.color_class == balls_[i].color_class &&
-                 apart_rad < 0.7 * std::max(better.cone.alpha_rad, balls_[i].cone.alpha_rad);
-        });
+    const bool repeated =
+        std::any_of(balls_.begin(), balls_.begin() + static_cast<std::ptrdiff_t>(kept),
+                    [&](const BallObservation& better) {
+                      const double apart_rad =
+                          std::acos(std::clamp(better.cone.axis.dot(balls_[i].cone.axis), -1.0, 1.0));
+                      return better.color_class == balls_[i].color_class &&
+                             apart_rad < 0.7 * std::max(better.cone.alpha_rad, balls_[i].cone.alpha_rad);
+                    });
     if (!repeated) {
       if (kept != i) balls_[kept] = balls_[i];
       ++kept;

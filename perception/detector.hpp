@@ -9,7 +9,7 @@
 
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/color/color_table.hpp"
-#include "perception/ball.hpp"
+#include "perception/ball_observation.hpp"
 #include "perception/circle_vote.hpp"
 #include "perception/edge_points.hpp"
 #include "perception/morphology.hpp"
@@ -76,8 +76,8 @@ class Detector {
 
   /// The balls in a picture (8-bit BGR, of the camera's size), best first. Looks only at `window` (empty:
   /// everywhere). Throws InputError for a picture of another size or type.
-  const std::vector<Ball>& detect(const cv::Mat& bgr, cv::Rect window = {},
-                                  DetectionStages* stages = nullptr);
+  const std::vector<BallObservation>& detect(const cv::Mat& bgr, cv::Rect window = {},
+                                             DetectionStages* stages = nullptr);
 
   const DetectorOptions& options() const { return options_; }
   const RayTable& rays() const { return *rays_; }
@@ -85,8 +85,9 @@ class Detector {
 
   /// Refines one voted circle as `detect` does; nothing where there is no ball's edge. `input` receives what
   /// was used.
-  std::optional<Ball> refine(const cv::Mat& bgr, ClassIndex color_class, const CircleEstimate& vote,
-                             BallFit fit, RefinementInput* input = nullptr);
+  std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class,
+                                        const CircleEstimate& vote, BallFit fit,
+                                        RefinementInput* input = nullptr);
 
   /// The position in 3-D of a ball of that class with that cone, where camera and diameter are known.
   std::optional<BallPosition> position(ClassIndex color_class, const ConeFit& fit) const;
@@ -95,11 +96,11 @@ class Detector {
 
  private:
   void find_balls(const cv::Mat& bgr, const cv::Rect& window, int region, DetectionStages* stages);
-  std::optional<Ball> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
-                                    const UndistortedCircle& circle, RefinementInput* input);
-  std::optional<Ball> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
-                                   const UndistortedCircle& circle, RefinementInput* input);
-  const char* rejection(const Ball& ball) const;
+  std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
+                                               const UndistortedCircle& circle, RefinementInput* input);
+  std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
+                                              const UndistortedCircle& circle, RefinementInput* input);
+  const char* rejection(const BallObservation& ball) const;
   void drop_repeated();
 
   std::shared_ptr<const RayTable> rays_;
@@ -115,7 +116,7 @@ class Detector {
   std::vector<RingPixel> ring_;
   std::vector<BoundaryPixel> boundary_, remaining_;
   std::vector<Eigen::Vector2f> points_;
-  std::vector<Ball> balls_;
+  std::vector<BallObservation> balls_;
 };
 
 }  // namespace ballservo

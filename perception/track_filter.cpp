@@ -17,7 +17,7 @@ Eigen::Matrix<double, 2, 3> normalized_jacobian(const Eigen::Vector3d& axis) {
 
 }  // namespace
 
-BallFeatures features_of(const Ball& ball, double sigma_floor_radii) {
+BallFeatures features_of(const BallObservation& ball, double sigma_floor_radii) {
   const Eigen::Vector3d& axis = ball.cone.axis;
   const double alpha = ball.cone.alpha_rad;
   BallFeatures features;

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "perception/ball.hpp"
+#include "perception/ball_observation.hpp"
 
 namespace ballservo {
 
@@ -15,7 +15,7 @@ struct BallFeatures {
 
 /// Features of a ball as it was seen. `sigma_floor_radii` bounds the sigmas from below, as a fraction of its
 /// apparent radius (what an occluded or blurred outline may be wrong by beyond its own residuals).
-BallFeatures features_of(const Ball& ball, double sigma_floor_radii);
+BallFeatures features_of(const BallObservation& ball, double sigma_floor_radii);
 
 /// The cone that has these features.
 TangentCone cone_of(const Eigen::Vector3d& features);

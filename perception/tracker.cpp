@@ -17,14 +17,14 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 }
 
 // Seen through two windows, a ball is still one ball.
-bool same_ball(const Ball& a, const Ball& b) {
+bool same_ball(const BallObservation& a, const BallObservation& b) {
   return a.color_class == b.color_class &&
          angle_between(a.cone.axis, b.cone.axis) < 0.7 * std::max(a.cone.alpha_rad, b.cone.alpha_rad);
 }
 
 }  // namespace
 
-std::string_view track_state_name(TrackState state) {
+std::string_view state_name(Track::State state) {
   static constexpr std::array<std::string_view, 3> names{"tentative", "confirmed", "coasting"};
   return names[static_cast<std::size_t>(state)];
 }
@@ -68,7 +68,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     if (match_of_seen_[i] >= 0) continue;
     Followed newcomer{
-        {next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
+        {next_id_++, seen_[i].color_class, Track::State::tentative, seen_[i]},
         TrackFilter(features_of(seen_[i], options_.filter.sigma_floor_radii), time_s, options_.filter),
         0,
         time_s};
@@ -88,7 +88,7 @@ void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   if (!newcomers) look_near_predictions(bgr);
   const bool all_found = std::all_of(followed_.begin(), followed_.end(), [&](const Followed& followed) {
     return std::any_of(seen_.begin(), seen_.end(),
-                       [&](const Ball& ball) { return is_plausible(followed, ball); });
+                       [&](const BallObservation& ball) { return is_plausible(followed, ball); });
   });
   if (newcomers || !all_found) seen_ = detector_.detect(bgr, {}, stages);
 }
@@ -106,14 +106,15 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
     const cv::Rect window(static_cast<int>(c.x() - reach), static_cast<int>(c.y() - reach),
                           static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
     if ((window & cv::Rect({0, 0}, bgr.size())).empty()) continue;
-    for (const Ball& ball : detector_.detect(bgr, window)) {
-      if (std::none_of(seen_.begin(), seen_.end(), [&](const Ball& other) { return same_ball(ball, other); }))
+    for (const BallObservation& ball : detector_.detect(bgr, window)) {
+      if (std::none_of(seen_.begin(), seen_.end(),
+                       [&](const BallObservation& other) { return same_ball(ball, other); }))
         seen_.push_back(ball);
     }
   }
 }
 
-bool Tracker::is_plausible(const Followed& followed, const Ball& ball) const {
+bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball) const {
   return ball.color_class == followed.track.color_class &&
          followed.filter.distance2(features_of(ball, options_.filter.sigma_floor_radii)) <
              options_.gate_distance2;
@@ -129,7 +130,7 @@ void Tracker::match() {
       if (!is_plausible(followed_[i], seen_[k])) continue;
       const double distance2 =
           followed_[i].filter.distance2(features_of(seen_[k], options_.filter.sigma_floor_radii));
-      pairs.emplace_back(followed_[i].track.state == TrackState::tentative, distance2, i, k);
+      pairs.emplace_back(followed_[i].track.state == Track::State::tentative, distance2, i, k);
     }
   }
   std::sort(pairs.begin(), pairs.end());
@@ -148,7 +149,7 @@ void Tracker::continue_jumps() {
     if (std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(i)) != match_of_seen_.end())
       continue;
     const TangentCone expected = cone_of(followed_[i].filter.value());
-    const auto near = [&](const Ball& ball) {
+    const auto near = [&](const BallObservation& ball) {
       const double ratio = ball.cone.alpha_rad / expected.alpha_rad;
       return ball.color_class == followed_[i].track.color_class && ratio > 0.6 && ratio < 1.67 &&
              angle_between(ball.cone.axis, expected.axis) < options_.jump_radii * expected.alpha_rad;
@@ -164,14 +165,14 @@ void Tracker::continue_jumps() {
   }
 }
 
-void Tracker::see(Followed& followed, const Ball& ball, double time_s) {
+void Tracker::see(Followed& followed, const BallObservation& ball, double time_s) {
   followed.filter.correct(features_of(ball, options_.filter.sigma_floor_radii));
   ++followed.hits;
   followed.seen_s = time_s;
   followed.track.ball = ball;
   const bool believed =
-      followed.track.state != TrackState::tentative || followed.hits >= options_.confirm_after;
-  followed.track.state = believed ? TrackState::confirmed : TrackState::tentative;
+      followed.track.state != Track::State::tentative || followed.hits >= options_.confirm_after;
+  followed.track.state = believed ? Track::State::confirmed : Track::State::tentative;
 }
 
 // A tentative ball that is missed once was none; a confirmed one is predicted for a while, as long as it is
@@ -184,12 +185,12 @@ void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
                        outline->center_px.y() > -outline->radius_px &&
                        outline->center_px.x() < picture.width + outline->radius_px &&
                        outline->center_px.y() < picture.height + outline->radius_px;
-  if (track.state == TrackState::tentative || !in_view || time_s - followed.seen_s > options_.coast_s) {
+  if (track.state == Track::State::tentative || !in_view || time_s - followed.seen_s > options_.coast_s) {
     followed.hits = 0;
     return;
   }
-  track.state = TrackState::coasting;
-  Ball predicted;
+  track.state = Track::State::coasting;
+  BallObservation predicted;
   predicted.color_class = track.color_class;
   predicted.cone = cone;
   predicted.outline = *outline;

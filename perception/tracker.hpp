@@ -10,12 +10,6 @@
 
 namespace ballservo {
 
-/// tentative: seen, not yet often enough to be believed. confirmed: seen and believed. coasting: predicted,
-/// not seen.
-enum class TrackState { tentative, confirmed, coasting };
-
-std::string_view track_state_name(TrackState state);
-
 struct TrackerOptions {
   int confirm_after = 3;  ///< pictures in a row
   double coast_s = 1.0;   ///< how long a confirmed ball is predicted before it is given up
@@ -29,13 +23,20 @@ struct TrackerOptions {
   void validate() const;  ///< throws InputError naming every value that makes no sense
 };
 
+/// A ball followed through the pictures.
 struct Track {
+  /// tentative: seen, not yet often enough to be believed. confirmed: seen and believed. coasting: predicted,
+  /// not seen.
+  enum class State { tentative, confirmed, coasting };
+
   int id = 0;
   ClassIndex color_class = no_class;
-  TrackState state = TrackState::tentative;
+  State state = State::tentative;
   /// Seen: this picture's own fit. Coasting: outline, cone and position as predicted, quality 0.
-  Ball ball;
+  BallObservation ball;
 };
+
+std::string_view state_name(Track::State state);
 
 class Tracker {
  public:
@@ -56,17 +57,17 @@ class Tracker {
   };
   void look(const cv::Mat& bgr, DetectionStages* stages);
   void look_near_predictions(const cv::Mat& bgr);
-  bool is_plausible(const Followed& followed, const Ball& ball) const;
+  bool is_plausible(const Followed& followed, const BallObservation& ball) const;
   void match();
   void continue_jumps();
   void miss(Followed& followed, double time_s, const cv::Size& picture);
-  void see(Followed& followed, const Ball& ball, double time_s);
+  void see(Followed& followed, const BallObservation& ball, double time_s);
 
   Detector detector_;
   TrackerOptions options_;
   std::vector<Followed> followed_;
-  std::vector<Ball> seen_;          // balls of this picture
-  std::vector<int> match_of_seen_;  // index into followed_, or -1
+  std::vector<BallObservation> seen_;  // balls of this picture
+  std::vector<int> match_of_seen_;     // index into followed_, or -1
   std::vector<Track> tracks_;
   int next_id_ = 1;
   long pictures_ = 0;

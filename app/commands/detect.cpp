@@ -69,9 +69,10 @@ int run_detect(const DetectOptions& options) {
       }
       Detector& detector = found->second;
       DetectionStages stages;
-      const std::vector<Ball>& balls = detector.detect(frame->bgr, {}, stages_folder ? &stages : nullptr);
+      const std::vector<BallObservation>& balls =
+          detector.detect(frame->bgr, {}, stages_folder ? &stages : nullptr);
       nlohmann::json listed = nlohmann::json::array();
-      for (const Ball& ball : balls) {
+      for (const BallObservation& ball : balls) {
         const std::string& name =
             factory.colors().classes[static_cast<std::size_t>(ball.color_class) - 1].name;
         csv += ball_row({frame->source, frame->index, frame->time_s, {}, name, "detected"}, ball);
@@ -90,7 +91,7 @@ int run_detect(const DetectOptions& options) {
           used_names, frame_name(*frame, sequence->length() != 1 && frame->source == sequence->name()));
       if (overlay_folder) {
         cv::Mat picture = frame->bgr.clone();
-        for (const Ball& ball : balls) {
+        for (const BallObservation& ball : balls) {
           const std::string& class_name =
               factory.colors().classes[static_cast<std::size_t>(ball.color_class) - 1].name;
           const std::string label =

@@ -36,13 +36,13 @@ struct TrackTotals {
   int tracks = 0;
 };
 
-cv::Scalar state_color(TrackState state) {
+cv::Scalar state_color(Track::State state) {
   switch (state) {
-    case TrackState::tentative:
+    case Track::State::tentative:
       return {0, 220, 255};
-    case TrackState::confirmed:
+    case Track::State::confirmed:
       return {255, 0, 255};
-    case TrackState::coasting:
+    case Track::State::coasting:
       break;
   }
   return {200, 200, 200};
@@ -51,7 +51,7 @@ cv::Scalar state_color(TrackState state) {
 void draw_tracks(cv::Mat& picture, const std::vector<Track>& tracks, const Detector& detector) {
   for (const Track& track : tracks) {
     const std::string& name = detector.colors().classes[static_cast<std::size_t>(track.color_class) - 1].name;
-    std::string label = fmt::format("{} {} {}", track.id, name, track_state_name(track.state));
+    std::string label = fmt::format("{} {} {}", track.id, name, state_name(track.state));
     if (track.ball.position) label += fmt::format(" {:.3f} m", track.ball.position->p_C.norm());
     draw_ball(picture, detector.rays().camera(), track.ball, label, state_color(track.state));
   }
@@ -98,10 +98,9 @@ int run_track(const TrackOptions& options) {
       for (const Track& track : tracks) {
         const std::string& name =
             factory.colors().classes[static_cast<std::size_t>(track.color_class) - 1].name;
-        csv += ball_row(
-            {frame->source, frame->index, frame->time_s, track.id, name, track_state_name(track.state)},
-            track.ball);
-        const bool seen = track.state != TrackState::coasting;
+        csv += ball_row({frame->source, frame->index, frame->time_s, track.id, name, state_name(track.state)},
+                        track.ball);
+        const bool seen = track.state != Track::State::coasting;
         with_ball |= seen;
         (seen ? totals.seen : totals.coasting) += 1;
         last_id = std::max(last_id, track.id);

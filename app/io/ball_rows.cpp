@@ -24,7 +24,7 @@ std::string ball_rows_header() {
          "szz_m2\n";
 }
 
-std::string ball_row(const BallRowLabel& label, const Ball& ball) {
+std::string ball_row(const BallRowLabel& label, const BallObservation& ball) {
   std::string row = fmt::format(
       "{},{},{},{},{},{},{},{},{},{}", csv_cell(label.source), label.frame, number_text(label.time_s),
       label.track_id ? std::to_string(*label.track_id) : "", csv_cell(label.color_class), label.state,

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "perception/ball.hpp"
+#include "perception/ball_observation.hpp"
 
 namespace ballservo {
 
@@ -26,6 +26,6 @@ struct BallRowLabel {
 };
 
 /// One row, with its newline. Numbers round-trip; what is not known stays empty.
-std::string ball_row(const BallRowLabel& label, const Ball& ball);
+std::string ball_row(const BallRowLabel& label, const BallObservation& ball);
 
 }  // namespace ballservo

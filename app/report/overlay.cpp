@@ -42,7 +42,7 @@ void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, 
   cv::polylines(bgr, points, closed, color, thickness, cv::LINE_AA, shift);
 }
 
-void draw_ball(cv::Mat& bgr, const Camera& camera, const Ball& ball, const std::string& label,
+void draw_ball(cv::Mat& bgr, const Camera& camera, const BallObservation& ball, const std::string& label,
                const cv::Scalar& color) {
   const auto outline = project_outline(camera, ball.cone.axis, std::sin(ball.cone.alpha_rad), 128);
   draw_polyline(bgr, outline, true, {0, 0, 0}, 3);

@@ -8,7 +8,7 @@
 
 #include "calibration/camera/camera.hpp"
 #include "calibration/color/color_table.hpp"
-#include "perception/ball.hpp"
+#include "perception/ball_observation.hpp"
 
 namespace ballservo {
 
@@ -20,7 +20,7 @@ void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, 
                    const cv::Scalar& color, int thickness = 1);
 
 /// The ball's outline, its centre as a cross, and a label beside it.
-void draw_ball(cv::Mat& bgr, const Camera& camera, const Ball& ball, const std::string& label,
+void draw_ball(cv::Mat& bgr, const Camera& camera, const BallObservation& ball, const std::string& label,
                const cv::Scalar& color);
 
 }  // namespace ballservo

@@ -27,7 +27,7 @@ struct BallPosition {
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< m^2
 };
 
-struct Ball {
+struct BallObservation {
   ClassIndex color_class = no_class;
   OutlineEllipse outline;  ///< in the picture as given
   TangentCone cone;        ///< direction and angular radius, camera frame
