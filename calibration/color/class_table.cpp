@@ -1,0 +1,97 @@
+#include "calibration/color/class_table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace ballservo {
+namespace {
+
+constexpr float background_weight = 10;  // one over the tenth
+
+/// A density over (L, a, b), smoothed by a binomial kernel along each axis.
+class LabDensity {
+ public:
+  LabDensity() : values_(static_cast<std::size_t>(chroma_bins * chroma_bins * lightness_bins), 0.0f) {}
+
+  void add(const Eigen::Vector3f& lab, float weight) { values_[bin(lab)] += weight; }
+
+  void finish() {
+    float total = 0;
+    smooth(1, chroma_bins);
+    smooth(chroma_bins, chroma_bins);
+    smooth(chroma_bins * chroma_bins, lightness_bins);
+    for (const float value : values_) total += value;
+    if (total <= 0) return;
+    for (float& value : values_) value /= total;
+  }
+
+  float at(const Eigen::Vector3f& lab) const { return values_[bin(lab)]; }
+
+ private:
+  static constexpr int chroma_bins = 64, lightness_bins = 13;
+  static constexpr float chroma_width = 4, lightness_width = 8;
+
+  static std::size_t bin(const Eigen::Vector3f& lab) {
+    const auto cell = [](float v, int bins) {
+      return std::clamp(static_cast<int>(std::floor(v)), 0, bins - 1);
+    };
+    const int l = cell(lab.x() / lightness_width, lightness_bins);
+    const int a = cell(lab.y() / chroma_width + chroma_bins / 2, chroma_bins);
+    const int b = cell(lab.z() / chroma_width + chroma_bins / 2, chroma_bins);
+    return static_cast<std::size_t>((l * chroma_bins + b) * chroma_bins + a);
+  }
+
+  void smooth(int stride, int length) {
+    const std::vector<float> before = values_;
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      const int position = static_cast<int>(i) / stride % length;
+      const float low = position > 0 ? before[i - stride] : 0.0f;
+      const float high = position + 1 < length ? before[i + stride] : 0.0f;
+      values_[i] = 0.25f * low + 0.5f * before[i] + 0.25f * high;
+    }
+  }
+
+  std::vector<float> values_;
+};
+
+}  // namespace
+
+std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes, const CellCounts& background,
+                                    const SampleOptions& options) {
+  options.validate();
+  const std::vector<Eigen::Vector3f> colors = table_cell_colors();
+  LabDensity elsewhere;
+  for (std::size_t i = 0; i < background.size(); ++i) {
+    if (background[i] > 0) elsewhere.add(colors[i], static_cast<float>(background[i]));
+  }
+  elsewhere.finish();
+  std::vector<LabDensity> on_ball(classes.size());
+  for (std::size_t k = 0; k < classes.size(); ++k) {
+    for (const ColorSamples::Pixel& pixel : classes[k].samples.pixels)
+      on_ball[k].add(colors[pixel.table_cell], 1);
+    on_ball[k].finish();
+  }
+
+  std::vector<ClassIndex> table(ColorTable::entries, no_class);
+  for (int i = 0; i < ColorTable::entries; ++i) {
+    if (!options.has_color(colors[i].cast<double>())) continue;
+    const int cell = chroma_cell(colors[i].y(), colors[i].z());
+    const int row = cell / ChromaHistogram::side, column = cell % ChromaHistogram::side;
+    float best = 0;
+    for (std::size_t k = 0; k < classes.size(); ++k) {
+      const float density = classes[k].group.density(row, column);
+      if (density <= best) continue;
+      best = density;
+      table[i] = static_cast<ClassIndex>(k + 1);
+    }
+    if (table[i] == no_class) continue;
+    const std::size_t k = table[i] - 1u;
+    if (classes[k].group.core(row, column)) continue;
+    const float there = elsewhere.at(colors[i]);
+    if (there > 1e-6f && background_weight * there > on_ball[k].at(colors[i])) table[i] = no_class;
+  }
+  return table;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,143 @@
+#include "calibration/color/color_samples.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/color/color_names.hpp"
+#include "calibration/color/color_space.hpp"
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr double hue_bin_deg = 360.0 / ColorSamples::hue_bins;
+constexpr double hue_smoothing_deg = 6;
+
+std::array<double, ColorSamples::hue_bins> smoothed(const ColorSamples& samples) {
+  constexpr int bins = ColorSamples::hue_bins, reach = 4;
+  std::array<double, bins> result{};
+  double total = 0;
+  for (int i = 0; i < bins; ++i) {
+    for (int d = -reach; d <= reach; ++d) {
+      const double t = d * hue_bin_deg / hue_smoothing_deg;
+      const double part = samples.hue_counts[i] * std::exp(-0.5 * t * t);
+      result[(i + d + bins) % bins] += part;
+      total += part;
+    }
+  }
+  for (double& value : result) value = total > 0 ? value / total : 0;
+  return result;
+}
+
+}  // namespace
+
+void SampleOptions::validate() const {
+  FaultList faults;
+  const auto check = [&](const char* name, double value, double low, double high) {
+    if (!(value >= low && value <= high)) {
+      faults.add(fmt::format("colour samples: {}", name), fmt::format("{}", value),
+                 fmt::format("{} to {}", low, high));
+    }
+  };
+  check("min_lightness", min_lightness, 0, 100);
+  check("min_chroma", min_chroma, 1, 200);
+  check("rim", rim, 0.1, 1);
+  faults.throw_if_any();
+}
+
+std::vector<Eigen::Vector3f> table_cell_colors() {
+  std::vector<Eigen::Vector3f> result(ColorTable::entries);
+  const auto center = [](int i) { return static_cast<std::uint8_t>(4 * i + 2); };
+  for (int r = 0, i = 0; r < ColorTable::side; ++r) {
+    for (int g = 0; g < ColorTable::side; ++g) {
+      for (int b = 0; b < ColorTable::side; ++b, ++i)
+        result[i] = lab_from_bgr(center(b), center(g), center(r)).cast<float>();
+    }
+  }
+  return result;
+}
+
+int chroma_cell(double a, double b) {
+  constexpr int side = ChromaHistogram::side;
+  const auto cell = [](double v) {
+    return std::clamp(static_cast<int>(std::floor(v / ChromaHistogram::cell)) + side / 2, 0, side - 1);
+  };
+  return cell(b) * side + cell(a);
+}
+
+void count_cells(const cv::Mat& bgr, const cv::Mat& mask, CellCounts& counts) {
+  counts.resize(ColorTable::entries, 0);
+  for (int y = 0; y < bgr.rows; ++y) {
+    const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(y);
+    const std::uint8_t* wanted = mask.empty() ? nullptr : mask.ptr<std::uint8_t>(y);
+    for (int x = 0; x < bgr.cols; ++x) {
+      if (!wanted || wanted[x]) ++counts[ColorTable::index(row[x][0], row[x][1], row[x][2])];
+    }
+  }
+}
+
+Eigen::Vector3d ColorSamples::mean_lab() const {
+  return pixels.empty() ? Eigen::Vector3d::Zero().eval()
+                        : (lab_sum / static_cast<double>(pixels.size())).eval();
+}
+
+double ColorSamples::hue_deg() const { return lab_hue_deg(lab_sum.y(), lab_sum.z()); }
+
+double ColorSamples::saturation() const {
+  const Eigen::Vector3d lab = mean_lab();
+  return lab.tail<2>().norm() / (lab.x() + 16);
+}
+
+double ColorSamples::colored_fraction() const {
+  return looked_at > 0 ? static_cast<double>(pixels.size()) / static_cast<double>(looked_at) : 0;
+}
+
+void ColorSamples::add(const ColorSamples& other) {
+  pixels.insert(pixels.end(), other.pixels.begin(), other.pixels.end());
+  for (int i = 0; i < hue_bins; ++i) hue_counts[i] += other.hue_counts[i];
+  lab_sum += other.lab_sum;
+  looked_at += other.looked_at;
+}
+
+ColorSamples samples_inside(const cv::Mat& bgr, const RoundRegion& region, double scale,
+                            const SampleOptions& options) {
+  ColorSamples result;
+  const double radius = options.rim * region.radius_px;
+  const Eigen::Vector2d at = region.center_px;
+  const int top = std::max(0, static_cast<int>(std::ceil(at.y() - radius)));
+  const int bottom = std::min(bgr.rows - 1, static_cast<int>(std::floor(at.y() + radius)));
+  const int left = std::max(0, static_cast<int>(std::ceil(at.x() - radius)));
+  const int right = std::min(bgr.cols - 1, static_cast<int>(std::floor(at.x() + radius)));
+  for (int y = top; y <= bottom; ++y) {
+    for (int x = left; x <= right; ++x) {
+      if ((Eigen::Vector2d(x, y) - at).squaredNorm() > radius * radius) continue;
+      if (!region.mask.empty()) {
+        const int mx = static_cast<int>((x + 0.5) * scale) - region.mask_origin.x;
+        const int my = static_cast<int>((y + 0.5) * scale) - region.mask_origin.y;
+        if (mx < 0 || my < 0 || mx >= region.mask.cols || my >= region.mask.rows) continue;
+        if (!region.mask.at<std::uint8_t>(my, mx)) continue;
+      }
+      ++result.looked_at;
+      const cv::Vec3b& c = bgr.at<cv::Vec3b>(y, x);
+      const Eigen::Vector3d lab = lab_from_bgr(c[0], c[1], c[2]);
+      if (!options.has_color(lab)) continue;
+      result.pixels.push_back({static_cast<std::uint32_t>(ColorTable::index(c[0], c[1], c[2])),
+                               static_cast<std::uint16_t>(chroma_cell(lab.y(), lab.z()))});
+      const int bin = static_cast<int>(lab_hue_deg(lab.y(), lab.z()) / hue_bin_deg) % ColorSamples::hue_bins;
+      result.hue_counts[bin] += 1;
+      result.lab_sum += lab;
+    }
+  }
+  return result;
+}
+
+double hue_overlap(const ColorSamples& a, const ColorSamples& b) {
+  const auto smooth_a = smoothed(a), smooth_b = smoothed(b);
+  double common = 0;
+  for (int i = 0; i < ColorSamples::hue_bins; ++i) common += std::min(smooth_a[i], smooth_b[i]);
+  return common;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,72 @@
+// The pixels of balls, as colour calibration counts them (paper, "Calibrage", 2c).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "calibration/color/color_table.hpp"
+#include "calibration/color/round_regions.hpp"
+
+namespace ballservo {
+
+/// Which pixels have a colour to learn. Black, dark and nearly grey pixels (deep shade, glare, white) say
+/// nothing of a ball's hue: they are never samples and never classified; in the class picture they leave
+/// holes, which the on-line closing and the absorption of enclosed regions fill.
+struct SampleOptions {
+  double min_lightness = 10;  ///< L of Lab, 0 to 100
+  double min_chroma = 8;      ///< sqrt(a^2 + b^2) of Lab, above 0
+  double rim =
+      0.92;  ///< part of the circle's radius that is sampled: further out the background mixes in; 0 to 1
+
+  /// Throws InputError with every value out of range.
+  void validate() const;
+  bool has_color(const Eigen::Vector3d& lab) const {
+    return lab.x() >= min_lightness && lab.tail<2>().squaredNorm() >= min_chroma * min_chroma;
+  }
+};
+
+/// The (L, a, b) at the centre of every cell of ColorTable, in its order.
+std::vector<Eigen::Vector3f> table_cell_colors();
+
+/// The cell of ChromaHistogram that holds (a, b).
+int chroma_cell(double a, double b);
+
+/// How many of a picture's pixels fall into each cell of ColorTable.
+using CellCounts = std::vector<std::uint32_t>;
+void count_cells(const cv::Mat& bgr, const cv::Mat& mask, CellCounts& counts);
+
+/// The coloured pixels of one ball, or of several of one colour.
+struct ColorSamples {
+  /// Bins of 5 degrees of hue.
+  static constexpr int hue_bins = 72;
+
+  struct Pixel {
+    std::uint32_t table_cell;
+    std::uint16_t chroma_cell;
+  };
+  std::vector<Pixel> pixels;
+  std::array<double, hue_bins> hue_counts{};
+  Eigen::Vector3d lab_sum{0, 0, 0};
+  std::uint64_t looked_at = 0;  ///< pixels inside, coloured or not
+
+  Eigen::Vector3d mean_lab() const;
+  double hue_deg() const;
+  /// sqrt(a^2 + b^2) / (L + 16) of the mean: what a change of the light's strength leaves as it is, because
+  /// a, b and L + 16 all grow with its cube root.
+  double saturation() const;
+  double colored_fraction() const;
+  void add(const ColorSamples& other);
+};
+
+/// The coloured pixels inside a round region (of the region itself, holes included, and a bit inside the
+/// circle). `scale` is the region's picture's working scale.
+ColorSamples samples_inside(const cv::Mat& bgr, const RoundRegion& region, double scale,
+                            const SampleOptions& options);
+
+/// 0 to 1: how much of their hues two sets of samples share, the histograms smoothed by 6 degrees.
+double hue_overlap(const ColorSamples& a, const ColorSamples& b);
+
+}  // namespace ballservo

@@ -1,0 +1,192 @@
+#include "calibration/color/round_regions.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "calibration/color/chroma_components.hpp"
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// A region's mask and where it lies; what both tests of roundness look at.
+struct Placed {
+  cv::Mat mask;      // with an empty margin of at least one pixel
+  cv::Point origin;  // of the mask, in the working picture
+  cv::Size picture;
+};
+
+/// The outer boundary, without the pixels where the picture's border cuts the region.
+std::vector<Eigen::Vector2f> boundary_of(const Placed& region) {
+  std::vector<Eigen::Vector2f> result;
+  const cv::Mat& mask = region.mask;
+  for (int y = 1; y + 1 < mask.rows; ++y) {
+    for (int x = 1; x + 1 < mask.cols; ++x) {
+      if (!mask.at<std::uint8_t>(y, x)) continue;
+      const bool inner = mask.at<std::uint8_t>(y, x - 1) && mask.at<std::uint8_t>(y, x + 1) &&
+                         mask.at<std::uint8_t>(y - 1, x) && mask.at<std::uint8_t>(y + 1, x);
+      const int px = region.origin.x + x, py = region.origin.y + y;
+      if (inner || px == 0 || py == 0 || px == region.picture.width - 1 || py == region.picture.height - 1)
+        continue;
+      result.emplace_back(static_cast<float>(px), static_cast<float>(py));
+    }
+  }
+  return result;
+}
+
+/// The fraction of the boundary near the circle. Off the optical axis a ball's outline is an ellipse, so that
+/// the tolerance has a part that grows with the radius: a fixed one would take the largest balls for
+/// something else.
+double inlier_fraction_of(const std::vector<Eigen::Vector2f>& boundary, const RegionCircle& circle) {
+  const double tolerance = std::max(1.5, 0.06 * circle.radius_px);
+  const auto inliers = std::count_if(boundary.begin(), boundary.end(), [&](const Eigen::Vector2f& p) {
+    return std::abs((p.cast<double>() - circle.center_px).norm() - circle.radius_px) <= tolerance;
+  });
+  return static_cast<double>(inliers) / static_cast<double>(boundary.size());
+}
+
+/// How well disc and region cover each other; 0 when much of the disc lies outside the picture.
+double fill_of(const Placed& region, const RegionCircle& circle) {
+  const double radius = circle.radius_px + 0.5;  // boundary pixels' centres lie half a pixel inside the edge
+  const Eigen::Vector2d at = circle.center_px;
+  const cv::Mat& mask = region.mask;
+  // A circle far larger than its region is none; asking first also bounds the loop below.
+  if (!(radius <= mask.cols + mask.rows)) return 0;
+  long disc = 0, common = 0, off_picture = 0;
+  for (int y = static_cast<int>(std::floor(at.y() - radius)); y <= std::ceil(at.y() + radius); ++y) {
+    for (int x = static_cast<int>(std::floor(at.x() - radius)); x <= std::ceil(at.x() + radius); ++x) {
+      if ((Eigen::Vector2d(x, y) - at).squaredNorm() > radius * radius) continue;
+      if (x < 0 || y < 0 || x >= region.picture.width || y >= region.picture.height) {
+        ++off_picture;
+        continue;
+      }
+      ++disc;
+      const int mx = x - region.origin.x, my = y - region.origin.y;
+      if (mx >= 0 && my >= 0 && mx < mask.cols && my < mask.rows && mask.at<std::uint8_t>(my, mx)) ++common;
+    }
+  }
+  if (disc == 0 || off_picture * 4 > disc) return 0;
+  return static_cast<double>(common) / static_cast<double>(disc + cv::countNonZero(mask) - common);
+}
+
+/// The region as a ball, if it passes the circle test.
+std::optional<RoundRegion> circle_test(const Placed& placed, double scale, const CircleEstimator& estimator,
+                                       const RoundRegionOptions& options) {
+  const auto boundary = boundary_of(placed);
+  if (boundary.size() < 8) return std::nullopt;
+  const auto circle = estimator(boundary);
+  if (!circle || !(circle->radius_px >= options.min_radius_px)) return std::nullopt;
+  RoundRegion region;
+  region.inlier_fraction = inlier_fraction_of(boundary, *circle);
+  region.fill = fill_of(placed, *circle);
+  region.fit_ratio = region.fill * region.inlier_fraction;
+  if (!(region.fit_ratio >= options.min_fit_ratio)) return std::nullopt;
+  region.center_px = (circle->center_px + Eigen::Vector2d(0.5, 0.5)) / scale - Eigen::Vector2d(0.5, 0.5);
+  region.radius_px = (circle->radius_px + 0.5) / scale;
+  region.mask = placed.mask;
+  region.mask_origin = placed.origin;
+  return region;
+}
+
+/// Whether a ball may hide in the region: rules out what is long, thin, or most of the picture, before
+/// anything slow.
+bool compact(const Placed& placed, int area) {
+  const int width = placed.mask.cols - 2, height = placed.mask.rows - 2;
+  return std::max(width, height) <= 2 * std::min(width, height) && area * 3 >= width * height &&
+         area * 2 <= placed.picture.area();
+}
+
+/// The region without thin growths (a blurred rim along a finger, a bridge to a neighbour).
+Placed opened(const Placed& placed, int area) {
+  const double radius = std::max(1.0, 0.2 * std::sqrt(area / pi));
+  Placed result = placed;
+  cv::Mat distance;  // opening by a disc, in two distance transforms: their cost does not grow with the disc
+  cv::distanceTransform(placed.mask, distance, cv::DIST_L2, 5);
+  cv::distanceTransform(distance <= radius, distance, cv::DIST_L2, 5);
+  result.mask = distance <= radius;
+  cv::Mat labels, stats, centers;
+  const int count = cv::connectedComponentsWithStats(result.mask, labels, stats, centers, 4);
+  int largest = 0;
+  for (int i = 1; i < count; ++i) {
+    if (largest == 0 || stats.at<int>(i, cv::CC_STAT_AREA) > stats.at<int>(largest, cv::CC_STAT_AREA))
+      largest = i;
+  }
+  result.mask = labels == largest;
+  if (largest == 0) result.mask.setTo(0);
+  return result;
+}
+
+}  // namespace
+
+void RoundRegionOptions::validate() const {
+  mean_shift.validate();
+  FaultList faults;
+  const auto check = [&](const char* name, double value, double low, double high) {
+    if (!(value >= low && value <= high)) {
+      faults.add(fmt::format("round regions: {}", name), fmt::format("{}", value),
+                 fmt::format("{} to {}", low, high));
+    }
+  };
+  check("min_radius_px", min_radius_px, 1, 1e6);
+  check("min_fit_ratio", min_fit_ratio, 0, 1);
+  check("min_chroma", min_chroma, 0, 300);
+  faults.throw_if_any();
+}
+
+RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estimator,
+                                const RoundRegionOptions& options) {
+  options.validate();
+  if (bgr.empty() || bgr.type() != CV_8UC3)
+    throw InputError("picture", "not 8-bit colour", "an 8-bit BGR picture");
+  RoundRegions result;
+  const double pixels = static_cast<double>(bgr.total());
+  cv::Mat working = bgr;
+  if (pixels > options.mean_shift.max_working_pixels) {
+    const double wanted = std::sqrt(options.mean_shift.max_working_pixels / pixels);
+    cv::resize(bgr, working, {}, wanted, wanted, cv::INTER_AREA);
+  }
+  result.scale = static_cast<double>(working.cols) / bgr.cols;
+  const cv::Mat chroma = chroma_image(working);
+  const double radius = chroma_radius(chroma, options.mean_shift);
+  result.modes = mean_shift_filter(chroma, radius, options.mean_shift);
+
+  const double least_area = 0.5 * pi * options.min_radius_px * options.min_radius_px;
+  const ComponentOptions components{radius, options.mean_shift.shading_stretch, options.min_chroma,
+                                    least_area};
+  std::set<std::tuple<int, int, int, int, int>> seen;
+  std::vector<RoundRegion> found;
+  for_each_segmentation(result.modes, components, [&](const std::vector<int>& labels) {
+    for (const Component& c : components_of(labels, working.cols, working.rows)) {
+      if (c.area < least_area || !seen.insert({c.area, c.left, c.top, c.right, c.bottom}).second) continue;
+      const Placed whole{filled_mask(labels, working.cols, c), {c.left - 1, c.top - 1}, working.size()};
+      auto region = circle_test(whole, result.scale, estimator, options);
+      if (region) found.push_back(std::move(*region));
+      if (!compact(whole, c.area)) continue;
+      region = circle_test(opened(whole, c.area), result.scale, estimator, options);
+      if (region) found.push_back(std::move(*region));
+    }
+  });
+  // A place keeps its roundest region; among nearly equal ones the larger, which has more of the ball's
+  // shade.
+  const auto score = [](const RoundRegion& r) { return r.fit_ratio * std::sqrt(std::sqrt(r.radius_px)); };
+  std::stable_sort(found.begin(), found.end(),
+                   [&](const auto& a, const auto& b) { return score(a) > score(b); });
+  for (RoundRegion& region : found) {
+    const bool taken =
+        std::any_of(result.regions.begin(), result.regions.end(), [&](const RoundRegion& other) {
+          return (other.center_px - region.center_px).norm() < 0.7 * (other.radius_px + region.radius_px);
+        });
+    if (!taken) result.regions.push_back(std::move(region));
+  }
+  return result;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,52 @@
+// The round coloured regions of a picture: what colour calibration takes for balls (paper, "Calibrage",
+// 2a-b).
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "calibration/color/circle_test.hpp"
+#include "calibration/color/mean_shift.hpp"
+
+namespace ballservo {
+
+/// What counts as a round coloured region.
+struct RoundRegionOptions {
+  MeanShiftOptions mean_shift;
+  double min_radius_px = 8;    ///< at the working scale: below it a few pixels of anything are round
+  double min_fit_ratio = 0.4;  ///< boundary inliers x fill, 0 to 1
+  double min_chroma = 6;       ///< least distance of the modes' (u*, v*) from the picture's own grey
+
+  /// Throws InputError with every value out of range.
+  void validate() const;
+};
+
+/// A region that passed the circle test.
+struct RoundRegion {
+  Eigen::Vector2d center_px{0, 0};  ///< in the picture as given
+  double radius_px = 0;
+  double inlier_fraction = 0;  ///< of the boundary, on the circle
+  double fill =
+      0;  ///< area common to region and disc / area that either covers; the region without its holes
+  double fit_ratio = 0;  ///< inlier_fraction x fill: near 1 for a whole ball
+  cv::Mat mask;  ///< CV_8U, 255 inside the region, holes filled; empty for a disc that the user pointed at
+  cv::Point mask_origin;  ///< where the mask's top left pixel lies in the working picture
+};
+
+/// What the search saw, and what it found.
+struct RoundRegions {
+  cv::Mat modes;                     ///< (u*, v*) after mean shift, CV_32FC2, at the working scale
+  double scale = 1;                  ///< working pixels per pixel of the picture, at most 1
+  std::vector<RoundRegion> regions;  ///< disjoint, the best fit first
+};
+
+/// Mean shift, components and the circle test. The components are made at several strictnesses (how far
+/// neighbours' modes may differ, how much chroma counts as colour), because no single one suits both a pale
+/// ball in dim light and a glossy one beside its own reflection; a place keeps its roundest region. `bgr` is
+/// CV_8UC3. Throws InputError for options out of range or a picture of another type.
+RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estimator,
+                                const RoundRegionOptions& options = {});
+
+}  // namespace ballservo
