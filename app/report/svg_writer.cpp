@@ -11,16 +11,17 @@
 namespace ballservo {
 namespace {
 
-constexpr double largest_px = 1e6;
+constexpr double largest_px = 9e5;
 constexpr double pi = 3.14159265358979323846;
 
 bool drawable(double value) { return std::abs(value) <= largest_px; }
 bool drawable(const Eigen::Vector2d& point) { return drawable(point.x()) && drawable(point.y()); }
 
-// Hundredths of a pixel, without a trailing ".00" or a "-0".
+// Hundredths of a pixel, without a ".00" or a "-0".
 std::string px(double value) {
   const double rounded = std::round(value * 100) / 100 + 0.0;
-  return fmt::format("{:.6g}", rounded == 0 ? 0.0 : rounded);
+  if (rounded == std::round(rounded)) return fmt::format("{:.0f}", rounded == 0 ? 0.0 : rounded);
+  return fmt::format("{:.2f}", rounded);
 }
 
 std::string style_attributes(const SvgStyle& style) {

@@ -14,7 +14,7 @@ namespace ballservo {
 enum class TextAnchor { start, middle, end };
 
 /// Collects elements; x to the right, y down, pixels of the drawing. An element with a coordinate that is not
-/// finite or beyond a million pixels is left out (a polyline is broken there).
+/// finite or beyond 900000 pixels is left out (a polyline is broken there).
 class SvgWriter {
  public:
   void line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const SvgStyle& style);

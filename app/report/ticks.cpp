@@ -50,7 +50,7 @@ std::vector<Tick> log_ticks(double low, double high, int count) {
   const int first = static_cast<int>(std::floor(std::log10(low))),
             last = static_cast<int>(std::ceil(std::log10(high)));
   const int stride = std::max(1, (last - first) / std::max(count, 1));
-  const bool between = last - first <= 2;
+  const bool between = high < 100 * low;
   for (int decade = first; decade <= last; ++decade) {
     for (int digit = 1; digit <= 9; ++digit) {
       const double value = digit * std::pow(10.0, decade);

@@ -1,0 +1,88 @@
+#include "app/report/picture.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+namespace ballservo {
+namespace {
+
+TEST(Base64, MatchesTheStandardsOwnExamples) {  // RFC 4648, section 10
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foo"), "Zm9v");
+  EXPECT_EQ(base64("foob"), "Zm9vYg==");
+  EXPECT_EQ(base64("fooba"), "Zm9vYmE=");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
+}
+
+TEST(PictureDataUri, NamesItsFormat) {
+  const cv::Mat picture(5, 7, CV_8UC3, cv::Scalar(1, 2, 3));
+  EXPECT_EQ(picture_data_uri(picture, PictureFormat::png).rfind("data:image/png;base64,iVBOR", 0), 0u);
+  EXPECT_EQ(picture_data_uri(picture, PictureFormat::jpeg).rfind("data:image/jpeg;base64,/9j/", 0), 0u);
+  EXPECT_THROW(picture_data_uri({}, PictureFormat::png), std::invalid_argument);
+}
+
+TEST(Viewable, TakesAnyDepthAndChannels) {
+  for (const int depth : {CV_8U, CV_16U, CV_32S, CV_32F, CV_64F}) {
+    for (const int channels : {1, 3, 4}) {
+      const cv::Mat shown = viewable(cv::Mat(3, 4, CV_MAKETYPE(depth, channels), cv::Scalar::all(7)));
+      EXPECT_EQ(shown.type(), CV_8UC3);
+      EXPECT_EQ(shown.size(), cv::Size(4, 3));
+    }
+  }
+  EXPECT_TRUE(viewable({}).empty());
+}
+
+TEST(Viewable, SpreadsTheFiniteRange) {
+  cv::Mat numbers = (cv::Mat_<float>(1, 4) << -2, 0, 2, std::numeric_limits<float>::quiet_NaN());
+  const cv::Mat shown = viewable(numbers);
+  EXPECT_EQ(shown.at<cv::Vec3b>(0, 0)[0], 0);
+  EXPECT_EQ(shown.at<cv::Vec3b>(0, 1)[0], 128);
+  EXPECT_EQ(shown.at<cv::Vec3b>(0, 2)[0], 255);
+  EXPECT_EQ(shown.at<cv::Vec3b>(0, 3)[0], 0);
+}
+
+TEST(HeatMap, HighStandsOutFromLowAndNoNumberIsGrey) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const cv::Mat map = heat_map((cv::Mat_<double>(1, 3) << 0, 10, nan), 2);
+  ASSERT_EQ(map.size(), cv::Size(6, 2));
+  const auto brightness = [&](int x) {
+    const cv::Vec3b c = map.at<cv::Vec3b>(1, x);
+    return c[0] + c[1] + c[2];
+  };
+  EXPECT_GT(brightness(3), brightness(0) + 150);
+  EXPECT_EQ(map.at<cv::Vec3b>(0, 5), cv::Vec3b(128, 128, 128));
+  EXPECT_TRUE(heat_map({}).empty());
+}
+
+TEST(LabelledGrid, HoldsEveryPictureUnscaledWhereAllAreAlike) {
+  std::vector<std::pair<std::string, cv::Mat>> pictures;
+  const std::vector<cv::Scalar> colors{{255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
+  for (const cv::Scalar& color : colors) pictures.emplace_back("one", cv::Mat(80, 150, CV_8UC3, color));
+  for (const int columns : {-1, 1, 2, 3, 50}) {
+    const cv::Mat grid = labelled_grid(pictures, columns);
+    for (const cv::Scalar& color : colors) {
+      cv::Mat mask;
+      cv::inRange(grid, color, color, mask);
+      EXPECT_EQ(cv::countNonZero(mask), 80 * 150);
+    }
+  }
+}
+
+TEST(LabelledGrid, StandsOddInput) {
+  EXPECT_TRUE(labelled_grid({}, 3).empty());
+  const cv::Mat grid =
+      labelled_grid({{"empty", {}},
+                     {std::string(500, 'x') + "\xc3\xa4\n", cv::Mat(1, 900, CV_32F, cv::Scalar(1))},
+                     {"mask", cv::Mat(300, 2, CV_8U, cv::Scalar(255))}},
+                    2);
+  EXPECT_EQ(grid.type(), CV_8UC3);
+}
+
+}  // namespace
+}  // namespace ballservo
