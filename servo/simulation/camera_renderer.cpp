@@ -34,11 +34,10 @@ struct Viewpoint {
   std::vector<BallCone> cones;  // nearest first
 };
 
-/// What a pixel showed at its centre.
-struct PixelCenter {
-  int surface = std::numeric_limits<int>::min();  // balls: -2 - ball; no ray: -1
-  bool outline = false;                           // a ball's outline may cross it
-};
+/// What a pixel shows at its centre, besides the surfaces of SurfaceHit.
+constexpr int no_ray = -1;
+constexpr int outline_here = -2;  // a ball's outline may cross the pixel
+constexpr int first_ball = -3;    // ball k: first_ball - k
 
 /// The corner rays of a pixel in world axes, interpolated in between. Between neighbouring corners a lens is
 /// straight to a few 1e-4 px, and the corners themselves are exact.
@@ -171,11 +170,6 @@ std::vector<SolidCone> solid_cones(const Scene& scene, const Eigen::Vector3d& or
   return cones;
 }
 
-void add_color(cv::Mat& sum, int row, int column, float weight, const Rgb& color) {
-  float* pixel = sum.ptr<float>(row) + 3 * column;
-  for (int c = 0; c < 3; ++c) pixel[c] += weight * static_cast<float>(color[2 - c]);
-}
-
 }  // namespace
 
 CameraRenderer::CameraRenderer(const Camera& camera, World world, const SensorOptions& sensor)
@@ -196,7 +190,7 @@ CameraRenderer::CameraRenderer(const Camera& camera, World world, const SensorOp
   });
 }
 
-void CameraRenderer::add_view(const CameraView& camera_view, float weight, cv::Mat& sum) const {
+cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
   const Scene scene(world_, camera_view.time_s);
   const Viewpoint view{scene, camera_view.X_WC.translation(), camera_view.X_WC.linear(),
                        ball_cones(scene, camera_view.X_WC.translation())};
@@ -211,6 +205,14 @@ void CameraRenderer::add_view(const CameraView& camera_view, float weight, cv::M
     };
     return PixelRays(corner(at), corner(at + 1), corner(at + stride), corner(at + stride + 1));
   };
+  const auto center_ray = [&](int row, int column) -> Eigen::Vector3d {
+    const Eigen::Vector3f* above =
+        &corner_rays_[static_cast<std::size_t>(row) * stride + static_cast<std::size_t>(column)];
+    const Eigen::Vector3f* below = above + stride;
+    const Eigen::Vector3f sum_C = (above[0] + above[1]) + (below[0] + below[1]);
+    return (view.R_WC * sum_C.cast<double>()).normalized();
+  };
+  const double widest_rad = outline_reach_px * widest_pixel_rad_;
   const auto candidates = [&](const Eigen::Vector3d& direction, std::vector<int>& found) {
     found.clear();
     for (std::size_t k = 0; k < solids.size(); ++k) {
@@ -218,43 +220,43 @@ void CameraRenderer::add_view(const CameraView& camera_view, float weight, cv::M
     }
   };
 
-  std::vector<PixelCenter> centers(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  const auto center_at = [&](int row, int column) -> PixelCenter& {
-    return centers[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-                   static_cast<std::size_t>(column)];
+  // First every pixel by its centre, then those that an edge crosses again, cut into squares.
+  std::vector<int> surfaces(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  const auto surface_row = [&](int row) {
+    return surfaces.data() + static_cast<std::ptrdiff_t>(row) * width;
   };
   cv::Mat colors(height, width, CV_32FC3);
   tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
     std::vector<int> near_solids;
     for (int row = rows.begin(); row < rows.end(); ++row) {
       float* out = colors.ptr<float>(row);
-      for (int column = 0; column < width; ++column, out += 3) {
-        PixelCenter& center = center_at(row, column);
-        center = {};
-        const PixelRays rays = pixel_rays(row, column);
-        const Eigen::Vector3d direction = rays.at(0.5, 0.5).normalized();
+      int* surface = surface_row(row);
+      for (int column = 0; column < width; ++column, out += 3, ++surface) {
+        const Eigen::Vector3d direction = center_ray(row, column);
         Rgb color = Rgb::Zero();
         if (direction.allFinite()) {
           candidates(direction, near_solids);
           const SurfaceHit hit = scene.hit_surface(view.origin, direction, near_solids);
-          center.surface = hit.surface;
+          *surface = hit.surface;
           int ball = -1;
+          bool crossed = false;
           for (const BallCone& cone : view.cones) {
             const double cosine = direction.dot(cone.axis);
-            const double spread = outline_reach_px * std::max(rays.along_x.norm(), rays.along_y.norm());
-            if (cosine < cone.cos_alpha - 2 * spread * (cone.sin_alpha + spread)) continue;
+            if (cosine < cone.cos_alpha - 2 * widest_rad * (cone.sin_alpha + widest_rad)) continue;
+            if (cone.tangent_distance >= hit.t) continue;
             const double angle = std::atan2((direction - cosine * cone.axis).norm(), cosine);
             const double alpha = std::asin(cone.sin_alpha);
-            if (std::abs(angle - alpha) < spread && cone.tangent_distance < hit.t) center.outline = true;
-            if (ball < 0 && angle < alpha && cone.tangent_distance < hit.t) ball = cone.ball;
+            if (std::abs(angle - alpha) < widest_rad) crossed = true;
+            if (ball < 0 && angle < alpha) ball = cone.ball;
           }
-          if (ball >= 0) center.surface = -2 - ball;
-          if (!center.outline) {
+          if (ball >= 0) *surface = first_ball - ball;
+          if (crossed) *surface = outline_here;
+          if (!crossed) {
             color = ball >= 0 ? scene.shade_ball(ball, view.origin, direction)
                               : scene.shade_surface(hit, view.origin, direction, pixel_rad);
           }
         } else {
-          center.surface = -1;
+          *surface = no_ray;
         }
         for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
       }
@@ -264,31 +266,32 @@ void CameraRenderer::add_view(const CameraView& camera_view, float weight, cv::M
   tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
     std::vector<int> near_solids;
     for (int row = rows.begin(); row < rows.end(); ++row) {
+      const int* here = surface_row(row);
+      const int* above = surface_row(std::max(row - 1, 0));
+      const int* below = surface_row(std::min(row + 1, height - 1));
       for (int column = 0; column < width; ++column) {
-        const PixelCenter& center = center_at(row, column);
-        if (center.surface == -1) continue;
-        const auto differs = [&](int r, int c) {
-          return r >= 0 && r < height && c >= 0 && c < width && center_at(r, c).surface != center.surface;
-        };
-        if (center.outline || differs(row - 1, column) || differs(row + 1, column) ||
-            differs(row, column - 1) || differs(row, column + 1)) {
-          const PixelRays rays = pixel_rays(row, column);
-          candidates(rays.at(0.5, 0.5).normalized(), near_solids);
-          add_color(sum, row, column, weight, edge_pixel(view, rays, near_solids, pixel_rad));
-        } else {
-          const float* color = colors.ptr<float>(row) + 3 * column;
-          float* pixel = sum.ptr<float>(row) + 3 * column;
-          for (int c = 0; c < 3; ++c) pixel[c] += weight * color[c];
-        }
+        const int surface = here[column];
+        const auto differs = [&](int other) { return other != surface && other != outline_here; };
+        const bool edge = surface == outline_here || differs(above[column]) || differs(below[column]) ||
+                          differs(here[std::max(column - 1, 0)]) ||
+                          differs(here[std::min(column + 1, width - 1)]);
+        if (!edge || surface == no_ray) continue;
+        const PixelRays rays = pixel_rays(row, column);
+        candidates(rays.at(0.5, 0.5).normalized(), near_solids);
+        const Rgb color = edge_pixel(view, rays, near_solids, pixel_rad);
+        float* out = colors.ptr<float>(row) + 3 * column;
+        for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
       }
     }
   });
+  return colors;
 }
 
 cv::Mat CameraRenderer::radiance(const std::vector<CameraView>& exposure) const {
+  if (exposure.size() == 1) return view_radiance(exposure.front());
   cv::Mat sum(camera_.size().height_px, camera_.size().width_px, CV_32FC3, cv::Scalar::all(0));
-  for (const CameraView& view : exposure) add_view(view, 1.0f / static_cast<float>(exposure.size()), sum);
-  return sum;
+  for (const CameraView& view : exposure) sum += view_radiance(view);
+  return exposure.empty() ? sum : cv::Mat(sum / static_cast<double>(exposure.size()));
 }
 
 cv::Mat CameraRenderer::render(const std::vector<CameraView>& exposure, std::uint64_t seed,

@@ -43,13 +43,14 @@ class CameraRenderer {
                  std::uint64_t frame_index) const;
 
  private:
-  void add_view(const CameraView& view, float weight, cv::Mat& sum) const;
+  cv::Mat view_radiance(const CameraView& view) const;
 
   Camera camera_;
   World world_;
   SensorOptions sensor_;
   std::vector<Eigen::Vector3f>
-      corner_rays_;  // (width + 1) x (height + 1), of (-0.5, -0.5) first; NaN: no ray
+      corner_rays_;              // (width + 1) x (height + 1), of (-0.5, -0.5) first; NaN: no ray
+  double widest_pixel_rad_ = 0;  // the largest angle between neighbouring corners of a row
 };
 
 }  // namespace ballservo

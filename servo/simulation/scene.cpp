@@ -1,5 +1,6 @@
 #include "servo/simulation/scene.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>

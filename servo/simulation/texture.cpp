@@ -8,6 +8,14 @@ namespace ballservo {
 
 namespace {
 
+/// std::floor for numbers within the range of 64-bit integers, without a call into the library.
+std::int64_t floor_index(double x) {
+  const auto whole = static_cast<std::int64_t>(x);
+  return whole - (x < static_cast<double>(whole) ? 1 : 0);
+}
+
+double fast_floor(double x) { return static_cast<double>(floor_index(x)); }
+
 /// A number in [0, 1) for each cell of an infinite grid (SplitMix64's finaliser over both indices).
 double cell_value(std::int64_t i, std::int64_t j) {
   std::uint64_t x = static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15ull + static_cast<std::uint64_t>(j);
@@ -29,11 +37,10 @@ class NoiseGrid {
 
   /// Smooth value noise from -0.5 to 0.5 of period 256.
   double operator()(double x, double y) const {
-    const double fx = std::floor(x), fy = std::floor(y);
-    const int i = static_cast<int>(std::fmod(fx, side)) & (side - 1),
-              j = static_cast<int>(std::fmod(fy, side)) & (side - 1);
+    const std::int64_t fx = floor_index(x), fy = floor_index(y);
+    const int i = static_cast<int>(fx & (side - 1)), j = static_cast<int>(fy & (side - 1));
     const int i1 = (i + 1) & (side - 1), j1 = (j + 1) & (side - 1);
-    const double tx = x - fx, ty = y - fy;
+    const double tx = x - static_cast<double>(fx), ty = y - static_cast<double>(fy);
     const double wx = tx * tx * (3 - 2 * tx), wy = ty * ty * (3 - 2 * ty);
     const double low = at(i, j) + wx * (at(i1, j) - at(i, j));
     const double high = at(i, j1) + wx * (at(i1, j1) - at(i, j1));
@@ -71,13 +78,13 @@ double fading_noise(double x, double y, double patch, int octaves) {
 
 /// Mean over [x - w/2, x + w/2] of the square wave of period 2 that is 1 in [0, 1) and -1 in [1, 2).
 double mean_square_wave(double x, double w) {
-  const auto triangle = [](double t) { return std::abs(t / 2 - std::floor(t / 2 + 0.5)) * 2; };
+  const auto triangle = [](double t) { return std::abs(t / 2 - fast_floor(t / 2 + 0.5)) * 2; };
   return (triangle(x + w / 2) - triangle(x - w / 2)) / w;
 }
 
 /// Fraction of [x - w/2, x + w/2] that lies in [k, k + line) for an integer k.
 double line_share(double x, double w, double line) {
-  const auto sum = [line](double t) { return std::floor(t) * line + std::min(t - std::floor(t), line); };
+  const auto sum = [line](double t) { return fast_floor(t) * line + std::min(t - fast_floor(t), line); };
   return std::clamp((sum(x + w / 2) - sum(x - w / 2)) / w, 0.0, 1.0);
 }
 
@@ -86,7 +93,7 @@ template <typename ValueOfCell>
 double mean_of_cells(double x, double w, const ValueOfCell& value) {
   if (w >= 2.0) return 0.5;
   const double shown = std::min(w, 1.0);
-  const double first = std::floor(x - shown / 2), last = std::floor(x + shown / 2);
+  const double first = fast_floor(x - shown / 2), last = fast_floor(x + shown / 2);
   const double share = first == last ? 0.0 : (x + shown / 2 - last) / shown;
   double mean = (1 - share) * value(static_cast<std::int64_t>(first));
   if (share > 0) mean += share * value(static_cast<std::int64_t>(last));
@@ -101,7 +108,7 @@ Rgb wood_color(const Texture& texture, double u, double v, double patch_u, doubl
     return mean_of_cells(along, patch_u / board_length,
                          [&](std::int64_t board) { return cell_value(row, board); });
   });
-  const auto row = static_cast<std::int64_t>(std::floor(v));
+  const auto row = floor_index(v);
   const double shift = 40.0 * cell_value(row, 3);
   const double grain = fading_noise(u * 0.5 + shift, v * 7.0, std::max(patch_u * 0.5, patch_v * 7.0), 3);
   const double joint = line_share(v, patch_v, 0.025);
