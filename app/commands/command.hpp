@@ -2,21 +2,27 @@
 // hands main what to run.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <string>
-
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "calibration/files/image_file.hpp"
 #include "calibration/files/output.hpp"
+#include "calibration/files/strict_yaml.hpp"
 
 namespace ballservo {
 
 /// The program's exit codes.
-enum ExitCode : int { exit_done = 0, exit_answer_is_no = 1, exit_bad_input = 2, exit_our_fault = 3, exit_interrupted = 130 };
+enum ExitCode : int {
+  exit_done = 0,
+  exit_answer_is_no = 1,
+  exit_bad_input = 2,
+  exit_our_fault = 3,
+  exit_interrupted = 130
+};
 
 /// The options that every command has.
 struct CommonOptions {
@@ -24,7 +30,7 @@ struct CommonOptions {
   bool quiet = false;
   bool force = false;
   std::uint64_t seed = 0;
-  int threads = 0;             ///< 0: as many as the machine has
+  int threads = 0;  ///< 0: as many as the machine has
   double max_pixels = default_max_pixels;
 
   Overwrite overwrite() const { return force ? Overwrite::allow : Overwrite::refuse; }
@@ -33,10 +39,19 @@ struct CommonOptions {
 /// Adds --json, --quiet, --force, --seed, --threads, --max-pixels to a command.
 void add_common_options(CLI::App& command, CommonOptions& options);
 
-/// What main runs once the command line is parsed; returns an exit code, throws InputError, Refusal or Interrupted.
+/// An option that holds a number, read without regard to the locale ("010" is ten, "nan" and "0x10" are
+/// refused), and checked against its range.
+CLI::Option* add_number_option(CLI::App& command, const std::string& name, double& value,
+                               const NumberRange& range, const std::string& help);
+CLI::Option* add_integer_option(CLI::App& command, const std::string& name, int& value, int low, int high,
+                                const std::string& help);
+
+/// What main runs once the command line is parsed; returns an exit code, throws InputError, Refusal or
+/// Interrupted.
 using Action = std::function<int()>;
 
-/// Writes `results` at `options.json`, if that was asked for (two-space indentation, keys sorted, NaN as null).
+/// Writes `results` at `options.json`, if that was asked for (two-space indentation, keys sorted, NaN as
+/// null).
 void write_json_results(const CommonOptions& options, const nlohmann::json& results);
 
 void add_calibrate_camera_command(CLI::App& calibrate, Action& action);

@@ -3,11 +3,10 @@
 
 #include <filesystem>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <opencv2/core.hpp>
 
 #include "calibration/camera/image_size.hpp"
 
@@ -21,7 +20,8 @@ struct Frame {
   double time_s = 0;   ///< since the sequence's first picture
 };
 
-/// Pictures that follow each other in time: a video, a folder, a camera, or the single files of the command line.
+/// Pictures that follow each other in time: a video, a folder, a camera, or the single files of the command
+/// line.
 class FrameSequence {
  public:
   virtual ~FrameSequence() = default;
@@ -31,8 +31,9 @@ class FrameSequence {
   virtual long length() const = 0;  ///< 0 where unknown
 };
 
-/// Opens the sources, in order, checking all of them first (every fault at once). Each video, folder or camera is a
-/// sequence of its own; single image files together form one. `fps` times pictures that carry no time.
+/// Opens the sources, in order, checking all of them first (every fault at once). Each video, folder or
+/// camera is a sequence of its own; single image files together form one. `fps` times pictures that carry no
+/// time.
 std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::string>& sources, double fps,
                                                          double max_pixels);
 

@@ -9,8 +9,8 @@ namespace ballservo::test {
 /// The folder of pictures by other people beside the project (never part of it), or nothing.
 std::optional<std::filesystem::path> shared_data_dir();
 
-/// The examples of Debian's opencv-doc (chessboards left*.jpg, right*.jpg; smarties.png), installed or unpacked
-/// by the set-up, or nothing.
+/// The examples of Debian's opencv-doc (chessboards left*.jpg, right*.jpg; smarties.png), installed or
+/// unpacked by the set-up, or nothing.
 std::optional<std::filesystem::path> opencv_doc_dir();
 
 /// The project's own data/ folder.

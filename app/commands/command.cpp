@@ -1,0 +1,87 @@
+#include "app/commands/command.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <limits>
+#include <opencv2/core/utility.hpp>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo {
+namespace {
+
+[[noreturn]] void refuse(const std::string& name, const std::string& found, const std::string& allowed) {
+  throw InputError(name, found.empty() ? "nothing" : found, allowed);
+}
+
+/// What follows from the common options before the command does anything.
+void apply(const CommonOptions& options) {
+  if (options.quiet) spdlog::set_level(spdlog::level::err);
+  if (options.threads > 0) cv::setNumThreads(options.threads);
+  // Long work must not end at a name that was taken, or a folder that cannot be written, all along.
+  if (!options.json.empty()) OutputFile(options.json, options.overwrite());
+}
+
+}  // namespace
+
+CLI::Option* add_number_option(CLI::App& command, const std::string& name, double& value,
+                               const NumberRange& range, const std::string& help) {
+  return command
+      .add_option_function<std::string>(
+          name,
+          [&value, range, name](const std::string& text) {
+            const auto number = parse_number(text);
+            if (!number || !range.contains(*number)) refuse(name, text, range.to_text());
+            value = *number;
+          },
+          help)
+      ->type_name("NUMBER");
+}
+
+CLI::Option* add_integer_option(CLI::App& command, const std::string& name, int& value, int low, int high,
+                                const std::string& help) {
+  return command
+      .add_option_function<std::string>(
+          name,
+          [&value, low, high, name](const std::string& text) {
+            const auto number = parse_integer(text);
+            if (!number || *number < low || *number > high) {
+              const bool bounded = high < std::numeric_limits<int>::max();
+              refuse(name, text,
+                     bounded ? "a whole number from " + std::to_string(low) + " to " + std::to_string(high)
+                             : "a whole number of at least " + std::to_string(low));
+            }
+            value = static_cast<int>(*number);
+          },
+          help)
+      ->type_name("N");
+}
+
+void add_common_options(CLI::App& command, CommonOptions& options) {
+  command.add_option("--json", options.json, "Write the results as JSON here")->type_name("FILE");
+  command.add_flag("--quiet", options.quiet, "Say nothing but errors");
+  command.add_flag("--force", options.force, "Replace outputs that exist");
+  command
+      .add_option_function<std::string>(
+          "--seed",
+          [&options](const std::string& text) {
+            const auto seed = parse_integer(text);
+            if (!seed || *seed < 0) refuse("--seed", text, "a whole number of at least 0");
+            options.seed = static_cast<std::uint64_t>(*seed);
+          },
+          "Seed of everything random (default 0)")
+      ->type_name("N");
+  add_integer_option(
+      command, "--threads", options.threads, 0, 1024,
+      "Threads to work with; the results are the same with any number (default 0: one a processor)");
+  add_number_option(command, "--max-pixels", options.max_pixels, NumberRange::at_least(1, "pixels"),
+                    "Refuse larger pictures, before they are decoded (default 32e6)");
+  command.parse_complete_callback([&options] { apply(options); });
+}
+
+void write_json_results(const CommonOptions& options, const nlohmann::json& results) {
+  if (!options.json.empty()) write_file(options.json, results.dump(2) + "\n", options.overwrite());
+}
+
+}  // namespace ballservo

@@ -1,0 +1,279 @@
+#include "app/io/image_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <opencv2/videoio.hpp>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "app/io/live_camera.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ballservo {
+namespace {
+
+constexpr const char* allowed_sources = "image files, a folder of images, a video file, or camera:N";
+constexpr std::string_view camera_prefix = "camera:";
+
+enum class Kind { image, folder, video, camera, fault };
+
+struct Source {
+  Kind kind = Kind::fault;
+  std::string text;             ///< as it was given
+  std::vector<fs::path> files;  ///< the image, the folder's images in natural order, or the video
+  int camera = 0;
+};
+
+/// The file's first bytes, enough for any header that we look at.
+std::string head_of(const fs::path& file) {
+  std::string head(std::size_t{1} << 16, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(stream.gcount(), 0)));
+  return head;
+}
+
+/// Told by content: a name proves nothing, and the video library would open playlists that lead to other
+/// files or to the network. ISO media (MP4, MOV), Matroska and WebM, AVI, MPEG programme and transport
+/// streams, Ogg, Flash video.
+bool is_video_container(std::string_view head) {
+  using namespace std::string_view_literals;
+  const auto at = [&](std::size_t offset, std::string_view magic) {
+    return head.size() > offset && head.substr(offset, magic.size()) == magic;
+  };
+  return at(4, "ftyp") || at(4, "moov") || at(4, "mdat") || at(4, "wide") || at(0, "\x1A\x45\xDF\xA3"sv) ||
+         (at(0, "RIFF") && at(8, "AVI ")) || at(0, "\0\0\x01\xBA"sv) || (at(0, "G") && at(188, "G")) ||
+         at(0, "OggS") || at(0, "FLV\x01");
+}
+
+bool has_image_name(const fs::path& file) {
+  static const std::set<std::string> extensions = {".png", ".jpg", ".jpeg", ".bmp",  ".pbm", ".pgm",
+                                                   ".ppm", ".pnm", ".tif",  ".tiff", ".webp"};
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return extensions.count(extension) > 0;
+}
+
+std::vector<fs::path> images_in_folder(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const bool hidden = entry->path().filename().string().front() == '.';
+    if (!hidden && has_image_name(entry->path()) && entry->is_regular_file(error))
+      files.push_back(entry->path());
+  }
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+/// Looks at one file: picture, video, or a fault.
+Kind classify_file(const fs::path& file, double max_pixels, FaultList& faults) {
+  const auto fault = [&](std::string found) {
+    faults.add(file.string(), std::move(found), allowed_sources);
+    return Kind::fault;
+  };
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::exists(status)) return fault("no such file");
+  if (!fs::is_regular_file(status)) return fault("something that is no regular file");
+  const std::string head = head_of(file);
+  if (head.empty())
+    return fault(fs::file_size(file, error) == 0 ? "an empty file" : "a file that cannot be read");
+  if (is_video_container(head)) return Kind::video;
+  const auto size = image_size_from_header(head);
+  if (size && !(static_cast<double>(size->width_px) * size->height_px <= max_pixels)) {
+    faults.add(file.string(), fmt::format("a picture of {} x {} pixels", size->width_px, size->height_px),
+               fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
+    return Kind::fault;
+  }
+  // A JPEG's size may stand behind more metadata than the head holds; the reader looks again.
+  if (size || head.substr(0, 3) == "\xFF\xD8\xFF") return Kind::image;
+  return fault("neither a picture nor a video");
+}
+
+Source classify(const std::string& text, double max_pixels, FaultList& faults) {
+  Source source{Kind::fault, text, {}, 0};
+  if (text.compare(0, camera_prefix.size(), camera_prefix) == 0) {
+    const auto number = parse_integer(std::string_view(text).substr(camera_prefix.size()));
+    if (number && *number >= 0 && *number <= 255) {
+      source.kind = Kind::camera;
+      source.camera = static_cast<int>(*number);
+    } else {
+      faults.add(text, "no camera number", "camera:N, N from 0 to 255");
+    }
+    return source;
+  }
+  std::error_code error;
+  if (fs::is_directory(text, error)) {
+    source.files = images_in_folder(text);
+    source.kind = Kind::folder;
+    if (source.files.empty()) {
+      faults.add(text, "a folder without pictures",
+                 "a folder with .png, .jpg, .bmp, .ppm, .tiff or .webp files");
+    }
+    for (const fs::path& file : source.files) {
+      if (classify_file(file, max_pixels, faults) == Kind::video) {
+        faults.add(file.string(), "a video under a picture's name", "pictures only in a folder");
+      }
+    }
+    return source;
+  }
+  source.files = {text};
+  source.kind = classify_file(text, max_pixels, faults);
+  return source;
+}
+
+std::vector<Source> classify_all(const std::vector<std::string>& texts, double max_pixels,
+                                 FaultList& faults) {
+  if (texts.empty()) faults.add("SOURCE", "nothing", allowed_sources);
+  std::vector<Source> sources;
+  for (const std::string& text : texts) sources.push_back(classify(text, max_pixels, faults));
+  return sources;
+}
+
+class ImageFiles : public FrameSequence {
+ public:
+  ImageFiles(std::string name, std::vector<fs::path> files, double fps, double max_pixels)
+      : name_(std::move(name)), files_(std::move(files)), fps_(fps), max_pixels_(max_pixels) {}
+
+  std::optional<Frame> next() override {
+    if (position_ == files_.size()) return std::nullopt;
+    const fs::path& file = files_[position_];
+    const double time_s = static_cast<double>(position_) / fps_;
+    ++position_;
+    return Frame{read_color_image(file, max_pixels_), file.filename().string(), 0, time_s};
+  }
+  std::string name() const override { return name_; }
+  long length() const override { return static_cast<long>(files_.size()); }
+
+ private:
+  std::string name_;
+  std::vector<fs::path> files_;
+  double fps_, max_pixels_;
+  std::size_t position_ = 0;
+};
+
+class VideoFile : public FrameSequence {
+ public:
+  /// Reads the first picture at once, so that a file without any is a fault before work begins.
+  VideoFile(const fs::path& file, double fps, double max_pixels, FaultList& faults)
+      : path_(file.string()), name_(file.filename().string()) {
+    constexpr const char* readable_video = "a video that this machine's OpenCV can read";
+    bool opened = false;
+    try {
+      opened = capture_.open(path_, cv::CAP_FFMPEG);
+    } catch (const cv::Exception&) {
+      opened = false;
+    }
+    if (!opened) {
+      faults.add(path_, "a damaged video or an unknown codec", readable_video);
+      return;
+    }
+    const double width = capture_.get(cv::CAP_PROP_FRAME_WIDTH),
+                 height = capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
+    if (!(width * height <= max_pixels)) {
+      faults.add(path_, fmt::format("a video of {} x {} pixels", width, height),
+                 fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
+      return;
+    }
+    capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);  // pixels stay where the sensor has them
+    const double own_fps = capture_.get(cv::CAP_PROP_FPS);
+    fps_ = std::isfinite(own_fps) && own_fps > 0 && own_fps < 1e5 ? own_fps : fps;
+    const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+    if (count > 0 && count < 1e9) length_ = static_cast<long>(count);
+    read();
+    if (!ahead_) faults.add(path_, "a video without a readable picture", readable_video);
+  }
+
+  std::optional<Frame> next() override {
+    std::optional<Frame> frame = std::exchange(ahead_, std::nullopt);
+    if (frame) read();
+    return frame;
+  }
+  std::string name() const override { return name_; }
+  long length() const override { return length_; }
+
+ private:
+  void read() {
+    cv::Mat picture;
+    try {
+      if (!capture_.read(picture) || picture.type() != CV_8UC3) return;
+    } catch (const cv::Exception&) {
+      return;  // a damaged rest ends the sequence, as the end of the file does
+    }
+    const double stamp_s = capture_.get(cv::CAP_PROP_POS_MSEC) / 1000;
+    if (count_ == 0) first_stamp_s_ = std::isfinite(stamp_s) ? stamp_s : 0;
+    const double time_s = stamp_s - first_stamp_s_;
+    // Some containers hold no stamps, or repeat them: then the frame rate tells the time.
+    time_s_ = count_ == 0 ? 0 : time_s > time_s_ ? time_s : time_s_ + 1 / fps_;
+    ahead_ = Frame{picture.clone(), name_, count_++, time_s_};
+  }
+
+  std::string path_, name_;
+  cv::VideoCapture capture_;
+  double fps_ = 30, first_stamp_s_ = 0, time_s_ = 0;
+  long length_ = 0;
+  int count_ = 0;
+  std::optional<Frame> ahead_;
+};
+
+}  // namespace
+
+std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::string>& texts, double fps,
+                                                         double max_pixels) {
+  FaultList faults;
+  if (!(fps > 0) || !std::isfinite(fps)) faults.add("--fps", number_text(fps), "a number above 0 (Hz)");
+  const std::vector<Source> sources = classify_all(texts, max_pixels, faults);
+  std::vector<std::unique_ptr<FrameSequence>> sequences;
+  std::vector<fs::path> single_files;
+  std::size_t place_of_files = 0;
+  for (const Source& source : sources) {
+    if (source.kind == Kind::image) {
+      if (single_files.empty()) place_of_files = sequences.size();
+      single_files.push_back(source.files.front());
+    } else if (source.kind == Kind::folder) {
+      sequences.push_back(std::make_unique<ImageFiles>(source.text, source.files, fps, max_pixels));
+    } else if (source.kind == Kind::video) {
+      sequences.push_back(std::make_unique<VideoFile>(source.files.front(), fps, max_pixels, faults));
+    } else if (source.kind == Kind::camera && faults.empty()) {
+      sequences.push_back(open_live_camera(source.camera, max_pixels, faults));
+    }
+  }
+  faults.throw_if_any();
+  if (!single_files.empty()) {
+    const std::string name = single_files.size() == 1 ? single_files.front().filename().string() : "images";
+    sequences.insert(sequences.begin() + static_cast<std::ptrdiff_t>(place_of_files),
+                     std::make_unique<ImageFiles>(name, std::move(single_files), fps, max_pixels));
+  }
+  return sequences;
+}
+
+std::vector<fs::path> image_files(const std::vector<std::string>& texts) {
+  FaultList faults;
+  std::vector<fs::path> files;
+  // The reader that follows knows the limit of --max-pixels.
+  for (const Source& source : classify_all(texts, std::numeric_limits<double>::infinity(), faults)) {
+    if (source.kind == Kind::video || source.kind == Kind::camera) {
+      faults.add(source.text, source.kind == Kind::video ? "a video" : "a camera",
+                 "image files or folders of images");
+    } else {
+      files.insert(files.end(), source.files.begin(), source.files.end());
+    }
+  }
+  faults.throw_if_any();
+  return files;
+}
+
+}  // namespace ballservo

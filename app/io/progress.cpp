@@ -1,0 +1,63 @@
+#include "app/io/progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace ballservo {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+constexpr Seconds quiet_start(1.0), bar_period(0.1), line_period(5.0);
+constexpr int bar_width = 30;
+
+std::string bar(long done, long total) {
+  const double fraction = std::clamp(static_cast<double>(done) / static_cast<double>(total), 0.0, 1.0);
+  const auto filled = static_cast<std::size_t>(fraction * bar_width);
+  return "[" + std::string(filled, '#') + std::string(bar_width - filled, '.') + "]";
+}
+
+}  // namespace
+
+Progress::Progress(std::string what, long total, bool quiet)
+    : what_(std::move(what)),
+      total_(total),
+      quiet_(quiet),
+      terminal_(::isatty(STDERR_FILENO) == 1),
+      start_(std::chrono::steady_clock::now()),
+      last_(start_) {}
+
+Progress::~Progress() {
+  if (shown_ && terminal_) std::fputc('\n', stderr);
+}
+
+void Progress::step(long done) {
+  if (quiet_) return;
+  const auto now = std::chrono::steady_clock::now();
+  const Seconds elapsed = now - start_, since_last = now - last_;
+  const bool due = shown_ ? since_last >= (terminal_ ? bar_period : line_period) : elapsed >= quiet_start;
+  const bool last_of_bar = shown_ && terminal_ && total_ > 0 && done >= total_;
+  if (!due && !last_of_bar) return;
+  last_ = now;
+  shown_ = true;
+  std::string line = what_ + ": ";
+  if (total_ > 0) {
+    if (terminal_) line += bar(done, total_) + " ";
+    line += fmt::format("{} of {}", done, total_);
+    if (done > 0 && done < total_) {
+      const double left_s = elapsed.count() * static_cast<double>(total_ - done) / static_cast<double>(done);
+      line += fmt::format(", about {:.0f} s left", left_s);
+    }
+  } else {
+    line += fmt::format("{}", done);
+  }
+  // "\033[K" clears the rest of a longer line that stood there before.
+  fmt::print(stderr, terminal_ ? "\r{}\033[K" : "{}\n", line);
+  std::fflush(stderr);
+}
+
+}  // namespace ballservo

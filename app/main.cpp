@@ -1,0 +1,117 @@
+// The program: parses the command line, runs one command, and turns how it ended into an exit code.
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <opencv2/core/utils/logger.hpp>
+
+#include "app/commands/command.hpp"
+#include "app/io/interrupt.hpp"
+#include "calibration/files/fault.hpp"
+
+namespace {
+
+using namespace ballservo;
+
+constexpr const char* description =
+    "ballservo: a robot sees a coloured ball, places it in 3-D and drives to it.\n"
+    "Results are files or stdout, messages go to stderr. Exit codes: 0 done, 1 the answer is no,\n"
+    "2 bad usage or input, 3 a fault of the program, 130 interrupted.";
+
+/// Sends what libraries print on std::cout to stderr: stdout holds results alone, which the commands print
+/// with fmt::print.
+class CoutOnStderr {
+ public:
+  CoutOnStderr() : saved_(std::cout.rdbuf(std::cerr.rdbuf())) {}
+  ~CoutOnStderr() { std::cout.rdbuf(saved_); }
+  CoutOnStderr(const CoutOnStderr&) = delete;
+  CoutOnStderr& operator=(const CoutOnStderr&) = delete;
+
+ private:
+  std::streambuf* saved_;
+};
+
+void add_commands(CLI::App& program, Action& action) {
+  CLI::App& calibrate =
+      *program.add_subcommand("calibrate", "Learn a camera or the colours of balls from pictures");
+  calibrate.require_subcommand(1);
+  (void)action;
+}
+
+void set_up_messages() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("ballservo"));
+  spdlog::set_pattern("%n: %l: %v");
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_ERROR);
+}
+
+int show(const InputError& error) {
+  constexpr std::size_t most = 100;
+  std::size_t shown = 0;
+  for (const Fault& fault : error.faults()) {
+    if (shown++ == most) {
+      fmt::print(stderr, "ballservo: error: and {} more\n", error.faults().size() - most);
+      break;
+    }
+    fmt::print(stderr, "ballservo: error: {}\n", to_text(fault));
+  }
+  return exit_bad_input;
+}
+
+/// Help and version go to stdout with 0; what is wrong with the command line goes to stderr with 2.
+int show(const CLI::App& program, const CLI::ParseError& error) {
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return program.exit(error);
+  fmt::print(stderr, "ballservo: error: {}\nRun with --help for more information.\n", error.what());
+  return exit_bad_input;
+}
+
+int run(int argc, char** argv) {
+  CLI::App program(description, "ballservo");
+  program.set_version_flag("--version", "ballservo " BALLSERVO_VERSION);
+  program.require_subcommand(1);
+  program.footer(
+      "Example:\n  ballservo calibrate camera left*.jpg --board chessboard:9x6 --square 0.025 -o left.yaml");
+  Action action;
+  add_commands(program, action);
+  try {
+    program.parse(argc, argv);
+    const CoutOnStderr cout_on_stderr;
+    return action();
+  } catch (const CLI::ParseError& error) {
+    return show(program, error);
+  } catch (const InputError& error) {
+    return show(error);
+  } catch (const Refusal& refusal) {
+    fmt::print(stderr, "ballservo: {}\n", refusal.what());
+    return exit_answer_is_no;
+  } catch (const Interrupted&) {
+    fmt::print(stderr, "ballservo: interrupted\n");
+    return exit_interrupted;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "ballservo: a fault of ours, please report it with the command line: {}\n",
+               error.what());
+  } catch (...) {
+    fmt::print(stderr, "ballservo: a fault of ours, please report it with the command line\n");
+  }
+  return exit_our_fault;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the user's file size limit fails like one on a full disk
+  install_interrupt_handler();
+  set_up_messages();
+  const int code = run(argc, argv);
+  std::cout.flush();
+  if (std::fflush(stdout) != 0 && code == exit_done) {
+    fmt::print(stderr, "ballservo: error: {}\n",
+               to_text({"stdout", "a full disk or a closed pipe", "a place that can be written"}));
+    return exit_bad_input;
+  }
+  return code;
+}
