@@ -31,12 +31,6 @@ namespace {
 constexpr std::string_view magic = "ballservo colors";
 constexpr std::uint64_t max_samples = std::uint64_t{1} << 53;  // exact in JSON's and everybody's doubles
 
-bool good_name(std::string_view name) {
-  if (name.empty() || name.size() > 64 || name[0] < 'a' || name[0] > 'z') return false;
-  return std::all_of(name.begin(), name.end(),
-                     [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
-}
-
 /// What a message may show of a hostile file: short, printable.
 std::string shown(std::string_view text) {
   std::string result = "\"";
@@ -105,7 +99,7 @@ std::string complaint(const ColorTable& table) {
   if (table.table.size() != ColorTable::entries) return "a table of another size";
   for (std::size_t i = 0; i < table.classes.size(); ++i) {
     const ColorClass& color = table.classes[i];
-    if (!good_name(color.name)) return "a bad class name";
+    if (!is_class_name(color.name)) return "a bad class name";
     if (table.find(color.name) != static_cast<ClassIndex>(i + 1)) return "a class name used twice";
     if (color.histogram.counts.size() != ChromaHistogram::side * ChromaHistogram::side) {
       return "a histogram of another size";
@@ -125,7 +119,7 @@ ColorClass parse_class(Lines& lines) {
   const auto words = lines.words("class", 4, "class NAME SAMPLES CELLS");
   ColorClass color;
   color.name = words[1];
-  if (!good_name(color.name))
+  if (!is_class_name(color.name))
     lines.fail(shown(words[1]), "a name: 1 to 64 of a-z, 0-9 and _, beginning with a letter");
   color.samples = lines.number(words[2], 0, max_samples, "samples");
   constexpr std::uint64_t side = ChromaHistogram::side;
@@ -171,6 +165,12 @@ void parse_table(Lines& lines, ColorTable& result) {
 }
 
 }  // namespace
+
+bool is_class_name(std::string_view name) {
+  if (name.empty() || name.size() > 64 || name[0] < 'a' || name[0] > 'z') return false;
+  return std::all_of(name.begin(), name.end(),
+                     [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
+}
 
 std::string color_file_bytes(const ColorTable& table) {
   if (const std::string wrong = complaint(table); !wrong.empty()) {

@@ -12,6 +12,10 @@ namespace ballservo {
 inline constexpr int color_file_version = 1;
 inline constexpr std::size_t color_file_max_bytes = 16u << 20;
 
+/// Whether a class may be called that: 1 to 64 of a-z, 0-9 and _, beginning with a letter.
+bool is_class_name(std::string_view name);
+
+/// Throws std::invalid_argument for a table that could not be read back.
 std::string color_file_bytes(const ColorTable& table);
 
 /// Throws InputError (with `place` as the file) for a file that is truncated, of another version, of a wrong

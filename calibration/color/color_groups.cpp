@@ -1,0 +1,100 @@
+#include "calibration/color/color_groups.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calibration/color/color_names.hpp"
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr std::size_t min_samples = 50;  // fewer say nothing about a distribution
+
+bool in_core(const ChromaGroup& chroma, int cell) {
+  return chroma.core(cell / ChromaHistogram::side, cell % ChromaHistogram::side) != 0;
+}
+
+double round_share_of(const ColorGroup& group, const CellCounts& all_pixels,
+                      const std::vector<Eigen::Vector3f>& colors, const SampleOptions& samples) {
+  std::vector<bool> core(ColorTable::entries, false);
+  double everywhere = 0, inside = 0;
+  for (std::size_t i = 0; i < all_pixels.size(); ++i) {
+    if (all_pixels[i] == 0 || !samples.has_color(colors[i].cast<double>())) continue;
+    core[i] = in_core(group.chroma, chroma_cell(colors[i].y(), colors[i].z()));
+    if (core[i]) everywhere += all_pixels[i];
+  }
+  for (const ColorSamples::Pixel& pixel : group.samples.pixels) inside += core[pixel.table_cell] ? 1 : 0;
+  return everywhere > 0 ? inside / everywhere : 0;
+}
+
+}  // namespace
+
+void GroupOptions::validate() const {
+  FaultList faults;
+  const auto check = [&](const char* name, double value, double low, double high) {
+    if (!(value >= low && value <= high)) {
+      faults.add(fmt::format("colour groups: {}", name), fmt::format("{}", value),
+                 fmt::format("{} to {}", low, high));
+    }
+  };
+  check("min_hue_overlap", min_hue_overlap, 0, 1);
+  check("max_saturation_ratio", max_saturation_ratio, 1, 1e6);
+  check("min_colored_fraction", min_colored_fraction, 0, 1);
+  check("min_relative_fit", min_relative_fit, 0, 1);
+  faults.throw_if_any();
+}
+
+bool same_color(const ColorSamples& a, const ColorSamples& b, const GroupOptions& options) {
+  const double low = std::min(a.saturation(), b.saturation()),
+               high = std::max(a.saturation(), b.saturation());
+  return high <= options.max_saturation_ratio * low && hue_overlap(a, b) >= options.min_hue_overlap;
+}
+
+std::vector<BallCandidate> ball_candidates(const ColorPicture& picture, std::size_t index,
+                                           const RoundRegions& found, const SampleOptions& samples,
+                                           const GroupOptions& options) {
+  std::vector<BallCandidate> result;
+  for (const RoundRegion& region : found.regions) {
+    BallCandidate candidate{index, region, samples_inside(picture.bgr, region, found.scale, samples)};
+    if (candidate.samples.pixels.size() < min_samples) continue;
+    if (candidate.samples.colored_fraction() < options.min_colored_fraction) continue;
+    result.push_back(std::move(candidate));
+  }
+  return result;
+}
+
+std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, const CellCounts& all_pixels,
+                                     const SampleOptions& samples, const GroupOptions& options) {
+  options.validate();
+  std::stable_sort(candidates.begin(), candidates.end(), [](const BallCandidate& a, const BallCandidate& b) {
+    return a.region.fit_ratio > b.region.fit_ratio;
+  });
+  std::vector<ColorGroup> groups;
+  for (BallCandidate& candidate : candidates) {
+    const auto home = std::find_if(groups.begin(), groups.end(), [&](const ColorGroup& group) {
+      return same_color(candidate.samples, group.samples, options);
+    });
+    if (home == groups.end()) {
+      groups.emplace_back();
+      groups.back().samples = candidate.samples;
+      groups.back().balls.push_back(std::move(candidate));
+    } else if (candidate.region.fit_ratio >= options.min_relative_fit * home->best_fit()) {
+      home->samples.add(candidate.samples);
+      home->balls.push_back(std::move(candidate));
+    }
+  }
+  const std::vector<Eigen::Vector3f> colors = table_cell_colors();
+  for (ColorGroup& group : groups) {
+    group.chroma = chroma_group(chroma_histogram(group.samples));
+    group.round_share = round_share_of(group, all_pixels, colors, samples);
+    group.word = color_word(group.samples.mean_lab());
+  }
+  std::stable_sort(groups.begin(), groups.end(), [](const ColorGroup& a, const ColorGroup& b) {
+    return a.samples.pixels.size() > b.samples.pixels.size();
+  });
+  return groups;
+}
+
+}  // namespace ballservo

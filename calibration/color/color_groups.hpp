@@ -1,0 +1,62 @@
+// The round regions of some pictures, grouped by colour: candidates for classes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibration/color/chroma_group.hpp"
+#include "calibration/color/color_samples.hpp"
+#include "calibration/color/round_regions.hpp"
+
+namespace ballservo {
+
+/// A picture to learn from: CV_8UC3, BGR, and what to call it.
+struct ColorPicture {
+  std::string source;
+  cv::Mat bgr;
+};
+
+/// A round coloured region with its samples.
+struct BallCandidate {
+  std::size_t picture = 0;  ///< in the list of pictures
+  RoundRegion region;
+  ColorSamples samples;
+};
+
+/// Candidates of one colour.
+struct ColorGroup {
+  std::vector<BallCandidate> balls;  ///< the best fit first
+  ColorSamples samples;              ///< of all of them
+  ChromaGroup chroma;
+  double round_share =
+      0;  ///< of all pixels of this colour (its core) in the pictures: the part inside these circles
+  std::string word;  ///< its basic colour word
+  double best_fit() const { return balls.empty() ? 0 : balls.front().region.fit_ratio; }
+};
+
+/// What turns regions into groups.
+struct GroupOptions {
+  double min_hue_overlap = 0.5;     ///< balls whose hues overlap at least that much are of one colour, 0 to 1
+  double max_saturation_ratio = 2;  ///< and whose saturations differ at most by this factor, 1 or more
+  double min_colored_fraction =
+      0.3;  ///< of a region's pixels, that must have a colour (a black disc has none), 0 to 1
+  double min_relative_fit = 0.7;  ///< of a group's best ball's fit ratio, that others need to join it, 0 to 1
+
+  /// Throws InputError with every value out of range.
+  void validate() const;
+};
+
+/// Whether two sets of samples show the same colour.
+bool same_color(const ColorSamples& a, const ColorSamples& b, const GroupOptions& options);
+
+/// The candidates of one picture; regions without colour are left out.
+std::vector<BallCandidate> ball_candidates(const ColorPicture& picture, std::size_t index,
+                                           const RoundRegions& found, const SampleOptions& samples,
+                                           const GroupOptions& options);
+
+/// Groups candidates, the one with the largest and roundest balls first. `all_pixels` counts every pixel of
+/// the pictures that the candidates come from.
+std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, const CellCounts& all_pixels,
+                                     const SampleOptions& samples, const GroupOptions& options);
+
+}  // namespace ballservo

@@ -1,0 +1,89 @@
+// Colour calibration from pictures of balls, whole (paper, "Calibrage", 2).
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/color/circle_test.hpp"
+#include "calibration/color/color_groups.hpp"
+#include "calibration/color/color_table.hpp"
+
+namespace ballservo {
+
+/// Everything that the calibration can be told.
+struct LearnOptions {
+  RoundRegionOptions regions;
+  SampleOptions samples;
+  GroupOptions groups;
+  /// A colour is a class only if at least that part of its pixels lies in round regions (fingertips are
+  /// round, but most of the skin is not); 0 to 1.
+  double min_round_share = 0.3;
+
+  /// Throws InputError with every value out of range.
+  void validate() const;
+};
+
+/// A ball that the user points at.
+struct PointedBall {
+  Eigen::Vector2d center_px{0, 0};
+  double radius_px = 0;
+};
+
+/// One class to learn, from which of the pictures.
+struct ClassRequest {
+  std::string name;
+  std::vector<std::size_t> pictures;  ///< indices; at least one
+  std::optional<PointedBall> at;      ///< in the first of them
+};
+
+/// A ball that was learnt from.
+struct LearntCircle {
+  std::size_t picture = 0;
+  Eigen::Vector2d center_px{0, 0};
+  double radius_px = 0;
+  double fit_ratio = 1;  ///< 1 for one that the user pointed at
+};
+
+/// What is known of a class beyond its entry in the table.
+struct LearntClass {
+  std::vector<LearntCircle> circles;
+  ChromaGroup group;
+  double kept_fraction = 0;  ///< of the samples, that the table gives to this class
+  std::map<std::string, double>
+      overlap;                     ///< of the samples, the part that the table gives to each other class
+  double background_fraction = 0;  ///< of the pictures' pixels off every ball, those of this class
+};
+
+/// A picture as the search saw it.
+struct SegmentedPicture {
+  cv::Mat modes;     ///< (u*, v*) after mean shift, CV_32FC2
+  double scale = 1;  ///< pixels of `modes` per pixel of the picture
+};
+
+struct LearntColors {
+  ColorTable table;
+  std::vector<LearntClass> classes;        ///< in the order of table.classes
+  std::vector<SegmentedPicture> pictures;  ///< in the order of the pictures
+};
+
+/// Every colour whose regions are round becomes a class, named by its colour word; where several share a word
+/// the largest keeps it plain, the others are red_2, red_3 and so on. `background`: pictures without any
+/// ball. Throws Refusal when nothing round and coloured is seen; InputError for bad options or pictures.
+LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const CircleEstimator& estimator,
+                          const LearnOptions& options = {}, const std::vector<ColorPicture>& background = {});
+
+/// One class per request. Which of several colours is meant, the ball pointed at settles, or a name that is a
+/// colour word (the colour nearest in hue). Throws Refusal when a class's pictures show nothing round and
+/// coloured, or several colours and nothing says which; InputError for names that are no class names or come
+/// twice, a pointed ball that is not finite, not larger than nothing or outside its picture (all faults at
+/// once).
+LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
+                           const std::vector<ClassRequest>& requests, const CircleEstimator& estimator,
+                           const LearnOptions& options = {},
+                           const std::vector<ColorPicture>& background = {});
+
+}  // namespace ballservo
