@@ -1,0 +1,115 @@
+#include "calibration/camera/camera_covariance.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calibration/camera/camera_file.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr std::size_t max_covariance_file_bytes = 1u << 20;
+
+CameraCovariance from_json(const nlohmann::json& json, const std::string& place, bool& same_camera,
+                           const Camera& camera) {
+  CameraCovariance result;
+  result.names = json.at("parameters").get<std::vector<std::string>>();
+  const auto values = json.at("values").get<std::vector<double>>();
+  const auto rows = json.at("covariance").get<std::vector<std::vector<double>>>();
+  const std::size_t count = result.names.size();
+  if (count < 4 || count > 12 || values.size() != count || rows.size() != count)
+    throw InputError(place,
+                     fmt::format("{} parameters, {} values, {} rows", count, values.size(), rows.size()),
+                     "4 to 12, as many of each");
+  result.covariance.setZero(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    if (rows[i].size() != count)
+      throw InputError(place + ": covariance", fmt::format("a row of {} numbers", rows[i].size()),
+                       fmt::format("{}", count));
+    for (std::size_t j = 0; j < count; ++j)
+      result.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = rows[i][j];
+  }
+  const double scale = result.covariance.cwiseAbs().maxCoeff();
+  // Parameters differ in size by orders of magnitude: look at the correlations.
+  const Eigen::VectorXd sigma = result.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  Eigen::MatrixXd correlation = result.covariance;
+  for (Eigen::Index i = 0; i < correlation.rows(); ++i)
+    for (Eigen::Index j = 0; j < correlation.cols(); ++j)
+      if (sigma(i) > 0 && sigma(j) > 0) correlation(i, j) /= sigma(i) * sigma(j);
+  if (!std::isfinite(scale) || !correlation.allFinite() || result.covariance.diagonal().minCoeff() < 0 ||
+      (correlation - correlation.transpose()).cwiseAbs().maxCoeff() > 1e-9 ||
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff() < -1e-6)
+    throw InputError(place + ": covariance", "a matrix that is no covariance",
+                     "finite, symmetric, positive semi-definite");
+  const Eigen::VectorXd own = parameter_vector(camera.parameters());
+  same_camera = result.names == parameter_names(camera.parameters().model);
+  for (std::size_t i = 0; same_camera && i < count; ++i) {
+    const double value = own(static_cast<Eigen::Index>(i));
+    same_camera = std::abs(values[i] - value) <= 1e-9 * (1e-3 + std::abs(value));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::string> parameter_names(LensModel model) {
+  std::vector<std::string> names{"fx_px", "fy_px", "cx_px", "cy_px"};
+  for (std::string& name : coefficient_names(model)) names.push_back(std::move(name));
+  return names;
+}
+
+Eigen::VectorXd parameter_vector(const CameraParameters& parameters) {
+  const int count = coefficient_count(parameters.model);
+  Eigen::VectorXd vector = Eigen::VectorXd::Zero(4 + count);
+  vector.head<4>() << parameters.fx_px, parameters.fy_px, parameters.cx_px, parameters.cy_px;
+  for (int i = 0; i < count; ++i) vector(4 + i) = parameters.coefficients[static_cast<std::size_t>(i)];
+  return vector;
+}
+
+CameraParameters with_parameter_vector(CameraParameters parameters, const Eigen::VectorXd& vector) {
+  parameters.fx_px = vector(0), parameters.fy_px = vector(1);
+  parameters.cx_px = vector(2), parameters.cy_px = vector(3);
+  for (Eigen::Index i = 4; i < vector.size(); ++i)
+    parameters.coefficients[static_cast<std::size_t>(i - 4)] = vector(i);
+  return parameters;
+}
+
+std::string covariance_file_name(const std::string& camera_file) {
+  return split_camera_name(camera_file).file.string() + ".covariance.json";
+}
+
+std::string camera_covariance_text(const Camera& camera, const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd values = parameter_vector(camera.parameters());
+  nlohmann::ordered_json json;
+  json["parameters"] = parameter_names(camera.parameters().model);
+  json["values"] = std::vector<double>(values.data(), values.data() + values.size());
+  auto& rows = json["covariance"] = nlohmann::ordered_json::array();
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    std::vector<double> row;
+    for (Eigen::Index j = 0; j < covariance.cols(); ++j) row.push_back(covariance(i, j));
+    rows.push_back(row);
+  }
+  return json.dump(2) + "\n";
+}
+
+std::optional<CameraCovariance> read_camera_covariance(const std::string& camera_file, const Camera& camera) {
+  const std::string place = covariance_file_name(camera_file);
+  std::error_code ignored;
+  if (!std::filesystem::exists(place, ignored)) return std::nullopt;
+  const std::string text = read_file_bytes(place, max_covariance_file_bytes);
+  try {
+    bool same_camera = false;
+    CameraCovariance result = from_json(nlohmann::json::parse(text), place, same_camera, camera);
+    if (!same_camera) return std::nullopt;
+    return result;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(place, error.what(), "a covariance as `calibrate camera` writes it");
+  }
+}
+
+}  // namespace ballservo

@@ -1,0 +1,92 @@
+#include "calibration/camera/camera_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calibration/camera/ros_camera_file.hpp"
+#include "calibration/camera/visp_camera_file.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr std::size_t max_camera_file_bytes = 1u << 20;
+
+std::string titles() {
+  std::string text;
+  for (const CameraFileFormat& format : camera_file_formats()) {
+    if (!text.empty()) text += " or ";
+    text += format.title;
+  }
+  return text;
+}
+
+std::string shown(std::string_view text) {
+  std::string line(text.substr(0, std::min<std::size_t>(text.find_first_of("\r\n"), 60)));
+  for (char& c : line)
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e) c = '?';
+  return line.empty() ? "nothing" : "\"" + line + "\" at its start";
+}
+
+}  // namespace
+
+const std::vector<CameraFileFormat>& camera_file_formats() {
+  static const std::vector<CameraFileFormat> formats{visp_camera_format(), ros_camera_format()};
+  return formats;
+}
+
+const CameraFileFormat& camera_file_format(std::string_view name, const std::filesystem::path& file) {
+  const std::string extension = file.extension().string();
+  std::string names, extensions;
+  for (const CameraFileFormat& format : camera_file_formats()) {
+    const auto& own = format.extensions;
+    if (name.empty() ? std::find(own.begin(), own.end(), extension) != own.end() : format.name == name)
+      return format;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", format.name);
+    extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", fmt::join(own, ", "));
+  }
+  if (!name.empty()) throw InputError("camera file format", std::string(name), "one of " + names);
+  throw InputError(file.string(), extension.empty() ? "no extension" : "extension " + extension,
+                   fmt::format("{} (or say --format {})", extensions, names));
+}
+
+CameraFileName split_camera_name(const std::string& file_or_file_and_name) {
+  std::error_code ignored;
+  const auto colon = file_or_file_and_name.rfind(':');
+  if (colon == std::string::npos || std::filesystem::exists(file_or_file_and_name, ignored) ||
+      !std::filesystem::exists(file_or_file_and_name.substr(0, colon), ignored))
+    return {file_or_file_and_name, ""};
+  return {file_or_file_and_name.substr(0, colon), file_or_file_and_name.substr(colon + 1)};
+}
+
+Camera read_camera(const std::string& file_or_file_and_name) {
+  const auto [file, camera_name] = split_camera_name(file_or_file_and_name);
+  const std::string text = read_file_bytes(file, max_camera_file_bytes);
+  for (const CameraFileFormat& format : camera_file_formats())
+    if (format.recognises(text)) return format.read(file, text, camera_name);
+  throw InputError(file.string(), shown(text), "a camera file: " + titles());
+}
+
+std::string camera_file_text(const Camera& camera, const CameraFileFormat& format,
+                             const std::string& camera_name) {
+  const LensModel model = camera.parameters().model;
+  if (std::find(format.models.begin(), format.models.end(), model) == format.models.end()) {
+    std::string names;
+    for (const LensModel held : format.models)
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", lens_model_name(held));
+    throw InputError(fmt::format("lens model for {}", format.title), std::string(lens_model_name(model)),
+                     "a model that this format holds: " + names);
+  }
+  return format.write(camera, camera_name);
+}
+
+void check_camera_fits(const Camera& camera, ImageSize picture, const std::string& place) {
+  if (camera.size() == picture) return;
+  throw InputError(place,
+                   fmt::format("a camera of {} x {} pixels", camera.size().width_px, camera.size().height_px),
+                   fmt::format("one of {} x {}, as the pictures are", picture.width_px, picture.height_px));
+}
+
+}  // namespace ballservo

@@ -1,0 +1,54 @@
+// Camera files of other people's tools, told apart by their content.
+//
+// A format is one file (`visp_camera_file.cpp`, `ros_camera_file.cpp`) and one line in `camera_file.cpp`.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calibration/camera/camera.hpp"
+
+namespace ballservo {
+
+/// What one format can do.
+struct CameraFileFormat {
+  std::string_view name;                     ///< "visp", as `--format` has it
+  std::string_view title;                    ///< "ViSP XML", for messages
+  std::vector<std::string_view> extensions;  ///< that mean this format: ".xml"
+  std::vector<LensModel> models;             ///< that it holds, simplest first
+  bool (*recognises)(std::string_view text);
+  /// The camera of that name (empty: the only one). `file` is where `text` was read from, for messages and
+  /// for readers that want a path.
+  Camera (*read)(const std::filesystem::path& file, const std::string& text, const std::string& camera_name);
+  std::string (*write)(const Camera& camera, const std::string& camera_name);
+};
+
+const std::vector<CameraFileFormat>& camera_file_formats();
+
+/// The format called `name`; without a name, the one that the file name's extension means. InputError where
+/// there is none.
+const CameraFileFormat& camera_file_format(std::string_view name, const std::filesystem::path& file);
+
+/// A camera file's path and, where one camera of several is meant (FILE:NAME), the camera's name. A file
+/// whose own name has a colon is taken for what it is.
+struct CameraFileName {
+  std::filesystem::path file;
+  std::string camera_name;
+};
+CameraFileName split_camera_name(const std::string& file_or_file_and_name);
+
+/// Reads FILE or FILE:NAME. InputError with every fault for a file that is missing, larger than 1 MB, in no
+/// known format, or describes no valid camera (NaN, negative focal lengths, missing or unknown entries...).
+Camera read_camera(const std::string& file_or_file_and_name);
+
+/// The bytes of a camera file; every number reads back as the same double. InputError naming model and format
+/// where the format cannot hold the model.
+std::string camera_file_text(const Camera& camera, const CameraFileFormat& format,
+                             const std::string& camera_name);
+
+/// InputError if pictures of the given size are not this camera's; `place` names the camera's file.
+void check_camera_fits(const Camera& camera, ImageSize picture, const std::string& place);
+
+}  // namespace ballservo

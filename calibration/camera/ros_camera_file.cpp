@@ -1,0 +1,160 @@
+#include "calibration/camera/ros_camera_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calibration/files/strict_yaml.hpp"
+
+namespace ballservo {
+namespace {
+
+struct RosModel {
+  std::string_view name;
+  LensModel model;
+  std::vector<std::size_t> counts;  // of coefficients that occur; missing ones are 0
+};
+
+const std::vector<RosModel>& ros_models() {
+  static const std::vector<RosModel> models{{"plumb_bob", LensModel::brown, {5, 4}},
+                                            {"rational_polynomial", LensModel::brown8, {8}},
+                                            {"equidistant", LensModel::kannala_brandt, {4}}};
+  return models;
+}
+
+bool recognises(std::string_view text) {
+  // Keys at the start of a line; an OpenCV file has some of them too, but says so in its first line.
+  const auto has_key = [&](std::string_view key) {
+    const auto at = text.find(key);
+    return at != std::string_view::npos && (at == 0 || text[at - 1] == '\n');
+  };
+  return text.substr(0, 5) != "%YAML" &&
+         (has_key("camera_matrix:") || has_key("distortion_model:") || has_key("image_width:"));
+}
+
+/// A matrix of ROS: {rows, cols, data}. Its numbers, or nothing but faults.
+std::vector<double> read_matrix(YamlNode& parent, const std::string& key, long long rows, long long columns,
+                                bool required) {
+  if (!required && !parent.has(key)) return {};
+  YamlNode node = parent.map(key, required);
+  if (!parent.has(key)) return {};
+  node.integer("rows", rows, rows);
+  node.integer("cols", columns, columns);
+  return node.numbers("data", NumberRange::any(""), static_cast<std::size_t>(rows * columns));
+}
+
+void read_camera_matrix(YamlNode& root, CameraParameters& parameters) {
+  const auto data = read_matrix(root, "camera_matrix", 3, 3, true);
+  if (data.size() != 9) return;
+  parameters.fx_px = data[0], parameters.cx_px = data[2];
+  parameters.fy_px = data[4], parameters.cy_px = data[5];
+  if (data[1] != 0 || data[3] != 0 || data[6] != 0 || data[7] != 0 || data[8] != 1)
+    root.fault("camera_matrix", fmt::format("[{}]", fmt::join(data, ", ")),
+               "[fx, 0, cx, 0, fy, cy, 0, 0, 1]: no skew");
+  for (const double focal : {data[0], data[4]})
+    if (focal <= 0)
+      root.fault("camera_matrix", fmt::format("focal length {}", focal), "a number above 0 (px)");
+}
+
+void read_distortion(YamlNode& root, CameraParameters& parameters) {
+  std::vector<std::string> names;
+  for (const RosModel& ros : ros_models()) names.emplace_back(ros.name);
+  const std::string name = root.choice("distortion_model", names);
+  YamlNode node = root.map("distortion_coefficients");
+  if (!root.has("distortion_coefficients")) return;
+  node.integer("rows", 1, 1);
+  const long long count = node.integer("cols", 4, 14);
+  const auto data = node.numbers("data", NumberRange::any(""), 0);
+  const auto ros = std::find_if(ros_models().begin(), ros_models().end(),
+                                [&](const RosModel& candidate) { return candidate.name == name; });
+  if (ros == ros_models().end()) return;
+  if (std::find(ros->counts.begin(), ros->counts.end(), data.size()) == ros->counts.end() ||
+      count != static_cast<long long>(data.size())) {
+    root.fault("distortion_coefficients", fmt::format("{} numbers, cols {}", data.size(), count),
+               fmt::format("{} for {}", fmt::join(ros->counts, " or "), name));
+    return;
+  }
+  std::copy(data.begin(), data.end(), parameters.coefficients.begin());
+  parameters.model = ros->model;
+  if (parameters.model == LensModel::brown &&
+      std::all_of(data.begin(), data.end(), [](double value) { return value == 0; }))
+    parameters.model = LensModel::pinhole;
+}
+
+Camera read(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
+  StrictYaml yaml = StrictYaml::from_text(text, file.string());
+  YamlNode root = yaml.root();
+  CameraParameters parameters;
+  parameters.size.width_px = static_cast<int>(root.integer("image_width", 1, 65536));
+  parameters.size.height_px = static_cast<int>(root.integer("image_height", 1, 65536));
+  const std::string name = root.text("camera_name", "");
+  if (!camera_name.empty() && camera_name != name)
+    root.fault("camera_name", "\"" + name + "\"", "\"" + camera_name + "\", the name asked for");
+  read_camera_matrix(root, parameters);
+  read_distortion(root, parameters);
+  read_matrix(root, "rectification_matrix", 3, 3, false);
+  read_matrix(root, "projection_matrix", 3, 4, false);
+  for (const char* key : {"binning_x", "binning_y"})
+    if (root.has(key)) root.integer(key, 0, 65536);
+  if (root.has("roi")) {
+    YamlNode roi = root.map("roi");
+    for (const char* key : {"x_offset", "y_offset", "width", "height"}) roi.integer(key, 0, 65536, 0);
+    roi.boolean("do_rectify", false);
+  }
+  if (yaml.faults().empty()) {
+    // The camera's own checks join the unknown keys, so that all faults are seen at once.
+    try {
+      Camera(parameters, file.string());
+    } catch (const InputError& error) {
+      for (const Fault& fault : error.faults()) yaml.faults().add(fault.place, fault.found, fault.allowed);
+    }
+  }
+  yaml.finish();
+  return Camera(parameters, file.string());
+}
+
+std::string matrix_text(std::string_view name, int rows, const std::vector<double>& data) {
+  return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: [{}]\n", name, rows,
+                     data.size() / static_cast<std::size_t>(rows), fmt::join(data, ", "));
+}
+
+/// A YAML string in double quotes.
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) continue;
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + "\"";
+}
+
+std::string write(const Camera& camera, const std::string& camera_name) {
+  const CameraParameters& p = camera.parameters();
+  const LensModel model = p.model == LensModel::pinhole ? LensModel::brown : p.model;
+  const auto ros = std::find_if(ros_models().begin(), ros_models().end(),
+                                [&](const RosModel& candidate) { return candidate.model == model; });
+  const std::vector<double> coefficients(p.coefficients.begin(),
+                                         p.coefficients.begin() + coefficient_count(model));
+  return fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n", p.size.width_px,
+                     p.size.height_px, quoted(camera_name)) +
+         matrix_text("camera_matrix", 3, {p.fx_px, 0, p.cx_px, 0, p.fy_px, p.cy_px, 0, 0, 1}) +
+         fmt::format("distortion_model: {}\n", ros->name) +
+         matrix_text("distortion_coefficients", 1, coefficients) +
+         matrix_text("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
+         matrix_text("projection_matrix", 3, {p.fx_px, 0, p.cx_px, 0, 0, p.fy_px, p.cy_px, 0, 0, 0, 1, 0});
+}
+
+}  // namespace
+
+CameraFileFormat ros_camera_format() {
+  return {"ros",
+          "ROS camera_info YAML",
+          {".yaml", ".yml"},
+          {LensModel::pinhole, LensModel::brown, LensModel::brown8, LensModel::kannala_brandt},
+          recognises,
+          read,
+          write};
+}
+
+}  // namespace ballservo

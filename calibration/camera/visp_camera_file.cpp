@@ -1,0 +1,344 @@
+#include "calibration/camera/visp_camera_file.hpp"
+
+#include <fmt/format.h>
+#include <visp3/core/vpCameraParameters.h>
+#include <visp3/core/vpXmlParserCamera.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <map>
+#include <mutex>
+#include <sstream>
+
+#include "calibration/camera/xml_element.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo {
+namespace {
+
+struct VispModel {
+  std::string_view type;
+  vpCameraParameters::vpCameraParametersProjType projection;
+  LensModel model;
+  std::vector<std::string_view> coefficients;  // entries of the file, beside px py u0 v0
+};
+
+/// The fullest model of a camera comes first.
+const std::vector<VispModel>& visp_models() {
+  static const std::vector<VispModel> models{{"ProjWithKannalaBrandtDistortion",
+                                              vpCameraParameters::ProjWithKannalaBrandtDistortion,
+                                              LensModel::kannala_brandt,
+                                              {"k1", "k2", "k3", "k4", "k5"}},
+                                             {"perspectiveProjWithDistortion",
+                                              vpCameraParameters::perspectiveProjWithDistortion,
+                                              LensModel::visp,
+                                              {"kud", "kdu"}},
+                                             {"perspectiveProjWithoutDistortion",
+                                              vpCameraParameters::perspectiveProjWithoutDistortion,
+                                              LensModel::pinhole,
+                                              {}}};
+  return models;
+}
+
+/// ViSP's parser talks on standard output and error; a library must not. While one of these lives, both are
+/// silent (one at a time).
+class Silence {
+ public:
+  Silence() : lock_(mutex()), out_(std::cout.rdbuf(sink_.rdbuf())), err_(std::cerr.rdbuf(sink_.rdbuf())) {}
+  ~Silence() {
+    std::cout.rdbuf(out_);
+    std::cerr.rdbuf(err_);
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex instance;
+    return instance;
+  }
+  std::ostringstream sink_;
+  std::lock_guard<std::mutex> lock_;
+  std::streambuf *out_, *err_;
+};
+
+/// What the text of one <camera> says, before any of it is believed.
+struct CameraEntry {
+  std::string name;
+  ImageSize size;
+  int line = 0;
+  struct Model {
+    const VispModel* kind = nullptr;
+    std::map<std::string, double> values;
+    int line = 0;
+  };
+  std::vector<Model> models;
+};
+
+/// Reads the checked text; everything that is wrong with it becomes a fault.
+class EntryReader {
+ public:
+  EntryReader(std::string file, FaultList& faults) : file_(std::move(file)), faults_(faults) {}
+
+  std::vector<CameraEntry> cameras(const XmlElement& root) {
+    std::vector<CameraEntry> result;
+    if (root.name != "root") fault(root, "<" + root.name + ">", "<root>, as ViSP writes it");
+    for (const XmlElement& child : root.children) {
+      if (child.name == "camera")
+        result.push_back(camera(child));
+      else
+        fault(child, "<" + child.name + ">", "<camera>");
+    }
+    if (root.name == "root" && root.children.empty()) fault(root, "no camera", "at least one <camera>");
+    return result;
+  }
+
+ private:
+  void fault(const XmlElement& element, const std::string& found, const std::string& allowed) {
+    faults_.add(fmt::format("{}:{}: {}", file_, element.line, element.name), found, allowed);
+  }
+
+  int whole_number(const XmlElement& element) {
+    const auto value = parse_integer(element.text);
+    if (value && *value >= 1 && *value <= 65536) return static_cast<int>(*value);
+    fault(element, "\"" + element.text + "\"", "a whole number from 1 to 65536");
+    return 0;
+  }
+
+  CameraEntry camera(const XmlElement& element) {
+    CameraEntry entry;
+    entry.line = element.line;
+    std::map<std::string, int> seen;
+    for (const XmlElement& child : element.children) {
+      if (child.name == "model") {
+        entry.models.push_back(model(child));
+      } else if (child.name != "additional_information" && seen[child.name]++) {
+        fault(child, "<" + child.name + "> a second time", "one");
+      } else if (child.name == "name") {
+        entry.name = child.text;
+      } else if (child.name == "image_width") {
+        entry.size.width_px = whole_number(child);
+      } else if (child.name == "image_height") {
+        entry.size.height_px = whole_number(child);
+      } else if (child.name == "subsampling_width" || child.name == "subsampling_height") {
+        whole_number(child);
+      } else if (child.name != "additional_information") {
+        fault(child, "<" + child.name + ">", "name, image_width, image_height, model");
+      }
+    }
+    for (const char* name : {"image_width", "image_height"})
+      if (!seen[name]) fault(element, fmt::format("no <{}>", name), "the size of the camera's pictures");
+    if (entry.models.empty()) fault(element, "no <model>", "at least one");
+    return entry;
+  }
+
+  CameraEntry::Model model(const XmlElement& element) {
+    CameraEntry::Model result;
+    result.line = element.line;
+    const auto type = std::find_if(element.children.begin(), element.children.end(),
+                                   [](const XmlElement& child) { return child.name == "type"; });
+    std::string types;
+    for (const VispModel& kind : visp_models()) {
+      if (type != element.children.end() && type->text == kind.type) result.kind = &kind;
+      types += fmt::format("{}{}", types.empty() ? "" : ", ", kind.type);
+    }
+    if (!result.kind) {
+      fault(element, type == element.children.end() ? "no <type>" : "type \"" + type->text + "\"", types);
+      return result;
+    }
+    std::vector<std::string_view> keys{"px", "py", "u0", "v0"};
+    keys.insert(keys.end(), result.kind->coefficients.begin(), result.kind->coefficients.end());
+    for (const XmlElement& child : element.children) {
+      if (&child == &*type) continue;
+      if (std::find(keys.begin(), keys.end(), child.name) == keys.end()) {
+        fault(child, "<" + child.name + ">", fmt::format("type, {}", fmt::join(keys, ", ")));
+        continue;
+      }
+      const auto value = parse_number(child.text);
+      if (!value) fault(child, "\"" + child.text + "\"", "a finite number");
+      if (value && (child.name == "px" || child.name == "py") && *value <= 0)
+        fault(child, child.text, "a number above 0 (px)");
+      if (!result.values.emplace(child.name, value.value_or(1)).second)
+        fault(child, "<" + child.name + "> a second time", "one");
+    }
+    for (const std::string_view key : keys)
+      if (!result.values.count(std::string(key))) fault(element, fmt::format("no <{}>", key), "a number");
+    return result;
+  }
+
+  std::string file_;
+  FaultList& faults_;
+};
+
+CameraParameters parameters_of(const CameraEntry& entry, const CameraEntry::Model& model) {
+  CameraParameters parameters;
+  parameters.model = model.kind->model;
+  parameters.size = entry.size;
+  parameters.fx_px = model.values.at("px"), parameters.fy_px = model.values.at("py");
+  parameters.cx_px = model.values.at("u0"), parameters.cy_px = model.values.at("v0");
+  std::size_t i = 0;
+  for (const std::string& name : coefficient_names(parameters.model))
+    parameters.coefficients[i++] = model.values.at(name);
+  return parameters;
+}
+
+/// kud and kdu describe one lens; where they contradict each other nobody can know which is right.
+void check_kud(const CameraParameters& p, double kud, const std::string& place) {
+  const double kdu = p.coefficients[0];
+  // The corner furthest from the principal point, in normalised units; r is the distorted radius there.
+  const double x = std::max(p.cx_px, p.size.width_px - 1 - p.cx_px) / p.fx_px;
+  const double y = std::max(p.cy_px, p.size.height_px - 1 - p.cy_px) / p.fy_px;
+  const double r = std::hypot(x, y), undistorted = r * (1 + kdu * r * r);
+  const double focal = std::sqrt(p.fx_px * p.fy_px);
+  const double by_kdu_px = focal * (undistorted - r);
+  const double by_kud_px = -focal * kud * undistorted * undistorted * undistorted;
+  const double difference_px = std::abs(by_kdu_px - by_kud_px);
+  if ((kdu == 0 && kud != 0) ||
+      !(difference_px <= 2 + 0.5 * std::max(std::abs(by_kdu_px), std::abs(by_kud_px))))
+    throw InputError(place,
+                     fmt::format("kdu = {} and kud = {}, which disagree by {:.1f} px in the corner", kdu, kud,
+                                 difference_px),
+                     fmt::format("two coefficients of one lens (about {:.6g} as kud)", best_kud(p)));
+}
+
+/// ViSP's own reader has the last word on whether a file is one of ViSP's.
+void check_that_visp_reads(const std::filesystem::path& file, const CameraEntry& entry,
+                           const CameraEntry::Model& model, const std::string& place) {
+  vpCameraParameters camera;
+  vpXmlParserCamera parser;
+  int verdict = 0;
+  {
+    const Silence silence;
+    verdict =
+        parser.parse(camera, file.string(), entry.name, model.kind->projection,
+                     static_cast<unsigned>(entry.size.width_px), static_cast<unsigned>(entry.size.height_px));
+  }
+  if (verdict != vpXmlParserCamera::SEQUENCE_OK || camera.get_projModel() != model.kind->projection)
+    throw InputError(place, "a camera that ViSP's reader refuses", "what vpXmlParserCamera reads");
+}
+
+bool recognises(std::string_view text) {
+  if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);
+  const auto start = text.find_first_not_of(" \t\r\n");
+  return start != std::string_view::npos && text[start] == '<' &&
+         text.find("<opencv_storage") == std::string_view::npos;
+}
+
+Camera read(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
+  FaultList faults;
+  const auto entries = EntryReader(file.string(), faults).cameras(parse_xml(text, file.string()));
+  faults.throw_if_any();
+  std::vector<const CameraEntry*> meant;
+  std::string known;
+  for (const CameraEntry& entry : entries) {
+    if (camera_name.empty() || entry.name == camera_name) meant.push_back(&entry);
+    known += fmt::format("{}\"{}\" ({}x{})", known.empty() ? "" : ", ", entry.name, entry.size.width_px,
+                         entry.size.height_px);
+  }
+  if (meant.empty())
+    throw InputError(file.string(), "no camera \"" + camera_name + "\"", "one of its cameras: " + known);
+  if (meant.size() > 1)
+    throw InputError(file.string(), "several cameras: " + known,
+                     camera_name.empty() ? "FILE:NAME says which one is meant" : "one camera of that name");
+  const CameraEntry& entry = *meant.front();
+  for (const VispModel& kind : visp_models()) {
+    const auto has_kind = [&](const CameraEntry::Model& candidate) { return candidate.kind == &kind; };
+    const auto model = std::find_if(entry.models.begin(), entry.models.end(), has_kind);
+    if (model == entry.models.end()) continue;
+    const std::string place = fmt::format("{}:{}", file.string(), model->line);
+    if (std::find_if(model + 1, entry.models.end(), has_kind) != entry.models.end())
+      throw InputError(place, fmt::format("{} twice in one camera", kind.type), "one");
+    // The numbers are the text's own: ViSP's reader follows the process's locale.
+    const CameraParameters parameters = parameters_of(entry, *model);
+    const Camera camera(parameters, place);
+    if (kind.model == LensModel::visp) check_kud(parameters, model->values.at("kud"), place);
+    check_that_visp_reads(file, entry, *model, place);
+    return camera;
+  }
+  throw InputError(file.string(), "no model", "at least one");  // not reached: the reader has refused it
+}
+
+vpCameraParameters visp_parameters(const CameraParameters& p) {
+  vpCameraParameters result;
+  if (p.model == LensModel::pinhole)
+    result.initPersProjWithoutDistortion(p.fx_px, p.fy_px, p.cx_px, p.cy_px);
+  else if (p.model == LensModel::visp)
+    result.initPersProjWithDistortion(p.fx_px, p.fy_px, p.cx_px, p.cy_px, best_kud(p), p.coefficients[0]);
+  else
+    result.initProjWithKannalaBrandtDistortion(
+        p.fx_px, p.fy_px, p.cx_px, p.cy_px,
+        {p.coefficients[0], p.coefficients[1], p.coefficients[2], p.coefficients[3], 0.0});
+  return result;
+}
+
+/// A folder of our own for the file that ViSP's writer wants; removed with everything in it.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "ballservo_XXXXXX").string();
+    if (!mkdtemp(pattern.data()))
+      throw InputError(pattern, "no temporary folder can be made there", "a writable folder (TMPDIR)");
+    path = pattern;
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  std::filesystem::path path;
+};
+
+std::string write(const Camera& camera, const std::string& camera_name) {
+  const CameraParameters& p = camera.parameters();
+  // Onto a file that already holds this camera ViSP's writer fails: a new one each time.
+  const ScratchFolder folder;
+  const auto file = folder.path / "camera.xml";
+  int verdict = 0;
+  {
+    const Silence silence;
+    verdict = vpXmlParserCamera().save(visp_parameters(p), file.string(), camera_name,
+                                       static_cast<unsigned>(p.size.width_px),
+                                       static_cast<unsigned>(p.size.height_px));
+  }
+  if (verdict != vpXmlParserCamera::SEQUENCE_OK)
+    throw InputError(file.string(), "ViSP's writer failed", "a writable temporary folder (TMPDIR)");
+  const std::string text = read_file_bytes(file, 1u << 20);
+  // ViSP's writer follows the process's locale: make sure that what it wrote is what was meant.
+  const CameraParameters back = read(file, text, "").parameters();
+  if (back.fx_px != p.fx_px || back.fy_px != p.fy_px || back.cx_px != p.cx_px || back.cy_px != p.cy_px ||
+      back.coefficients != p.coefficients)
+    throw InputError(file.string(), "numbers changed by ViSP's writer", "the C locale");
+  return text;
+}
+
+}  // namespace
+
+double best_kud(const CameraParameters& p) {
+  // x (1 + kud |x|^2) should be m where x = m (1 + kdu |m|^2): linear in kud.
+  constexpr int steps = 40;
+  double numerator = 0, denominator = 0;
+  for (int i = 0; i <= steps; ++i) {
+    for (int j = 0; j <= steps; ++j) {
+      const double mx = ((p.size.width_px - 1.0) * i / steps - p.cx_px) / p.fx_px;
+      const double my = ((p.size.height_px - 1.0) * j / steps - p.cy_px) / p.fy_px;
+      const double scale = 1 + p.coefficients[0] * (mx * mx + my * my);
+      const double x = mx * scale, y = my * scale, r2 = x * x + y * y;
+      const double ax = p.fx_px * x * r2, ay = p.fy_px * y * r2;
+      numerator += ax * p.fx_px * (mx - x) + ay * p.fy_px * (my - y);
+      denominator += ax * ax + ay * ay;
+    }
+  }
+  return denominator > 0 ? numerator / denominator : 0;
+}
+
+CameraFileFormat visp_camera_format() {
+  return {"visp",     "ViSP XML", {".xml"}, {LensModel::pinhole, LensModel::visp, LensModel::kannala_brandt},
+          recognises, read,       write};
+}
+
+}  // namespace ballservo
