@@ -1,0 +1,81 @@
+// A scenario: everything that a simulated run or a rendered picture depends on, read from a strict YAML file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "calibration/camera/camera.hpp"
+#include "servo/law.hpp"
+#include "servo/mount.hpp"
+#include "servo/simulation/camera_renderer.hpp"
+#include "servo/simulation/geometric_ball_sensor.hpp"
+#include "servo/simulation/sensor.hpp"
+#include "servo/simulation/world.hpp"
+#include "servo/unicycle.hpp"
+
+namespace ballservo {
+
+/// `camera:` of a scenario.
+struct CameraSettings {
+  std::filesystem::path file;
+  Camera camera = long_lens_camera({640, 480});
+  CameraMount mount;
+  double rate_hz = 30;
+  double latency_s = 0.033;  ///< from the middle of an exposure until its measurement arrives
+  double exposure_s = 0.004;
+  int exposure_steps = 1;  ///< instants of the exposure that are rendered and averaged; 1: no motion blur
+  SensorOptions sensor;
+};
+
+/// `robot:` of a scenario.
+struct RobotSettings {
+  Pose2 pose;  ///< at time 0
+  double actuation_delay_s = 0.05;
+  UnicycleLimits limits;
+  Footprint footprint = pioneer_3dx_footprint;
+};
+
+struct Scenario {
+  std::filesystem::path file;
+  std::uint64_t seed = 0;
+  std::string resolved_json;  ///< the document after `--set` and `vary`, keys sorted
+
+  double duration_s = 30;
+  CameraSettings camera;
+  RobotSettings robot;
+  std::filesystem::path colors;  ///< empty: none named
+  World world;
+  std::size_t target = 0;  ///< index of the target among world.balls
+  double target_distance_m = 0.8;
+  LawOptions law;
+  double control_rate_hz = 50;
+  GeometricSensorOptions geometric;
+
+  const Ball& target_ball() const { return world.balls[target]; }
+  ServoGoal goal() const;
+  /// The camera's pose for a robot's pose: X_WC = X_WR X_RC.
+  Eigen::Isometry3d X_WC(const Pose2& pose) const;
+};
+
+/// Reads a scenario.
+///   sets   "key.path=value" each (`--set`), applied first; what they set is not varied
+///   seed   draws every entry of `vary`, each from a stream of its own
+/// Throws InputError with every fault at once: unknown and duplicate keys, wrong types and units, numbers
+/// that are not finite or implausible, a ball inside the robot, an obstacle, a wall or another ball, an
+/// obstacle on the robot, an unknown target, a target that could not be seen whole at the goal (with the
+/// distances that would do), and whatever is wrong with the camera's file.
+Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& sets,
+                       std::uint64_t seed);
+
+/// Distances from the axle (m, in the floor plane, to 1 cm) at which a ball straight ahead is seen whole and
+/// does not touch the robot, as intervals; none beyond 20 m are looked for.
+struct DistanceInterval {
+  double from_m = 0, to_m = 0;
+};
+std::vector<DistanceInterval> usable_target_distances(const Camera& camera, const CameraMount& mount,
+                                                      const Footprint& footprint, double ball_height_m,
+                                                      double ball_radius_m);
+
+}  // namespace ballservo
