@@ -40,7 +40,7 @@ void add_commands(CLI::App& program, Action& action) {
   CLI::App& calibrate =
       *program.add_subcommand("calibrate", "Learn a camera or the colours of balls from pictures");
   calibrate.require_subcommand(1);
-  (void)action;
+  add_render_command(program, action);
 }
 
 void set_up_messages() {

@@ -1,0 +1,134 @@
+// ballservo render: pictures of a scenario with exact truth.
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "app/commands/command.hpp"
+#include "app/experiment/scenario.hpp"
+#include "app/io/ball_rows.hpp"
+#include "app/io/interrupt.hpp"
+#include "app/io/progress.hpp"
+#include "calibration/camera/camera_file.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+#include "servo/simulation/truth.hpp"
+
+namespace ballservo {
+namespace {
+
+struct RenderOptions {
+  CommonOptions common;
+  std::string scenario;
+  std::filesystem::path output;
+  std::vector<std::string> sets;
+  int frames = 30;
+};
+
+constexpr const char* truth_header =
+    "source,frame,ball_id,class,cx_px,cy_px,r_px,x_m,y_m,z_m,visible_fraction\n";
+
+std::string truth_row(const std::string& source, const BallTruth& truth) {
+  const auto outline =
+      truth.outline.value_or(OutlineEllipse{Eigen::Vector2d::Constant(std::nan("")), std::nan("")});
+  return fmt::format("{},0,{},{},{},{},{},{},{},{},{}\n", csv_cell(source), csv_cell(truth.name),
+                     csv_cell(truth.class_name), number_text(outline.center_px.x()),
+                     number_text(outline.center_px.y()), number_text(outline.radius_px),
+                     number_text(truth.p_CB.x()), number_text(truth.p_CB.y()), number_text(truth.p_CB.z()),
+                     number_text(truth.visible_fraction));
+}
+
+/// The instants of a frame's exposure, for a robot that stands.
+std::vector<CameraView> exposure_of(const Scenario& scenario, double middle_s) {
+  std::vector<CameraView> views;
+  const int steps = scenario.camera.exposure_steps;
+  for (int k = 0; k < steps; ++k) {
+    const double share = (k + 0.5) / steps - 0.5;
+    views.push_back({scenario.X_WC(scenario.robot.pose), middle_s + share * scenario.camera.exposure_s});
+  }
+  return views;
+}
+
+/// The camera beside the pictures, in the format that its model and the others' tools like best.
+void write_camera(const OutputFolder& folder, const Camera& camera) {
+  const bool visp = camera.parameters().model == LensModel::visp;
+  const std::string name = visp ? "camera.xml" : "camera.yaml";
+  folder.write(name, camera_file_text(camera, camera_file_format("", name), "camera"));
+}
+
+int run_render(const RenderOptions& options) {
+  std::optional<tbb::global_control> threads;
+  if (options.common.threads > 0) {
+    threads.emplace(tbb::global_control::max_allowed_parallelism,
+                    static_cast<std::size_t>(options.common.threads));
+  }
+  const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
+  const ImageSize size = scenario.camera.camera.size();
+  if (static_cast<double>(size.width_px) * size.height_px > options.common.max_pixels) {
+    throw InputError(scenario.camera.file.string(),
+                     fmt::format("{} x {} pixels", size.width_px, size.height_px),
+                     "at most " + number_text(options.common.max_pixels) + " pixels (--max-pixels)");
+  }
+  OutputFolder folder(options.output, options.common.overwrite());
+  const CameraRenderer renderer(scenario.camera.camera, scenario.world, scenario.camera.sensor);
+  write_camera(folder, scenario.camera.camera);
+
+  std::string rows = truth_header;
+  Progress progress("render", options.frames, options.common.quiet);
+  int frame = 0;
+  for (; frame < options.frames && !interrupt_requested(); ++frame) {
+    const double time_s = frame / scenario.camera.rate_hz;
+    const std::string source = fmt::format("frame_{:04}.png", frame);
+    const auto picture = renderer.render(exposure_of(scenario, time_s), options.common.seed,
+                                         static_cast<std::uint64_t>(frame));
+    write_image(folder.path() / source, picture);
+    const CameraView middle{scenario.X_WC(scenario.robot.pose), time_s};
+    for (const BallTruth& truth : ball_truth(scenario.camera.camera, scenario.world, middle)) {
+      rows += truth_row(source, truth);
+    }
+    progress.step(frame + 1);
+  }
+  const bool interrupted = frame < options.frames;
+  folder.write("truth.csv", rows);
+  folder.commit();
+  write_json_results(options.common, {{"pictures", frame},
+                                      {"balls", scenario.world.balls.size()},
+                                      {"scenario", nlohmann::json::parse(scenario.resolved_json)},
+                                      {"seed", options.common.seed},
+                                      {"interrupted", interrupted}});
+  if (!options.common.quiet) {
+    fmt::print("{} picture{}, truth.csv and the camera: {}{}\n", frame, frame == 1 ? "" : "s",
+               options.output.string(), interrupted ? " (interrupted)" : "");
+  }
+  return interrupted ? exit_interrupted : exit_done;
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& program, Action& action) {
+  auto options = std::make_shared<RenderOptions>();
+  CLI::App* command = program.add_subcommand("render", "Render pictures of a scenario, with exact truth");
+  command->footer(
+      "Example:\n"
+      "  ballservo render data/scenarios/static_ball.yaml -o pictures --frames 10\n"
+      "\n"
+      "The robot stands at its start; frames follow each other at the camera's rate, and balls move by their "
+      "own\n"
+      "motion. DIR holds frame_0000.png and so on, truth.csv (a row for each ball and picture) and the "
+      "camera's\n"
+      "file (camera.yaml; camera.xml for a ViSP model).");
+  command->add_option("SCENARIO", options->scenario, "A scenario (YAML)")->required();
+  command->add_option("-o,--output", options->output, "Folder for the pictures")
+      ->required()
+      ->type_name("DIR");
+  add_integer_option(*command, "--frames", options->frames, 1, 1000000, "How many pictures (default 30)");
+  command->add_option("--set", options->sets, "Set a key of the scenario; may be repeated")
+      ->type_name("key.path=value")
+      ->allow_extra_args(false);
+  add_common_options(*command, options->common);
+  command->callback([options, &action] { action = [options] { return run_render(*options); }; });
+}
+
+}  // namespace ballservo
