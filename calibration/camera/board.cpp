@@ -1,0 +1,61 @@
+#include "calibration/camera/board.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr long long max_points_a_side = 100;
+
+std::optional<BoardPattern> pattern_from_name(const std::string& name) {
+  if (name == "chessboard") return BoardPattern::chessboard;
+  if (name == "circles") return BoardPattern::circles;
+  if (name == "acircles") return BoardPattern::acircles;
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> Board::points() const {
+  std::vector<Eigen::Vector3d> result;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column)
+      result.emplace_back(square_m * (pattern == BoardPattern::acircles ? 2 * column + row % 2 : column),
+                          square_m * row, 0);
+  return result;
+}
+
+Board parse_board(const std::string& text, double square_m) {
+  FaultList faults;
+  Board board;
+  board.square_m = square_m;
+  const auto colon = text.find(':');
+  const auto cross = text.find('x', colon == std::string::npos ? 0 : colon);
+  const auto pattern = pattern_from_name(text.substr(0, colon));
+  if (colon == std::string::npos || cross == std::string::npos || !pattern) {
+    faults.add("--board", "\"" + text + "\"",
+               "chessboard:9x6 (inner corners), circles:6x6 or acircles:4x11 (centres)");
+  } else {
+    board.pattern = *pattern;
+    const auto columns = parse_integer(text.substr(colon + 1, cross - colon - 1));
+    const auto rows = parse_integer(text.substr(cross + 1));
+    const long long least = board.pattern == BoardPattern::chessboard ? 3 : 2;
+    for (const auto& side : {columns, rows})
+      if (!side || *side < least || *side > max_points_a_side)
+        faults.add("--board", "\"" + text.substr(colon + 1) + "\"",
+                   fmt::format("two whole numbers from {} to {}, as in 9x6", least, max_points_a_side));
+    if (faults.empty()) board.columns = static_cast<int>(*columns), board.rows = static_cast<int>(*rows);
+  }
+  if (!std::isfinite(square_m) || square_m <= 0)
+    faults.add("--square", fmt::format("{}", square_m), "a finite number above 0 (m)");
+  faults.throw_if_any();
+  return board;
+}
+
+}  // namespace ballservo

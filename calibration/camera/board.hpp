@@ -1,0 +1,27 @@
+// Flat calibration boards: what is on them and where.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace ballservo {
+
+enum class BoardPattern { chessboard, circles, acircles };
+
+/// Board frame: x along the rows, y down the columns, z into the board; the first point is the origin.
+struct Board {
+  BoardPattern pattern = BoardPattern::chessboard;
+  int columns = 0, rows = 0;  ///< inner corners, or circle centres, of a row and of a column
+  double square_m = 0;        ///< between neighbours; in an asymmetric grid between a row and the next
+
+  /// All points, row by row, as OpenCV's detectors order them.
+  std::vector<Eigen::Vector3d> points() const;
+};
+
+/// "chessboard:9x6", "circles:6x6", "acircles:4x11" with the square's side in metres. InputError naming every
+/// fault: an unknown pattern, fewer than 2 or more than 100 points a side (chessboards: 3, and OpenCV's
+/// finder wants more than 2), a side that is not finite and above 0.
+Board parse_board(const std::string& text, double square_m);
+
+}  // namespace ballservo

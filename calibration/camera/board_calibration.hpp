@@ -1,0 +1,55 @@
+// A camera from pictures of a flat board, and how far it can be trusted.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/camera/board.hpp"
+#include "calibration/camera/board_adjustment.hpp"
+#include "calibration/camera/camera.hpp"
+
+namespace ballservo {
+
+struct BoardCalibrationOptions {
+  /// The models to choose among; one: that one. Of several the simplest whose held-out error lies within one
+  /// standard error of the best one's.
+  std::vector<LensModel> models{LensModel::brown};
+  int folds = 4;  ///< of the boards, for the held-out error; at least 2
+
+  /// InputError for no models or fewer than 2 folds.
+  void validate() const;
+};
+
+/// The error of each candidate of a choice.
+struct ModelTrial {
+  LensModel model;
+  double rms_px = 0;
+  double held_out_rms_px = 0;
+};
+
+struct BoardCalibration {
+  Camera camera;
+  Eigen::MatrixXd covariance;  ///< of the parameters, in parameter_names' order
+  double rms_px = 0;           ///< sqrt of the mean squared 2-D distance over all points
+  double held_out_rms_px = 0;  ///< the same on boards whose camera comes from the other boards; NaN: none
+  std::optional<double> ball_sigma_mm;  ///< see ball_uncertainty.hpp
+  std::vector<double> view_rms_px;
+  std::vector<BoardView> residuals_px;  ///< projected minus found
+  std::vector<BoardPose> poses;         ///< X_CB of each view
+  std::vector<ModelTrial> trials;       ///< the models tried, simplest first
+  std::vector<std::string> warnings;    ///< in words, of what a user should look at
+};
+
+/// Calibrates from at least three views. The final solve is the same for all models: distances in pixels,
+/// each corner with the same weight. The parameters' covariance is the residuals' variance (with the degrees
+/// of freedom counted) times the inverse of the normal matrix.
+/// Throws Refusal, in words that say what to photograph, for fewer than three views, boards so nearly
+/// parallel that the focal length is not determined, and results that make no sense (a principal point
+/// outside the picture, a lens that folds inside the boards' corners, no fit at all).
+BoardCalibration calibrate_from_boards(const Board& board, ImageSize size,
+                                       const std::vector<BoardView>& views,
+                                       const BoardCalibrationOptions& options = {});
+
+}  // namespace ballservo
