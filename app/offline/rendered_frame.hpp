@@ -1,0 +1,28 @@
+// One frame of a comparison's condition: a room, a ball where the condition has it, a picture with exact
+// truth.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "app/offline/plan.hpp"
+#include "servo/simulation/truth.hpp"
+
+namespace ballservo {
+
+struct RenderedFrame {
+  cv::Mat bgr;
+  BallTruth truth;
+};
+
+/// Draws frame number `frame` of a condition. Background, clutter, light, the occluder's side, the direction
+/// off the axis, and a shift of a pixel and a half and of 2 % in depth come from (seed, the condition's name,
+/// frame) alone.
+RenderedFrame render_comparison_frame(const ComparisonCondition& condition, std::uint64_t seed, int frame);
+
+/// Why the condition cannot be rendered: the ball's outline leaves the picture, the camera is inside the
+/// ball. Empty if it can.
+std::string why_not_rendered(const ComparisonCondition& condition);
+
+}  // namespace ballservo
