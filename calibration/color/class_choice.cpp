@@ -52,11 +52,11 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
   }
   // A colour that lies mostly outside round things is a worse answer than one that is all in them.
   std::stable_sort(groups.begin(), groups.end(), [&](const ColorGroup& a, const ColorGroup& b) {
-    return (a.round_share >= options.min_round_share) > (b.round_share >= options.min_round_share);
+    return (a.round_share >= options.weak_round_share) > (b.round_share >= options.weak_round_share);
   });
   const auto mostly_round =
       static_cast<std::size_t>(std::count_if(groups.begin(), groups.end(), [&](const ColorGroup& g) {
-        return g.round_share >= options.min_round_share;
+        return g.round_share >= options.weak_round_share;
       }));
   if (hue_distance_to_word_deg(request.name, 0)) {
     std::size_t best = 0;

@@ -78,11 +78,14 @@ std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes, c
     if (!options.has_color(colors[i].cast<double>())) continue;
     const int cell = chroma_cell(colors[i].y(), colors[i].z());
     const int row = cell / ChromaHistogram::side, column = cell % ChromaHistogram::side;
-    float best = 0;
+    float best = 0, best_seen = 0;
     for (std::size_t k = 0; k < classes.size(); ++k) {
       const float density = classes[k].group.density(row, column);
-      if (density <= best) continue;
+      if (density <= 0) continue;
+      const float seen = density * on_ball[k].at(colors[i]);
+      if (seen < best_seen || (seen == best_seen && density <= best)) continue;
       best = density;
+      best_seen = seen;
       table[i] = static_cast<ClassIndex>(k + 1);
     }
     if (table[i] == no_class) continue;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "calibration/color/class_table.hpp"
 #include "calibration/color/color_names.hpp"
 #include "calibration/files/fault.hpp"
 
@@ -12,21 +13,17 @@ namespace {
 
 constexpr std::size_t min_samples = 50;  // fewer say nothing about a distribution
 
-bool in_core(const ChromaGroup& chroma, int cell) {
-  return chroma.core(cell / ChromaHistogram::side, cell % ChromaHistogram::side) != 0;
-}
-
-double round_share_of(const ColorGroup& group, const CellCounts& all_pixels,
-                      const std::vector<Eigen::Vector3f>& colors, const SampleOptions& samples) {
-  std::vector<bool> core(ColorTable::entries, false);
-  double everywhere = 0, inside = 0;
-  for (std::size_t i = 0; i < all_pixels.size(); ++i) {
-    if (all_pixels[i] == 0 || !samples.has_color(colors[i].cast<double>())) continue;
-    core[i] = in_core(group.chroma, chroma_cell(colors[i].y(), colors[i].z()));
-    if (core[i]) everywhere += all_pixels[i];
+/// The share, by the table that this group alone would give.
+double round_share_of(const ColorGroup& group, CellCounts elsewhere, const SampleOptions& samples) {
+  for (const ColorSamples::Pixel& pixel : group.samples.pixels) {
+    std::uint32_t& count = elsewhere[pixel.table_cell];
+    if (count > 0) --count;
   }
-  for (const ColorSamples::Pixel& pixel : group.samples.pixels) inside += core[pixel.table_cell] ? 1 : 0;
-  return everywhere > 0 ? inside / everywhere : 0;
+  const std::vector<ClassIndex> table = class_table({{group.samples, group.chroma}}, elsewhere, samples);
+  double inside = 0, outside = 0;
+  for (const ColorSamples::Pixel& pixel : group.samples.pixels) inside += table[pixel.table_cell];
+  for (std::size_t i = 0; i < elsewhere.size(); ++i) outside += table[i] == no_class ? 0 : elsewhere[i];
+  return inside > 0 ? inside / (inside + outside) : 0;
 }
 
 }  // namespace
@@ -40,6 +37,7 @@ void GroupOptions::validate() const {
     }
   };
   check("min_hue_overlap", min_hue_overlap, 0, 1);
+  check("close_hues_deg", close_hues_deg, 0, 180);
   check("max_saturation_ratio", max_saturation_ratio, 1, 1e6);
   check("min_colored_fraction", min_colored_fraction, 0, 1);
   check("min_relative_fit", min_relative_fit, 0, 1);
@@ -49,7 +47,9 @@ void GroupOptions::validate() const {
 bool same_color(const ColorSamples& a, const ColorSamples& b, const GroupOptions& options) {
   const double low = std::min(a.saturation(), b.saturation()),
                high = std::max(a.saturation(), b.saturation());
-  return high <= options.max_saturation_ratio * low && hue_overlap(a, b) >= options.min_hue_overlap;
+  if (high > options.max_saturation_ratio * low) return false;
+  return hue_distance_deg(a.hue_deg(), b.hue_deg()) <= options.close_hues_deg ||
+         hue_overlap(a, b) >= options.min_hue_overlap;
 }
 
 std::vector<BallCandidate> ball_candidates(const ColorPicture& picture, std::size_t index,
@@ -85,10 +85,9 @@ std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, cons
       home->balls.push_back(std::move(candidate));
     }
   }
-  const std::vector<Eigen::Vector3f> colors = table_cell_colors();
   for (ColorGroup& group : groups) {
     group.chroma = chroma_group(chroma_histogram(group.samples));
-    group.round_share = round_share_of(group, all_pixels, colors, samples);
+    group.round_share = round_share_of(group, all_pixels, samples);
     group.word = color_word(group.samples.mean_lab());
   }
   std::stable_sort(groups.begin(), groups.end(), [](const ColorGroup& a, const ColorGroup& b) {

@@ -28,19 +28,21 @@ struct ColorGroup {
   std::vector<BallCandidate> balls;  ///< the best fit first
   ColorSamples samples;              ///< of all of them
   ChromaGroup chroma;
-  double round_share =
-      0;  ///< of all pixels of this colour (its core) in the pictures: the part inside these circles
-  std::string word;  ///< its basic colour word
+  double round_share = 0;  ///< of all pixels of this colour in the pictures: the part inside these circles
+  std::string word;        ///< its basic colour word
   double best_fit() const { return balls.empty() ? 0 : balls.front().region.fit_ratio; }
 };
 
 /// What turns regions into groups.
 struct GroupOptions {
-  double min_hue_overlap = 0.5;     ///< balls whose hues overlap at least that much are of one colour, 0 to 1
+  /// Balls are of one colour when their hues overlap at least that much (0 to 1), or their mean hues differ
+  /// at most ...
+  double min_hue_overlap = 0.45;
+  double close_hues_deg = 5;        ///< ... by that: what the eye hardly tells apart; 0 to 180
   double max_saturation_ratio = 2;  ///< and whose saturations differ at most by this factor, 1 or more
   double min_colored_fraction =
       0.3;  ///< of a region's pixels, that must have a colour (a black disc has none), 0 to 1
-  double min_relative_fit = 0.7;  ///< of a group's best ball's fit ratio, that others need to join it, 0 to 1
+  double min_relative_fit = 0.7;  ///< of the best ball's fit ratio, that others need to count, 0 to 1
 
   /// Throws InputError with every value out of range.
   void validate() const;

@@ -15,8 +15,8 @@ struct HueRange {
 
 // Where the words change over on the Lab hue circle; sRGB's own red, yellow, green, cyan, blue and magenta
 // stand at 40, 103, 136, 196, 306 and 328 degrees.
-constexpr std::array<HueRange, 8> ranges = {{{"red", 16, 48},
-                                             {"orange", 48, 82},
+constexpr std::array<HueRange, 8> ranges = {{{"red", 16, 43},
+                                             {"orange", 43, 82},
                                              {"yellow", 82, 115},
                                              {"green", 115, 178},
                                              {"cyan", 178, 228},
@@ -59,6 +59,7 @@ std::string color_word(const Eigen::Vector3d& lab) {
     if (within(range, hue)) word = range.word;
   }
   if (word == "red" && hue < 32 && lab.x() > 65) return "pink";
+  if (word == "orange" && hue < 52 && lab.x() < 45) return "red";
   if (word == "pink" && lab.x() < 40) return hue < 180 ? "red" : "purple";
   return word;
 }

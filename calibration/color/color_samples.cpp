@@ -13,10 +13,10 @@ namespace ballservo {
 namespace {
 
 constexpr double hue_bin_deg = 360.0 / ColorSamples::hue_bins;
-constexpr double hue_smoothing_deg = 6;
+constexpr double hue_smoothing_deg = 2.5;
 
 std::array<double, ColorSamples::hue_bins> smoothed(const ColorSamples& samples) {
-  constexpr int bins = ColorSamples::hue_bins, reach = 4;
+  constexpr int bins = ColorSamples::hue_bins, reach = 2;
   std::array<double, bins> result{};
   double total = 0;
   for (int i = 0; i < bins; ++i) {

@@ -66,7 +66,7 @@ struct ColorSamples {
 ColorSamples samples_inside(const cv::Mat& bgr, const RoundRegion& region, double scale,
                             const SampleOptions& options);
 
-/// 0 to 1: how much of their hues two sets of samples share, the histograms smoothed by 6 degrees.
+/// 0 to 1: how much of their hues two sets of samples share, the histograms smoothed a little.
 double hue_overlap(const ColorSamples& a, const ColorSamples& b);
 
 }  // namespace ballservo

@@ -116,8 +116,9 @@ void LearnOptions::validate() const {
   regions.validate();
   samples.validate();
   groups.validate();
-  if (!(min_round_share >= 0 && min_round_share <= 1)) {
-    throw InputError("colour classes: min_round_share", fmt::format("{}", min_round_share), "0 to 1");
+  if (!(weak_round_share >= 0 && weak_round_share <= min_round_share && min_round_share <= 1)) {
+    throw InputError("colour classes: weak_round_share, min_round_share",
+                     fmt::format("{}, {}", weak_round_share, min_round_share), "0 to 1, in that order");
   }
 }
 
@@ -129,10 +130,14 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Circl
   std::vector<std::size_t> everywhere(pictures.size());
   for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = i;
   std::vector<ColorGroup> groups = groups_in(everywhere, seen, pictures, options);
+  const bool any_clear = std::any_of(groups.begin(), groups.end(), [&](const ColorGroup& group) {
+    return group.round_share >= options.min_round_share;
+  });
+  const double least_share = any_clear ? options.min_round_share : options.weak_round_share;
   std::string elsewhere;
   groups.erase(std::remove_if(groups.begin(), groups.end(),
                               [&](const ColorGroup& group) {
-                                if (group.round_share >= options.min_round_share) return false;
+                                if (group.round_share >= least_share) return false;
                                 const BallCandidate& best = group.balls.front();
                                 elsewhere +=
                                     fmt::format("\n  {} in {} at {:.0f},{:.0f}, radius {:.0f} px", group.word,
@@ -151,6 +156,13 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Circl
              ? ""
              : "\nRound regions whose colour lies mostly elsewhere in the picture:" + elsewhere));
   }
+  double best_fit = 0;
+  for (const ColorGroup& group : groups) best_fit = std::max(best_fit, group.best_fit());
+  groups.erase(std::remove_if(groups.begin(), groups.end(),
+                              [&](const ColorGroup& group) {
+                                return group.best_fit() < options.groups.min_relative_fit * best_fit;
+                              }),
+               groups.end());
   if (groups.size() > max_classes) groups.resize(max_classes);
   std::map<std::string, int> uses;
   for (ColorGroup& group : groups) {

@@ -20,8 +20,9 @@ struct LearnOptions {
   SampleOptions samples;
   GroupOptions groups;
   /// A colour is a class only if at least that part of its pixels lies in round regions (fingertips are
-  /// round, but most of the skin is not); 0 to 1.
-  double min_round_share = 0.3;
+  /// round, but most of the skin is not); where no colour reaches it, a weaker claim will do; 0 to 1.
+  double min_round_share = 0.5;
+  double weak_round_share = 0.3;
 
   /// Throws InputError with every value out of range.
   void validate() const;

@@ -176,7 +176,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
   });
   // A place keeps its roundest region; among nearly equal ones the larger, which has more of the ball's
   // shade.
-  const auto score = [](const RoundRegion& r) { return r.fit_ratio * std::sqrt(std::sqrt(r.radius_px)); };
+  const auto score = [](const RoundRegion& r) { return r.fit_ratio * std::cbrt(r.radius_px); };
   std::stable_sort(found.begin(), found.end(),
                    [&](const auto& a, const auto& b) { return score(a) > score(b); });
   for (RoundRegion& region : found) {
