@@ -17,7 +17,7 @@ bool finite(const Pose2& pose) {
 }
 bool finite(const Twist2& twist) { return std::abs(twist.v_mps) < 1e3 && std::abs(twist.w_radps) < 1e3; }
 
-std::size_t history_length(double rate_hz) { return static_cast<std::size_t>(std::ceil(2.0 * rate_hz)) + 8; }
+std::size_t history_length(double rate_hz) { return static_cast<std::size_t>(std::ceil(5.0 * rate_hz)) + 8; }
 
 const ControllerOptions& checked(const ControllerOptions& options) {
   FaultList faults;
@@ -51,14 +51,14 @@ std::string_view control_state_name(ControlState state) {
 }
 
 void ControllerOptions::check(FaultList& faults, const std::string& place) const {
-  if (!(rate_hz >= 1.0 && rate_hz <= 10000.0)) {
-    faults.add(place + ".rate_hz", shown_number(rate_hz), "a number from 1 to 10000 (Hz)");
+  if (!(rate_hz > 0.0 && rate_hz <= 10000.0)) {
+    faults.add(place + ".rate_hz", shown_number(rate_hz), "a number above 0 and up to 10000 (Hz)");
   }
-  if (!(latency_s >= 0.0 && latency_s <= 1.0)) {
-    faults.add(place + ".latency_s", shown_number(latency_s), "a number from 0 to 1 (s)");
+  if (!(latency_s >= 0.0 && latency_s <= 2.0)) {
+    faults.add(place + ".latency_s", shown_number(latency_s), "a number from 0 to 2 (s)");
   }
-  if (!(actuation_delay_s >= 0.0 && actuation_delay_s <= 1.0)) {
-    faults.add(place + ".actuation_delay_s", shown_number(actuation_delay_s), "a number from 0 to 1 (s)");
+  if (!(actuation_delay_s >= 0.0 && actuation_delay_s <= 2.0)) {
+    faults.add(place + ".actuation_delay_s", shown_number(actuation_delay_s), "a number from 0 to 2 (s)");
   }
   try {
     limits.validate();

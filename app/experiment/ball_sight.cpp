@@ -1,0 +1,146 @@
+#include "app/experiment/ball_sight.hpp"
+
+#include <algorithm>
+
+#include "app/io/ball_rows.hpp"
+#include "calibration/files/fault.hpp"
+#include "perception/tracker.hpp"
+#include "servo/simulation/geometric_ball_sensor.hpp"
+
+namespace ballservo {
+
+std::string_view perception_level_name(PerceptionLevel level) {
+  switch (level) {
+    case PerceptionLevel::image:
+      return "image";
+    case PerceptionLevel::geometric:
+      return "geometric";
+    case PerceptionLevel::truth:
+      break;
+  }
+  return "truth";
+}
+
+namespace {
+
+constexpr const char* source_name = "camera";
+
+TrackState to_servo(Track::State state) {
+  switch (state) {
+    case Track::State::tentative:
+      return TrackState::tentative;
+    case Track::State::confirmed:
+      return TrackState::confirmed;
+    case Track::State::coasting:
+      break;
+  }
+  return TrackState::coasting;
+}
+
+class ImageSight final : public BallSight {
+ public:
+  ImageSight(Detector detector, ClassIndex target_class)
+      : tracker_(std::move(detector)), target_class_(target_class) {}
+
+  Sight look(const SightInput& input, std::string& rows) override {
+    const std::vector<Track>& tracks = tracker_.update(*input.picture, input.time_s);
+    for (const Track& track : tracks) {
+      rows += ball_row({source_name, input.frame, input.time_s, track.id, class_name(track.color_class),
+                        state_name(track.state)},
+                       track.ball);
+    }
+    Sight sight;
+    sight.measurement.time_s = input.time_s;
+    const Track* target = choose(tracks);
+    if (target == nullptr || !target->ball.position) return sight;
+    sight.measurement.state = to_servo(target->state);
+    sight.measurement.p_CB = target->ball.position->p_C;
+    sight.measurement.covariance_m2 = target->ball.position->covariance_m2;
+    sight.outline = target->ball.outline;
+    return sight;
+  }
+
+ private:
+  const std::string& class_name(ClassIndex color_class) const {
+    return tracker_.detector().colors().classes.at(static_cast<std::size_t>(color_class) - 1).name;
+  }
+
+  const Track* choose(const std::vector<Track>& tracks) {
+    const Track* best = nullptr;
+    for (const Track& track : tracks) {
+      if (track.color_class != target_class_) continue;
+      if (track.id == followed_) return &track;
+      // Confirmed before tentative, then the better outline; the tracks stand in order of their age.
+      const auto rank = [](const Track& t) { return t.state == Track::State::confirmed ? 2 : 1; };
+      if (best == nullptr || rank(track) > rank(*best) ||
+          (rank(track) == rank(*best) && track.ball.quality > best->ball.quality)) {
+        best = &track;
+      }
+    }
+    followed_ = best != nullptr && best->state == Track::State::confirmed ? best->id : 0;
+    return best;
+  }
+
+  Tracker tracker_;
+  ClassIndex target_class_;
+  int followed_ = 0;  // ids count from 1
+};
+
+class GeometricSight final : public BallSight {
+ public:
+  GeometricSight(const Camera& camera, const Ball& target, const GeometricSensorOptions& options,
+                 std::uint64_t seed)
+      : camera_(camera), sensor_(camera, options), target_(target), seed_(seed) {}
+
+  Sight look(const SightInput& input, std::string& rows) override {
+    Sight sight;
+    sight.measurement = sensor_.measure(*input.target, target_.diameter_m, input.time_s, seed_,
+                                        static_cast<std::uint64_t>(input.frame));
+    if (sight.measurement.state == TrackState::none) return sight;
+    sight.outline = project_sphere(camera_, sight.measurement.p_CB, target_.radius_m());
+    BallObservation ball;
+    if (sight.outline) ball.outline = *sight.outline;
+    ball.position = BallPosition{sight.measurement.p_CB, sight.measurement.covariance_m2};
+    ball.quality = input.target->visible_fraction;
+    rows += ball_row({source_name, input.frame, input.time_s, 1, target_.class_name,
+                      track_state_name(sight.measurement.state)},
+                     ball);
+    return sight;
+  }
+
+ private:
+  Camera camera_;
+  GeometricBallSensor sensor_;
+  Ball target_;
+  std::uint64_t seed_;
+};
+
+}  // namespace
+
+std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_ptr<const ColorTable> colors,
+                                            const Ball& target, const std::vector<Ball>& balls,
+                                            std::uint64_t seed) {
+  const auto target_class = colors->find(target.class_name);
+  if (!target_class) {
+    std::string known = "one of the colours file's classes:";
+    for (const ColorClass& color : colors->classes) known += " " + color.name;
+    throw InputError("balls: class of " + target.name, target.class_name, known);
+  }
+  DetectorOptions options;
+  options.seed = seed;
+  options.radii.resize(colors->classes.size());
+  for (const Ball& ball : balls) {
+    if (const auto color_class = colors->find(ball.class_name))
+      options.radii[*color_class - 1u].radius_m = ball.radius_m();
+  }
+  options.radii[*target_class - 1u].radius_m = target.radius_m();
+  return std::make_unique<ImageSight>(
+      Detector(std::make_shared<RayTable>(camera), std::move(colors), options), *target_class);
+}
+
+std::unique_ptr<BallSight> make_geometric_sight(const Camera& camera, const Ball& target,
+                                                const GeometricSensorOptions& options, std::uint64_t seed) {
+  return std::make_unique<GeometricSight>(camera, target, options, seed);
+}
+
+}  // namespace ballservo

@@ -1,0 +1,153 @@
+#include "app/experiment/outcome_judge.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ballservo {
+
+std::string_view outcome_name(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::reached:
+      return "reached";
+    case Outcome::timeout:
+      return "timeout";
+    case Outcome::collision:
+      return "collision";
+    case Outcome::lost:
+      return "lost";
+    case Outcome::hit_by:
+      return "hit_by";
+    case Outcome::fault:
+      return "fault";
+    case Outcome::interrupted:
+      break;
+  }
+  return "interrupted";
+}
+
+OutcomeJudge::OutcomeJudge(double duration_s, bool ball_moves, const ReachedRule& rule)
+    : duration_s_(duration_s), ball_moves_(ball_moves), rule_(rule) {}
+
+bool OutcomeJudge::within(const StepRecord& step) const {
+  if (ball_moves_) {
+    return std::abs(step.range_error_m) <= rule_.moving_range_m &&
+           std::abs(step.bearing_rad) <= rule_.moving_bearing_rad;
+  }
+  return std::abs(step.range_error_m) <= rule_.range_m && std::abs(step.bearing_rad) <= rule_.bearing_rad &&
+         std::abs(step.twist.v_mps) <= rule_.speed_mps;
+}
+
+void OutcomeJudge::end(Outcome outcome, std::string text) {
+  if (over_) return;
+  over_ = true;
+  if (!outcome_) {
+    outcome_ = outcome;
+    text_ = std::move(text);
+  }
+}
+
+void OutcomeJudge::look(const StepRecord& step, const std::string& collision) {
+  const double t = step.time_s;
+  const bool rests = std::abs(step.twist.v_mps) < 1e-3 && std::abs(step.twist.w_radps) < 1e-3;
+  const bool touches_ball = step.ball_clearance_m <= 0;
+  if (touches_ball && !touches_ball_) ++ball_contacts_;
+  const bool hit = touches_ball && !touches_ball_ && rests && step.step > 0;
+  touches_ball_ = touches_ball;
+
+  const bool fault = step.control.state == ControlState::fault;
+  if (!fault) fault_since_s_.reset();
+  if (fault && !fault_since_s_) fault_since_s_ = t;
+
+  if (!within(step))
+    within_since_s_.reset();
+  else if (!within_since_s_)
+    within_since_s_ = t;
+  if (!ball_moves_ && !outcome_ && within_since_s_ && t - *within_since_s_ >= rule_.hold_s - 1e-9) {
+    outcome_ = Outcome::reached;
+    text_ = fmt::format("the robot reached the ball: it settled at {:.2f} s and held for {} s",
+                        *within_since_s_, rule_.hold_s);
+    reached_s_ = t;
+    settled_s_ = within_since_s_;
+  }
+
+  if (!collision.empty()) {
+    outcome_.reset();  // whatever was reached before
+    touched_ = collision;
+    end(Outcome::collision, fmt::format("the robot touched {} at {:.2f} s", collision, t));
+  } else if (hit) {
+    end(Outcome::hit_by, fmt::format("a ball rolled into the resting robot at {:.2f} s", t));
+  } else if (fault_since_s_ && t - *fault_since_s_ >= rule_.fault_s) {
+    end(Outcome::fault,
+        fmt::format("the controller failed at {:.2f} s: {}", *fault_since_s_, step.control.reason));
+  } else if (step.control.state == ControlState::given_up) {
+    end(Outcome::lost, fmt::format("the search for the ball ended without it at {:.2f} s", t));
+  } else if (reached_s_ && t - *reached_s_ >= rule_.tail_s - 1e-9) {
+    end(Outcome::reached, "");
+  } else if (t >= duration_s_ - 1e-9) {
+    end(Outcome::timeout, fmt::format("the robot did not reach the ball within {} s", duration_s_));
+  }
+}
+
+RunSummary OutcomeJudge::summary(const std::vector<StepRecord>& steps, bool interrupted) const {
+  RunSummary summary;
+  summary.outcome = interrupted ? Outcome::interrupted : outcome_.value_or(Outcome::timeout);
+  summary.outcome_text = interrupted ? "the run was interrupted" : text_;
+  summary.steps = static_cast<long>(steps.size());
+  summary.ball_contacts = ball_contacts_;
+  if (!touched_.empty()) summary.collision_cause = "none_broken";
+  if (steps.empty()) return summary;
+  const double end_s = steps.back().time_s;
+  summary.duration_s = end_s;
+  summary.lost_events = steps.back().control.lost_events;
+
+  std::optional<double> settled_s = settled_s_;
+  if (ball_moves_) {
+    // Backwards: is the share kept over the last seconds, and since when is it kept up to the end?
+    double inside = 0, total = 0;
+    bool window_seen = false;
+    for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+      const bool good = within(*step);
+      inside += good ? 1 : 0;
+      total += 1;
+      if (end_s - step->time_s < rule_.moving_window_s - 1e-9) continue;
+      const bool share_kept = inside >= rule_.moving_share * total;
+      if (!window_seen && !share_kept) break;
+      window_seen = true;
+      if (share_kept && good) settled_s = step->time_s;
+    }
+    if (settled_s && summary.outcome == Outcome::timeout) {
+      summary.outcome = Outcome::reached;
+      summary.outcome_text = fmt::format("the robot followed the moving ball from {:.2f} s on", *settled_s);
+    }
+  }
+  if (settled_s && summary.outcome != Outcome::collision) summary.settled_s = *settled_s;
+
+  double last_range = 0, last_bearing = 0, range2 = 0, bearing2 = 0, last_count = 0, settled_count = 0;
+  summary.min_clearance_m = steps.front().clearance_m;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const StepRecord& step = steps[i];
+    summary.min_clearance_m = std::min(summary.min_clearance_m, step.clearance_m);
+    if (!step.in_view && i + 1 < steps.size()) summary.out_of_view_s += steps[i + 1].time_s - step.time_s;
+    if (step.time_s >= end_s - 1.0) {
+      last_range += step.range_error_m;
+      last_bearing += step.bearing_rad;
+      last_count += 1;
+    }
+    if (std::isfinite(summary.settled_s) && step.time_s >= summary.settled_s) {
+      range2 += step.range_error_m * step.range_error_m;
+      bearing2 += step.bearing_rad * step.bearing_rad;
+      settled_count += 1;
+    }
+  }
+  summary.range_error_m = last_range / last_count;
+  summary.bearing_error_rad = last_bearing / last_count;
+  if (settled_count > 0) {
+    summary.range_rms_m = std::sqrt(range2 / settled_count);
+    summary.bearing_rms_rad = std::sqrt(bearing2 / settled_count);
+  }
+  return summary;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,48 @@
+// When a run is over, and how it ended; from the truth alone.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/experiment/run_record.hpp"
+
+namespace ballservo {
+
+/// Ball at rest: within 10 mm, 0.5 degrees and 5 mm/s, held 1 s. Ball that moves: within 50 mm and 2 degrees
+/// for 80 % of the run's last 5 s.
+struct ReachedRule {
+  double range_m = 0.010, bearing_rad = 0.5 * 0.017453292519943295, speed_mps = 0.005, hold_s = 1.0;
+  double moving_range_m = 0.050, moving_bearing_rad = 2.0 * 0.017453292519943295;
+  double moving_window_s = 5.0, moving_share = 0.8;
+  double tail_s = 0.5;   ///< a run goes on so long after it has reached a resting ball
+  double fault_s = 1.0;  ///< a controller that stays in its fault state so long has failed
+};
+
+class OutcomeJudge {
+ public:
+  OutcomeJudge(double duration_s, bool ball_moves, const ReachedRule& rule = {});
+
+  /// Looks at the next control step. `collision` names what the footprint touches, empty: nothing.
+  void look(const StepRecord& step, const std::string& collision);
+  bool over() const { return over_; }
+
+  /// The summary of the run so far (all but `time_optimal_s`); `interrupted` where the user stopped it.
+  RunSummary summary(const std::vector<StepRecord>& steps, bool interrupted) const;
+
+ private:
+  bool within(const StepRecord& step) const;
+  void end(Outcome outcome, std::string text);
+
+  double duration_s_;
+  bool ball_moves_;
+  ReachedRule rule_;
+  bool over_ = false;
+  std::optional<Outcome> outcome_;
+  std::string text_, touched_;
+  std::optional<double> within_since_s_, reached_s_, settled_s_, fault_since_s_;
+  int ball_contacts_ = 0;
+  bool touches_ball_ = false;
+};
+
+}  // namespace ballservo

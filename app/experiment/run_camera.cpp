@@ -1,0 +1,91 @@
+#include "app/experiment/run_camera.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+
+namespace {
+
+std::unique_ptr<BallSight> make_sight(const Scenario& scenario, const RunOptions& options) {
+  const Ball& target = scenario.target_ball();
+  if (options.perception != PerceptionLevel::image) {
+    GeometricSensorOptions sensor = scenario.geometric;
+    sensor.exact = options.perception == PerceptionLevel::truth;
+    return make_geometric_sight(scenario.camera.camera, target, sensor, options.seed);
+  }
+  if (!options.colors) {
+    throw InputError(scenario.file.string() + ": colors", "nothing",
+                     "a colours file, which perception from images needs");
+  }
+  return make_image_sight(scenario.camera.camera, options.colors, target, scenario.world.balls, options.seed);
+}
+
+}  // namespace
+
+RunCamera::RunCamera(const Scenario& scenario, const RunOptions& options)
+    : scenario_(scenario),
+      seed_(options.seed),
+      image_(options.perception == PerceptionLevel::image),
+      sight_(make_sight(scenario, options)) {
+  if (image_ || options.on_picture) {
+    renderer_ =
+        std::make_unique<CameraRenderer>(scenario.camera.camera, scenario.world, scenario.camera.sensor);
+  }
+  const int steps = renderer_ ? scenario.camera.exposure_steps : 1;
+  for (int i = 0; i < steps; ++i) {
+    if (steps % 2 == 0 && i == steps / 2) instants_.push_back({0.5, false});
+    instants_.push_back({(i + 0.5) / steps, true});
+  }
+}
+
+double RunCamera::start_s() const { return static_cast<double>(frame_) / scenario_.camera.rate_hz; }
+
+double RunCamera::next_s() const {
+  return start_s() + scenario_.camera.exposure_s * instants_[next_instant_].share;
+}
+
+std::optional<SeenFrame> RunCamera::expose(const Pose2& robot, std::string& rows) {
+  const CameraView view{scenario_.X_WC(robot), next_s()};
+  const Instant& instant = instants_[next_instant_];
+  if (instant.rendered) views_.push_back(view);
+  if (instant.share == 0.5) middle_ = view;
+  if (++next_instant_ < instants_.size()) return std::nullopt;
+  SeenFrame frame = finish(rows);
+  views_.clear();
+  next_instant_ = 0;
+  ++frame_;
+  return frame;
+}
+
+SeenFrame RunCamera::finish(std::string& rows) {
+  const CameraSettings& camera = scenario_.camera;
+  SeenFrame frame;
+  FrameRecord& record = frame.record;
+  record.frame = static_cast<int>(frame_);
+  record.time_s = middle_.time_s;
+  const std::vector<BallTruth> truth = ball_truth(camera.camera, scenario_.world, middle_);
+  const BallTruth& target = truth[scenario_.target];
+  record.truth = target.outline;
+  record.truth_p_CB = target.p_CB;
+  record.visible_fraction = target.visible_fraction;
+  if (renderer_) frame.picture = renderer_->render(views_, seed_, static_cast<std::uint64_t>(frame_));
+
+  SightInput input;
+  input.frame = record.frame;
+  input.time_s = record.time_s;
+  if (image_) input.picture = &frame.picture;
+  input.target = &target;
+  const auto before = std::chrono::steady_clock::now();
+  const Sight sight = sight_->look(input, rows);
+  frame.perception_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - before).count();
+  record.measurement = sight.measurement;
+  record.measured = sight.outline;
+  frame.arrives_s = std::max(record.time_s + camera.latency_s, start_s() + camera.exposure_s);
+  return frame;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,58 @@
+// The simulated camera of a run: exposes at its rate, and what was seen in its frames arrives late.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "app/experiment/ball_sight.hpp"
+#include "app/experiment/runner.hpp"
+#include "app/experiment/scenario.hpp"
+#include "servo/simulation/camera_renderer.hpp"
+
+namespace ballservo {
+
+/// A frame that has been exposed and looked at.
+struct SeenFrame {
+  FrameRecord record;
+  cv::Mat picture;           ///< empty where none was rendered
+  double arrives_s = 0;      ///< when the control loop hears of it
+  double perception_ms = 0;  ///< wall clock
+};
+
+class RunCamera {
+ public:
+  /// Throws InputError for level image without colours, or with colours that do not hold the target's class.
+  /// `scenario` must outlive the camera.
+  RunCamera(const Scenario& scenario, const RunOptions& options);
+
+  /// When the next instant of an exposure is due (s).
+  double next_s() const;
+
+  /// Takes that instant, with the robot where it is then. The frame, where this was its last instant; the
+  /// rows of its balls (tracks.csv) are then appended to `rows`.
+  std::optional<SeenFrame> expose(const Pose2& robot, std::string& rows);
+
+ private:
+  /// An instant of the exposure, in shares of it; the middle is looked at even where it is not one of those
+  /// rendered.
+  struct Instant {
+    double share = 0.5;
+    bool rendered = true;
+  };
+  double start_s() const;
+  SeenFrame finish(std::string& rows);
+
+  const Scenario& scenario_;
+  std::uint64_t seed_;
+  bool image_;
+  std::unique_ptr<BallSight> sight_;
+  std::unique_ptr<CameraRenderer> renderer_;  // where pictures are needed
+  std::vector<Instant> instants_;
+  long frame_ = 0;
+  std::size_t next_instant_ = 0;
+  std::vector<CameraView> views_;
+  CameraView middle_;
+};
+
+}  // namespace ballservo

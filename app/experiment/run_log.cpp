@@ -1,0 +1,70 @@
+#include "app/experiment/run_log.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "app/io/ball_rows.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo {
+
+std::string log_csv(const std::vector<StepRecord>& steps) {
+  std::string csv =
+      "step,time_s,x_m,y_m,yaw_rad,v_mps,w_radps,v_command_mps,w_command_radps,state,reason,track_state,"
+      "error_1,"
+      "error_2,range_m,bearing_rad,clearance_m\n";
+  for (const StepRecord& s : steps) {
+    const ControlOutput& c = s.control;
+    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", s.step, number_text(s.time_s),
+                       number_text(s.pose.x_m), number_text(s.pose.y_m), number_text(s.pose.yaw_rad),
+                       number_text(s.twist.v_mps), number_text(s.twist.w_radps), number_text(c.command.v_mps),
+                       number_text(c.command.w_radps), control_state_name(c.state), csv_cell(c.reason),
+                       track_state_name(c.track_state), number_text(c.error_1), number_text(c.error_2),
+                       number_text(s.range_m), number_text(s.bearing_rad), number_text(s.clearance_m));
+  }
+  return csv;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  std::sort(values.begin(), values.end());
+  const double place = std::clamp(share, 0.0, 1.0) * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(std::floor(place));
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+}
+
+nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& timing) {
+  const auto known = [](double value) {
+    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+  };
+  const auto percentiles = [&known](const std::vector<double>& values) {
+    return nlohmann::ordered_json{{"p50", known(quantile(values, 0.5))},
+                                  {"p99", known(quantile(values, 0.99))}};
+  };
+  nlohmann::ordered_json json;
+  json["outcome"] = outcome_name(summary.outcome);
+  json["settled_s"] = known(summary.settled_s);
+  json["time_optimal_s"] = known(summary.time_optimal_s);
+  json["range_error_m"] = known(summary.range_error_m);
+  json["bearing_error_rad"] = known(summary.bearing_error_rad);
+  json["range_rms_m"] = known(summary.range_rms_m);
+  json["bearing_rms_rad"] = known(summary.bearing_rms_rad);
+  json["min_clearance_m"] = known(summary.min_clearance_m);
+  json["out_of_view_s"] = known(summary.out_of_view_s);
+  json["lost_events"] = summary.lost_events;
+  json["collision_cause"] = summary.collision_cause.empty() ? nlohmann::ordered_json(nullptr)
+                                                            : nlohmann::ordered_json(summary.collision_cause);
+  json["steps"] = summary.steps;
+  json["duration_s"] = known(summary.duration_s);
+  json["ball_contacts"] = summary.ball_contacts;
+  json["outcome_text"] = summary.outcome_text;
+  json["timing"] = {{"image_to_command_ms", percentiles(timing.image_to_command_ms)},
+                    {"control_us", percentiles(timing.control_us)}};
+  return json;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,86 @@
+// What a closed-loop run leaves behind, as plain data: logs, summary and report are made from it.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/camera/sphere_outline.hpp"
+#include "servo/controller.hpp"
+
+namespace ballservo {
+
+/// One control step, in simulated time; robot and ball are the truth, not what the robot believes.
+struct StepRecord {
+  long step = 0;
+  double time_s = 0;
+  Pose2 pose;
+  Twist2 twist;
+  ControlOutput control;
+  Eigen::Vector3d p_WB{0, 0, 0};
+  double range_error_m = 0;  ///< axle to the ball's centre in the floor plane, less the desired distance
+  double range_m = 0, bearing_rad = 0;
+  double clearance_m = 0;       ///< footprint to the nearest wall or obstacle
+  double ball_clearance_m = 0;  ///< footprint to the nearest ball
+  bool in_view = false;         ///< the ball's centre lies inside the picture
+};
+
+/// One camera frame, as far as the target is concerned.
+struct FrameRecord {
+  int frame = 0;
+  double time_s = 0;                    ///< of the middle of the exposure
+  std::optional<OutlineEllipse> truth;  ///< the ball's outline as it is
+  double visible_fraction = 0;
+  std::optional<Eigen::Vector3d> truth_p_CB;
+  BallMeasurement measurement;
+  std::optional<OutlineEllipse> measured;  ///< the outline as measured, or predicted while the track coasts
+};
+
+/// A picture worth keeping, with the measured outline drawn in.
+struct KeyFrame {
+  double time_s = 0;
+  cv::Mat picture;
+  std::string caption;
+};
+
+/// How a run ended.
+enum class Outcome { reached, timeout, collision, lost, hit_by, fault, interrupted };
+std::string_view outcome_name(Outcome outcome);
+
+/// summary.json, apart from the wall clock's figures; NaN: not known.
+struct RunSummary {
+  Outcome outcome = Outcome::timeout;
+  std::string outcome_text;  ///< one sentence for people
+  double settled_s = std::numeric_limits<double>::quiet_NaN();
+  double time_optimal_s = std::numeric_limits<double>::quiet_NaN();
+  double range_error_m = std::numeric_limits<double>::quiet_NaN();      ///< mean of the last second
+  double bearing_error_rad = std::numeric_limits<double>::quiet_NaN();  ///< mean of the last second
+  double range_rms_m = std::numeric_limits<double>::quiet_NaN();        ///< from settled_s on
+  double bearing_rms_rad = std::numeric_limits<double>::quiet_NaN();    ///< from settled_s on
+  double min_clearance_m = std::numeric_limits<double>::quiet_NaN();
+  double out_of_view_s = 0;
+  int lost_events = 0, ball_contacts = 0;
+  std::string collision_cause;  ///< empty: no collision
+  long steps = 0;
+  double duration_s = 0;  ///< simulated time that the run took
+};
+
+/// The wall clock's figures.
+struct RunTiming {
+  std::vector<double> image_to_command_ms;  ///< a frame's perception plus the control step that used it
+  std::vector<double> control_us;           ///< a control step alone
+};
+
+struct RunRecord {
+  std::vector<StepRecord> steps;
+  std::vector<FrameRecord> frames;
+  std::string tracks_csv;
+  std::vector<KeyFrame> key_frames;
+  RunSummary summary;
+  RunTiming timing;
+};
+
+}  // namespace ballservo

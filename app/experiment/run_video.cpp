@@ -1,0 +1,147 @@
+#include "app/experiment/run_video.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace ballservo {
+
+namespace {
+
+constexpr int fraction_bits = 4;
+const cv::Scalar seen_color{255, 0, 255}, predicted_color{190, 190, 190}, trail_color{178, 114, 0},
+    ball_color{40, 40, 220}, ink{60, 60, 60}, paper{250, 250, 250}, solid_color{150, 150, 150},
+    goal_color{115, 158, 0};
+
+cv::Point fixed_point(const Eigen::Vector2d& p) {
+  const double scale = 1 << fraction_bits;
+  const auto bounded = [scale](double value) {
+    return static_cast<int>(std::lround(std::clamp(value, -1e5, 1e5) * scale));
+  };
+  return {bounded(p.x()), bounded(p.y())};
+}
+
+void text_line(cv::Mat& picture, const std::string& text, const cv::Point& at) {
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.45, {0, 0, 0}, 3, cv::LINE_AA);
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.45, {255, 255, 255}, 1, cv::LINE_AA);
+}
+
+}  // namespace
+
+void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, double ball_radius_m,
+                const std::string& text) {
+  if (frame.measurement.state != TrackState::none) {
+    const cv::Scalar color = frame.measurement.is_sighting() ? seen_color : predicted_color;
+    std::vector<cv::Point> outline;
+    for (const Eigen::Vector2d& p : project_outline(camera, frame.measurement.p_CB, ball_radius_m, 96)) {
+      outline.push_back(fixed_point(p));
+    }
+    if (!outline.empty()) cv::polylines(bgr, outline, true, color, 1, cv::LINE_AA, fraction_bits);
+    if (const auto center = camera.project(frame.measurement.p_CB)) {
+      const double arm_px = 4;
+      for (const Eigen::Vector2d& arm : {Eigen::Vector2d(arm_px, 0), Eigen::Vector2d(0, arm_px)}) {
+        cv::line(bgr, fixed_point(*center - arm), fixed_point(*center + arm), color, 1, cv::LINE_AA,
+                 fraction_bits);
+      }
+    }
+  }
+  text_line(bgr, text, {8, bgr.rows - 10});
+}
+
+TopView::TopView(const World& world, const Pose2& start, const Eigen::Vector2d& p_WB, double goal_distance_m,
+                 int height_px)
+    : goal_distance_m_(goal_distance_m) {
+  const Room& room = world.room;
+  const double margin_m = 0.9;
+  const Eigen::Vector2d p_WR(start.x_m, start.y_m);
+  Eigen::Vector2d low = p_WR.cwiseMin(p_WB) - Eigen::Vector2d::Constant(margin_m);
+  Eigen::Vector2d high = p_WR.cwiseMax(p_WB) + Eigen::Vector2d::Constant(margin_m);
+  low = low.cwiseMax(Eigen::Vector2d(room.x_min_m, room.y_min_m) - Eigen::Vector2d::Constant(0.1));
+  high = high.cwiseMin(Eigen::Vector2d(room.x_max_m, room.y_max_m) + Eigen::Vector2d::Constant(0.1));
+  const Eigen::Vector2d size = (high - low).cwiseMax(Eigen::Vector2d::Constant(0.5));
+  // The x axis points up, the y axis to the left, as the robot sees the room when it starts along x.
+  scale_ = height_px / std::max(size.x(), size.y() * 0.75);
+  const int width_px =
+      std::clamp(static_cast<int>(std::lround(size.y() * scale_)), height_px / 2, height_px * 4 / 3);
+  low_ = Eigen::Vector2d(0.5 * (low.x() + high.x()) - 0.5 * height_px / scale_,
+                         0.5 * (low.y() + high.y()) - 0.5 * width_px / scale_);
+  room_ = cv::Mat(height_px, width_px, CV_8UC3, paper);
+
+  for (double x = std::ceil(low_.x()); x < low_.x() + height_px / scale_; x += 1.0) {
+    cv::line(room_, pixel({x, -1e3}), pixel({x, 1e3}), {228, 228, 228}, 1, cv::LINE_AA, fraction_bits);
+  }
+  for (double y = std::ceil(low_.y()); y < low_.y() + width_px / scale_; y += 1.0) {
+    cv::line(room_, pixel({-1e3, y}), pixel({1e3, y}), {228, 228, 228}, 1, cv::LINE_AA, fraction_bits);
+  }
+  const auto polygon = [this](const std::vector<Eigen::Vector2d>& points) {
+    std::vector<cv::Point> result;
+    for (const Eigen::Vector2d& p : points) result.push_back(pixel(p));
+    return result;
+  };
+  const std::vector<cv::Point> walls = polygon({{room.x_min_m, room.y_min_m},
+                                                {room.x_max_m, room.y_min_m},
+                                                {room.x_max_m, room.y_max_m},
+                                                {room.x_min_m, room.y_max_m}});
+  cv::polylines(room_, walls, true, ink, 2, cv::LINE_AA, fraction_bits);
+  for (const Obstacle& obstacle : world.obstacles) {
+    const FloorOutline outline = floor_outline(obstacle);
+    if (outline.points_m.empty()) continue;
+    if (outline.radius_m > 0) {
+      cv::circle(room_, pixel(outline.points_m.front()),
+                 static_cast<int>(std::lround(outline.radius_m * scale_ * (1 << fraction_bits))), solid_color,
+                 cv::FILLED, cv::LINE_AA, fraction_bits);
+    } else {
+      cv::fillPoly(room_, std::vector<std::vector<cv::Point>>{polygon(outline.points_m)}, solid_color,
+                   cv::LINE_AA, fraction_bits);
+    }
+  }
+}
+
+cv::Point TopView::pixel(const Eigen::Vector2d& p_W) const {
+  return fixed_point(
+      {room_.cols - 1 - (p_W.y() - low_.y()) * scale_, room_.rows - 1 - (p_W.x() - low_.x()) * scale_});
+}
+
+cv::Mat TopView::draw(const std::vector<StepRecord>& steps) const {
+  cv::Mat picture = room_.clone();
+  if (steps.empty()) return picture;
+  const StepRecord& now = steps.back();
+  const auto circle = [&](const Eigen::Vector2d& center, double radius_m, const cv::Scalar& color,
+                          int thickness) {
+    cv::circle(picture, pixel(center),
+               static_cast<int>(std::lround(radius_m * scale_ * (1 << fraction_bits))), color, thickness,
+               cv::LINE_AA, fraction_bits);
+  };
+  std::vector<cv::Point> trail;
+  for (const StepRecord& step : steps) trail.push_back(pixel({step.pose.x_m, step.pose.y_m}));
+  cv::polylines(picture, trail, false, trail_color, 2, cv::LINE_AA, fraction_bits);
+  circle(now.p_WB.head<2>(), goal_distance_m_, goal_color, 1);
+  circle(now.p_WB.head<2>(), 4.0 / scale_, ball_color, cv::FILLED);
+
+  const Footprint& body = pioneer_3dx_footprint;
+  std::vector<cv::Point> corners;
+  for (const Eigen::Vector2d& corner :
+       {Eigen::Vector2d(body.front_m, body.half_width_m), Eigen::Vector2d(-body.rear_m, body.half_width_m),
+        Eigen::Vector2d(-body.rear_m, -body.half_width_m),
+        Eigen::Vector2d(body.front_m, -body.half_width_m)}) {
+    corners.push_back(pixel(in_world_frame(now.pose, corner)));
+  }
+  cv::polylines(picture, corners, true, ink, 2, cv::LINE_AA, fraction_bits);
+  cv::arrowedLine(picture, pixel({now.pose.x_m, now.pose.y_m}), pixel(in_world_frame(now.pose, {0.4, 0.0})),
+                  ink, 2, cv::LINE_AA, fraction_bits, 0.25);
+  return picture;
+}
+
+cv::Mat side_by_side(const cv::Mat& left, const cv::Mat& right) {
+  cv::Mat scaled = right;
+  if (right.rows != left.rows) {
+    const double scale = static_cast<double>(left.rows) / right.rows;
+    cv::resize(right, scaled, {std::max(2, static_cast<int>(std::lround(right.cols * scale))), left.rows}, 0,
+               0, cv::INTER_AREA);
+  }
+  cv::Mat both;
+  cv::hconcat(left, scaled, both);
+  return both;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,40 @@
+// Pictures of a run: what the camera saw with what was made of it, and the room from above.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "app/experiment/run_record.hpp"
+#include "calibration/camera/camera.hpp"
+#include "servo/simulation/world.hpp"
+
+namespace ballservo {
+
+/// Draws the ball's outline and centre as measured (from p_CB and the ball's radius) into a camera picture,
+/// with a line of text below; a prediction is drawn in grey.
+void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, double ball_radius_m,
+                const std::string& text);
+
+/// The room from above, drawn once, and the robot on its way in it.
+class TopView {
+ public:
+  /// A picture of that height (px); the width follows from what is shown: start, ball and a margin, within
+  /// the room.
+  TopView(const World& world, const Pose2& start, const Eigen::Vector2d& p_WB, double goal_distance_m,
+          int height_px);
+
+  /// The robot's trail so far, robot and ball as they are now, and the circle of the desired distance.
+  cv::Mat draw(const std::vector<StepRecord>& steps) const;
+
+ private:
+  cv::Point pixel(const Eigen::Vector2d& p_W) const;  // with fraction_bits of fraction
+  Eigen::Vector2d low_{0, 0};
+  double scale_ = 100, goal_distance_m_ = 0;
+  cv::Mat room_;
+};
+
+/// Both side by side, in the height of the camera's picture.
+cv::Mat side_by_side(const cv::Mat& left, const cv::Mat& right);
+
+}  // namespace ballservo

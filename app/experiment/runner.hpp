@@ -1,0 +1,38 @@
+// One closed-loop run: camera -> perception -> law -> robot, each at its own rate, in simulated time.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "app/experiment/ball_sight.hpp"
+#include "app/experiment/outcome_judge.hpp"
+#include "app/experiment/run_record.hpp"
+#include "app/experiment/scenario.hpp"
+#include "calibration/color/color_table.hpp"
+#include "servo/controller.hpp"
+
+namespace ballservo {
+
+/// The scenario's controller: its law, limits and delays, its mount and its goal.
+ControllerOptions controller_options(const Scenario& scenario);
+
+struct RunOptions {
+  PerceptionLevel perception = PerceptionLevel::image;
+  std::uint64_t seed = 0;
+  std::shared_ptr<const ColorTable> colors;  ///< the scenario's, for level image; may be empty at the others
+  ReachedRule rule;
+  /// Receives each camera frame's picture (with what was measured drawn in) and the record so far, for
+  /// videos; frames are rendered for it at any level of perception. May be empty.
+  std::function<void(const cv::Mat& picture, const RunRecord& so_far)> on_picture;
+  /// Called at each control step with the simulated time; the run stops as `interrupted` where it says false.
+  std::function<bool(double time_s)> go_on;
+};
+
+/// Runs to the end: the judge's word, or `go_on`. A reached run ends `rule.hold_s` after it settled, plus a
+/// tail of `rule.tail_s`. The record is the same for the same scenario and seed, `timing` apart, at any
+/// number of threads. Throws InputError where the options do not fit the scenario (level image without
+/// colours, or without the target's class among them).
+RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options);
+
+}  // namespace ballservo
