@@ -41,6 +41,7 @@ void add_commands(CLI::App& program, Action& action) {
       *program.add_subcommand("calibrate", "Learn a camera or the colours of balls from pictures");
   calibrate.require_subcommand(1);
   add_render_command(program, action);
+  add_compare_command(program, action);
 }
 
 void set_up_messages() {

@@ -1,5 +1,6 @@
 #include "perception/tracker.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
