@@ -11,19 +11,32 @@
 namespace ballservo {
 namespace {
 
+constexpr std::size_t max_groups = 60;   // the best fits come first; what follows is clutter
 constexpr std::size_t min_samples = 50;  // fewer say nothing about a distribution
 
-/// The share, by the table that this group alone would give.
-double round_share_of(const ColorGroup& group, CellCounts elsewhere, const SampleOptions& samples) {
-  for (const ColorSamples::Pixel& pixel : group.samples.pixels) {
-    std::uint32_t& count = elsewhere[pixel.table_cell];
-    if (count > 0) --count;
+/// Fills in every group's share, by the table that all of them together would give: a red ball is no evidence
+/// against orange.
+void find_round_shares(std::vector<ColorGroup>& groups, CellCounts elsewhere, const SampleOptions& samples) {
+  std::vector<ClassEvidence> evidence;
+  for (const ColorGroup& group : groups) {
+    evidence.push_back({group.samples, group.chroma});
+    for (const ColorSamples::Pixel& pixel : group.samples.pixels) {
+      std::uint32_t& count = elsewhere[pixel.table_cell];
+      if (count > 0) --count;
+    }
   }
-  const std::vector<ClassIndex> table = class_table({{group.samples, group.chroma}}, elsewhere, samples);
-  double inside = 0, outside = 0;
-  for (const ColorSamples::Pixel& pixel : group.samples.pixels) inside += table[pixel.table_cell];
-  for (std::size_t i = 0; i < elsewhere.size(); ++i) outside += table[i] == no_class ? 0 : elsewhere[i];
-  return inside > 0 ? inside / (inside + outside) : 0;
+  const std::vector<ClassIndex> table = class_table(evidence, elsewhere, samples);
+  std::vector<double> inside(groups.size() + 1, 0), outside(groups.size() + 1, 0);
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    for (const ColorSamples::Pixel& pixel : groups[k].samples.pixels) {
+      if (table[pixel.table_cell] == k + 1) inside[k + 1] += 1;
+    }
+  }
+  for (std::size_t i = 0; i < elsewhere.size(); ++i) outside[table[i]] += elsewhere[i];
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    const double all = inside[k + 1] + outside[k + 1];
+    groups[k].round_share = all > 0 ? inside[k + 1] / all : 0;
+  }
 }
 
 }  // namespace
@@ -85,11 +98,12 @@ std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, cons
       home->balls.push_back(std::move(candidate));
     }
   }
+  if (groups.size() > max_groups) groups.resize(max_groups);
   for (ColorGroup& group : groups) {
     group.chroma = chroma_group(chroma_histogram(group.samples));
-    group.round_share = round_share_of(group, all_pixels, samples);
     group.word = color_word(group.samples.mean_lab());
   }
+  find_round_shares(groups, all_pixels, samples);
   std::stable_sort(groups.begin(), groups.end(), [](const ColorGroup& a, const ColorGroup& b) {
     return a.samples.pixels.size() > b.samples.pixels.size();
   });
