@@ -54,7 +54,8 @@ TangentCone moved(const TangentCone& cone, const Eigen::Vector3d& step_rad);
 
 /// Exactly one Gauss-Newton step from `start` on sum_i weight_i (angle_outside_i px_per_rad_i / sigma_i)^2
 /// with the points and weights held fixed. Nothing for fewer than 3 points of weight or a degenerate set.
-/// The covariance is (J'WJ)^-1 times the residuals' own scale where that is above 1.
+/// The covariance is (J'WJ)^-1 times the residuals' own scale where that is above 1, and an error common to
+/// all points.
 std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges);
 
 /// Sets the robust weights (Tukey's biweight, Beaton and Tukey 1974) of the points about the best cone near

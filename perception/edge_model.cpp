@@ -1,6 +1,7 @@
 #include "perception/edge_model.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -97,9 +98,10 @@ std::optional<EdgeProfileFit> fit_edge_profile(const std::vector<EdgeSample>& sa
     for (const EdgeSample& sample : samples) {
       const double x = (p(4) - sample.distance_px) / s;
       const BlurredBasis basis = blurred_basis(x);
-      const double root = root_scale * basis.root, ramp = s * basis.ramp;
+      const double ramp = s * basis.ramp, limb = 1 - std::min(0.5, 0.25 * ramp / prior.radius_px);
+      const double root = root_scale * basis.root * limb;
       const double slope_x =
-          p(1) * basis.step_slope + p(2) * root_scale * basis.root_slope + p(3) * s * basis.ramp_slope;
+          p(1) * basis.step_slope + p(2) * root_scale * basis.root_slope * limb + p(3) * s * basis.ramp_slope;
       Vector row;
       row << 1, basis.step, root, ramp, slope_x / s, -x * slope_x + 0.5 * p(2) * root + p(3) * ramp;
       const double residual = p(0) + p(1) * basis.step + p(2) * root + p(3) * ramp - sample.intensity;

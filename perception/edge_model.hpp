@@ -38,9 +38,10 @@ struct EdgeProfileOptions {
 
 /// What is believed of the profile's shape before it is seen.
 struct EdgeProfilePrior {
-  double blur_px = 0.8, log_blur_sigma = 0.5;   ///< log-normal
-  double root = 0, root_sigma_fraction = 0.25;  ///< B (per sqrt(px)), with a sigma relative to the step A
-  double ramp_sigma_fraction = 0.05;            ///< sigma of D (per px) relative to A, about 0
+  double blur_px = 0.8, log_blur_sigma = 0.5;  ///< log-normal
+  double root = 0, root_sigma_fraction = 0.4;  ///< B (per sqrt(px)), with a sigma relative to the step A
+  double radius_px = 1e9;                      ///< of the outline: how fast the limb turns
+  double ramp_sigma_fraction = 0.02;           ///< sigma of D (per px) relative to A, about 0
 };
 
 struct EdgeProfileFit {

@@ -133,6 +133,8 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
   EdgeProfileOptions profile;
   profile.min_contrast = options_.min_contrast;
   profile.max_offset_px = options_.max_offset_px;
+  EdgeProfilePrior prior;
+  prior.radius_px = radius_px;
   blurs_.clear();
   for (std::size_t begin = 0, end = 0; begin < ring_.size(); begin = end) {
     const int stretch = ring_[begin].stretch;
@@ -156,7 +158,7 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
       samples_.push_back({ring_[i].distance_px, direction.dot(Eigen::Vector3d(c[0], c[1], c[2]))});
     }
     const double reach_px = std::min(options_.max_offset_px, half_width_px - 2);
-    const auto fit = fit_edge_profile(samples_, coarse_offset(samples_, 1, reach_px), {}, profile);
+    const auto fit = fit_edge_profile(samples_, coarse_offset(samples_, 1, reach_px), prior, profile);
     if (!fit) continue;
     const OutlineStation& station = stations[static_cast<std::size_t>(stretch)];
     const double angle = 2 * pi * (stretch + 0.5) / stretches;

@@ -1,6 +1,7 @@
 #include "perception/paper_refinement.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
