@@ -1,0 +1,10 @@
+// For the tests of structure: every include here is one too many.
+#include <ceres/ceres.h>
+#include <spdlog/spdlog.h>
+
+#include "app/main.hpp"
+#include "calibration/allowed.hpp"
+#include "relative.hpp"
+#include "servo/law.hpp"
+
+void print() { std::cout << "libraries do not print\n"; }
