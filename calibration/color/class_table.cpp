@@ -9,7 +9,25 @@ namespace {
 
 constexpr float background_weight = 10;  // one over the tenth
 
-/// A density over (L, a, b), smoothed by a binomial kernel along each axis.
+/// Smooths along one axis of a grid by the binomial kernel (1, 2, 1) / 4.
+void smooth(std::vector<float>& values, int stride, int length) {
+  const std::vector<float> before = values;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const int position = static_cast<int>(i) / stride % length;
+    const float low = position > 0 ? before[i - stride] : 0.0f;
+    const float high = position + 1 < length ? before[i + stride] : 0.0f;
+    values[i] = 0.25f * low + 0.5f * before[i] + 0.25f * high;
+  }
+}
+
+void normalise(std::vector<float>& values) {
+  double total = 0;
+  for (const float value : values) total += value;
+  if (total <= 0) return;
+  for (float& value : values) value = static_cast<float>(value / total);
+}
+
+/// A smoothed density over coarse cells of (L, a, b).
 class LabDensity {
  public:
   LabDensity() : values_(static_cast<std::size_t>(chroma_bins * chroma_bins * lightness_bins), 0.0f) {}
@@ -17,13 +35,10 @@ class LabDensity {
   void add(const Eigen::Vector3f& lab, float weight) { values_[bin(lab)] += weight; }
 
   void finish() {
-    float total = 0;
-    smooth(1, chroma_bins);
-    smooth(chroma_bins, chroma_bins);
-    smooth(chroma_bins * chroma_bins, lightness_bins);
-    for (const float value : values_) total += value;
-    if (total <= 0) return;
-    for (float& value : values_) value /= total;
+    smooth(values_, 1, chroma_bins);
+    smooth(values_, chroma_bins, chroma_bins);
+    smooth(values_, chroma_bins * chroma_bins, lightness_bins);
+    normalise(values_);
   }
 
   float at(const Eigen::Vector3f& lab) const { return values_[bin(lab)]; }
@@ -42,18 +57,18 @@ class LabDensity {
     return static_cast<std::size_t>((l * chroma_bins + b) * chroma_bins + a);
   }
 
-  void smooth(int stride, int length) {
-    const std::vector<float> before = values_;
-    for (std::size_t i = 0; i < values_.size(); ++i) {
-      const int position = static_cast<int>(i) / stride % length;
-      const float low = position > 0 ? before[i - stride] : 0.0f;
-      const float high = position + 1 < length ? before[i + stride] : 0.0f;
-      values_[i] = 0.25f * low + 0.5f * before[i] + 0.25f * high;
-    }
-  }
-
   std::vector<float> values_;
 };
+
+/// A class's smoothed density over the cells of the table.
+std::vector<float> cell_density(const ColorSamples& samples) {
+  std::vector<float> result(ColorTable::entries, 0.0f);
+  for (const ColorSamples::Pixel& pixel : samples.pixels) result[pixel.table_cell] += 1;
+  for (int axis = 0, stride = 1; axis < 3; ++axis, stride *= ColorTable::side)
+    smooth(result, stride, ColorTable::side);
+  normalise(result);
+  return result;
+}
 
 }  // namespace
 
@@ -67,10 +82,12 @@ std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes, c
   }
   elsewhere.finish();
   std::vector<LabDensity> on_ball(classes.size());
+  std::vector<std::vector<float>> in_cells;
   for (std::size_t k = 0; k < classes.size(); ++k) {
     for (const ColorSamples::Pixel& pixel : classes[k].samples.pixels)
       on_ball[k].add(colors[pixel.table_cell], 1);
     on_ball[k].finish();
+    in_cells.push_back(cell_density(classes[k].samples));
   }
 
   std::vector<ClassIndex> table(ColorTable::entries, no_class);
@@ -82,7 +99,7 @@ std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes, c
     for (std::size_t k = 0; k < classes.size(); ++k) {
       const float density = classes[k].group.density(row, column);
       if (density <= 0) continue;
-      const float seen = density * on_ball[k].at(colors[i]);
+      const float seen = in_cells[k][i];
       if (seen < best_seen || (seen == best_seen && density <= best)) continue;
       best = density;
       best_seen = seen;

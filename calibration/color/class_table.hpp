@@ -18,9 +18,9 @@ struct ClassEvidence {
 /// The class of every RGB cell, by the colour at its centre:
 /// - without a class where the colour is too dark or too grey (see SampleOptions), or where it lies in no
 /// group;
-/// - of the class with the highest density where groups overlap: over (a, b), times that over L, a and b
-/// where any of
-///   them was seen at that lightness (red in the light and orange in the shade share their chroma);
+/// - of the class with the highest density where groups overlap: over the RGB cells around it where any of
+/// them was
+///   seen there (red in the light and orange in the shade share their chroma), over (a, b) elsewhere;
 /// - without a class again where the background of the pictures is denser there than a tenth of the ball
 /// (both as
 ///   densities over L, a and b, so that a bright wall does not take a ball's shade of the same chroma with
