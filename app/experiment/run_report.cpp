@@ -37,8 +37,7 @@ SvgStyle filled(const PlotColor& color, double fill_opacity) {
   return style;
 }
 
-std::vector<Eigen::Vector2d> footprint_corners(const Pose2& pose) {
-  const Footprint& body = pioneer_3dx_footprint;
+std::vector<Eigen::Vector2d> footprint_corners(const Footprint& body, const Pose2& pose) {
   return {in_world_frame(pose, {body.front_m, body.half_width_m}),
           in_world_frame(pose, {-body.rear_m, body.half_width_m}),
           in_world_frame(pose, {-body.rear_m, -body.half_width_m}),
@@ -94,7 +93,7 @@ Svg top_view(const RunRecord& record, const RunReportInput& input) {
   const std::size_t marks = 6;
   for (std::size_t i = 0; i <= marks; ++i) {
     const StepRecord& step = record.steps[(record.steps.size() - 1) * i / marks];
-    canvas.polygon(footprint_corners(step.pose), stroke(robot, 1.0, i != 0 && i != marks));
+    canvas.polygon(footprint_corners(input.footprint, step.pose), stroke(robot, 1.0, i != 0 && i != marks));
   }
   const StepRecord& last = record.steps.back();
   canvas.arrow({last.pose.x_m, last.pose.y_m}, in_world_frame(last.pose, {0.35, 0.0}), stroke(robot, 2.0));

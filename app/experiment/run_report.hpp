@@ -16,6 +16,7 @@ struct RunReportInput {
   const World* world = nullptr;
   const Ball* target = nullptr;
   const Camera* camera = nullptr;
+  Footprint footprint;
   ServoGoal goal;
   ReachedRule rule;
   bool video = false;         ///< video.mp4 lies beside the page

@@ -48,9 +48,9 @@ void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, do
   text_line(bgr, text, {8, bgr.rows - 10});
 }
 
-TopView::TopView(const World& world, const Pose2& start, const Eigen::Vector2d& p_WB, double goal_distance_m,
-                 int height_px)
-    : goal_distance_m_(goal_distance_m) {
+TopView::TopView(const World& world, const Footprint& footprint, const Pose2& start,
+                 const Eigen::Vector2d& p_WB, double goal_distance_m, int height_px)
+    : footprint_(footprint), goal_distance_m_(goal_distance_m) {
   const Room& room = world.room;
   const double margin_m = 0.9;
   const Eigen::Vector2d p_WR(start.x_m, start.y_m);
@@ -118,7 +118,7 @@ cv::Mat TopView::draw(const std::vector<StepRecord>& steps) const {
   circle(now.p_WB.head<2>(), goal_distance_m_, goal_color, 1);
   circle(now.p_WB.head<2>(), 4.0 / scale_, ball_color, cv::FILLED);
 
-  const Footprint& body = pioneer_3dx_footprint;
+  const Footprint& body = footprint_;
   std::vector<cv::Point> corners;
   for (const Eigen::Vector2d& corner :
        {Eigen::Vector2d(body.front_m, body.half_width_m), Eigen::Vector2d(-body.rear_m, body.half_width_m),

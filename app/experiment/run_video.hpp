@@ -21,14 +21,15 @@ class TopView {
  public:
   /// A picture of that height (px); the width follows from what is shown: start, ball and a margin, within
   /// the room.
-  TopView(const World& world, const Pose2& start, const Eigen::Vector2d& p_WB, double goal_distance_m,
-          int height_px);
+  TopView(const World& world, const Footprint& footprint, const Pose2& start, const Eigen::Vector2d& p_WB,
+          double goal_distance_m, int height_px);
 
   /// The robot's trail so far, robot and ball as they are now, and the circle of the desired distance.
   cv::Mat draw(const std::vector<StepRecord>& steps) const;
 
  private:
   cv::Point pixel(const Eigen::Vector2d& p_W) const;  // with fraction_bits of fraction
+  Footprint footprint_;
   Eigen::Vector2d low_{0, 0};
   double scale_ = 100, goal_distance_m_ = 0;
   cv::Mat room_;

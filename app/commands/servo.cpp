@@ -1,0 +1,186 @@
+// ballservo servo: one closed-loop run of a scenario.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <visp3/core/vpConfig.h>
+
+#include <cmath>
+#include <memory>
+#include <opencv2/core/version.hpp>
+
+#include "app/commands/command.hpp"
+#include "app/experiment/run_log.hpp"
+#include "app/experiment/run_report.hpp"
+#include "app/experiment/run_video.hpp"
+#include "app/experiment/runner.hpp"
+#include "app/io/interrupt.hpp"
+#include "app/io/progress.hpp"
+#include "app/io/video_writer.hpp"
+#include "calibration/color/color_file.hpp"
+#include "calibration/files/checksum.hpp"
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+struct ServoOptions {
+  CommonOptions common;
+  std::filesystem::path scenario, output;
+  std::vector<std::string> sets;
+  std::string perception = "image";
+  bool video = false;
+};
+
+PerceptionLevel parse_level(const std::string& text) {
+  for (const PerceptionLevel level :
+       {PerceptionLevel::image, PerceptionLevel::geometric, PerceptionLevel::truth}) {
+    if (text == perception_level_name(level)) return level;
+  }
+  throw InputError("--perception", text, "image, geometric or truth");
+}
+
+/// Level image needs the scenario's colours; the others do without.
+std::shared_ptr<const ColorTable> colors_of(const Scenario& scenario, PerceptionLevel level) {
+  if (level != PerceptionLevel::image || scenario.colors.empty()) return nullptr;
+  return std::make_shared<ColorTable>(read_color_file(scenario.colors));
+}
+
+nlohmann::ordered_json manifest(const Scenario& scenario, const ServoOptions& options, const std::string& log,
+                                const RunRecord& run) {
+  nlohmann::ordered_json hashes;
+  hashes["scenario"] = sha256_hex(scenario.resolved_json);
+  hashes["camera_file"] = sha256_hex(read_file_bytes(scenario.camera.file, 16u << 20));
+  if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors)) {
+    hashes["colors_file"] = sha256_hex(read_file_bytes(scenario.colors, color_file_max_bytes));
+  }
+  hashes["log.csv"] = sha256_hex(log);
+  hashes["tracks.csv"] = sha256_hex(run.tracks_csv);
+  return {
+      {"program", "ballservo " BALLSERVO_VERSION},
+      {"libraries",
+       {{"opencv", CV_VERSION},
+        {"visp", fmt::format("{}.{}.{}", VISP_VERSION_MAJOR, VISP_VERSION_MINOR, VISP_VERSION_PATCH)},
+        {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)}}},
+      {"command", "servo"},
+      {"scenario_file", scenario.file.filename().string()},
+      {"perception", options.perception},
+      {"seed", options.common.seed},
+      {"sha256", hashes},
+      {"scenario", nlohmann::ordered_json::parse(scenario.resolved_json)}};
+}
+
+/// The run's film: the camera's picture on the left, the room from above on the right.
+class Film {
+ public:
+  Film(const std::filesystem::path& file, const Scenario& scenario)
+      : video_(file, Overwrite::allow, scenario.camera.rate_hz),
+        top_view_(scenario.world, scenario.robot.footprint, scenario.robot.pose,
+                  scenario.target_ball().p_WB(0).head<2>(), scenario.target_distance_m,
+                  scenario.camera.camera.size().height_px) {}
+
+  void add(const cv::Mat& picture, const RunRecord& run) {
+    video_.write(side_by_side(picture, top_view_.draw(run.steps)));
+  }
+  void finish() { video_.commit(); }
+
+ private:
+  VideoFile video_;
+  TopView top_view_;
+};
+
+int exit_code(Outcome outcome) {
+  if (outcome == Outcome::reached) return exit_done;
+  return outcome == Outcome::interrupted ? exit_interrupted : exit_answer_is_no;
+}
+
+int run_servo(const ServoOptions& options) {
+  const PerceptionLevel level = parse_level(options.perception);
+  const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
+  RunOptions run_options;
+  run_options.perception = level;
+  run_options.seed = options.common.seed;
+  run_options.colors = colors_of(scenario, level);
+  OutputFolder folder(options.output, options.common.overwrite());
+
+  Progress progress("servo (simulated ms)", std::lround(scenario.duration_s * 1000), options.common.quiet);
+  run_options.go_on = [&progress](double time_s) {
+    progress.step(std::lround(time_s * 1000));
+    return !interrupt_requested();
+  };
+  std::optional<Film> film;
+  if (options.video) {
+    film.emplace(folder.path() / "video.mp4", scenario);
+    run_options.on_picture = [&film](const cv::Mat& picture, const RunRecord& run) {
+      film->add(picture, run);
+    };
+  }
+
+  const RunRecord run = run_closed_loop(scenario, run_options);
+
+  const std::string log = log_csv(run.steps);
+  const nlohmann::ordered_json summary = summary_json(run.summary, run.timing);
+  if (film) film->finish();
+  folder.write("log.csv", log);
+  folder.write("tracks.csv", run.tracks_csv);
+  folder.write("summary.json", summary.dump(2) + "\n");
+  folder.write("manifest.json", manifest(scenario, options, log, run).dump(2) + "\n");
+  RunReportInput report;
+  report.title = scenario.file.stem().string();
+  report.law = scenario.law.name;
+  report.perception = options.perception;
+  report.world = &scenario.world;
+  report.target = &scenario.target_ball();
+  report.camera = &scenario.camera.camera;
+  report.footprint = scenario.robot.footprint;
+  report.goal = scenario.goal();
+  report.rule = run_options.rule;
+  report.video = options.video && std::filesystem::exists(folder.path() / "video.mp4");
+  report.scenario_json = nlohmann::ordered_json::parse(scenario.resolved_json).dump(2);
+  folder.write("report.html", run_report_html(run, report));
+  folder.commit();
+  write_json_results(options.common, nlohmann::json(summary));
+
+  const RunSummary& s = run.summary;
+  fmt::print("{}\n", outcome_name(s.outcome));
+  if (!options.common.quiet || s.outcome != Outcome::reached) {
+    fmt::print(stderr, "ballservo: {}; range error {:.2f} mm, bearing error {:.3f} deg: {}\n", s.outcome_text,
+               s.range_error_m * 1e3, s.bearing_error_rad * 57.29577951308232, options.output.string());
+  }
+  return exit_code(s.outcome);
+}
+
+}  // namespace
+
+void add_servo_command(CLI::App& program, Action& action) {
+  auto options = std::make_shared<ServoOptions>();
+  CLI::App* command =
+      program.add_subcommand("servo", "Drive a simulated robot to a ball that it sees, in closed loop");
+  command->footer(
+      "Example:\n"
+      "  ballservo servo data/scenarios/static_ball.yaml -o run --video\n"
+      "\n"
+      "Writes manifest.json, log.csv (one row a control step), tracks.csv (what was seen), summary.json,\n"
+      "report.html and, with --video, video.mp4. A run that reaches a resting ball ends half a second after\n"
+      "it has stood at the goal for a second.\n"
+      "Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 "
+      "interrupted\n"
+      "(the run so far is written, its outcome is interrupted).");
+  command->add_option("SCENARIO", options->scenario, "Scenario (YAML)")->required();
+  command->add_option("-o,--output", options->output, "Folder for the results")->required()->type_name("DIR");
+  command
+      ->add_option("--set", options->sets,
+                   "Sets a value of the scenario before it is read, e.g. law.name=visp (may be repeated)")
+      ->type_name("KEY.PATH=VALUE")
+      ->take_all()
+      ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--perception", options->perception,
+          "image: rendered frames, detector and tracker; geometric: the true place with a fit's errors; "
+          "truth: the true place")
+      ->capture_default_str();
+  command->add_flag("--video", options->video, "Write video.mp4: camera view and top view side by side");
+  add_common_options(*command, options->common);
+  command->callback([options, &action] { action = [options] { return run_servo(*options); }; });
+}
+
+}  // namespace ballservo
