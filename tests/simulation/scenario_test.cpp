@@ -1,0 +1,130 @@
+#include "app/experiment/scenario.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "calibration/files/numbers.hpp"
+#include "servo/simulation/truth.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace ballservo {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::filesystem::path static_ball() { return test::project_data_dir() / "scenarios" / "static_ball.yaml"; }
+
+/// Every fault of a scenario as one text; empty where there is none.
+std::string faults_of(const std::vector<std::string>& sets,
+                      const std::filesystem::path& file = static_ball()) {
+  try {
+    load_scenario(file, sets, 0);
+  } catch (const InputError& error) {
+    std::string text;
+    for (const Fault& fault : error.faults()) text += to_text(fault) + "\n";
+    return text;
+  }
+  return {};
+}
+
+TEST(Scenario, ReadsWhatTheFileSays) {
+  const Scenario scenario = load_scenario(
+      static_ball(), {"robot.pose.yaw_rad=0", "balls.0.position.x_m=3", "balls.0.position.y_m=0.4"}, 0);
+  EXPECT_EQ(scenario.target_ball().name, "target");
+  EXPECT_EQ(scenario.target_ball().position_m, Eigen::Vector3d(3, 0.4, 0.06));
+  EXPECT_EQ(scenario.camera.camera.parameters().model, LensModel::brown);
+  EXPECT_EQ(scenario.camera.mount.up_m, 0.28);
+  EXPECT_EQ(scenario.target_distance_m, 0.8);
+  EXPECT_EQ(scenario.law.name, "cone");
+  EXPECT_EQ(scenario.robot.actuation_delay_s, 0.05);
+  EXPECT_EQ(scenario.camera.sensor.read_noise, 1.5);
+}
+
+TEST(Scenario, SeedsVaryTheStartAndTheBallStaysInView) {
+  std::vector<double> seen;
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    const Scenario scenario = load_scenario(static_ball(), {}, seed);
+    const auto truth =
+        ball_truth(scenario.camera.camera, scenario.world, {scenario.X_WC(scenario.robot.pose), 0});
+    EXPECT_EQ(truth[scenario.target].visible_fraction, 1.0) << "seed " << seed;
+    const double distance = scenario.target_ball().position_m.head<2>().norm();
+    EXPECT_GT(distance, 2.5);
+    EXPECT_LT(distance, 4.5);
+    for (const double other : seen) EXPECT_NE(distance, other);
+    seen.push_back(distance);
+    EXPECT_EQ(load_scenario(static_ball(), {}, seed).resolved_json, scenario.resolved_json);
+  }
+}
+
+TEST(Scenario, WhatIsSetIsNotVaried) {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    EXPECT_EQ(load_scenario(static_ball(), {"robot.pose.yaw_rad=0.01"}, seed).robot.pose.yaw_rad, 0.01);
+  }
+}
+
+TEST(Scenario, SaysAllFaultsAtOnceWithTheirLines) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "bad.yaml";
+  std::ofstream(file) << "duration_s: -1\n"
+                         "camera:\n"
+                         "  file: missing.yaml\n"
+                         "  mount: {forward_m: 0.1, up_m: 0.28, pitch_down_rad: 12}\n"
+                         "  rate_hz: 0\n"
+                         "  latency_s: -0.1\n"
+                         "robot: {pose: {x_m: .nan}, speed: 3}\n"
+                         "balls:\n"
+                         "  - {name: target, class: red, diameter_m: 0.12 m, position: {x_m: 3, y_m: 0}}\n"
+                         "target: {ball: target, distance_m: 0.8}\n"
+                         "obstacles:\n"
+                         "  - {type: box, position: {x_m: 1}, size: {x_m: 1, y_m: 0, z_m: 1}, yaw_deg: 30}\n";
+  const std::string faults = faults_of({}, file);
+  for (const char* expected :
+       {":1: duration_s", ":3: camera.file", ":4: camera.mount.pitch_down_rad", ":5: camera.rate_hz",
+        ":6: camera.latency_s", ":7: robot.pose.x_m", ":7: robot.speed", ":9: balls[0].diameter_m",
+        ":12: obstacles[0].position.y_m", ":12: obstacles[0].size.y_m", ":12: obstacles[0].yaw_deg"}) {
+    EXPECT_THAT(faults, HasSubstr(expected));
+  }
+}
+
+TEST(Scenario, RefusesWhatCannotBe) {
+  EXPECT_THAT(faults_of({"balls.0.position.x_m=0.1", "balls.0.position.y_m=0.1"}),
+              HasSubstr("inside or touching the robot"));
+  EXPECT_THAT(faults_of({"balls.0.position.x_m=4.9", "balls.0.position.y_m=2.2"}),
+              HasSubstr("in obstacle crate"));
+  EXPECT_THAT(faults_of({"balls.0.position.x_m=6.48"}), HasSubstr("outside the room, or in a wall"));
+  EXPECT_THAT(faults_of({"balls.0.position.z_m=0.03"}), HasSubstr("floor"));
+  EXPECT_THAT(faults_of({"obstacles.0.position.x_m=0", "obstacles.0.position.y_m=0"}),
+              HasSubstr("on the robot"));
+  EXPECT_THAT(faults_of({"robot.pose.x_m=-1.4"}), HasSubstr("robot.pose"));
+  EXPECT_THAT(faults_of({"target.ball=other"}), HasSubstr("balls: target"));
+  EXPECT_THAT(faults_of({"vary={nonsense.key: {uniform: [0, 1]}}"}), HasSubstr("nonsense"));
+  EXPECT_THAT(faults_of({"vary={robot.pose.x_m: {uniform: [1, 0]}}"}), HasSubstr("falling order"));
+  EXPECT_THAT(faults_of({"balls.0.motion={type: linear, velocity: {x_mps: 1, y_mps: 0}}"}),
+              HasSubstr("outside the room"));
+  EXPECT_THAT(faults_of({"no_equals_sign"}), HasSubstr("key.path=value"));
+  EXPECT_THAT(faults_of({"balls.0.class=Red"}), HasSubstr("beginning with a letter"));
+  EXPECT_EQ(faults_of({}), "");
+}
+
+TEST(Scenario, ATargetOutsideThePictureIsRefusedWithTheDistancesThatWouldDo) {
+  const std::string faults = faults_of({"target.distance_m=0.4"});
+  EXPECT_THAT(faults, HasSubstr("target.distance_m"));
+  // What it names must do, and less must not.
+  const std::size_t at = faults.find("allowed: ") + 9;
+  const double nearest = parse_number(faults.substr(at, 4)).value();
+  EXPECT_GT(nearest, 0.4);
+  EXPECT_LT(nearest, 0.8);
+  EXPECT_EQ(faults_of({"target.distance_m=" + faults.substr(at, 4)}), "");
+  EXPECT_NE(faults_of({"target.distance_m=" + std::to_string(nearest - 0.02)}), "");
+}
+
+TEST(Scenario, EveryScenarioOfTheProjectIsValid) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::project_data_dir() / "scenarios")) {
+    EXPECT_EQ(faults_of({}, entry.path()), "") << entry.path();
+  }
+}
+
+}  // namespace
+}  // namespace ballservo
