@@ -1,0 +1,262 @@
+// What a frame costs, ours and the peers', side by side on the same frames, with what each finds and how
+// well.
+//
+// warm: the same frame again and again. cold: frames cycled through more memory than the caches hold.
+// Counters: found (of the frames, centre within 0.2 r and radius within 20 %), center_px and radius_px
+// (median errors of those found).
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "perception/classification.hpp"
+#include "perception/detector.hpp"
+#include "perception/tracker.hpp"
+#include "tests/bench/bench_frames.hpp"
+
+namespace ballservo::bench {
+namespace {
+
+constexpr std::size_t cold_bytes = 256u << 20;  // beyond any cache of a core
+constexpr int scenes = 12;
+
+// Every method answers with its best candidates; the nearest to the truth counts, for ours and the peers
+// alike.
+using Candidates = std::vector<OutlineEllipse>;
+using Method = std::function<Candidates(const cv::Mat& bgr, double time_s)>;
+using MakeMethod = std::function<Method(const BenchSet& set)>;
+
+struct Frames {
+  BenchSet set;
+  std::vector<cv::Mat> cycled;  // copies that exceed the caches
+};
+
+const Frames& frames_of(ImageSize size) {
+  static std::map<std::pair<int, int>, Frames> made;
+  auto& frames = made[{size.width_px, size.height_px}];
+  if (frames.set.frames.empty()) {
+    frames.set = make_frames(size, 857.0 * size.width_px / 640, scenes);
+    const std::size_t bytes =
+        static_cast<std::size_t>(size.width_px) * static_cast<std::size_t>(size.height_px) * 3;
+    for (std::size_t i = 0; i * bytes < cold_bytes; ++i)
+      frames.cycled.push_back(frames.set.frames[i % scenes].bgr.clone());
+  }
+  return frames;
+}
+
+Detector make_detector(const BenchSet& set, BallFit fit) {
+  DetectorOptions options;
+  options.fit = fit;
+  options.radii = {{ball_radius_m, 0}};
+  return Detector(set.rays, set.colors, options);
+}
+
+Candidates outlines(const std::vector<BallObservation>& balls) {
+  Candidates candidates;
+  for (const BallObservation& ball : balls) candidates.push_back(ball.outline);
+  return candidates;
+}
+
+MakeMethod detect(BallFit fit) {
+  return [fit](const BenchSet& set) -> Method {
+    auto detector = std::make_shared<Detector>(make_detector(set, fit));
+    return [detector](const cv::Mat& bgr, double) { return outlines(detector->detect(bgr)); };
+  };
+}
+
+Method track(const BenchSet& set) {
+  auto tracker = std::make_shared<Tracker>(make_detector(set, BallFit::sphere));
+  return [tracker](const cv::Mat& bgr, double time_s) {
+    Candidates candidates;
+    for (const Track& followed : tracker->update(bgr, time_s)) candidates.push_back(followed.ball.outline);
+    return candidates;
+  };
+}
+
+Method read(const BenchSet&) {
+  return [](const cv::Mat& bgr, double) {
+    std::uint64_t sum = 0;
+    for (int v = 0; v < bgr.rows; ++v) {
+      const std::uint8_t* row = bgr.ptr(v);
+      for (int i = 0; i < 3 * bgr.cols; ++i) sum += row[i];
+    }
+    benchmark::DoNotOptimize(sum);
+    return Candidates{};
+  };
+}
+
+Method copy(const BenchSet&) {
+  auto target = std::make_shared<std::vector<std::uint8_t>>();
+  return [target](const cv::Mat& bgr, double) {
+    target->resize(bgr.total() * 3);
+    std::memcpy(target->data(), bgr.data, target->size());
+    benchmark::ClobberMemory();
+    return Candidates{};
+  };
+}
+
+Method classify_frame(const BenchSet& set) {
+  return [colors = set.colors, classes = cv::Mat()](const cv::Mat& bgr, double) mutable {
+    classify(bgr, *colors, classes);
+    return Candidates{};
+  };
+}
+
+Method segment(const BenchSet& set) {
+  struct State {
+    cv::Mat classes, opened, closed;
+    ClassMorphology morphology;
+    RegionMap regions;
+  };
+  return [colors = set.colors, state = std::make_shared<State>()](const cv::Mat& bgr, double) {
+    classify(bgr, *colors, state->classes);
+    state->morphology.open(state->classes, state->opened, 1);
+    state->morphology.close(state->opened, state->closed, 1);
+    state->regions.update(state->closed);
+    return Candidates{};
+  };
+}
+
+// OpenCV's circles, told the radius to within a half.
+Method hough_gradient(const BenchSet& set) {
+  const double radius_px = set.frames[0].truth.radius_px;
+  return
+      [radius_px, grey = cv::Mat(), circles = std::vector<cv::Vec3f>()](const cv::Mat& bgr, double) mutable {
+        cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+        cv::GaussianBlur(grey, grey, {5, 5}, 1.2);
+        cv::HoughCircles(grey, circles, cv::HOUGH_GRADIENT, 1, radius_px, 100, 20,
+                         static_cast<int>(0.5 * radius_px), static_cast<int>(1.5 * radius_px));
+        Candidates candidates;
+        for (const cv::Vec3f& circle : circles) candidates.push_back({{circle[0], circle[1]}, circle[2]});
+        return candidates;
+      };
+}
+
+// The recipe of countless tutorials: range in HSV, opening and closing, contours, smallest enclosing circle.
+Method hsv_contour(const BenchSet&) {
+  struct State {
+    cv::Mat hsv, mask, other;
+    std::vector<std::vector<cv::Point>> contours;
+  };
+  return [state = std::make_shared<State>()](const cv::Mat& bgr, double) {
+    cv::cvtColor(bgr, state->hsv, cv::COLOR_BGR2HSV);
+    cv::inRange(state->hsv, cv::Scalar(0, 120, 30), cv::Scalar(10, 255, 255), state->mask);
+    cv::inRange(state->hsv, cv::Scalar(170, 120, 30), cv::Scalar(180, 255, 255), state->other);
+    cv::bitwise_or(state->mask, state->other, state->mask);
+    cv::morphologyEx(state->mask, state->mask, cv::MORPH_OPEN, cv::Mat());
+    cv::morphologyEx(state->mask, state->mask, cv::MORPH_CLOSE, cv::Mat());
+    cv::findContours(state->mask, state->contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+    Candidates candidates;
+    for (const auto& contour : state->contours) {
+      cv::Point2f center;
+      float radius = 0;
+      cv::minEnclosingCircle(contour, center, radius);
+      if (radius >= 3) candidates.push_back({{center.x, center.y}, radius});
+    }
+    return candidates;
+  };
+}
+
+double median(std::vector<double>& values) {
+  if (values.empty()) return std::nan("");
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+void report_accuracy(benchmark::State& state, const BenchSet& set, const MakeMethod& make) {
+  std::vector<double> center_px, radius_px;
+  double found = 0;
+  for (const BenchFrame& frame : set.frames) {
+    const Method method = make(set);
+    double best = 1e9, best_radius = 0;
+    for (const OutlineEllipse& candidate : method(frame.bgr, 0)) {
+      const double error = (candidate.center_px - frame.truth.center_px).norm();
+      if (error < best) best = error, best_radius = std::abs(candidate.radius_px - frame.truth.radius_px);
+    }
+    if (best > 0.2 * frame.truth.radius_px || best_radius > 0.2 * frame.truth.radius_px) continue;
+    ++found;
+    center_px.push_back(best);
+    radius_px.push_back(best_radius);
+  }
+  state.counters["found"] = found;
+  state.counters["frames"] = static_cast<double>(set.frames.size());
+  state.counters["center_px"] = median(center_px);
+  state.counters["radius_px"] = median(radius_px);
+}
+
+void run(benchmark::State& state, ImageSize size, bool cold, const MakeMethod& make, bool finds) {
+  const Frames& frames = frames_of(size);
+  const Method method = make(frames.set);
+  std::size_t next = 0;
+  double time_s = 0;
+  for (auto _ : state) {
+    const cv::Mat& bgr = cold ? frames.cycled[next++ % frames.cycled.size()] : frames.set.frames[0].bgr;
+    benchmark::DoNotOptimize(method(bgr, time_s));
+    time_s += 1.0 / 30;
+  }
+  if (finds && !cold) report_accuracy(state, frames.set, make);
+}
+
+// The tracker meets a ball that stands still: warm and cold differ in the memory, not in the scene.
+void run_track(benchmark::State& state, ImageSize size, bool cold) {
+  const Frames& frames = frames_of(size);
+  const Method method = track(frames.set);
+  static std::map<int, std::vector<cv::Mat>> copies;
+  std::vector<cv::Mat>& same_scene = copies[size.width_px];
+  if (same_scene.empty()) {
+    for (std::size_t i = 0; i < frames.cycled.size(); ++i)
+      same_scene.push_back(frames.set.frames[0].bgr.clone());
+  }
+  double time_s = 0;
+  for (int i = 0; i < 5; ++i) method(same_scene[0], time_s += 1.0 / 30);
+  std::size_t next = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(method(same_scene[cold ? next++ % same_scene.size() : 0], time_s += 1.0 / 30));
+  }
+}
+
+void register_all() {
+  const std::vector<std::pair<std::string, std::pair<MakeMethod, bool>>> methods{
+      {"read", {read, false}},
+      {"memcpy", {copy, false}},
+      {"classify", {classify_frame, false}},
+      {"segment", {segment, false}},
+      {"detect", {detect(BallFit::sphere), true}},
+      {"detect_paper", {detect(BallFit::paper), true}},
+      {"hough_gradient", {hough_gradient, true}},
+      {"hsv_contour", {hsv_contour, true}},
+  };
+  for (const ImageSize size : {ImageSize{640, 480}, ImageSize{1024, 683}, ImageSize{1920, 1080}}) {
+    for (const bool cold : {false, true}) {
+      const std::string suffix =
+          fmt::format("/{}x{}/{}", size.width_px, size.height_px, cold ? "cold" : "warm");
+      for (const auto& [name, method] : methods) {
+        benchmark::RegisterBenchmark((name + suffix).c_str(), [size, cold,
+                                                               method = method](benchmark::State& state) {
+          run(state, size, cold, method.first, method.second);
+        })->Unit(benchmark::kMicrosecond);
+      }
+      benchmark::RegisterBenchmark(("track" + suffix).c_str(), [size, cold](benchmark::State& state) {
+        run_track(state, size, cold);
+      })->Unit(benchmark::kMicrosecond);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ballservo::bench
+
+int main(int argc, char** argv) {
+  cv::setNumThreads(1);
+  ballservo::bench::register_all();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

@@ -1,0 +1,162 @@
+#include "perception/detector.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/random.hpp"
+#include "tests/perception/painted_ball.hpp"
+
+namespace ballservo {
+namespace {
+
+const ImageSize size{320, 240};
+
+TEST(Detector, PlacesAFlatBallToAMillimetre) {
+  const Camera camera = test::pinhole(size, 400);
+  for (const Eigen::Vector3d& p_C :
+       {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.2, -0.1, 0.8), Eigen::Vector3d(-0.3, 0.15, 1.1)}) {
+    cv::Mat bgr = test::grey_picture();
+    test::paint_ball(bgr, camera, p_C, 0.06, test::red);
+    Detector detector = test::detector_for(camera, 0.06);
+    const auto& balls = detector.detect(bgr);
+    ASSERT_EQ(balls.size(), 1u);
+    EXPECT_LT((balls[0].position->p_C - p_C).norm(), 1e-3);
+    EXPECT_GT(balls[0].quality, 0.9);
+    EXPECT_EQ(balls[0].color_class, 1);
+    const auto outline = project_sphere(camera, p_C, 0.06);
+    EXPECT_LT((balls[0].outline.center_px - outline->center_px).norm(), 0.03);
+    EXPECT_NEAR(balls[0].outline.radius_px, outline->radius_px, 0.03);
+    // The covariance must not call this impossible.
+    const Eigen::Vector3d error = balls[0].position->p_C - p_C;
+    EXPECT_LT(error.dot(balls[0].position->covariance_m2.inverse() * error), 16);
+  }
+}
+
+TEST(Detector, ThePapersFitIsNearOnTheAxis) {
+  const Camera camera = test::pinhole(size, 400);
+  cv::Mat bgr = test::grey_picture();
+  test::paint_ball(bgr, camera, {0, 0, 1}, 0.06, test::red);
+  Detector detector = test::detector_for(camera, 0.06, BallFit::paper);
+  const auto& balls = detector.detect(bgr);
+  ASSERT_EQ(balls.size(), 1u);
+  EXPECT_LT((balls[0].position->p_C - Eigen::Vector3d(0, 0, 1)).norm(), 0.02);
+}
+
+TEST(Detector, WorksInTwoDimensionsWithoutACamera) {
+  cv::Mat bgr = test::grey_picture();
+  test::paint_disc(bgr, {101.3, 88.6}, 20, test::green);
+  test::paint_disc(bgr, {240.5, 150.2}, 7, test::red);
+  Detector detector = test::detector_for(long_lens_camera(size));
+  const auto& balls = detector.detect(bgr);
+  ASSERT_EQ(balls.size(), 2u);
+  for (const BallObservation& ball : balls) {
+    const bool is_green = ball.color_class == 2;
+    EXPECT_LT(
+        (ball.outline.center_px - (is_green ? Eigen::Vector2d(101.3, 88.6) : Eigen::Vector2d(240.5, 150.2)))
+            .norm(),
+        0.05);
+    EXPECT_NEAR(ball.outline.radius_px, is_green ? 20 : 7, 0.05);
+    EXPECT_FALSE(ball.position);
+  }
+}
+
+TEST(Detector, SeparatesBallsThatTouch) {
+  cv::Mat bgr = test::grey_picture();
+  test::paint_disc(bgr, {120, 120}, 28, test::red);
+  test::paint_disc(bgr, {170, 120}, 24, test::red);
+  Detector detector = test::detector_for(long_lens_camera(size));
+  const auto& balls = detector.detect(bgr);
+  ASSERT_EQ(balls.size(), 2u);
+  for (const BallObservation& ball : balls) {
+    const Eigen::Vector2d truth =
+        ball.outline.center_px.x() < 145 ? Eigen::Vector2d(120, 120) : Eigen::Vector2d(170, 120);
+    EXPECT_LT((ball.outline.center_px - truth).norm(), 0.3);
+  }
+}
+
+TEST(Detector, FindsAHalfHiddenBall) {
+  cv::Mat bgr = test::grey_picture();
+  test::paint_disc(bgr, {160, 120}, 30, test::red);
+  cv::rectangle(bgr, {160, 60}, {230, 180}, cv::Scalar(90, 100, 95), cv::FILLED);
+  Detector detector = test::detector_for(long_lens_camera(size));
+  const auto& balls = detector.detect(bgr);
+  ASSERT_EQ(balls.size(), 1u);
+  EXPECT_LT((balls[0].outline.center_px - Eigen::Vector2d(160, 120)).norm(), 1);
+  EXPECT_NEAR(balls[0].outline.radius_px, 30, 1);
+}
+
+TEST(Detector, DoesNotTakeBarsForBalls) {
+  cv::Mat bgr = test::grey_picture();
+  cv::rectangle(bgr, {40, 60}, {200, 90}, cv::Scalar(40, 40, 210), cv::FILLED);
+  cv::rectangle(bgr, {230, 20}, {250, 200}, cv::Scalar(60, 200, 50), cv::FILLED);
+  cv::rectangle(bgr, {60, 130}, {150, 220}, cv::Scalar(40, 40, 210), cv::FILLED);
+  Detector detector = test::detector_for(long_lens_camera(size));
+  EXPECT_TRUE(detector.detect(bgr).empty());
+}
+
+TEST(Detector, MovesWithThePicture) {
+  const auto find = [](double shift) {
+    cv::Mat bgr = test::grey_picture();
+    test::paint_disc(bgr, {100.25 + shift, 90.5}, 18, test::red);
+    Detector detector = test::detector_for(long_lens_camera(size));
+    return detector.detect(bgr).at(0).outline;
+  };
+  const OutlineEllipse before = find(0), after = find(31);
+  EXPECT_NEAR(after.center_px.x() - before.center_px.x(), 31, 0.01);
+  EXPECT_NEAR(after.center_px.y(), before.center_px.y(), 0.01);
+  EXPECT_NEAR(after.radius_px, before.radius_px, 0.01);
+}
+
+TEST(Detector, AWindowSeesTheSameBall) {
+  cv::Mat bgr = test::grey_picture();
+  test::paint_disc(bgr, {160, 120}, 22, test::red);
+  Detector detector = test::detector_for(long_lens_camera(size));
+  const OutlineEllipse whole = detector.detect(bgr).at(0).outline;
+  const OutlineEllipse part = detector.detect(bgr, {110, 70, 100, 100}).at(0).outline;
+  EXPECT_LT((whole.center_px - part.center_px).norm(), 0.01);
+  EXPECT_TRUE(detector.detect(bgr, {0, 0, 60, 60}).empty());
+  EXPECT_TRUE(detector.detect(bgr, {-50, -50, 10, 10}).empty());
+}
+
+TEST(Detector, SurvivesNoiseBlackWhiteAndTinyPictures) {
+  auto engine = random_stream(9, "detector_test");
+  Detector detector = test::detector_for(long_lens_camera(size));
+  cv::Mat noise(240, 320, CV_8UC3);
+  for (int trial = 0; trial < 5; ++trial) {
+    for (int i = 0; i < 240 * 320; ++i) {
+      for (int c = 0; c < 3; ++c)
+        noise.at<cv::Vec3b>(i)[c] = static_cast<std::uint8_t>(uniform_index(engine, 256));
+    }
+    EXPECT_TRUE(detector.detect(noise).empty());
+  }
+  EXPECT_TRUE(detector.detect(cv::Mat(240, 320, CV_8UC3, cv::Scalar(0, 0, 0))).empty());
+  EXPECT_TRUE(detector.detect(cv::Mat(240, 320, CV_8UC3, cv::Scalar(40, 40, 210))).empty());
+  for (const ImageSize tiny : {ImageSize{1, 1}, ImageSize{3, 2}, ImageSize{8, 8}}) {
+    Detector small = test::detector_for(long_lens_camera(tiny));
+    EXPECT_TRUE(
+        small.detect(cv::Mat(tiny.height_px, tiny.width_px, CV_8UC3, cv::Scalar(40, 40, 210))).empty());
+  }
+}
+
+TEST(Detector, RefusesAPictureOfAnotherSize) {
+  Detector detector = test::detector_for(long_lens_camera(size));
+  EXPECT_THROW(detector.detect(test::grey_picture(100, 100)), InputError);
+}
+
+TEST(DetectorOptions, NameEveryFault) {
+  DetectorOptions options;
+  options.min_arc = 2;
+  options.min_radius_px = std::nan("");
+  options.radii = {{-1, 0}};
+  try {
+    options.validate();
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.faults().size(), 3u);
+  }
+}
+
+}  // namespace
+}  // namespace ballservo

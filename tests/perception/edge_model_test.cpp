@@ -1,0 +1,89 @@
+#include "perception/edge_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calibration/files/random.hpp"
+
+namespace ballservo {
+namespace {
+
+// E f(x + z) over z normal, by brute force.
+template <typename F>
+double blurred(double x, const F& f) {
+  double sum = 0;
+  constexpr int steps = 200000;
+  for (int i = 0; i < steps; ++i) {
+    const double z = -9 + 18 * (i + 0.5) / steps;
+    sum += f(x + z) * std::exp(-0.5 * z * z) * 0.3989422804014327 * 18 / steps;
+  }
+  return sum;
+}
+
+TEST(BlurredBasis, AgreesWithQuadrature) {
+  for (double x = -5; x <= 14; x += 0.37) {
+    const BlurredBasis basis = blurred_basis(x);
+    EXPECT_NEAR(basis.step, blurred(x, [](double y) { return y > 0 ? 1.0 : 0.0; }), 5e-5);
+    EXPECT_NEAR(basis.root, blurred(x, [](double y) { return y > 0 ? std::sqrt(y) : 0.0; }), 5e-5);
+    EXPECT_NEAR(basis.ramp, blurred(x, [](double y) { return y > 0 ? y : 0.0; }), 2e-4);
+  }
+}
+
+TEST(BlurredBasis, SlopesAreDerivatives) {
+  for (double x = -4; x <= 10; x += 0.413) {
+    const double h = 1.0 / 64;
+    const BlurredBasis low = blurred_basis(x - h), high = blurred_basis(x + h), at = blurred_basis(x);
+    EXPECT_NEAR(at.step_slope, (high.step - low.step) / (2 * h), 2e-3);
+    EXPECT_NEAR(at.root_slope, (high.root - low.root) / (2 * h), 5e-3);
+    EXPECT_NEAR(at.ramp_slope, (high.ramp - low.ramp) / (2 * h), 2e-3);
+  }
+}
+
+std::vector<EdgeSample> profile(double offset_px, double blur_px, double root, double noise,
+                                std::uint64_t seed = 0) {
+  auto engine = random_stream(seed, "edge_model_test");
+  std::vector<EdgeSample> samples;
+  for (int i = 0; i < 60; ++i) {
+    const double t = -5 + 10.0 * i / 59;
+    const BlurredBasis basis = blurred_basis((offset_px - t) / blur_px);
+    samples.push_back(
+        {t, 60 + 90 * basis.step + root * std::sqrt(blur_px) * basis.root + noise * standard_normal(engine)});
+  }
+  return samples;
+}
+
+TEST(EdgeProfile, FindsAnEdgeOfUnknownBlurAndShading) {
+  for (const double offset_px : {-1.3, 0.0, 0.8}) {
+    for (const double blur_px : {0.5, 1.0, 1.8}) {
+      const auto fit = fit_edge_profile(profile(offset_px, blur_px, 12, 0), std::round(offset_px), {}, {});
+      ASSERT_TRUE(fit);
+      EXPECT_NEAR(fit->offset_px, offset_px, 0.02) << "blur " << blur_px;
+      EXPECT_NEAR(fit->blur_px, blur_px, 0.1);
+    }
+  }
+}
+
+TEST(EdgeProfile, SigmaIsTheSpread) {
+  double squares = 0, predicted = 0;
+  constexpr int trials = 300;
+  for (int i = 0; i < trials; ++i) {
+    const auto fit = fit_edge_profile(profile(0.2, 0.8, 0, 3, static_cast<std::uint64_t>(i)), 0, {}, {});
+    ASSERT_TRUE(fit);
+    squares += std::pow(fit->offset_px - 0.2, 2) / trials;
+    predicted += fit->sigma_px * fit->sigma_px / trials;
+  }
+  EXPECT_NEAR(std::sqrt(predicted / squares), 1, 0.3);
+}
+
+TEST(EdgeProfile, NoEdgeHasNoFit) {
+  std::vector<EdgeSample> flat = profile(0, 0.8, 0, 0);
+  for (EdgeSample& sample : flat) sample.intensity = 80;
+  EXPECT_FALSE(fit_edge_profile(flat, 0, {}, {}));
+  EXPECT_FALSE(fit_edge_profile({}, 0, {}, {}));
+  for (EdgeSample& sample : flat) sample.intensity = std::nan("");
+  EXPECT_FALSE(fit_edge_profile(flat, 0, {}, {}));
+}
+
+}  // namespace
+}  // namespace ballservo

@@ -1,0 +1,117 @@
+#include "perception/tracker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/perception/painted_ball.hpp"
+
+namespace ballservo {
+namespace {
+
+const ImageSize size{320, 240};
+constexpr double dt_s = 1.0 / 30;
+
+Tracker make_tracker() { return Tracker(test::detector_for(test::pinhole(size, 400), 0.05)); }
+
+cv::Mat picture_with(const std::vector<Eigen::Vector2d>& centers, double radius_px = 16) {
+  cv::Mat bgr = test::grey_picture();
+  for (const Eigen::Vector2d& center : centers) test::paint_disc(bgr, center, radius_px, test::red);
+  return bgr;
+}
+
+TEST(Tracker, ConfirmsAfterThreePicturesAndKeepsTheIdentity) {
+  Tracker tracker = make_tracker();
+  int id = 0;
+  for (int k = 0; k < 12; ++k) {
+    const auto& tracks = tracker.update(picture_with({{60.0 + 5 * k, 100}}), k * dt_s);
+    ASSERT_EQ(tracks.size(), 1u);
+    if (k == 0) id = tracks[0].id;
+    EXPECT_EQ(tracks[0].id, id);
+    EXPECT_EQ(tracks[0].state, k < 2 ? Track::State::tentative : Track::State::confirmed);
+    EXPECT_NEAR(tracks[0].ball.outline.center_px.x(), 60 + 5 * k, 0.05);
+  }
+}
+
+TEST(Tracker, CoastsThroughAShortOcclusionAndKnowsTheBallAgain) {
+  Tracker tracker = make_tracker();
+  double last_trace = 0;
+  for (int k = 0; k < 30; ++k) {
+    const Eigen::Vector2d at(60.0 + 5 * k, 100);
+    const bool hidden = k >= 10 && k < 18;
+    const auto& tracks = tracker.update(hidden ? test::grey_picture() : picture_with({at}), k * dt_s);
+    ASSERT_EQ(tracks.size(), 1u) << k;
+    EXPECT_EQ(tracks[0].id, 1);
+    if (hidden) {
+      EXPECT_EQ(tracks[0].state, Track::State::coasting);
+      EXPECT_LT((tracks[0].ball.outline.center_px - at).norm(), 6);
+      // The longer unseen, the less is known.
+      EXPECT_GT(tracks[0].ball.position->covariance_m2.trace(), last_trace);
+      last_trace = tracks[0].ball.position->covariance_m2.trace();
+    } else if (k > 2) {
+      EXPECT_EQ(tracks[0].state, Track::State::confirmed);
+    }
+  }
+}
+
+TEST(Tracker, GivesUpABallThatStaysAway) {
+  Tracker tracker = make_tracker();
+  for (int k = 0; k < 5; ++k) tracker.update(picture_with({{160, 120}}), k * dt_s);
+  for (int k = 5; k < 60; ++k) tracker.update(test::grey_picture(), k * dt_s);
+  EXPECT_TRUE(tracker.update(test::grey_picture(), 60 * dt_s).empty());
+}
+
+TEST(Tracker, IsNotTakenInByANearbyBallOfTheSameColour) {
+  Tracker tracker = make_tracker();
+  int passing = 0;
+  for (int k = 0; k < 40; ++k) {
+    // One rests at x = 200; the other passes above it and is hidden for a while.
+    std::vector<Eigen::Vector2d> centers{{200, 140}};
+    const bool hidden = k >= 22 && k < 27;
+    if (!hidden) centers.push_back({40.0 + 6 * k, 100});
+    const auto& tracks = tracker.update(picture_with(centers, 12), k * dt_s);
+    if (k == 0) passing = tracks[0].ball.outline.center_px.x() < 100 ? tracks[0].id : tracks[1].id;
+  }
+  const auto& tracks = tracker.update(picture_with({{200, 140}, {280, 100}}, 12), 40 * dt_s);
+  ASSERT_EQ(tracks.size(), 2u);
+  for (const Track& track : tracks) EXPECT_EQ(track.id == passing, track.ball.outline.center_px.x() > 240);
+}
+
+TEST(Tracker, IgnoresRepeatedAndBackwardTimes) {
+  Tracker tracker = make_tracker();
+  tracker.update(picture_with({{100, 100}}), 0);
+  tracker.update(picture_with({{103, 100}}), dt_s);
+  const double x = tracker.update(picture_with({{200, 100}}), dt_s).at(0).ball.outline.center_px.x();
+  EXPECT_NEAR(x, 103, 0.1);
+  EXPECT_NEAR(tracker.update(picture_with({{200, 100}}), 0.5 * dt_s).at(0).ball.outline.center_px.x(), 103,
+              0.1);
+  EXPECT_NEAR(tracker.update(picture_with({{200, 100}}), std::nan("")).at(0).ball.outline.center_px.x(), 103,
+              0.1);
+}
+
+TEST(TrackFilter, MeasurementsOfAStandstillGiveItsPlaceAndNoVelocity) {
+  BallFeatures features{{0.2, -0.1, 3}, {0.001, 0.001, 0.01}};
+  TrackFilter filter(features, 0, {});
+  for (int k = 1; k < 60; ++k) {
+    filter.predict(k * dt_s);
+    EXPECT_LT(filter.distance2(features), 1);
+    filter.correct(features);
+  }
+  EXPECT_LT((filter.value() - features.value).norm(), 1e-6);
+  EXPECT_LT(filter.velocity().norm(), 1e-4);
+  EXPECT_GT(filter.variance().minCoeff(), 0);
+}
+
+TEST(TrackFilter, FeaturesAndConeAreTheSameThing) {
+  BallObservation ball;
+  ball.cone = *TangentCone::of_sphere({0.3, -0.2, 1.1}, 0.05);
+  const BallFeatures features = features_of(ball, 0.02);
+  const TangentCone cone = cone_of(features.value);
+  EXPECT_LT((cone.axis - ball.cone.axis).norm(), 1e-12);
+  EXPECT_NEAR(cone.alpha_rad, ball.cone.alpha_rad, 1e-12);
+  EXPECT_LT((position_of(features.value, {0, 0, 0}, {0.05, 0}).p_C - Eigen::Vector3d(0.3, -0.2, 1.1)).norm(),
+            1e-12);
+}
+
+}  // namespace
+}  // namespace ballservo
