@@ -49,7 +49,7 @@ std::optional<ImageSize> checked_size(std::optional<std::uint32_t> width,
 }
 
 std::optional<ImageSize> png_size(std::string_view bytes) {
-  if (bytes.substr(0, 16).substr(12) != "IHDR") return std::nullopt;
+  if (bytes.size() < 24 || bytes.substr(12, 4) != "IHDR") return std::nullopt;
   const Bytes in(bytes);
   return checked_size(in.big32(16), in.big32(20));
 }

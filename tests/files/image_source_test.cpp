@@ -1,0 +1,130 @@
+#include "app/io/image_source.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <opencv2/videoio.hpp>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ballservo {
+namespace {
+
+class ImageSource : public testing::Test {
+ protected:
+  std::string put_image(const std::string& name, int width = 8) const {
+    write_image(folder.path() / name, cv::Mat(6, width, CV_8UC3, cv::Scalar(1, 2, 3)));
+    return (folder.path() / name).string();
+  }
+  std::string put_text(const std::string& name, const std::string& text) const {
+    std::ofstream(folder.path() / name, std::ios::binary) << text;
+    return (folder.path() / name).string();
+  }
+  /// A video whose picture k has the grey value 20 k.
+  std::string put_video(const std::string& name, int frames) const {
+    const std::string file = (folder.path() / name).string();
+    cv::VideoWriter writer(file, cv::VideoWriter::fourcc('F', 'F', 'V', '1'), 10, cv::Size(32, 16));
+    EXPECT_TRUE(writer.isOpened());
+    for (int k = 0; k < frames; ++k) writer.write(cv::Mat(16, 32, CV_8UC3, cv::Scalar::all(20 * k)));
+    return file;
+  }
+  static std::size_t faults_of(const std::vector<std::string>& sources) {
+    try {
+      open_sources(sources, 30, default_max_pixels);
+    } catch (const InputError& error) {
+      return error.faults().size();
+    }
+    return 0;
+  }
+
+  test::TemporaryFolder folder;
+};
+
+TEST_F(ImageSource, FolderIsReadInNaturalOrder) {
+  fs::create_directory(folder.path() / "in");
+  for (const char* name : {"in/a10.png", "in/a2.PNG", "in/a1.png", "in/.hidden.png"}) put_image(name);
+  put_text("in/notes.txt", "not a picture, and not named like one");
+  const auto sequences = open_sources({(folder.path() / "in").string()}, 10, default_max_pixels);
+  ASSERT_EQ(sequences.size(), 1u);
+  EXPECT_EQ(sequences[0]->length(), 3);
+  std::vector<std::string> names;
+  std::vector<double> times;
+  while (const auto frame = sequences[0]->next()) {
+    names.push_back(frame->source);
+    times.push_back(frame->time_s);
+    EXPECT_EQ(frame->index, 0);
+  }
+  EXPECT_THAT(names, testing::ElementsAre("a1.png", "a2.PNG", "a10.png"));
+  EXPECT_THAT(times, testing::ElementsAre(0, 0.1, 0.2));
+}
+
+TEST_F(ImageSource, SingleFilesFormOneSequenceInTheirOrder) {
+  const auto sequences = open_sources({put_image("b.png"), put_image("a.png")}, 30, default_max_pixels);
+  ASSERT_EQ(sequences.size(), 1u);
+  EXPECT_EQ(sequences[0]->next()->source, "b.png");
+  EXPECT_EQ(sequences[0]->next()->source, "a.png");
+  EXPECT_FALSE(sequences[0]->next());
+}
+
+TEST_F(ImageSource, VideoCarriesItsOwnTime) {
+  const auto sequences = open_sources({put_video("v.mkv", 5)}, 30, default_max_pixels);
+  ASSERT_EQ(sequences.size(), 1u);
+  int count = 0;
+  while (const auto frame = sequences[0]->next()) {
+    EXPECT_EQ(frame->index, count);
+    EXPECT_NEAR(frame->time_s, 0.1 * count, 0.002);
+    EXPECT_EQ(frame->source, "v.mkv");
+    EXPECT_NEAR(frame->bgr.at<cv::Vec3b>(8, 16)[1], 20 * count, 3);
+    ++count;
+  }
+  EXPECT_EQ(count, 5);
+}
+
+TEST_F(ImageSource, EveryBadSourceIsNamedAtOnce) {
+  put_image("good.png");
+  fs::create_directory(folder.path() / "empty");
+  EXPECT_EQ(faults_of({(folder.path() / "none.png").string(), put_text("zero.png", ""),
+                       put_text("text.png", "hello"), (folder.path() / "empty").string(), "camera:x",
+                       "camera:-1", "camera:999", (folder.path() / "good.png").string()}),
+            7u);
+  EXPECT_EQ(faults_of({}), 1u);
+}
+
+TEST_F(ImageSource, PlaylistsAndDamagedVideosAreRefused) {
+  const std::string video = put_video("v.mkv", 3);
+  EXPECT_EQ(faults_of({put_text("list.mkv", "ffconcat version 1.0\nfile v.mkv\n")}), 1u);
+  EXPECT_EQ(faults_of({put_text("list.m3u8", "#EXTM3U\n#EXTINF:1,\nv.mkv\n")}), 1u);
+  EXPECT_EQ(faults_of({put_text("cut.mkv", read_file_bytes(video, 1 << 20).substr(0, 60))}), 1u);
+}
+
+TEST_F(ImageSource, LargePicturesAndVideosAreRefusedBeforeDecoding) {
+  const std::vector<std::string> both = {put_image("wide.png", 1000), put_video("v.mkv", 2)};
+  try {
+    open_sources(both, 30, 100);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.faults().size(), 2u) << error.what();
+  }
+}
+
+TEST_F(ImageSource, ImageFilesRefuseWhatMoves) {
+  const std::string image = put_image("a.png");
+  EXPECT_EQ(image_files({image}), std::vector<fs::path>{image});
+  EXPECT_THROW(image_files({put_video("v.mkv", 2)}), InputError);
+  EXPECT_THROW(image_files({"camera:0"}), InputError);
+}
+
+TEST_F(ImageSource, RateMustBePositive) {
+  const std::string image = put_image("a.png");
+  for (const double fps : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(open_sources({image}, fps, default_max_pixels), InputError);
+  }
+}
+
+}  // namespace
+}  // namespace ballservo
