@@ -93,10 +93,15 @@ std::optional<BoardAdjustment> adjust_boards(const std::vector<Eigen::Vector3d>&
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
-  options.linear_solver_type = fixed_camera ? ceres::DENSE_QR : ceres::DENSE_SCHUR;
-  options.linear_solver_ordering = fixed_camera ? nullptr : ordering;
-  options.max_num_iterations = 500;
-  options.function_tolerance = 1e-13;
+  // The normal equations of a rational lens, whose numerator and denominator can trade places, often fail to
+  // factorise: there the QR decomposition, as long as it costs less than a second a step.
+  const double rows = 2.0 * static_cast<double>(board_points.size() * views.size());
+  const double columns = static_cast<double>(camera.size()) + 6.0 * static_cast<double>(views.size());
+  const bool by_qr = fixed_camera || (start.model == LensModel::brown8 && rows * columns * columns < 1e9);
+  options.linear_solver_type = by_qr ? ceres::DENSE_QR : ceres::DENSE_SCHUR;
+  options.linear_solver_ordering = by_qr ? nullptr : ordering;
+  options.max_num_iterations = 200;
+  options.function_tolerance = 1e-12;
   options.parameter_tolerance = 1e-12;
   options.gradient_tolerance = 1e-14;
   ceres::Solver::Summary summary;

@@ -138,15 +138,33 @@ double standard_error(const std::vector<double>& values) {
 
 struct Candidate {
   BoardAdjustment adjustment;
-  std::vector<double> held_out_px2;  // per view
+  std::vector<double> held_out_px2;  // per view; empty: none
 };
+
+bool covers_picture(const Camera& camera) {
+  const double right = camera.size().width_px - 1.0, bottom = camera.size().height_px - 1.0;
+  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0, 0), Eigen::Vector2d(right, 0),
+                                        Eigen::Vector2d(0, bottom), Eigen::Vector2d(right, bottom)})
+    if (!camera.unproject(corner)) return false;
+  return true;
+}
+
+/// Whether a model may be chosen without having been asked for: its lens does not fold within the picture.
+bool may_be_chosen(const Candidate& candidate) {
+  if (candidate.held_out_px2.empty()) return false;
+  try {
+    return covers_picture(Camera(candidate.adjustment.parameters));
+  } catch (const InputError&) {
+    return false;
+  }
+}
 
 /// The simplest candidate within one standard error of the best (Breiman et al., 1984); the candidates come
 /// simplest first.
 std::size_t choose(const std::vector<Candidate>& candidates) {
   std::size_t best = candidates.size();
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (candidates[i].held_out_px2.empty()) continue;
+    if (!may_be_chosen(candidates[i])) continue;
     if (best == candidates.size() || mean(candidates[i].held_out_px2) < mean(candidates[best].held_out_px2))
       best = i;
   }
@@ -154,7 +172,7 @@ std::size_t choose(const std::vector<Candidate>& candidates) {
   // The boards are the same for all, so the standard error of the difference on each board counts: the
   // boards' own differences are common to both.
   for (std::size_t i = 0; i < best; ++i) {
-    if (candidates[i].held_out_px2.empty()) continue;
+    if (!may_be_chosen(candidates[i])) continue;
     std::vector<double> difference;
     for (std::size_t v = 0; v < candidates[i].held_out_px2.size(); ++v)
       difference.push_back(candidates[i].held_out_px2[v] - candidates[best].held_out_px2[v]);
@@ -231,7 +249,7 @@ Camera sensible_camera(const Task& task, const BoardAdjustment& adjustment) {
   }
 }
 
-std::vector<std::string> warnings_of(const BoardCalibration& result, std::size_t folds) {
+std::vector<std::string> warnings_of(const BoardCalibration& result) {
   std::vector<std::string> warnings;
   if (result.rms_px > badly_fitting_rms_px)
     warnings.push_back(fmt::format("the model {} fits badly: RMS {:.2f} px (good corners give 0.1 to 0.5)",
@@ -241,15 +259,12 @@ std::vector<std::string> warnings_of(const BoardCalibration& result, std::size_t
   const double median = sorted[sorted.size() / 2];
   for (std::size_t v = 0; v < result.view_rms_px.size(); ++v)
     if (result.view_rms_px[v] > outlying_view * std::max(median, least_noise_px))
-      warnings.push_back(fmt::format("board {} fits {:.1f} times worse than the others do", v + 1,
+      warnings.push_back(fmt::format("board {} of those used fits {:.1f} times worse than the median", v + 1,
                                      result.view_rms_px[v] / median));
   if (!std::isfinite(result.held_out_rms_px))
-    warnings.push_back(fmt::format("without a {} of the boards there is no camera: take more pictures",
-                                   folds == 3 ? "third" : "part"));
-  const ImageSize size = result.camera.size();
-  if (!result.camera.unproject({0.0, 0.0}) || !result.camera.unproject({size.width_px - 1.0, 0.0}) ||
-      !result.camera.unproject({0.0, size.height_px - 1.0}) ||
-      !result.camera.unproject({size.width_px - 1.0, size.height_px - 1.0}))
+    warnings.push_back(
+        "some of the boards alone give no camera, so there is no held-out error: take more pictures");
+  if (!covers_picture(result.camera))
     warnings.push_back(
         "a corner of the picture lies beyond where this lens model is one-to-one; there no 3-D is given");
   return warnings;
@@ -309,7 +324,7 @@ BoardCalibration calibrate_from_boards(const Board& board, ImageSize size,
   for (const Candidate& candidate : candidates)
     result.trials.push_back({candidate.adjustment.parameters.model, candidate.adjustment.rms_px,
                              std::sqrt(mean(candidate.held_out_px2))});
-  result.warnings = warnings_of(result, std::min(views.size(), static_cast<std::size_t>(options.folds)));
+  result.warnings = warnings_of(result);
   return result;
 }
 

@@ -1,0 +1,271 @@
+// Board calibration: synthetic boards give back the camera that made them, to what the covariance promises;
+// real ones give the known figures.
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/camera/board_calibration.hpp"
+#include "calibration/camera/board_detector.hpp"
+#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
+#include "calibration/files/random.hpp"
+#include "tests/calibration/camera_examples.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace ballservo {
+namespace {
+
+using test::camera_examples;
+using test::camera_parameters;
+
+const Board chessboard{BoardPattern::chessboard, 9, 6, 0.025};
+
+/// A board wholly in the picture, tilted and turned by the stream's draws.
+BoardView random_view(const Camera& camera, const Board& board, RandomEngine& engine, double noise_px,
+                      double tilt_rad = 0.6) {
+  const Eigen::Vector3d middle(0.5 * board.square_m * (board.columns - 1),
+                               0.5 * board.square_m * (board.rows - 1), 0);
+  while (true) {
+    const double axis = uniform(engine, 0, 6.283185307179586);
+    const Eigen::AngleAxisd tilt(uniform(engine, 0.5 * tilt_rad, tilt_rad),
+                                 Eigen::Vector3d(std::cos(axis), std::sin(axis), 0));
+    const Eigen::AngleAxisd turn(uniform(engine, -3.1, 3.1), Eigen::Vector3d::UnitZ());
+    const auto ray = camera.unproject({uniform(engine, 0, 640), uniform(engine, 0, 480)});
+    const double range_m = uniform(engine, 0.15, 0.6) * camera.focal_px() / 500;
+    BoardView view;
+    for (const Eigen::Vector3d& point : board.points()) {
+      const auto pixel = camera.project(range_m * *ray + tilt * (turn * (point - middle)));
+      if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() > 639 || pixel->y() > 479) break;
+      view.push_back(*pixel + noise_px * Eigen::Vector2d(standard_normal(engine), standard_normal(engine)));
+    }
+    if (view.size() == board.points().size()) return view;
+  }
+}
+
+std::vector<BoardView> random_views(const Camera& camera, int count, double noise_px, std::uint64_t seed,
+                                    double tilt_rad = 0.6) {
+  RandomEngine engine = random_stream(seed, "boards");
+  std::vector<BoardView> views;
+  for (int i = 0; i < count; ++i)
+    views.push_back(random_view(camera, chessboard, engine, noise_px, tilt_rad));
+  return views;
+}
+
+BoardCalibrationOptions only(LensModel model) {
+  BoardCalibrationOptions options;
+  options.models = {model};
+  return options;
+}
+
+class EveryLensCalibrated : public testing::TestWithParam<test::CameraExample> {};
+
+INSTANTIATE_TEST_SUITE_P(Models, EveryLensCalibrated, testing::ValuesIn(camera_examples()),
+                         [](const auto& example) { return example.param.name; });
+
+TEST_P(EveryLensCalibrated, ExactBoardsGiveTheCameraBack) {
+  const Camera truth(GetParam().parameters);
+  const auto result = calibrate_from_boards(chessboard, truth.size(), random_views(truth, 15, 0, 1),
+                                            only(truth.parameters().model));
+  EXPECT_LT(result.rms_px, 1e-5);
+  EXPECT_LT(result.held_out_rms_px, 1e-4);
+  // What counts is where rays go: the rational lens has nearly equal ones with other coefficients.
+  for (double v = 20; v < 480; v += 44)
+    for (double u = 20; u < 640; u += 60) {
+      const auto pixel = result.camera.project(*truth.unproject({u, v}));
+      ASSERT_TRUE(pixel);
+      EXPECT_LT((*pixel - Eigen::Vector2d(u, v)).norm(), 1e-2);
+    }
+}
+
+TEST_P(EveryLensCalibrated, TheCovarianceTellsTheErrors) {
+  // The squared Mahalanobis distance of the estimate from the truth has the mean of its dimension.
+  const Camera truth(GetParam().parameters);
+  if (truth.parameters().model == LensModel::brown8)
+    GTEST_SKIP() << "its numerator and denominator trade places: not near enough to linear for this test";
+  constexpr int trials = 12;
+  constexpr double noise_px = 0.1;
+  double distance = 0, rms = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const auto result = calibrate_from_boards(
+        chessboard, truth.size(), random_views(truth, 10, noise_px, 100 + static_cast<std::uint64_t>(trial)),
+        only(truth.parameters().model));
+    const Eigen::VectorXd error =
+        parameter_vector(result.camera.parameters()) - parameter_vector(truth.parameters());
+    const Eigen::VectorXd weighted = result.covariance.ldlt().solve(error);
+    distance += error.dot(weighted) / static_cast<double>(error.size()) / trials;
+    rms += result.rms_px / trials;
+    EXPECT_GT(result.held_out_rms_px, 0.5 * result.rms_px);
+  }
+  // Mean of chi^2 / n over 12 trials: standard deviation sqrt(2 / 12 n), at most 0.21 for n = 4.
+  EXPECT_GT(distance, 0.45);
+  EXPECT_LT(distance, 1.75);
+  EXPECT_NEAR(rms, noise_px * std::sqrt(2.0), 0.02);
+}
+
+TEST(BoardCalibration, AutoTakesTheSimplestModelThatSuffices) {
+  BoardCalibrationOptions options;
+  options.models = {LensModel::brown8, LensModel::brown, LensModel::pinhole, LensModel::visp};
+  for (const char* name : {"pinhole", "visp_barrel", "brown"}) {
+    for (const auto& example : camera_examples()) {
+      if (example.name != name) continue;
+      const Camera truth(example.parameters);
+      const auto result =
+          calibrate_from_boards(chessboard, truth.size(), random_views(truth, 12, 0.1, 5), options);
+      EXPECT_EQ(result.camera.parameters().model, truth.parameters().model) << name;
+      EXPECT_EQ(result.trials.size(), 4u);
+    }
+  }
+}
+
+TEST(BoardCalibration, ABallsUncertaintyIsWhatRandomCamerasScatter) {
+  const Camera camera(camera_parameters(LensModel::visp, 535, {0.33}));
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(5, 5);
+  covariance.diagonal() << 1.0, 1.0, 0.0, 0.0, 0.0;
+  // Both focal lengths wrong together by s would put a ball at Z wrong by Z s / f; independent ones half that
+  // variance in depth, and sideways motion off the axis: between 0.7 and 3 of it.
+  const auto sigma = ball_sigma_mm(camera, covariance);
+  ASSERT_TRUE(sigma);
+  EXPECT_GT(*sigma, 0.7 * 1000 / 535.0);
+  EXPECT_LT(*sigma, 3 * 1000 / 535.0);
+  EXPECT_NEAR(*ball_sigma_mm(camera, 4 * covariance), 2 * *sigma, 1e-3 * *sigma);
+  EXPECT_EQ(*ball_sigma_mm(camera, 0 * covariance), 0);
+  // A principal point wrong by 1 px turns every ray by about 1 / f.
+  covariance.diagonal() << 0.0, 0.0, 1.0, 0.0, 0.0;
+  CameraParameters pinhole = camera_parameters(LensModel::pinhole, 5350, {});
+  const auto shift = ball_sigma_mm(Camera(pinhole), covariance.topLeftCorner(4, 4));
+  ASSERT_TRUE(shift);
+  EXPECT_NEAR(*shift, 1000 / 5350.0, 0.02);
+}
+
+TEST(BoardCalibration, RefusesWhatCannotTellTheFocalLength) {
+  const Camera truth(camera_parameters(LensModel::brown, 533, {-0.28, 0.05, 1e-3, -5e-4, 0.09}));
+  EXPECT_THROW(calibrate_from_boards(chessboard, truth.size(), {}), Refusal);
+  EXPECT_THROW(calibrate_from_boards(chessboard, truth.size(), random_views(truth, 2, 0.1, 3)), Refusal);
+  // Boards parallel to the picture: focal length and distance cannot be told apart.
+  for (const LensModel model : {LensModel::pinhole, LensModel::visp, LensModel::brown}) {
+    const Camera camera(model == LensModel::brown ? truth.parameters()
+                                                  : camera_parameters(LensModel::pinhole, 533, {}));
+    EXPECT_THROW(
+        calibrate_from_boards(chessboard, truth.size(), random_views(camera, 8, 0.1, 4, 1e-3), only(model)),
+        Refusal);
+  }
+  // The same picture three times.
+  const BoardView view = random_views(truth, 1, 0.1, 6).front();
+  EXPECT_THROW(calibrate_from_boards(chessboard, truth.size(), {view, view, view}), Refusal);
+}
+
+TEST(BoardCalibration, RefusesPointsThatAreNoBoard) {
+  RandomEngine engine = random_stream(1, "nonsense");
+  std::vector<BoardView> views(5);
+  for (BoardView& view : views)
+    for (int i = 0; i < 54; ++i) view.emplace_back(uniform(engine, 0, 639), uniform(engine, 0, 479));
+  EXPECT_THROW(calibrate_from_boards(chessboard, {640, 480}, views), Refusal);
+  for (BoardView& view : views)
+    for (auto& point : view) point = {320, 240};
+  EXPECT_THROW(calibrate_from_boards(chessboard, {640, 480}, views), Refusal);
+}
+
+TEST(Boards, NamesAndFaults) {
+  const Board board = parse_board("chessboard:9x6", 0.025);
+  EXPECT_EQ(board.columns, 9);
+  EXPECT_EQ(board.rows, 6);
+  EXPECT_EQ(board.points().size(), 54u);
+  EXPECT_EQ(parse_board("acircles:4x11", 0.02).points()[5], Eigen::Vector3d(0.06, 0.02, 0));
+  for (const char* text :
+       {"", "chessboard", "chessboard:", "chessboard:9", "chessboard:9x", "chessboard:9x-6",
+        "chessboard:9x6x3", "chessboard:2x6", "chessboard:9x1000", "charuco:9x6", "9x6"})
+    EXPECT_THROW(parse_board(text, 0.025), InputError) << text;
+  for (const double square : {0.0, -0.025, std::nan(""), HUGE_VAL})
+    EXPECT_THROW(parse_board("chessboard:9x6", square), InputError) << square;
+  try {
+    parse_board("charuco:9x6", -1);
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.faults().size(), 2u);
+  }
+}
+
+TEST(BoardDetector, PicturesWithoutABoard) {
+  for (const cv::Size size : {cv::Size(1, 1), cv::Size(16, 16), cv::Size(640, 480)})
+    for (const int grey : {0, 128, 255}) {
+      EXPECT_FALSE(find_board(cv::Mat(size, CV_8UC3, cv::Scalar::all(grey)), chessboard));
+      EXPECT_FALSE(
+          find_board(cv::Mat(size, CV_8UC1, cv::Scalar::all(grey)), parse_board("circles:6x6", 0.03)));
+    }
+}
+
+TEST(BoardDetector, PaintedCornersToATenthOfAPixel) {
+  // Squares of 40 px whose corners lie between pixels, painted 8 times larger and averaged down.
+  constexpr int square = 40, factor = 8;
+  cv::Mat large(480 * factor, 640 * factor, CV_8UC3, cv::Scalar::all(230));
+  for (int row = 0; row < 7; ++row)
+    for (int column = 0; column < 10; ++column)
+      if ((row + column) % 2 == 0)
+        cv::rectangle(large,
+                      cv::Rect((80 + square * column) * factor, (80 + square * row) * factor, square * factor,
+                               square * factor),
+                      cv::Scalar::all(30), cv::FILLED);
+  cv::Mat image;
+  cv::resize(large, image, {}, 1.0 / factor, 1.0 / factor, cv::INTER_AREA);
+  const auto corners = find_board(image, chessboard);
+  ASSERT_TRUE(corners);
+  for (const Eigen::Vector2d& corner : *corners) {
+    // The first inner corner is at the edge between pixels 119 and 120.
+    const Eigen::Vector2d steps = (corner - Eigen::Vector2d(119.5, 119.5)) / square;
+    EXPECT_LT((steps - Eigen::Vector2d(std::round(steps.x()), std::round(steps.y()))).norm() * square, 0.1);
+  }
+}
+
+std::vector<BoardView> views_of(const std::filesystem::path& folder, const std::vector<std::string>& names,
+                                const Board& board) {
+  std::vector<BoardView> views;
+  for (const std::string& name : names)
+    if (const auto view = find_board(read_color_image(folder / name), board)) views.push_back(*view);
+  return views;
+}
+
+TEST(RealBoards, OpenCvsLeftCamera) {
+  const auto folder = test::opencv_doc_dir();
+  if (!folder) GTEST_SKIP() << "opencv-doc is not installed";
+  std::vector<std::string> names;
+  for (int i = 1; i <= 14; ++i)
+    if (i != 10) names.push_back((i < 10 ? "left0" : "left") + std::to_string(i) + ".jpg");
+  const auto views = views_of(*folder, names, chessboard);
+  ASSERT_EQ(views.size(), 13u);
+  const auto brown = calibrate_from_boards(chessboard, {640, 480}, views, only(LensModel::brown));
+  EXPECT_LE(brown.rms_px, 0.185);
+  EXPECT_NEAR(brown.camera.parameters().fx_px, 533.1, 1);
+  EXPECT_LT(brown.held_out_rms_px, 0.2);
+  double sum = 0;
+  for (const double rms : brown.view_rms_px) sum += rms * rms;
+  EXPECT_NEAR(std::sqrt(sum / 13), brown.rms_px, 1e-12);
+  const auto visp = calibrate_from_boards(chessboard, {640, 480}, views, only(LensModel::visp));
+  EXPECT_LT(visp.rms_px, 0.21);
+  EXPECT_LT(brown.rms_px, visp.rms_px);
+}
+
+TEST(RealBoards, CirclesAndFactoryFigures) {
+  const auto folder = test::shared_data_dir();
+  if (!folder) GTEST_SKIP() << "the pictures of others are not here";
+  const Board circles = parse_board("circles:6x6", 0.034);
+  std::vector<std::string> names;
+  for (int i = 1; i <= 5; ++i) names.push_back("circles-0" + std::to_string(i) + ".jpg");
+  const auto small = calibrate_from_boards(
+      circles, {320, 240}, views_of(*folder / "calib_visp_circles", names, circles), only(LensModel::brown));
+  EXPECT_LT(small.rms_px, 0.28);
+  EXPECT_NEAR(small.camera.parameters().fx_px, 271.9, 0.5);
+  const Board board = parse_board("chessboard:9x6", 0.0236);
+  names.clear();
+  for (int i = 1; i <= 8; ++i) names.push_back("franka_image-" + std::to_string(i) + ".png");
+  const auto franka = calibrate_from_boards(
+      board, {640, 480}, views_of(*folder / "calib_visp_franka", names, board), only(LensModel::brown));
+  EXPECT_LT(franka.rms_px, 0.26);
+  EXPECT_NEAR(franka.camera.parameters().fx_px, 602.4, 1);
+}
+
+}  // namespace
+}  // namespace ballservo
