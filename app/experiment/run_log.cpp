@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "app/io/ball_rows.hpp"
+#include "app/offline/comparison_statistics.hpp"
 #include "calibration/files/numbers.hpp"
 
 namespace ballservo {
@@ -26,15 +25,6 @@ std::string log_csv(const std::vector<StepRecord>& steps) {
                        number_text(s.range_m), number_text(s.bearing_rad), number_text(s.clearance_m));
   }
   return csv;
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const double place = std::clamp(share, 0.0, 1.0) * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(std::floor(place));
-  const std::size_t above = std::min(below + 1, values.size() - 1);
-  return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
 nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& timing) {

@@ -16,7 +16,4 @@ std::string log_csv(const std::vector<StepRecord>& steps);
 /// `timing` alone.
 nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& timing);
 
-/// The value below which a share of the (unordered) values lies, by linear interpolation; NaN for none.
-double quantile(std::vector<double> values, double share);
-
 }  // namespace ballservo
