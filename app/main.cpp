@@ -40,7 +40,10 @@ void add_commands(CLI::App& program, Action& action) {
   CLI::App& calibrate =
       *program.add_subcommand("calibrate", "Learn a camera or the colours of balls from pictures");
   calibrate.require_subcommand(1);
+  add_calibrate_camera_command(calibrate, action);
+  add_calibrate_colors_command(calibrate, action);
   add_render_command(program, action);
+  add_servo_command(program, action);
   add_compare_command(program, action);
 }
 

@@ -1,0 +1,239 @@
+#include "app/report/color_preview.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "app/report/overlay.hpp"
+#include "app/report/picture.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr int side = ChromaHistogram::side;
+constexpr int plane_px = 640;
+constexpr float plane_lightness = 70;
+
+/// The part of the (a, b) plane that is drawn: a square around grey, large enough for every sample.
+class ChromaPlane {
+ public:
+  explicit ChromaPlane(const std::vector<cv::Mat1b>& used) {
+    double farthest = 20;
+    for (const cv::Mat1b& cells : used) {
+      for (int i = 0; i < side * side; ++i) {
+        if (!cells(i / side, i % side)) continue;
+        farthest = std::max(
+            {farthest, std::abs(2.0 * (i % side) + 1 - side), std::abs(2.0 * (i / side) + 1 - side)});
+      }
+    }
+    reach_ = std::min(128.0, std::ceil((farthest + 4) / 10) * 10);
+  }
+
+  double a_at(int x) const { return (x + 0.5 - plane_px / 2) * reach_ / (plane_px / 2); }
+  double b_at(int y) const { return (plane_px / 2 - y - 0.5) * reach_ / (plane_px / 2); }
+  cv::Point point(double a, double b) const {
+    return {static_cast<int>(std::lround((a / reach_ + 1) * (plane_px / 2))),
+            static_cast<int>(std::lround((1 - b / reach_) * (plane_px / 2)))};
+  }
+  /// The histogram cell under a pixel.
+  cv::Point cell(int x, int y) const {
+    const int cell = chroma_cell(a_at(x), b_at(y));
+    return {cell % side, cell / side};
+  }
+
+  /// The plane in its own colours, dimmed, and at `brightness` (0 to 1, by pixel).
+  template <class Brightness>
+  cv::Mat drawn(Brightness brightness) const {
+    cv::Mat3f lab(plane_px, plane_px);
+    for (int y = 0; y < plane_px; ++y) {
+      for (int x = 0; x < plane_px; ++x) {
+        lab(y, x) = {plane_lightness, static_cast<float>(a_at(x)), static_cast<float>(b_at(y))};
+      }
+    }
+    cv::Mat3f bgr;
+    cv::cvtColor(lab, bgr, cv::COLOR_Lab2BGR);
+    cv::Mat3b result(plane_px, plane_px);
+    const cv::Vec3f paper(0.11f, 0.10f, 0.10f);
+    for (int y = 0; y < plane_px; ++y) {
+      for (int x = 0; x < plane_px; ++x) {
+        const auto share = static_cast<float>(brightness(cell(x, y)));
+        const cv::Vec3f color = paper * (1 - share) + bgr(y, x) * share;
+        for (int k = 0; k < 3; ++k) result(y, x)[k] = cv::saturate_cast<std::uint8_t>(255 * color[k]);
+      }
+    }
+    return result;
+  }
+
+  /// Axes, and rings of equal chroma with their values.
+  void draw_axes(cv::Mat& picture) const {
+    const cv::Scalar line(95, 95, 95), text(190, 190, 190);
+    const cv::Point middle = point(0, 0);
+    cv::line(picture, {0, middle.y}, {plane_px - 1, middle.y}, line, 1);
+    cv::line(picture, {middle.x, 0}, {middle.x, plane_px - 1}, line, 1);
+    const double step = reach_ > 60 ? 25 : reach_ > 30 ? 10 : 5;
+    for (double chroma = step; chroma < reach_; chroma += step) {
+      cv::circle(picture, middle, point(chroma, 0).x - middle.x, line, 1, cv::LINE_AA);
+      cv::putText(picture, fmt::format("{}", chroma), point(chroma, 0) + cv::Point(3, -4),
+                  cv::FONT_HERSHEY_SIMPLEX, 0.4, text, 1, cv::LINE_AA);
+    }
+    cv::putText(picture, "a", {plane_px - 18, middle.y + 18}, cv::FONT_HERSHEY_SIMPLEX, 0.55, text, 1,
+                cv::LINE_AA);
+    cv::putText(picture, "b", {middle.x + 8, 16}, cv::FONT_HERSHEY_SIMPLEX, 0.55, text, 1, cv::LINE_AA);
+  }
+
+ private:
+  double reach_ = 128;
+};
+
+/// Text that can be read on anything.
+void put_label(cv::Mat& picture, const std::string& text, cv::Point at, double size) {
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {0, 0, 0}, 3, cv::LINE_AA);
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 1, cv::LINE_AA);
+}
+
+cv::Mat distribution(const ColorTable& colors, const ChromaPlane& plane) {
+  cv::Mat1d counts = cv::Mat1d::zeros(side, side);
+  for (const ColorClass& color : colors.classes) {
+    for (int i = 0; i < side * side; ++i) counts(i / side, i % side) += color.histogram.counts[i];
+  }
+  double most = 0;
+  cv::minMaxLoc(counts, nullptr, &most);
+  cv::Mat picture = plane.drawn([&](const cv::Point& cell) {
+    if (counts(cell) <= 0) return 0.0;
+    return 0.25 + 0.75 * std::log1p(counts(cell)) / std::log1p(most);
+  });
+  plane.draw_axes(picture);
+  return picture;
+}
+
+cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>& groups,
+                       const ChromaPlane& plane) {
+  cv::Mat picture = plane.drawn([&](const cv::Point& cell) {
+    double share = 0;
+    for (const ChromaGroup& group : groups) {
+      if (group.core(cell)) return 1.0;
+      if (group.cells(cell)) share = 0.5;
+    }
+    return share;
+  });
+  plane.draw_axes(picture);
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    cv::Mat1b shape(plane_px, plane_px);
+    for (int y = 0; y < plane_px; ++y) {
+      for (int x = 0; x < plane_px; ++x) shape(y, x) = groups[k].cells(plane.cell(x, y));
+    }
+    std::vector<std::vector<cv::Point>> outlines;
+    cv::findContours(shape, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    cv::drawContours(picture, outlines, -1, {255, 255, 255}, 1, cv::LINE_AA);
+    const cv::Moments moments = cv::moments(groups[k].core, true);
+    if (moments.m00 <= 0) continue;
+    const cv::Point at = plane.point(2 * (moments.m10 / moments.m00 + 0.5) - side,
+                                     2 * (moments.m01 / moments.m00 + 0.5) - side);
+    const int width =
+        cv::getTextSize(colors.classes[k].name, cv::FONT_HERSHEY_SIMPLEX, 0.6, 1, nullptr).width;
+    put_label(picture, colors.classes[k].name,
+              {std::clamp(at.x - width / 2, 4, std::max(4, plane_px - width - 4)), at.y + 6}, 0.6);
+  }
+  return picture;
+}
+
+cv::Mat segments_picture(const LearntColors& colors, std::size_t index, cv::Size size) {
+  const cv::Mat& modes = colors.pictures[index].modes;
+  cv::Mat3f luv(modes.size());
+  for (int y = 0; y < modes.rows; ++y) {
+    for (int x = 0; x < modes.cols; ++x) {
+      const cv::Vec2f& c = modes.at<cv::Vec2f>(y, x);
+      luv(y, x) = {plane_lightness, c[0], c[1]};
+    }
+  }
+  cv::Mat bgr, picture;
+  cv::cvtColor(luv, bgr, cv::COLOR_Luv2BGR);
+  bgr.convertTo(picture, CV_8U, 255);
+  if (picture.size() != size) cv::resize(picture, picture, size, 0, 0, cv::INTER_NEAREST);
+  const int thickness = std::max(1, size.width / 500);
+  for (const LearntClass& learnt : colors.classes) {
+    for (const LearntCircle& circle : learnt.circles) {
+      if (circle.picture != index) continue;
+      constexpr int bits = 4;
+      const cv::Point center(cvRound(circle.center_px.x() * (1 << bits)),
+                             cvRound(circle.center_px.y() * (1 << bits)));
+      const int radius = cvRound(circle.radius_px * (1 << bits));
+      cv::circle(picture, center, radius, {0, 0, 0}, thickness + 2, cv::LINE_AA, bits);
+      cv::circle(picture, center, radius, {255, 255, 255}, thickness, cv::LINE_AA, bits);
+    }
+  }
+  return picture;
+}
+
+cv::Mat classes_picture(const ColorTable& colors, const cv::Mat& bgr) {
+  std::vector<cv::Vec3b> shown(colors.classes.size() + 1);
+  for (std::size_t k = 1; k < shown.size(); ++k) {
+    const cv::Scalar color = class_display_color(colors, static_cast<ClassIndex>(k));
+    const double brightest = std::max({color[0], color[1], color[2], 1.0});
+    for (int channel = 0; channel < 3; ++channel) {
+      shown[k][channel] = cv::saturate_cast<std::uint8_t>(color[channel] * 240 / brightest);
+    }
+  }
+  cv::Mat grey, picture;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(grey * 0.35 + 10, picture, cv::COLOR_GRAY2BGR);
+  for (int y = 0; y < bgr.rows; ++y) {
+    for (int x = 0; x < bgr.cols; ++x) {
+      const cv::Vec3b& c = bgr.at<cv::Vec3b>(y, x);
+      const ClassIndex index = colors.classify(c[0], c[1], c[2]);
+      if (index != no_class) picture.at<cv::Vec3b>(y, x) = shown[index];
+    }
+  }
+  return picture;
+}
+
+std::vector<PreviewPanel> chroma_panels(const ColorTable& colors, const std::vector<ChromaGroup>& groups) {
+  std::vector<cv::Mat1b> used;
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    used.push_back(groups[k].cells);
+    const auto& counts = colors.classes[k].histogram.counts;
+    cv::Mat1b occupied(side, side);
+    for (int i = 0; i < side * side; ++i) occupied(i / side, i % side) = counts[i] > 0 ? 255 : 0;
+    used.push_back(occupied);
+  }
+  const ChromaPlane plane(used);
+  return {{"c_chroma", "(c) chroma of the samples", distribution(colors, plane)},
+          {"d_groups", "(d) colour groups after closing", groups_picture(colors, groups, plane)}};
+}
+
+}  // namespace
+
+std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::vector<ColorPicture>& pictures,
+                                        std::size_t picture) {
+  const cv::Mat& bgr = pictures.at(picture).bgr;
+  std::vector<ChromaGroup> groups;
+  for (const LearntClass& learnt : colors.classes) groups.push_back(learnt.group);
+  std::vector<PreviewPanel> panels = {{"a_source", "(a) source: " + pictures[picture].source, bgr.clone()},
+                                      {"b_segments", "(b) mean shift on chroma, circles accepted",
+                                       segments_picture(colors, picture, bgr.size())}};
+  for (PreviewPanel& panel : chroma_panels(colors.table, groups)) panels.push_back(std::move(panel));
+  panels.push_back({"e_classes", "(e) class of every pixel", classes_picture(colors.table, bgr)});
+  return panels;
+}
+
+std::vector<PreviewPanel> color_preview(const ColorTable& colors) {
+  std::vector<ChromaGroup> groups;
+  for (const ColorClass& color : colors.classes) groups.push_back(chroma_group(color.histogram));
+  return chroma_panels(colors, groups);
+}
+
+cv::Mat preview_figure(const std::vector<PreviewPanel>& panels) {
+  constexpr double panel_height = 440, panel_width = 600;
+  std::vector<std::pair<std::string, cv::Mat>> named;
+  for (const PreviewPanel& panel : panels) {
+    const double scale = std::min(panel_width / panel.picture.cols, panel_height / panel.picture.rows);
+    cv::Mat fitted;
+    cv::resize(panel.picture, fitted, {}, scale, scale, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
+    named.emplace_back(panel.caption, fitted);
+  }
+  return labelled_grid(named, 3);
+}
+
+}  // namespace ballservo

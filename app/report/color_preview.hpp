@@ -1,0 +1,31 @@
+// The paper's figure 1: how colours were learnt from a picture.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "calibration/color/learn_colors.hpp"
+
+namespace ballservo {
+
+/// A panel: its name for a file ("b_segments"), its caption, and the picture (8-bit BGR).
+struct PreviewPanel {
+  std::string name, caption;
+  cv::Mat picture;
+};
+
+/// The five panels for one of the pictures that were learnt from: (a) the picture, (b) its chroma after mean
+/// shift, at one lightness, with the circles that were accepted, (c) the chroma of all samples over (a, b) of
+/// Lab, (d) the groups of cells that became classes, and (e) the class of every pixel, the others grey.
+std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::vector<ColorPicture>& pictures,
+                                        std::size_t picture);
+
+/// Panels (c) and (d) alone, from a colours file: the groups are found anew from its histograms.
+std::vector<PreviewPanel> color_preview(const ColorTable& colors);
+
+/// The panels side by side with their captions.
+cv::Mat preview_figure(const std::vector<PreviewPanel>& panels);
+
+}  // namespace ballservo
