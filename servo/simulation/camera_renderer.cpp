@@ -14,6 +14,7 @@ namespace ballservo {
 
 namespace {
 
+constexpr int tile_width = 32, tile_height = 8;
 constexpr int cells = 4;                   // samples of an edge pixel, per side
 constexpr int squares = 2;                 // squares of a cell, per side, for ball outlines
 constexpr double outline_reach_px = 0.75;  // a little more than half a pixel's diagonal
@@ -82,9 +83,29 @@ constexpr std::array<std::array<double, 2>, cells* cells> cell_offsets = [] {
   return offsets;
 }();
 
+/// A ball whose cone reaches into a pixel, and whether the pixel lies all inside it.
+struct NearBall {
+  const BallCone* cone;
+  bool whole;
+};
+
+void find_near_balls(const std::vector<BallCone>& cones, const PixelRays& rays, double reach_rad,
+                     std::vector<NearBall>& found) {
+  found.clear();
+  const Eigen::Vector3d u = rays.at(0.5, 0.5).normalized();
+  for (const BallCone& cone : cones) {
+    const double cosine = u.dot(cone.axis);
+    const double sine = (u - cosine * cone.axis).norm();
+    const double inside =
+        cone.sin_alpha * cosine - cone.cos_alpha * sine;  // sine of the angle inside the cone
+    if (cosine <= 0 || inside < -reach_rad) continue;
+    found.push_back({&cone, inside > reach_rad});
+  }
+}
+
 /// The colour of a pixel that edges cross.
-Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<int>& solids,
-               double pixel_rad) {
+Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<NearBall>& balls,
+               const std::vector<int>& solids, double pixel_rad) {
   struct Shaded {
     int surface;
     Rgb color;
@@ -100,10 +121,11 @@ Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<i
       const Eigen::Vector3d direction = rays.at(x, y).normalized();
       const SurfaceHit hit = view.scene.hit_surface(view.origin, direction, solids);
       double rest = 1.0;
-      for (const BallCone& cone : view.cones) {
+      for (const auto& [near_cone, whole] : balls) {
+        const BallCone& cone = *near_cone;
         if (cone.tangent_distance >= hit.t) continue;
-        double share = 0;
-        for (int sj = 0; sj < squares; ++sj) {
+        double share = whole ? squares * squares : 0;
+        for (int sj = 0; sj < squares && !whole; ++sj) {
           for (int si = 0; si < squares; ++si) {
             share += ball_share(cone, rays, (i + (si + 0.5) / squares) / cells,
                                 (j + (sj + 0.5) / squares) / cells, 1.0 / (cells * squares));
@@ -173,7 +195,7 @@ std::vector<SolidCone> solid_cones(const Scene& scene, const Eigen::Vector3d& or
 }  // namespace
 
 CameraRenderer::CameraRenderer(const Camera& camera, World world, const SensorOptions& sensor)
-    : camera_(camera), world_(std::move(world)), sensor_(sensor) {
+    : camera_(camera), world_(std::move(world)), light_map_(world_), sensor_(sensor) {
   FaultList faults;
   sensor_.check(faults, "sensor");
   faults.throw_if_any();
@@ -188,10 +210,18 @@ CameraRenderer::CameraRenderer(const Camera& camera, World world, const SensorOp
                    static_cast<std::size_t>(column)] = ray->cast<float>();
     }
   });
+  const auto stride = static_cast<std::size_t>(width);
+  for (std::size_t k = stride; k < corner_rays_.size(); ++k) {
+    const Eigen::Vector3f& here = corner_rays_[k];
+    const float along = k % stride == 0 ? 0.0f : (here - corner_rays_[k - 1]).norm();
+    for (const float step : {along, (here - corner_rays_[k - stride]).norm()}) {
+      if (step > widest_pixel_rad_) widest_pixel_rad_ = step;  // never for NaN
+    }
+  }
 }
 
 cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
-  const Scene scene(world_, camera_view.time_s);
+  const Scene scene(world_, camera_view.time_s, &light_map_);
   const Viewpoint view{scene, camera_view.X_WC.translation(), camera_view.X_WC.linear(),
                        ball_cones(scene, camera_view.X_WC.translation())};
   const int width = camera_.size().width_px, height = camera_.size().height_px;
@@ -220,50 +250,76 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
     }
   };
 
+  // The solids that some ray of a tile could meet; all of them where the lens leaves a corner dark.
+  const auto tile_candidates = [&](int row, int column, int rows, int columns, std::vector<int>& found) {
+    const Eigen::Vector3d middle = center_ray(row + rows / 2, column + columns / 2);
+    double min_cosine = 1.0;
+    for (const int r : {row, row + rows}) {
+      for (const int c : {column, column + columns}) {
+        const Eigen::Vector3d corner =
+            view.R_WC *
+            corner_rays_[static_cast<std::size_t>(r) * stride + static_cast<std::size_t>(c)].cast<double>();
+        min_cosine = std::min(min_cosine, corner.allFinite() ? corner.dot(middle) : -1.0);
+      }
+    }
+    const double reach = 1.2 * std::acos(std::clamp(min_cosine, -1.0, 1.0)) + 2 * pixel_rad;
+    found.clear();
+    for (std::size_t k = 0; k < solids.size(); ++k) {
+      const double angle = std::acos(std::clamp(middle.dot(solids[k].axis), -1.0, 1.0));
+      if (!(angle - reach > std::acos(solids[k].min_cosine))) found.push_back(static_cast<int>(k));
+    }
+  };
+
+  // What a pixel shows at its centre; its colour, unless an outline crosses it.
+  const auto show_center = [&](int row, int column, const std::vector<int>& near_solids, Rgb& color) {
+    const Eigen::Vector3d direction = center_ray(row, column);
+    if (!direction.allFinite()) return no_ray;
+    const SurfaceHit hit = scene.hit_surface(view.origin, direction, near_solids);
+    int ball = -1;
+    for (const BallCone& cone : view.cones) {
+      const double cosine = direction.dot(cone.axis);
+      if (cosine < cone.cos_alpha - 2 * widest_rad * (cone.sin_alpha + widest_rad)) continue;
+      if (cone.tangent_distance >= hit.t) continue;
+      const double sine = (direction - cosine * cone.axis).norm();
+      const double inside = cone.sin_alpha * cosine - cone.cos_alpha * sine;
+      if (std::abs(inside) < widest_rad) return outline_here;
+      if (inside > 0) {
+        ball = cone.ball;
+        break;
+      }
+    }
+    color = ball >= 0 ? scene.shade_ball(ball, view.origin, direction)
+                      : scene.shade_surface(hit, view.origin, direction, pixel_rad);
+    return ball >= 0 ? first_ball - ball : hit.surface;
+  };
+
   // First every pixel by its centre, then those that an edge crosses again, cut into squares.
   std::vector<int> surfaces(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const auto surface_row = [&](int row) {
     return surfaces.data() + static_cast<std::ptrdiff_t>(row) * width;
   };
   cv::Mat colors(height, width, CV_32FC3);
-  tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
+  const int tile_columns = (width + tile_width - 1) / tile_width,
+            tile_rows = (height + tile_height - 1) / tile_height;
+  tbb::parallel_for(0, tile_rows, [&](int tile_row) {
     std::vector<int> near_solids;
-    for (int row = rows.begin(); row < rows.end(); ++row) {
-      float* out = colors.ptr<float>(row);
-      int* surface = surface_row(row);
-      for (int column = 0; column < width; ++column, out += 3, ++surface) {
-        const Eigen::Vector3d direction = center_ray(row, column);
-        Rgb color = Rgb::Zero();
-        if (direction.allFinite()) {
-          candidates(direction, near_solids);
-          const SurfaceHit hit = scene.hit_surface(view.origin, direction, near_solids);
-          *surface = hit.surface;
-          int ball = -1;
-          bool crossed = false;
-          for (const BallCone& cone : view.cones) {
-            const double cosine = direction.dot(cone.axis);
-            if (cosine < cone.cos_alpha - 2 * widest_rad * (cone.sin_alpha + widest_rad)) continue;
-            if (cone.tangent_distance >= hit.t) continue;
-            const double angle = std::atan2((direction - cosine * cone.axis).norm(), cosine);
-            const double alpha = std::asin(cone.sin_alpha);
-            if (std::abs(angle - alpha) < widest_rad) crossed = true;
-            if (ball < 0 && angle < alpha) ball = cone.ball;
-          }
-          if (ball >= 0) *surface = first_ball - ball;
-          if (crossed) *surface = outline_here;
-          if (!crossed) {
-            color = ball >= 0 ? scene.shade_ball(ball, view.origin, direction)
-                              : scene.shade_surface(hit, view.origin, direction, pixel_rad);
-          }
-        } else {
-          *surface = no_ray;
+    const int top = tile_row * tile_height, bottom = std::min(top + tile_height, height);
+    for (int tile_column = 0; tile_column < tile_columns; ++tile_column) {
+      const int left = tile_column * tile_width, right = std::min(left + tile_width, width);
+      tile_candidates(top, left, bottom - top, right - left, near_solids);
+      for (int row = top; row < bottom; ++row) {
+        for (int column = left; column < right; ++column) {
+          Rgb color = Rgb::Zero();
+          surface_row(row)[column] = show_center(row, column, near_solids, color);
+          float* out = colors.ptr<float>(row) + 3 * column;
+          for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
         }
-        for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
       }
     }
   });
 
   tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
+    std::vector<NearBall> near_balls;
     std::vector<int> near_solids;
     for (int row = rows.begin(); row < rows.end(); ++row) {
       const int* here = surface_row(row);
@@ -278,7 +334,8 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
         if (!edge || surface == no_ray) continue;
         const PixelRays rays = pixel_rays(row, column);
         candidates(rays.at(0.5, 0.5).normalized(), near_solids);
-        const Rgb color = edge_pixel(view, rays, near_solids, pixel_rad);
+        find_near_balls(view.cones, rays, widest_rad, near_balls);
+        const Rgb color = edge_pixel(view, rays, near_balls, near_solids, pixel_rad);
         float* out = colors.ptr<float>(row) + 3 * column;
         for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
       }

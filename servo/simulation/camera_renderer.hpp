@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
+#include "servo/simulation/light_map.hpp"
 #include "servo/simulation/scene.hpp"
 #include "servo/simulation/sensor.hpp"
 #include "servo/simulation/world.hpp"
@@ -26,7 +27,8 @@ struct CameraView {
 
 class CameraRenderer {
  public:
-  /// Computes the ray of every pixel corner. The sensor's options are checked (InputError).
+  /// Computes the ray of every pixel corner and the light on the room's surfaces. The sensor's options are
+  /// checked (InputError).
   CameraRenderer(const Camera& camera, World world, const SensorOptions& sensor);
 
   const Camera& camera() const { return camera_; }
@@ -47,10 +49,11 @@ class CameraRenderer {
 
   Camera camera_;
   World world_;
+  LightMap light_map_;
   SensorOptions sensor_;
   std::vector<Eigen::Vector3f>
       corner_rays_;              // (width + 1) x (height + 1), of (-0.5, -0.5) first; NaN: no ray
-  double widest_pixel_rad_ = 0;  // the largest angle between neighbouring corners of a row
+  double widest_pixel_rad_ = 0;  // the largest angle between neighbouring corners
 };
 
 }  // namespace ballservo

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "servo/simulation/intersection.hpp"
+#include "servo/simulation/light_map.hpp"
 
 namespace ballservo {
 
@@ -65,8 +66,8 @@ double corner_light(double distance) { return 1.0 - 0.28 / (1.0 + 25.0 * distanc
 
 }  // namespace
 
-Scene::Scene(const World& world, double time_s)
-    : room_(world.room), lights_(world.lights), ambient_(world.ambient) {
+Scene::Scene(const World& world, double time_s, const LightMap* light_map)
+    : room_(world.room), lights_(world.lights), ambient_(world.ambient), light_map_(light_map) {
   for (const Ball& ball : world.balls) balls_.push_back({ball.p_WB(time_s), ball.radius_m(), ball.material});
   for (const Obstacle& obstacle : world.obstacles) solids_.push_back(scene_solid(obstacle));
 }
@@ -192,6 +193,28 @@ Rgb Scene::reflected(const Material& material, const Rgb& albedo, const Eigen::V
   return albedo.cwiseProduct(diffuse) + material.specular * highlight;
 }
 
+Rgb Scene::lamp_light(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
+  return reflected({}, Rgb::Ones(), p, normal, normal, Rgb::Zero(), -1, -1);
+}
+
+/// Whether a ball could keep light of some lamp from a point: the point lies in the ball's cone of half
+/// shadow.
+bool Scene::shaded_by_ball(const Eigen::Vector3d& p) const {
+  for (const Light& light : lights_) {
+    const Eigen::Vector3d to_p = p - light.position_m;
+    for (const SceneBall& ball : balls_) {
+      const Eigen::Vector3d to_ball = ball.center - light.position_m;
+      const double square = to_ball.squaredNorm(), along = to_p.dot(to_ball) / square;  // 1: beside the ball
+      const double distance = std::sqrt(square);
+      if (along * distance < distance - ball.radius) continue;
+      const double reach =
+          ball.radius + std::max(along - 1, 0.0) * (ball.radius + light.radius_m) + 0.05 * ball.radius;
+      if (to_p.squaredNorm() - along * along * square < reach * reach) return true;
+    }
+  }
+  return false;
+}
+
 Rgb Scene::shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin,
                          const Eigen::Vector3d& direction, double pixel_rad) const {
   const int own_solid = hit.surface >= 8 ? (hit.surface - 8) / 8 : -1;
@@ -225,6 +248,9 @@ Rgb Scene::shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin,
     const double covered =
         std::max(hit.normal.dot(away), 0.0) / std::sqrt(square) * ball.radius * ball.radius / square;
     openness *= 1.0 - std::min(covered, 1.0);
+  }
+  if (hit.surface < 8 && light_map_ != nullptr && material.specular == 0.0 && !shaded_by_ball(p)) {
+    return albedo.cwiseProduct(ambient_ * openness + light_map_->light(hit.surface, hit.uv_m));
   }
   return reflected(material, albedo, p, hit.normal, -direction, ambient_ * openness, -1, own_solid);
 }

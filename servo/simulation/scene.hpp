@@ -37,9 +37,13 @@ struct SurfaceHit {
   Eigen::Vector3d u_axis{1, 0, 0}, v_axis{0, 1, 0};
 };
 
+class LightMap;
+
 class Scene {
  public:
-  Scene(const World& world, double time_s);
+  /// `light_map`, of the same world, may stand in for the lamps where no ball shades them; it must outlive
+  /// the scene.
+  Scene(const World& world, double time_s, const LightMap* light_map = nullptr);
 
   const std::vector<SceneBall>& balls() const { return balls_; }
   const std::vector<SceneSolid>& solids() const { return solids_; }
@@ -60,7 +64,11 @@ class Scene {
   /// of the ball nearest to the ray.
   Rgb shade_ball(int ball, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 
+  /// What the lamps throw on a surface point that belongs to no ball or solid.
+  Rgb lamp_light(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const;
+
  private:
+  bool shaded_by_ball(const Eigen::Vector3d& p) const;
   Rgb reflected(const Material& material, const Rgb& albedo, const Eigen::Vector3d& p,
                 const Eigen::Vector3d& normal, const Eigen::Vector3d& to_viewer, const Rgb& ambient,
                 int own_ball, int own_solid) const;
@@ -72,6 +80,7 @@ class Scene {
   std::vector<SceneSolid> solids_;
   std::vector<Light> lights_;
   Rgb ambient_;
+  const LightMap* light_map_;
 };
 
 }  // namespace ballservo

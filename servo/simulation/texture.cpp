@@ -68,7 +68,7 @@ double fading_noise(double x, double y, double patch, int octaves) {
   double sum = 0, amplitude = 0.55, frequency = 1;
   for (int k = 0; k < octaves; ++k) {
     const double left = remaining(patch * frequency);
-    if (left < 0.02) break;
+    if (amplitude * left < 0.02) break;  // a grey level or two
     sum += amplitude * left * noise_grid()(x * frequency + 17.3 * k, y * frequency + 9.1 * k);
     amplitude *= 0.5;
     frequency *= 2;

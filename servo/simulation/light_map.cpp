@@ -1,0 +1,90 @@
+#include "servo/simulation/light_map.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "servo/simulation/scene.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr double cell_m = 0.04;
+constexpr int most_cells = 400;  // along a side
+
+/// A point of a surface from its coordinates, and its normal into the room.
+struct SurfaceFrame {
+  Eigen::Vector3d origin, u, v, normal;
+  Eigen::Vector2d low, high;
+};
+
+std::array<SurfaceFrame, 6> surface_frames(const Room& room) {
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(),
+                        z = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector2d floor_low(room.x_min_m, room.y_min_m), floor_high(room.x_max_m, room.y_max_m);
+  const Eigen::Vector2d x_wall_low(room.y_min_m, 0), x_wall_high(room.y_max_m, room.height_m);
+  const Eigen::Vector2d y_wall_low(room.x_min_m, 0), y_wall_high(room.x_max_m, room.height_m);
+  return {{{Eigen::Vector3d::Zero(), x, y, z, floor_low, floor_high},
+           {room.height_m * z, x, y, -z, floor_low, floor_high},
+           {room.x_min_m * x, y, z, x, x_wall_low, x_wall_high},
+           {room.x_max_m * x, y, z, -x, x_wall_low, x_wall_high},
+           {room.y_min_m * y, x, z, y, y_wall_low, y_wall_high},
+           {room.y_max_m * y, x, z, -y, y_wall_low, y_wall_high}}};
+}
+
+}  // namespace
+
+LightMap::LightMap(const World& world) {
+  World still = world;
+  still.balls.clear();
+  const Scene scene(still, 0);
+  const std::array<SurfaceFrame, 6> frames = surface_frames(world.room);
+  for (std::size_t surface = 0; surface < grids_.size(); ++surface) {
+    const Material& material = surface == 0   ? world.room.floor
+                               : surface == 1 ? world.room.ceiling
+                                              : world.room.wall;
+    if (material.luminous) continue;
+    const SurfaceFrame& frame = frames[surface];
+    Grid& grid = grids_[surface];
+    const Eigen::Vector2d extent = frame.high - frame.low;
+    const auto count = [](double length) {
+      return std::clamp(static_cast<int>(std::ceil(length / cell_m)), 1, most_cells) + 1;
+    };
+    grid.columns = count(extent.x());
+    grid.rows = count(extent.y());
+    grid.origin_m = frame.low;
+    grid.cells_per_m = {(grid.columns - 1) / extent.x(), (grid.rows - 1) / extent.y()};
+    grid.values.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows));
+    tbb::parallel_for(0, grid.rows, [&](int row) {
+      for (int column = 0; column < grid.columns; ++column) {
+        const double u = frame.low.x() + column / grid.cells_per_m.x();
+        const double v = frame.low.y() + row / grid.cells_per_m.y();
+        const Eigen::Vector3d p = frame.origin + u * frame.u + v * frame.v;
+        grid.values[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
+                    static_cast<std::size_t>(column)] = scene.lamp_light(p, frame.normal).cast<float>();
+      }
+    });
+  }
+}
+
+Rgb LightMap::light(int surface, const Eigen::Vector2d& uv_m) const {
+  const Grid& grid = grids_[static_cast<std::size_t>(surface)];
+  if (grid.columns == 0) return Rgb::Zero();
+  const double x =
+      std::clamp((uv_m.x() - grid.origin_m.x()) * grid.cells_per_m.x(), 0.0, grid.columns - 1.000001);
+  const double y =
+      std::clamp((uv_m.y() - grid.origin_m.y()) * grid.cells_per_m.y(), 0.0, grid.rows - 1.000001);
+  const int column = static_cast<int>(x), row = static_cast<int>(y);
+  const auto fx = static_cast<float>(x - column), fy = static_cast<float>(y - row);
+  const Eigen::Vector3f* low =
+      &grid.values[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
+                   static_cast<std::size_t>(column)];
+  const Eigen::Vector3f* high = low + grid.columns;
+  const Eigen::Vector3f value =
+      (1 - fy) * ((1 - fx) * low[0] + fx * low[1]) + fy * ((1 - fx) * high[0] + fx * high[1]);
+  return value.cast<double>();
+}
+
+}  // namespace ballservo
