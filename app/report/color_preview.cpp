@@ -119,6 +119,7 @@ cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>&
     return share;
   });
   plane.draw_axes(picture);
+  std::vector<cv::Point> labels;
   for (std::size_t k = 0; k < groups.size(); ++k) {
     cv::Mat1b shape(plane_px, plane_px);
     for (int y = 0; y < plane_px; ++y) {
@@ -129,8 +130,14 @@ cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>&
     cv::drawContours(picture, outlines, -1, {255, 255, 255}, 1, cv::LINE_AA);
     const cv::Moments moments = cv::moments(groups[k].core, true);
     if (moments.m00 <= 0) continue;
-    const cv::Point at = plane.point(2 * (moments.m10 / moments.m00 + 0.5) - side,
-                                     2 * (moments.m01 / moments.m00 + 0.5) - side);
+    cv::Point at = plane.point(2 * (moments.m10 / moments.m00 + 0.5) - side,
+                               2 * (moments.m01 / moments.m00 + 0.5) - side);
+    while (std::any_of(labels.begin(), labels.end(), [&](const cv::Point& other) {
+      return std::abs(other.x - at.x) < 90 && std::abs(other.y - at.y) < 20;
+    })) {
+      at.y += 10;  // names of neighbouring groups below each other
+    }
+    labels.push_back(at);
     const int width =
         cv::getTextSize(colors.classes[k].name, cv::FONT_HERSHEY_SIMPLEX, 0.6, 1, nullptr).width;
     put_label(picture, colors.classes[k].name,

@@ -14,8 +14,9 @@ constexpr double kept_fraction = 0.98, core_fraction = 0.70;
 constexpr double smoothing_cells = 1.0;
 constexpr int closing_radius_cells = 3;
 constexpr double reach_low = 0.85,
-                 reach_high = 1.18;    // a, b of a light of 0.61 to 1.64 times the strength: cube roots
-constexpr float reach_weight = 0.25f;  // what was not seen counts less than what was
+                 reach_high = 1.18;     // a, b of a light of 0.61 to 1.64 times the strength: cube roots
+constexpr double reach_hue_rad = 0.07;  // 4 degrees: another white balance
+constexpr float reach_weight = 0.25f;   // what was not seen counts less than what was
 
 /// The density above which cells together hold `fraction` of the whole.
 float level_holding(const cv::Mat1f& density, double fraction) {
@@ -75,13 +76,19 @@ ChromaGroup chroma_group(const ChromaHistogram& histogram) {
       float best = cells(row, column) ? std::max(density(row, column), floor) : 0.0f;
       const double chroma = std::hypot(a, b);
       const int steps = 1 + static_cast<int>(std::ceil(2 * chroma * (reach_high - reach_low)));
-      for (int i = 0; i <= steps; ++i) {
-        const double stretch = reach_low + (reach_high - reach_low) * i / steps;
-        const int from_column = static_cast<int>(std::floor(a / stretch + side / 2));
-        const int from_row = static_cast<int>(std::floor(b / stretch + side / 2));
-        if (from_column < 0 || from_row < 0 || from_column >= side || from_row >= side) continue;
-        if (!cells(from_row, from_column)) continue;
-        best = std::max(best, reach_weight * std::max(density(from_row, from_column), floor));
+      const int turns = static_cast<int>(std::ceil(2 * chroma * reach_hue_rad));
+      for (int turn = -turns; turn <= turns; ++turn) {
+        const double angle = turns > 0 ? reach_hue_rad * turn / turns : 0.0;
+        const double turned_a = std::cos(angle) * a - std::sin(angle) * b;
+        const double turned_b = std::sin(angle) * a + std::cos(angle) * b;
+        for (int i = 0; i <= steps; ++i) {
+          const double stretch = reach_low + (reach_high - reach_low) * i / steps;
+          const int from_column = static_cast<int>(std::floor(turned_a / stretch + side / 2));
+          const int from_row = static_cast<int>(std::floor(turned_b / stretch + side / 2));
+          if (from_column < 0 || from_row < 0 || from_column >= side || from_row >= side) continue;
+          if (!cells(from_row, from_column)) continue;
+          best = std::max(best, reach_weight * std::max(density(from_row, from_column), floor));
+        }
       }
       group.density(row, column) = best;
     }

@@ -18,8 +18,9 @@ struct ChromaGroup {
 ChromaHistogram chroma_histogram(const ColorSamples& samples);
 
 /// Smooths the histogram, drops the emptiest cells (2 % of the samples), closes holes and gaps, keeps the
-/// fullest connected group, and lets it reach a little further from and towards grey, where the same ball
-/// lies in another light. Empty masks for no samples.
+/// fullest connected group, and lets it reach a little further: towards and away from grey, where the same
+/// ball lies in weaker and stronger light, and 4 degrees of hue to either side, where it lies under another
+/// white balance. Empty masks for no samples.
 ChromaGroup chroma_group(const ChromaHistogram& histogram);
 
 }  // namespace ballservo
