@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -16,35 +17,56 @@ constexpr double common_sigma_px = 0.025;
 constexpr int reweightings = 6;
 constexpr double tukey = 4.685;  // 95 % efficient for Gaussian residuals
 
-// Row of the Jacobian of angle_outside by (turn 1, turn 2, alpha): turning the axis towards the ray shrinks
-// the angle.
-Eigen::Vector3d jacobian_row(const Eigen::Matrix<double, 3, 2>& basis, const Eigen::Vector3d& ray) {
+using Row = Eigen::Matrix<double, 5, 1>;
+
+// Row of the Jacobian of the residual by (turn 1, turn 2, alpha, oval cos, oval sin): turning the axis
+// towards the ray shrinks its angle.
+Row jacobian_row(const Eigen::Matrix<double, 3, 2>& basis, const Eigen::Vector3d& ray) {
   const Eigen::Vector2d across = basis.transpose() * ray;
   const double length = across.norm();
-  if (!(length > 0)) return {0, 0, -1};
-  return {-across.x() / length, -across.y() / length, -1};
+  const Eigen::Vector2d e = length > 0 ? (across / length).eval() : Eigen::Vector2d(0, 0);
+  Row row;
+  row << -e.x(), -e.y(), -1, -(e.x() * e.x() - e.y() * e.y()), -2 * e.x() * e.y();
+  return row;
 }
 
-struct NormalEquations {
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  int used = 0;
-
-  void add(const Eigen::Vector3d& row, double residual, double weight) {
-    if (!(weight > 0) || !std::isfinite(residual)) return;
-    matrix += weight * row * row.transpose();
-    right -= weight * row * residual;
-    ++used;
+class NormalEquations {
+ public:
+  // The oval's two unknowns take part only where it has a sigma (rad).
+  explicit NormalEquations(double oval_sigma_rad) : unknowns_(oval_sigma_rad > 0 ? 5 : 3) {
+    if (unknowns_ == 5)
+      matrix_.bottomRightCorner<2, 2>().diagonal().setConstant(1 / (oval_sigma_rad * oval_sigma_rad));
   }
-  std::optional<Eigen::Vector3d> solve() const {
-    if (used < 3) return std::nullopt;
-    const Eigen::LDLT<Eigen::Matrix3d> ldlt(matrix);
-    const Eigen::Vector3d d = ldlt.vectorD();
+  void believe_oval(const Eigen::Vector2d& so_far) {
+    right_.tail<2>() -= matrix_.bottomRightCorner<2, 2>().diagonal().cwiseProduct(so_far);
+  }
+  void add(const Row& row, double residual, double weight) {
+    if (!(weight > 0) || !std::isfinite(residual)) return;
+    matrix_ += weight * row * row.transpose();
+    right_ -= weight * row * residual;
+    ++used_;
+  }
+  std::optional<Row> solve() const {
+    if (used_ < unknowns_) return std::nullopt;
+    const Eigen::LDLT<Matrix> ldlt(matrix_.topLeftCorner(unknowns_, unknowns_));
+    const Eigen::VectorXd d = ldlt.vectorD();
     if (!(d.minCoeff() > 1e-9 * d.maxCoeff())) return std::nullopt;
-    const Eigen::Vector3d step = ldlt.solve(right);
+    Row step = Row::Zero();
+    step.head(unknowns_) = ldlt.solve(right_.head(unknowns_));
     if (!step.allFinite()) return std::nullopt;
     return step;
   }
+  /// Of (turn 1, turn 2, alpha), whatever the oval is.
+  Eigen::Matrix3d covariance() const {
+    return matrix_.topLeftCorner(unknowns_, unknowns_).inverse().topLeftCorner<3, 3>();
+  }
+  int used() const { return used_; }
+
+ private:
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 5, 5>;  // no heap
+  Eigen::Matrix<double, 5, 5> matrix_ = Eigen::Matrix<double, 5, 5>::Zero();
+  Row right_ = Row::Zero();
+  int unknowns_, used_ = 0;
 };
 
 double median(std::vector<double>& values) {
@@ -67,14 +89,20 @@ double angle_outside(const TangentCone& cone, const Eigen::Vector3d& ray) {
   return std::atan2(cone.axis.cross(ray).norm(), cone.axis.dot(ray)) - cone.alpha_rad;
 }
 
+double angle_outside(const ConeFit& fit, const Eigen::Vector3d& ray) {
+  const Row row = jacobian_row(perpendicular_basis(fit.cone.axis), ray);
+  return angle_outside(fit.cone, ray) + row.tail<2>().dot(fit.oval_rad);
+}
+
 TangentCone moved(const TangentCone& cone, const Eigen::Vector3d& step_rad) {
   return {(cone.axis + perpendicular_basis(cone.axis) * step_rad.head<2>()).normalized(),
           cone.alpha_rad + step_rad.z()};
 }
 
-std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges) {
+std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges,
+                                             double oval_fraction) {
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
-  NormalEquations normal;
+  NormalEquations normal(oval_fraction * start.alpha_rad);
   double px_per_rad = 0;
   for (const EdgePoint& edge : edges) {
     const double scale = edge.px_per_rad / edge.sigma_px;
@@ -85,31 +113,33 @@ std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std
   if (!step) return std::nullopt;
 
   ConeFit fit;
-  fit.cone = moved(start, *step);
+  fit.cone = moved(start, step->head<3>());
+  fit.oval_rad = step->tail<2>();
   if (!(fit.cone.alpha_rad > 0) || !(fit.cone.alpha_rad < 1.5707)) return std::nullopt;
   fit.step_px = (step->head<2>().norm() + std::abs(step->z())) * px_per_rad;
-  fit.used = normal.used;
+  fit.used = normal.used();
   double chi2 = 0, squares_px2 = 0, weights = 0;
   for (const EdgePoint& edge : edges) {
     if (!(edge.weight > 0)) continue;
-    const double residual_px = angle_outside(fit.cone, edge.ray) * edge.px_per_rad;
+    const double residual_px = angle_outside(fit, edge.ray) * edge.px_per_rad;
     chi2 += edge.weight * std::pow(residual_px / edge.sigma_px, 2);
     squares_px2 += edge.weight * residual_px * residual_px;
     weights += edge.weight;
   }
   fit.residual_px = std::sqrt(squares_px2 / weights);
   fit.chi2_per_dof = chi2 / std::max(1.0, weights - 3);
-  fit.covariance_rad2 = normal.matrix.inverse() * std::max(1.0, fit.chi2_per_dof);
+  fit.covariance_rad2 = normal.covariance() * std::max(1.0, fit.chi2_per_dof);
   fit.covariance_rad2(2, 2) += std::pow(common_sigma_px / px_per_rad, 2);
   return fit;
 }
 
-void set_robust_weights(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px) {
+void set_robust_weights(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
+                        double oval_fraction) {
   if (edges.empty()) return;
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
-  // The problem is linear in (turn, turn, alpha) to second order in the step, so the weights settle on one
+  // The problem is linear in its unknowns to second order in the step, so the weights settle on one
   // linearisation.
-  Eigen::Vector3d step = Eigen::Vector3d::Zero();
+  Row step = Row::Zero();
   std::vector<double> residuals(edges.size()), magnitudes;
   const auto update_residuals = [&] {
     for (std::size_t i = 0; i < edges.size(); ++i) {
@@ -127,7 +157,8 @@ void set_robust_weights(const TangentCone& start, std::vector<EdgePoint>& edges,
   for (int i = 0; i < 2 * reweightings; ++i) {
     const bool absolute = i < reweightings;
     const double scale = scale_px();
-    NormalEquations normal;
+    NormalEquations normal(oval_fraction * start.alpha_rad);
+    normal.believe_oval(step.tail<2>());
     for (std::size_t k = 0; k < edges.size(); ++k) {
       const double r = std::abs(residuals[k]);
       const double u = r / (tukey * scale);

@@ -36,6 +36,8 @@ struct EdgePoint {
 /// One fit's outcome.
 struct ConeFit {
   TangentCone cone;
+  /// Where the lens is not known: the outline's departure from a circle, (cos, sin) of twice the angle, rad.
+  Eigen::Vector2d oval_rad{0, 0};
   /// Covariance of (turn along basis column 1, turn along column 2, alpha), rad^2; basis =
   /// perpendicular_basis(axis).
   Eigen::Matrix3d covariance_rad2 = Eigen::Matrix3d::Zero();
@@ -52,16 +54,25 @@ double angle_outside(const TangentCone& cone, const Eigen::Vector3d& ray);
 /// axis' ~ axis + basis (turn 1, turn 2).
 TangentCone moved(const TangentCone& cone, const Eigen::Vector3d& step_rad);
 
+/// Signed angle (rad) of a ray outside the fitted outline, its oval included.
+double angle_outside(const ConeFit& fit, const Eigen::Vector3d& ray);
+
+/// Through a lens that is not known a ball away from the axis is an oval, by how much nobody can say.
+/// `oval_fraction` is the sigma of that departure as a fraction of alpha; 0 where the lens is known and the
+/// outline is a cone.
+///
 /// Exactly one Gauss-Newton step from `start` on sum_i weight_i (angle_outside_i px_per_rad_i / sigma_i)^2
 /// with the points and weights held fixed. Nothing for fewer than 3 points of weight or a degenerate set.
 /// The covariance is (J'WJ)^-1 times the residuals' own scale where that is above 1, and an error common to
 /// all points.
-std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges);
+std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges,
+                                             double oval_fraction = 0);
 
 /// Sets the robust weights (Tukey's biweight, Beaton and Tukey 1974) of the points about the best cone near
 /// `start`: a few reweighted solutions of the problem linearised once, at `start`. `floor_px` bounds the
 /// scale from below.
-void set_robust_weights(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px);
+void set_robust_weights(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
+                        double oval_fraction = 0);
 
 /// Covariance of the ball's centre (m^2, camera frame) given its radius and that radius's own sigma (m).
 Eigen::Matrix3d center_covariance(const ConeFit& fit, double radius_m, double radius_sigma_m);

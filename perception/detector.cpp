@@ -19,21 +19,24 @@ constexpr double robust_floor_px = 0.06;
 // How far an edge or a boundary pixel may lie from a ball's outline and still speak for it.
 double tolerance_px(double radius_px) { return 0.6 + 0.035 * radius_px; }
 
-// The fraction of 48 directions from the circle's centre in which a boundary point lies on it.
-double boundary_support(const std::vector<Eigen::Vector2f>& points, const CircleEstimate& circle) {
-  std::array<bool, 48> seen{};
+// The sectors around the circle's centre in which a boundary point lies on it: 48, or as many as it has
+// pixels.
+OutlineSectors boundary_sectors(const std::vector<Eigen::Vector2f>& points, const CircleEstimate& circle) {
+  OutlineSectors seen(static_cast<std::size_t>(std::clamp(6.28 * circle.radius_px, 8.0, 48.0)), false);
   const double tolerance = 0.5 + tolerance_px(circle.radius_px);
   for (const Eigen::Vector2f& p : points) {
     const Eigen::Vector2d d = p.cast<double>() - circle.center_px;
     if (std::abs(d.norm() - circle.radius_px) > tolerance) continue;
-    const double turn = std::atan2(d.y(), d.x()) / 6.283185307179586 + 0.5;
-    seen[std::min(seen.size() - 1, static_cast<std::size_t>(turn * static_cast<double>(seen.size())))] = true;
+    const double turn = std::atan2(d.y(), d.x()) / 6.283185307179586;
+    seen[std::min(seen.size() - 1, static_cast<std::size_t>((turn < 0 ? turn + 1 : turn) *
+                                                            static_cast<double>(seen.size())))] = true;
   }
-  // A small circle has fewer boundary pixels than directions.
-  const double attainable =
-      std::min(1.0, 6.283185307179586 * circle.radius_px / static_cast<double>(seen.size()));
-  return static_cast<double>(std::count(seen.begin(), seen.end(), true)) / static_cast<double>(seen.size()) /
-         attainable;
+  return seen;
+}
+
+double fraction(const OutlineSectors& sectors) {
+  return static_cast<double>(std::count(sectors.begin(), sectors.end(), true)) /
+         static_cast<double>(sectors.size());
 }
 
 std::vector<Eigen::Vector2d> picture_outline(const Camera& camera, const TangentCone& cone) {
@@ -61,6 +64,8 @@ void DetectorOptions::validate() const {
     if (!(radius.sigma_m >= 0) || !std::isfinite(radius.sigma_m))
       faults.add("radii", number_text(radius.sigma_m), "a sigma of 0 or more (m)");
   }
+  if (!(oval_fraction >= 0 && oval_fraction <= 0.3))
+    faults.add("oval_fraction", number_text(oval_fraction), "a number from 0 to 0.3");
   faults.throw_if_any();
 }
 
@@ -134,17 +139,16 @@ void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region
     RefinementInput input;
     if (vote->radius_px < options_.min_radius_px) {
       reason = "too small";
-    } else if (boundary_support(points_, *vote) < 0.7 * options_.min_arc) {
+    } else if (fraction(boundary_sectors(points_, *vote)) < 0.7 * options_.min_arc) {
       reason = "the region's outline follows no circle";
     } else {
-      ball = refine(bgr, region.color_class, *vote, options_.fit, stages ? &input : nullptr);
+      ball = refine(bgr, region.color_class, *vote, points_, options_.fit, stages ? &input : nullptr);
       if (!ball) {
         reason = "no edge along the circle";
       } else {
-        const double arc = ball->support.arc;
-        ball->support =
-            color_support(closed_, window.tl(), regions_, region_index, *rays_, ball->cone, ball->outline);
-        ball->support.arc = options_.fit == BallFit::sphere ? arc : boundary_support(points_, *vote);
+        if (options_.fit == BallFit::paper) sectors_ = boundary_sectors(points_, *vote);
+        ball->support = outline_support(sectors_, closed_, window.tl(), regions_, region_index, *rays_,
+                                        ball->cone, ball->outline);
         ball->quality = ball->support.quality();
         reason = rejection(*ball);
       }
@@ -214,11 +218,12 @@ const char* Detector::rejection(const BallObservation& ball) const {
 }
 
 std::optional<BallObservation> Detector::refine(const cv::Mat& bgr, ClassIndex color_class,
-                                                const CircleEstimate& vote, BallFit fit,
+                                                const CircleEstimate& vote,
+                                                const std::vector<Eigen::Vector2f>& boundary_px, BallFit fit,
                                                 RefinementInput* input) {
   const UndistortedCircle circle{vote.center_px, vote.radius_px};
   if (input) input->vote = circle;
-  auto ball = fit == BallFit::sphere ? refine_sphere(bgr, color_class, circle, input)
+  auto ball = fit == BallFit::sphere ? refine_sphere(bgr, color_class, circle, boundary_px, input)
                                      : refine_paper(bgr, color_class, circle, input);
   if (!ball) return std::nullopt;
   const auto outline = project_sphere(rays_->camera(), ball->cone.axis, std::sin(ball->cone.alpha_rad));
@@ -229,23 +234,50 @@ std::optional<BallObservation> Detector::refine(const cv::Mat& bgr, ClassIndex c
   return ball;
 }
 
+// The votes look for a circle; a ball off the axis is none, and they may settle on a part of it. The cone
+// through the boundary pixels near the voted circle is the whole ball's.
+std::optional<TangentCone> Detector::cone_of_boundary(const TangentCone& start,
+                                                      const std::vector<Eigen::Vector2f>& boundary_px) {
+  const double focal_px = rays_->camera().focal_px();
+  TangentCone cone = start;
+  for (int i = 0; i < 3; ++i) {
+    const double band_rad = 0.15 * cone.alpha_rad + 1 / focal_px;
+    boundary_edges_.clear();
+    for (const Eigen::Vector2f& p : boundary_px) {
+      const Eigen::Vector3d ray = Eigen::Vector3d(p.x(), p.y(), focal_px).normalized();
+      if (std::abs(angle_outside(cone, ray)) > band_rad) continue;
+      EdgePoint edge;
+      edge.ray = ray;
+      edge.px_per_rad = focal_px;
+      edge.sigma_px = 0.5;
+      boundary_edges_.push_back(edge);
+    }
+    set_robust_weights(cone, boundary_edges_, 0.3, options_.oval_fraction);
+    const auto fit = one_gauss_newton_step(cone, boundary_edges_, options_.oval_fraction);
+    if (!fit) return std::nullopt;
+    cone = fit->cone;
+  }
+  return cone;
+}
+
 std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
                                                        const UndistortedCircle& circle,
+                                                       const std::vector<Eigen::Vector2f>& boundary_px,
                                                        RefinementInput* input) {
-  const auto start = cone_near_circle(circle, rays_->camera().focal_px());
-  if (!start) return std::nullopt;
-  // Measured twice: around the vote, and again around what the first step made of it, each followed by one
-  // step.
-  TangentCone cone = *start;
+  const auto voted = cone_near_circle(circle, rays_->camera().focal_px());
+  if (!voted) return std::nullopt;
+  // Measured twice: around the boundary's cone, and again around what the first step made of it, each
+  // followed by one step.
+  TangentCone cone = cone_of_boundary(*voted, boundary_px).value_or(*voted);
   std::optional<ConeFit> fit;
   for (int pass = 0; pass < 2; ++pass) {
     edge_meter_.measure(bgr, *rays_, cone, edges_);
-    set_robust_weights(cone, edges_.points, robust_floor_px);
+    set_robust_weights(cone, edges_.points, robust_floor_px, options_.oval_fraction);
     if (input) {
       input->start = cone;
       input->edges = edges_.points;
     }
-    fit = one_gauss_newton_step(cone, edges_.points);
+    fit = one_gauss_newton_step(cone, edges_.points, options_.oval_fraction);
     if (!fit) return std::nullopt;
     cone = fit->cone;
   }
@@ -256,7 +288,7 @@ std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, Class
   ball.step_px = fit->step_px;
   ball.edges_used = fit->used;
   ball.blur_px = edges_.blur_px;
-  ball.support.arc = arc_support(edges_, cone, tolerance_px(circle.radius_px));
+  sectors_ = edge_sectors(edges_, *fit, tolerance_px(circle.radius_px));
   ball.position = position(color_class, *fit);
   return ball;
 }

@@ -28,6 +28,8 @@ struct DetectorOptions {
   double min_fill = 0.4;   ///< of the disc must have the ball's colour
   double max_leak = 0.55;  ///< of the rim may have it
   double min_quality = 0.4;
+  /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
+  double oval_fraction = 0;
   std::uint64_t seed = 0;
   CircleVoteOptions vote;
   EdgeRingOptions edges;
@@ -83,21 +85,27 @@ class Detector {
   const RayTable& rays() const { return *rays_; }
   const ColorTable& colors() const { return *colors_; }
 
-  /// Refines one voted circle as `detect` does; nothing where there is no ball's edge. `input` receives what
-  /// was used.
+  /// Refines one voted circle as `detect` does, with the boundary points it was voted from (undistorted, px);
+  /// nothing where there is no ball's edge. `input` receives what was used.
   std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class,
-                                        const CircleEstimate& vote, BallFit fit,
+                                        const CircleEstimate& vote,
+                                        const std::vector<Eigen::Vector2f>& boundary_px, BallFit fit,
                                         RefinementInput* input = nullptr);
 
   /// The position in 3-D of a ball of that class with that cone, where camera and diameter are known.
   std::optional<BallPosition> position(ClassIndex color_class, const ConeFit& fit) const;
 
+  /// The radius that the user stated for a class.
   BallRadius radius_of(ClassIndex color_class) const;  ///< radius 0 where it is not known
 
  private:
   void find_balls(const cv::Mat& bgr, const cv::Rect& window, int region, DetectionStages* stages);
   std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
-                                               const UndistortedCircle& circle, RefinementInput* input);
+                                               const UndistortedCircle& circle,
+                                               const std::vector<Eigen::Vector2f>& boundary_px,
+                                               RefinementInput* input);
+  std::optional<TangentCone> cone_of_boundary(const TangentCone& start,
+                                              const std::vector<Eigen::Vector2f>& boundary_px);
   std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
                                               const UndistortedCircle& circle, RefinementInput* input);
   const char* rejection(const BallObservation& ball) const;
@@ -113,6 +121,8 @@ class Detector {
   CircleVoter voter_;
   EdgeMeter edge_meter_;
   OutlineEdges edges_;
+  OutlineSectors sectors_;
+  std::vector<EdgePoint> boundary_edges_;
   std::vector<RingPixel> ring_;
   std::vector<BoundaryPixel> boundary_, remaining_;
   std::vector<Eigen::Vector2f> points_;

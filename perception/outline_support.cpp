@@ -1,27 +1,57 @@
 #include "perception/outline_support.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace ballservo {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+// How many of a zone's pixels have the ball's colour.
+struct Share {
+  int pixels = 0, colored = 0;
+  void add(bool is_colored) {
+    ++pixels;
+    colored += is_colored ? 1 : 0;
+  }
+  double fraction(double of_nothing) const {
+    return pixels > 0 ? static_cast<double>(colored) / pixels : of_nothing;
+  }
+};
+
+}  // namespace
 
 double OutlineSupport::quality() const {
   return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak);
 }
 
-double arc_support(const OutlineEdges& edges, const TangentCone& cone, double tolerance_px) {
-  int supported = 0;
+OutlineSectors edge_sectors(const OutlineEdges& edges, const ConeFit& fit, double tolerance_px) {
+  OutlineSectors sectors(static_cast<std::size_t>(edges.stretches), false);
   for (const EdgePoint& edge : edges.points) {
-    if (std::abs(angle_outside(cone, edge.ray)) * edge.px_per_rad <= tolerance_px) ++supported;
+    if (std::abs(angle_outside(fit, edge.ray)) * edge.px_per_rad > tolerance_px) continue;
+    const double turn = edge.angle_rad / (2 * pi);
+    sectors[std::min(sectors.size() - 1,
+                     static_cast<std::size_t>(turn * static_cast<double>(sectors.size())))] = true;
   }
-  return edges.stretches > 0 ? static_cast<double>(supported) / edges.stretches : 0;
+  return sectors;
 }
 
-OutlineSupport color_support(const cv::Mat& classes, cv::Point window, const RegionMap& regions, int region,
-                             const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline) {
-  constexpr double rim_begin = 1.15, rim_end = 1.45;
+OutlineSupport outline_support(const OutlineSectors& edges, const cv::Mat& classes, cv::Point window,
+                               const RegionMap& regions, int region, const RayTable& rays,
+                               const TangentCone& cone, const OutlineEllipse& outline) {
+  // Just inside and just outside the outline, clear of its blur; and a wider rim for what runs on.
+  const double clear = std::max(0.08, 1.2 / outline.radius_px);
+  const std::array<double, 6> edges_of_zones{1,         1 - clear - 0.2, 1 - clear,
+                                             1 + clear, 1 + clear + 0.2, 1 + clear + 0.35};
+  std::array<double, 6> cosines;
+  for (std::size_t i = 0; i < cosines.size(); ++i)
+    cosines[i] = std::cos(std::min(edges_of_zones[i] * cone.alpha_rad, pi));
   const ClassIndex color_class = regions.regions()[static_cast<std::size_t>(region)].color_class;
-  const double reach = 1.6 * outline.radius_px + 2;
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
+
+  const double reach = 1.6 * outline.radius_px + 3;
   const int step = std::max(1, static_cast<int>(outline.radius_px / 20));
   const auto clamped = [](double value, int high) {
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(high)));
@@ -30,25 +60,36 @@ OutlineSupport color_support(const cv::Mat& classes, cv::Point window, const Reg
   const int right = clamped(outline.center_px.x() - window.x + reach + 1, classes.cols);
   const int top = clamped(outline.center_px.y() - window.y - reach, classes.rows);
   const int bottom = clamped(outline.center_px.y() - window.y + reach + 1, classes.rows);
-  const double cos_disc = std::cos(cone.alpha_rad);
-  const double cos_rim_begin = std::cos(rim_begin * cone.alpha_rad),
-               cos_rim_end = std::cos(std::min(rim_end * cone.alpha_rad, 3.1));
-  long disc = 0, disc_colored = 0, rim = 0, rim_colored = 0;
+  Share disc, rim;
+  std::vector<Share> inside(edges.size()), outside(edges.size());
   for (int v = top; v < bottom; v += step) {
     for (int u = left; u < right; u += step) {
       const auto ray = rays.ray({u + window.x, v + window.y});
       if (!ray) continue;
       const double cosine = cone.axis.dot(*ray);
-      const bool in_disc = cosine >= cos_disc, in_rim = cosine < cos_rim_begin && cosine >= cos_rim_end;
-      if (!in_disc && !in_rim) continue;
+      if (cosine < cosines[5]) continue;
       const bool colored = classes.at<ClassIndex>(v, u) == color_class || regions.region_at(u, v) == region;
-      (in_disc ? disc : rim) += 1;
-      (in_disc ? disc_colored : rim_colored) += colored ? 1 : 0;
+      if (cosine >= cosines[0]) disc.add(colored);
+      if (cosine < cosines[3]) rim.add(colored);
+      const bool just_inside = cosine < cosines[1] && cosine >= cosines[2],
+                 just_outside = cosine < cosines[3] && cosine >= cosines[4];
+      if (edges.empty() || (!just_inside && !just_outside)) continue;
+      const Eigen::Vector2d across = basis.transpose() * *ray;
+      const double turn = std::atan2(across.y(), across.x()) / (2 * pi);
+      const std::size_t sector = std::min(
+          edges.size() - 1,
+          static_cast<std::size_t>((turn < 0 ? turn + 1 : turn) * static_cast<double>(edges.size())));
+      (just_inside ? inside : outside)[sector].add(colored);
     }
   }
   OutlineSupport support;
-  if (disc > 0) support.fill = static_cast<double>(disc_colored) / static_cast<double>(disc);
-  if (rim > 0) support.leak = static_cast<double>(rim_colored) / static_cast<double>(rim);
+  support.fill = disc.fraction(0);
+  support.leak = rim.fraction(0);
+  int supported = 0;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (edges[i] && inside[i].fraction(1) >= 0.5 && outside[i].fraction(0) <= 0.5) ++supported;
+  }
+  if (!edges.empty()) support.arc = static_cast<double>(supported) / static_cast<double>(edges.size());
   return support;
 }
 

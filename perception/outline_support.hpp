@@ -2,6 +2,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
@@ -22,12 +23,18 @@ struct OutlineSupport {
   double quality() const;
 };
 
-/// Fraction of the stretches whose edge lies within `tolerance_px` of the cone's outline.
-double arc_support(const OutlineEdges& edges, const TangentCone& cone, double tolerance_px);
+/// Which sectors of the outline (of equal angle, counted as EdgePoint::angle_rad) have something on them.
+using OutlineSectors = std::vector<bool>;
 
-/// Colour inside the cone and around it. `classes` is the closed class picture of the window whose top-left
-/// pixel is `window`; `region` is the ball's region in `regions`, which belong to the same window.
-OutlineSupport color_support(const cv::Mat& classes, cv::Point window, const RegionMap& regions, int region,
-                             const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline);
+/// The sectors in which an edge lies within `tolerance_px` of the fitted outline; as many as there are
+/// stretches.
+OutlineSectors edge_sectors(const OutlineEdges& edges, const ConeFit& fit, double tolerance_px);
+
+/// How the sectors with an edge and the colour inside and around the cone speak for a ball. `classes` is the
+/// closed class picture of the window whose top-left pixel is `window`; `region` is the ball's region in
+/// `regions`, which belong to the same window.
+OutlineSupport outline_support(const OutlineSectors& edges, const cv::Mat& classes, cv::Point window,
+                               const RegionMap& regions, int region, const RayTable& rays,
+                               const TangentCone& cone, const OutlineEllipse& outline);
 
 }  // namespace ballservo

@@ -112,7 +112,10 @@ DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed)
     if (colors_) options_.radii = parse_diameters(options.diameter, *colors_);
   });
   faults.throw_if_any();
-  if (!rays_) options_.radii.clear();  // without a camera there is no 3-D
+  if (!rays_) {  // without a camera there is no 3-D, and a ball may be an oval
+    options_.radii.clear();
+    options_.oval_fraction = 0.04;
+  }
   options_.fit = options.fit == "paper" ? BallFit::paper : BallFit::sphere;
   options_.seed = seed;
 }
