@@ -20,7 +20,7 @@ std::string figure(double value, int decimals) {
 // Enough decimals to tell small values from zero.
 std::string small_figure(double value) {
   if (!std::isfinite(value)) return "-";
-  if (value != 0 && std::abs(value) < 5e-5) return fmt::format("{:.1e}", value);
+  if (value != 0 && std::abs(value) < 5e-5) return "< 0.0001";
   return fmt::format("{:.4f}", value);
 }
 

@@ -63,6 +63,11 @@ void read_condition(YamlNode node, const std::filesystem::path& folder, FaultLis
   condition.off_axis_rad =
       node.number("off_axis_rad", NumberRange::within(0, largest_angle_rad, "rad"), condition.off_axis_rad);
   condition.occlusion = node.number("occlusion", NumberRange::within(0, 0.8, ""), condition.occlusion);
+  const bool plain = condition.background == ComparisonBackground::plain;
+  condition.background =
+      node.choice("background", {"clutter", "plain"}, plain ? "plain" : "clutter") == "plain"
+          ? ComparisonBackground::plain
+          : ComparisonBackground::clutter;
   if (node.has("noise")) {
     YamlNode noise = node.map("noise");
     condition.sensor.read_noise =

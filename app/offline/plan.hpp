@@ -13,6 +13,9 @@
 
 namespace ballservo {
 
+/// What stands behind the ball: textured walls and boxes, or walls of one colour.
+enum class ComparisonBackground { clutter, plain };
+
 /// One way in which the ball is shown. Every frame of it draws its own background, light and sub-pixel
 /// position.
 struct ComparisonCondition {
@@ -24,6 +27,7 @@ struct ComparisonCondition {
   double depth_m = 1;       ///< Z of the ball's centre
   double off_axis_rad = 0;  ///< angle of the ball's centre from the optical axis
   double occlusion = 0;     ///< fraction of the disc behind something with a straight edge, 0 to 0.8
+  ComparisonBackground background = ComparisonBackground::clutter;
   SensorOptions sensor;
 
   double radius_m() const { return diameter_m / 2; }
@@ -38,11 +42,11 @@ struct ComparisonPlan {
 
 /// The keys of a plan: `seed`, `frames`, `methods` (a list of names; all where missing), `conditions`, and
 /// `defaults`. A condition has a `name` and any of `frames`, `camera` ({focal_px, width_px, height_px} or
-/// {file}), `ball` ({color, diameter_m}), `depth_m`, `off_axis_rad`, `occlusion`, `noise` ({read, shot}),
-/// `blur_px`, `gain`, `gamma`; what it does not say is as in `defaults`, and what that does not say is as in
-/// ComparisonCondition. A camera's file is relative to the plan's. Throws InputError naming every fault:
-/// unknown and repeated keys, values out of range, condition names that repeat, a ball that does not fit into
-/// the picture or hides the camera.
+/// {file}), `ball` ({color, diameter_m}), `depth_m`, `off_axis_rad`, `occlusion`, `background` (clutter or
+/// plain), `noise` ({read, shot}), `blur_px`, `gain`, `gamma`; what it does not say is as in `defaults`, and
+/// what that does not say is as in ComparisonCondition. A camera's file is relative to the plan's. Throws
+/// InputError naming every fault: unknown and repeated keys, values out of range, condition names that
+/// repeat, a ball that does not fit into the picture or hides the camera.
 ComparisonPlan read_comparison_plan(const std::filesystem::path& file);
 
 /// The same from text; `folder` is where camera files are looked for, `name` stands for the file in messages.

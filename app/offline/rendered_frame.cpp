@@ -94,26 +94,47 @@ Obstacle box(const Eigen::Vector3d& center, const Eigen::Vector3d& size, double 
   return obstacle;
 }
 
-// A card close before the ball whose straight edge hides the wanted part of it, from one of four sides.
+// Which side of the ball an occluder hides (picture axes). Not the upper one: the lamp hangs there, and a
+// shadow with an edge of its own is another condition than a hidden part.
+Eigen::Vector2d occluder_side(RandomEngine& engine) {
+  constexpr std::array<std::array<int, 2>, 3> sides{{{-1, 0}, {1, 0}, {0, 1}}};
+  const auto& side = sides[uniform_index(engine, 3)];
+  return {side[0], side[1]};
+}
+
+// A card close before the ball whose straight edge hides the wanted part of it.
 Obstacle occluder(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                  const Eigen::Vector3d& p_CB, RandomEngine& engine) {
+                  const Eigen::Vector3d& p_CB, const Eigen::Vector2d& side, RandomEngine& engine) {
   const auto outline = project_sphere(condition.camera, p_CB, condition.radius_m());
   if (!outline) throw std::logic_error("a ball that is in the picture has an outline");
   const double card_depth = std::max(0.7 * p_CB.z(), p_CB.z() - 4 * condition.radius_m());
-  constexpr std::array<std::array<int, 2>, 4> sides{{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
-  const auto& side = sides[uniform_index(engine, 4)];
-  const Eigen::Vector2d outward(side[0], side[1]);
   const Eigen::Vector2d edge_px =
-      outline->center_px + outline->radius_px * edge_distance(condition.occlusion) * outward;
+      outline->center_px + outline->radius_px * edge_distance(condition.occlusion) * side;
   const auto ray = condition.camera.unproject(edge_px);
   if (!ray) throw std::logic_error("a pixel of the ball has a ray");
   const double size_m = 5 * condition.radius_m();
   Eigen::Vector3d center_C = *ray * (card_depth / ray->z());
-  center_C.head<2>() += 0.5 * size_m * outward;
+  center_C.head<2>() += 0.5 * size_m * side;
   Texture texture = background_texture(condition.ball_color, engine);
   texture.color = muted(texture.color, 0.35, 0.3);
   texture.color_2 = muted(texture.color_2, 0.3, 0.3);
   return box(X_WC * center_C, {0.001, size_m, size_m}, 0, texture);
+}
+
+// Boxes behind the ball.
+void add_clutter(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
+                 const Eigen::Vector3d& p_CB, RandomEngine& engine, World& world) {
+  constexpr int count = 14;
+  for (int k = 0; k < count; ++k) {
+    const double size = p_CB.z() * uniform(engine, 0.05, 0.25);
+    const Eigen::Vector3d center_C{p_CB.x() + p_CB.z() * uniform(engine, -0.7, 0.7),
+                                   p_CB.y() + p_CB.z() * uniform(engine, -0.5, 0.5),
+                                   p_CB.z() * uniform(engine, 1.5, 1.9)};
+    const double width = size * uniform(engine, 0.4, 1.6), height = size * uniform(engine, 0.4, 1.6);
+    const double yaw_rad = uniform(engine, -0.6, 0.6);
+    world.obstacles.push_back(box(X_WC * center_C, {0.3 * size, width, height}, yaw_rad,
+                                  background_texture(condition.ball_color, engine)));
+  }
 }
 
 }  // namespace
@@ -155,26 +176,25 @@ RenderedFrame render_comparison_frame(const ComparisonCondition& condition, std:
   ball.position_m = X_WC * p_CB;
   world.balls.push_back(ball);
 
-  const int clutter = 14;
-  for (int k = 0; k < clutter; ++k) {
-    const double size = p_CB.z() * uniform(engine, 0.05, 0.25);
-    const Eigen::Vector3d center_C(p_CB.x() + p_CB.z() * uniform(engine, -0.7, 0.7),
-                                   p_CB.y() + p_CB.z() * uniform(engine, -0.5, 0.5),
-                                   p_CB.z() * uniform(engine, 1.5, 1.9));
-    world.obstacles.push_back(
-        box(X_WC * center_C, {0.3 * size, size * uniform(engine, 0.4, 1.6), size * uniform(engine, 0.4, 1.6)},
-            uniform(engine, -0.6, 0.6), background_texture(condition.ball_color, engine)));
+  if (condition.background == ComparisonBackground::plain) {
+    world.room.wall.texture.pattern = world.room.floor.texture.pattern = Pattern::plain;
+  } else {
+    add_clutter(condition, X_WC, p_CB, engine, world);
   }
-  if (condition.occlusion > 0) world.obstacles.push_back(occluder(condition, X_WC, p_CB, engine));
 
   // A lamp from the camera's side, above, as bright at the ball wherever it hangs.
-  const Eigen::Vector3d to_lamp(uniform(engine, -0.9, -0.4), uniform(engine, -0.7, 0.7),
-                                uniform(engine, 0.4, 0.9));
+  Eigen::Vector3d to_lamp_C(uniform(engine, -0.7, 0.7), uniform(engine, -0.9, -0.4),
+                            uniform(engine, -0.9, -0.4));
+  if (condition.occlusion > 0) {
+    const Eigen::Vector2d side = occluder_side(engine);
+    world.obstacles.push_back(occluder(condition, X_WC, p_CB, side, engine));
+    if (side.x() != 0) to_lamp_C.x() = -side.x() * std::abs(to_lamp_C.x());
+  }
   Light lamp;
-  lamp.position_m = ball.position_m + to_lamp;
-  lamp.intensity = Rgb::Constant(uniform(engine, 0.6, 0.8) * to_lamp.squaredNorm());
+  lamp.position_m = ball.position_m + X_WC.linear() * to_lamp_C;
+  lamp.intensity = Rgb::Constant(uniform(engine, 0.5, 0.7) * to_lamp_C.squaredNorm());
   world.lights.push_back(lamp);
-  world.ambient = Rgb::Constant(uniform(engine, 0.3, 0.4));
+  world.ambient = Rgb::Constant(uniform(engine, 0.55, 0.7));
 
   const CameraView view{X_WC, 0};
   RenderedFrame rendered;

@@ -23,9 +23,10 @@ p, ul { max-width: 46rem; margin: .6rem 0; }
 .scroll { overflow-x: auto; margin: .8rem 0 1.2rem; }
 table { border-collapse: collapse; font-size: .92rem; }
 caption { text-align: left; color: var(--faint); padding: 0 0 .4rem; }
-th, td { padding: .28rem .75rem; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
-thead th { border-bottom: 2px solid var(--faint); white-space: nowrap; }
-td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+th, td { padding: .28rem .6rem; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
+thead th { border-bottom: 2px solid var(--faint); vertical-align: bottom; }
+td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
+td.number { white-space: nowrap; }
 table.keys th { font-weight: 500; color: var(--faint); }
 figure { margin: 1rem 0 1.4rem; }
 figure svg, figure img, figure video { max-width: 100%; height: auto; display: block; }
