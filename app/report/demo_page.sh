@@ -21,7 +21,8 @@ html() { printf '%s' "$*" | sed 's/&/\&amp;/g; s/</\&lt;/g; s/>/\&gt;/g; s/"/\&q
 found_by_class() {
   awk -F, 'NR > 1 { if (!($5 in count)) order[++classes] = $5; count[$5]++ }
            END { if (!classes) printf "nothing"
-                 for (i = 1; i <= classes; ++i) printf "%s%d %s", i > 1 ? ", " : "", count[order[i]], order[i] }' "$1"
+                 for (i = 1; i <= classes; ++i)
+             printf "%s%d %s", (i == 1 ? "" : ", "), count[order[i]], order[i] }' "$1"
 }
 
 # A CSV file as a table: the named columns, numbers with four significant digits.
