@@ -110,17 +110,19 @@ $(csv_table detections.csv class quality cx_px cy_px r_px)
 
 <h2>4. The drive</h2>
 <p>A simulated robot looks through rendered camera pictures, with noise, blur and delay, finds the red ball in each, places
-it in 3-D and steers until it stands 0.8 m away and faces it. It
-<b>$(html "$(text_value servo/summary.json outcome)")</b> its goal after
-<b>$(rounded 1 servo/summary.json settled_s) s</b>, $(scaled 1000 1 servo/summary.json range_error_m) mm off in distance and
-$(scaled 57.29577951308232 2 servo/summary.json bearing_error_rad) degrees in direction.</p>
+it in 3-D and steers until it stands 0.8 m away and faces it. How that went:
+<b>$(html "$(text_value servo/summary.json outcome)")</b>, settled after
+<b>$(rounded 1 servo/summary.json settled_s) s</b>, in the end $(scaled 1000 1 servo/summary.json range_error_m) mm off in
+distance and $(scaled 57.29577951308232 2 servo/summary.json bearing_error_rad) degrees off in direction.</p>
 <video controls preload="metadata" src="servo/video.mp4"></video>
 <p>More: <a href="servo/report.html">the run's own page</a> (top view, errors, commands),
 <a href="servo/log.csv">log.csv</a>, <a href="servo/summary.json">summary.json</a>.</p>
 
 <h2>5. Is one step enough?</h2>
 <p>On line, the outline of a ball is refined by a single step of Gauss and Newton. Off line, Ceres takes as many as it
-likes, on the same pixels. So far apart are the two answers:</p>
+likes, on the same pixels. So far apart are the two answers, as medians over rendered pictures under several conditions
+(<code>paper</code>: the paper's fit of a circle; <code>sphere</code>: the exact fit of a sphere, which the program
+uses):</p>
 $(csv_table compare/pairs.csv condition method_a method_b frames center_median_px radius_median_px position_median_mm)
 <p>More: <a href="compare/report.html">the comparison's own page</a>, <a href="compare/compare.csv">compare.csv</a> (every
 method against the exact truth), <a href="compare/pairs.csv">pairs.csv</a>.</p>
