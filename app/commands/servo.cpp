@@ -101,7 +101,8 @@ int run_servo(const ServoOptions& options) {
   run_options.colors = colors_of(scenario, level);
   OutputFolder folder(options.output, options.common.overwrite());
 
-  Progress progress("servo (simulated ms)", std::lround(scenario.duration_s * 1000), options.common.quiet);
+  // How long the run will take nobody knows: no total.
+  Progress progress("simulated milliseconds", 0, options.common.quiet);
   run_options.go_on = [&progress](double time_s) {
     progress.step(std::lround(time_s * 1000));
     return !interrupt_requested();
