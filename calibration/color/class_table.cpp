@@ -7,7 +7,12 @@
 namespace ballservo {
 namespace {
 
-constexpr float background_weight = 10;  // one over the tenth
+constexpr float fringe_share =
+    0.25f;  // background as dense as that part of the ball takes a cell of the fringe ...
+constexpr float core_share = 3.0f;  // ... and as dense as that many times the ball, one of the core
+// What a cell's 2-D density says of its density in 3-D, where the ball was not seen at that lightness: four
+// cells of the one make a cell of the other, and a ball's shades spread over some eight cells of lightness.
+constexpr float unseen_share = 0.5f;
 
 /// Smooths along one axis of a grid by the binomial kernel (1, 2, 1) / 4.
 void smooth(std::vector<float>& values, int stride, int length) {
@@ -107,9 +112,10 @@ std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes, c
     }
     if (table[i] == no_class) continue;
     const std::size_t k = table[i] - 1u;
-    if (classes[k].group.core(row, column)) continue;
-    const float there = elsewhere.at(colors[i]);
-    if (there > 1e-6f && background_weight * there > on_ball[k].at(colors[i])) table[i] = no_class;
+    const ChromaGroup& group = classes[k].group;
+    const float ball = std::max(on_ball[k].at(colors[i]), unseen_share * group.density(row, column));
+    if (elsewhere.at(colors[i]) > (group.core(row, column) ? core_share : fringe_share) * ball)
+      table[i] = no_class;
   }
   return table;
 }

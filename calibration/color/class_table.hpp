@@ -21,11 +21,11 @@ struct ClassEvidence {
 /// - of the class with the highest density where groups overlap: over the RGB cells around it where any of
 /// them was
 ///   seen there (red in the light and orange in the shade share their chroma), over (a, b) elsewhere;
-/// - without a class again where the background of the pictures is denser there than a tenth of the ball
+/// - without a class again where the background of the pictures is denser there than a quarter of the ball
 /// (both as
 ///   densities over L, a and b, so that a bright wall does not take a ball's shade of the same chroma with
-///   it). A class's core is never given up: what the background has of it are things of the ball's own
-///   colour, which no table can tell apart.
+///   it). The class's core is given up only where the background is three times as dense: what little the
+///   background has of it are things of the ball's own colour, which no table can tell apart.
 /// `background` counts the pictures' pixels off every ball, by cells of ColorTable; empty for none.
 std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes, const CellCounts& background,
                                     const SampleOptions& options);

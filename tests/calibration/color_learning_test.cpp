@@ -1,0 +1,315 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "calibration/color/color_file.hpp"
+#include "calibration/color/learn_colors.hpp"
+#include "calibration/files/fault.hpp"
+#include "tests/calibration/color_pictures.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace ballservo {
+namespace {
+
+using namespace test;
+
+std::set<std::string> names(const LearntColors& colors) {
+  std::set<std::string> result;
+  for (const ColorClass& color : colors.table.classes) result.insert(color.name);
+  return result;
+}
+
+/// The part of the disc's pixels that are of the class.
+double disc_fraction(const ColorTable& colors, const cv::Mat& bgr, double cx, double cy, double radius,
+                     const std::string& name) {
+  int all = 0, of_class = 0;
+  for (int y = 0; y < bgr.rows; ++y) {
+    for (int x = 0; x < bgr.cols; ++x) {
+      if (std::hypot(x - cx, y - cy) > radius) continue;
+      const cv::Vec3b& c = bgr.at<cv::Vec3b>(y, x);
+      ++all;
+      of_class += colors.classify(c[0], c[1], c[2]) == colors.find(name).value_or(200) ? 1 : 0;
+    }
+  }
+  return static_cast<double>(of_class) / all;
+}
+
+ColorPicture four_balls() {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 60, 60, 30, red_paint);
+  draw_shaded_ball(picture, 220, 60, 34, green_paint);
+  draw_shaded_ball(picture, 80, 170, 28, blue_paint);
+  draw_shaded_ball(picture, 240, 170, 36, yellow_paint);
+  add_noise(picture, 2, 1);
+  return {"four.png", picture};
+}
+
+TEST(MeanShift, IsBlindToLuminance) {
+  // Two halves of one chroma and different lightness: the same picture, as far as mean shift can see.
+  cv::Mat chroma(40, 60, CV_32FC2, cv::Scalar(30, -12));
+  const cv::Mat modes = mean_shift_filter(chroma, 6, {});
+  EXPECT_LT(cv::norm(modes, chroma, cv::NORM_INF), 1e-4);
+  // Greys of every lightness have one chroma.
+  cv::Mat ramp(20, 256, CV_8UC3);
+  for (int x = 0; x < 256; ++x) ramp.col(x).setTo(cv::Scalar(x, x, x));
+  EXPECT_LT(cv::norm(chroma_image(ramp), cv::NORM_INF), 1e-4);
+}
+
+TEST(MeanShift, KeepsEdgesAndRemovesNoise) {
+  cv::Mat picture(60, 80, CV_8UC3, cv::Scalar(60, 60, 200));
+  picture.colRange(40, 80).setTo(cv::Scalar(60, 180, 60));
+  const cv::Mat clean = chroma_image(picture);
+  add_noise(picture, 4, 3);
+  const cv::Mat noisy = chroma_image(picture);
+  const MeanShiftOptions options;
+  const cv::Mat modes = mean_shift_filter(noisy, chroma_radius(noisy, options), options);
+  cv::Mat before = noisy - clean, after = modes - clean;
+  EXPECT_LT(cv::norm(after), 0.35 * cv::norm(before));
+}
+
+TEST(MeanShift, RefusesOptionsOutOfRange) {
+  MeanShiftOptions options;
+  options.spatial_radius_px = 0;
+  options.chroma_radius = std::numeric_limits<double>::quiet_NaN();
+  options.shading_stretch = 0.5;
+  try {
+    options.validate();
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.faults().size(), 3u);
+  }
+}
+
+TEST(RoundRegions, ShadingDoesNotSplitABall) {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 160.3, 119.6, 60, red_paint, 0.1);
+  const RoundRegions found = find_round_regions(picture, algebraic_circle);
+  ASSERT_EQ(found.regions.size(), 1u);
+  EXPECT_LT((found.regions[0].center_px - Eigen::Vector2d(160.3, 119.6)).norm(), 1.0);
+  EXPECT_NEAR(found.regions[0].radius_px, 60, 1.5);
+  EXPECT_GT(found.regions[0].fit_ratio, 0.85);
+}
+
+TEST(RoundRegions, MovesWithThePicture) {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 100, 90, 30, green_paint);
+  cv::Mat moved = grey_picture();
+  draw_shaded_ball(moved, 157, 121, 30, green_paint);
+  const RoundRegions here = find_round_regions(picture, algebraic_circle);
+  const RoundRegions there = find_round_regions(moved, algebraic_circle);
+  ASSERT_EQ(here.regions.size(), 1u);
+  ASSERT_EQ(there.regions.size(), 1u);
+  EXPECT_LT((there.regions[0].center_px - here.regions[0].center_px - Eigen::Vector2d(57, 31)).norm(), 1e-3);
+}
+
+TEST(RoundRegions, SquaresBarsAndGreyDiscsAreNoBalls) {
+  cv::Mat picture = grey_picture();
+  cv::rectangle(picture, cv::Rect(20, 20, 70, 70), {40, 40, 200}, cv::FILLED);
+  cv::rectangle(picture, cv::Rect(120, 20, 150, 25), {40, 190, 40}, cv::FILLED);
+  cv::circle(picture, {200, 150}, 40, {60, 60, 60}, cv::FILLED);
+  EXPECT_TRUE(find_round_regions(picture, algebraic_circle).regions.empty());
+}
+
+TEST(RoundRegions, LargePicturesGiveCoordinatesOfTheOriginal) {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 160, 120, 50, blue_paint);
+  RoundRegionOptions options;
+  options.mean_shift.max_working_pixels = 160 * 120;
+  const RoundRegions found = find_round_regions(picture, algebraic_circle, options);
+  ASSERT_EQ(found.regions.size(), 1u);
+  EXPECT_NEAR(found.scale, 0.5, 1e-9);
+  EXPECT_LT((found.regions[0].center_px - Eigen::Vector2d(160, 120)).norm(), 1.0);
+  EXPECT_NEAR(found.regions[0].radius_px, 50, 2);
+}
+
+TEST(LearnColors, NamesEveryColorOfAPicture) {
+  const ColorPicture picture = four_balls();
+  const LearntColors colors = learn_colors({picture}, algebraic_circle);
+  EXPECT_EQ(names(colors), (std::set<std::string>{"red", "green", "blue", "yellow"}));
+  EXPECT_GT(disc_fraction(colors.table, picture.bgr, 60, 60, 27, "red"), 0.95);
+  EXPECT_GT(disc_fraction(colors.table, picture.bgr, 220, 60, 31, "green"), 0.95);
+  EXPECT_GT(disc_fraction(colors.table, picture.bgr, 80, 170, 25, "blue"), 0.95);
+  EXPECT_GT(disc_fraction(colors.table, picture.bgr, 240, 170, 33, "yellow"), 0.95);
+  for (const LearntClass& learnt : colors.classes) {
+    EXPECT_EQ(learnt.circles.size(), 1u);
+    EXPECT_LT(learnt.background_fraction, 0.002);
+    EXPECT_GT(learnt.kept_fraction, 0.97);
+  }
+}
+
+TEST(LearnColors, GreyBlackAndWhiteHaveNoClass) {
+  const LearntColors colors = learn_colors({four_balls()}, algebraic_circle);
+  for (int v = 0; v < 256; ++v) {
+    const auto grey = static_cast<std::uint8_t>(v);
+    EXPECT_EQ(colors.table.classify(grey, grey, grey), no_class) << v;
+  }
+  EXPECT_EQ(colors.table.classify(2, 2, 10), no_class);  // nearly black, whatever its hue
+}
+
+TEST(LearnColors, AnotherLightIsStillTheSameBall) {
+  const LearntColors colors = learn_colors({four_balls()}, algebraic_circle);
+  cv::Mat dim = grey_picture();
+  draw_shaded_ball(dim, 160, 120, 40, 0.6 * red_paint);
+  EXPECT_GT(disc_fraction(colors.table, dim, 160, 120, 36, "red"), 0.9);
+}
+
+TEST(LearnColors, RedSurvivesTheWrapOfHue) {
+  // Reds on both sides of hue 0, in one picture: one of them at 350 degrees, the other at 10.
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 90, 120, 40, {0.28, 0.05, 0.6});
+  draw_shaded_ball(picture, 230, 120, 40, {0.24, 0.05, 0.6});
+  const LearntColors colors = learn_colors({{"wrap.png", picture}}, algebraic_circle);
+  ASSERT_EQ(colors.classes.size(), 1u);
+  EXPECT_EQ(colors.classes[0].circles.size(), 2u);
+}
+
+TEST(LearnColors, BallsOfOneWordAreNumberedByTheirSize) {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 80, 120, 30, {0.03, 0.30, 0.10});   // grass
+  draw_shaded_ball(picture, 220, 120, 50, {0.22, 0.35, 0.02});  // bottle
+  const LearntColors colors = learn_colors({{"greens.png", picture}}, algebraic_circle);
+  ASSERT_EQ(names(colors), (std::set<std::string>{"green", "green_2"}));
+  EXPECT_NEAR(colors.classes[*colors.table.find("green") - 1].circles[0].radius_px, 50, 3);
+}
+
+TEST(LearnColors, NothingColoredIsARefusal) {
+  cv::Mat picture = grey_picture();
+  EXPECT_THROW(learn_colors({{"grey.png", picture}}, algebraic_circle), Refusal);
+  add_noise(picture, 10, 5);
+  EXPECT_THROW(learn_colors({{"noise.png", picture}}, algebraic_circle), Refusal);
+  EXPECT_THROW(learn_colors({{"dot.png", cv::Mat(1, 1, CV_8UC3, cv::Scalar(0, 0, 255))}}, algebraic_circle),
+               Refusal);
+  EXPECT_THROW(learn_colors({{"red.png", cv::Mat(60, 60, CV_8UC3, cv::Scalar(0, 0, 200))}}, algebraic_circle),
+               Refusal);
+}
+
+TEST(LearnColors, AColorThatIsMostlyElsewhereIsNoBall) {
+  // A fingertip is round, but most of the skin is not.
+  cv::Mat picture = grey_picture();
+  const cv::Scalar skin(90, 120, 190);
+  cv::rectangle(picture, cv::Rect(20, 150, 280, 80), skin, cv::FILLED);
+  cv::circle(picture, {160, 60}, 18, skin, cv::FILLED);
+  EXPECT_THROW(learn_colors({{"hand.png", picture}}, algebraic_circle), Refusal);
+}
+
+TEST(LearnColors, SamePicturesSameBytes) {
+  const std::string once = color_file_bytes(learn_colors({four_balls()}, algebraic_circle).table);
+  EXPECT_EQ(once, color_file_bytes(learn_colors({four_balls()}, algebraic_circle).table));
+}
+
+TEST(LearnColors, ColorsOfTheBackgroundAreLeftToIt) {
+  // A ball that shades off into the wall's own tint: the wall must not become ball.
+  cv::Mat picture(240, 320, CV_8UC3, cv::Scalar(110, 135, 150));
+  draw_shaded_ball(picture, 160, 120, 45, yellow_paint, 0.05);
+  add_noise(picture, 2, 9);
+  const LearntColors colors =
+      learn_classes({{"wall.png", picture}}, {{"ball", {0}, PointedBall{{160, 120}, 52}}}, algebraic_circle);
+  EXPECT_LT(colors.classes[0].background_fraction, 0.01);
+  EXPECT_GT(disc_fraction(colors.table, picture, 160, 120, 30, "ball"), 0.7);
+}
+
+TEST(LearnClasses, AColorWordSettlesWhich) {
+  const std::vector<ColorPicture> pictures = {four_balls()};
+  for (const std::string word : {"red", "green", "blue", "yellow"}) {
+    const LearntColors colors = learn_classes(pictures, {{word, {0}, {}}}, algebraic_circle);
+    EXPECT_EQ(names(colors), std::set<std::string>{word});
+    EXPECT_EQ(colors.classes[0].circles.size(), 1u);
+  }
+  const LearntColors both = learn_classes(pictures, {{"red", {0}, {}}, {"blue", {0}, {}}}, algebraic_circle);
+  EXPECT_NEAR(both.classes[0].circles[0].center_px.x(), 60, 2);
+  EXPECT_NEAR(both.classes[1].circles[0].center_px.x(), 80, 2);
+}
+
+TEST(LearnClasses, AnyOtherNameIsRefusedWithWhatWouldSettleIt) {
+  try {
+    learn_classes({four_balls()}, {{"target", {0}, {}}}, algebraic_circle);
+    FAIL();
+  } catch (const Refusal& refusal) {
+    const std::string text = refusal.what();
+    for (const char* part :
+         {"red", "green", "blue", "yellow", "--at target=60,60,3", "--at target=240,170,3"}) {
+      EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
+    }
+  }
+  // With one colour in sight any name will do.
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 160, 120, 40, blue_paint);
+  EXPECT_EQ(names(learn_classes({{"one.png", picture}}, {{"target", {0}, {}}}, algebraic_circle)),
+            std::set<std::string>{"target"});
+}
+
+TEST(LearnClasses, AWordForNothingInSightIsRefused) {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 160, 120, 40, blue_paint);
+  EXPECT_THROW(learn_classes({{"blue.png", picture}}, {{"yellow", {0}, {}}}, algebraic_circle), Refusal);
+  EXPECT_THROW(learn_classes({{"grey.png", grey_picture()}}, {{"yellow", {0}, {}}}, algebraic_circle),
+               Refusal);
+}
+
+TEST(LearnClasses, ThePointedBallIsTheOneLearnt) {
+  const ColorPicture picture = four_balls();
+  const LearntColors colors =
+      learn_classes({picture}, {{"target", {0}, PointedBall{{80, 170}, 26}}}, algebraic_circle);
+  EXPECT_GT(disc_fraction(colors.table, picture.bgr, 80, 170, 24, "target"), 0.95);
+  EXPECT_LT(disc_fraction(colors.table, picture.bgr, 60, 60, 27, "target"), 0.01);
+  EXPECT_EQ(colors.classes[0].circles[0].center_px, Eigen::Vector2d(80, 170));
+}
+
+TEST(LearnClasses, FaultsOfTheRequestAreAllNamed) {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const std::vector<ColorPicture> pictures = {four_balls()};
+  const auto faults = [&](const std::vector<ClassRequest>& requests) -> std::size_t {
+    try {
+      learn_classes(pictures, requests, algebraic_circle);
+    } catch (const InputError& error) {
+      return error.faults().size();
+    } catch (const Refusal&) {
+      return 100;
+    }
+    return 0;
+  };
+  const auto at = [&](double x, double y, double r) { return faults({{"a", {0}, PointedBall{{x, y}, r}}}); };
+  EXPECT_EQ(at(60, 60, 30), 0u);
+  EXPECT_EQ(at(-1, 60, 30), 1u);
+  EXPECT_EQ(at(320, 60, 30), 1u);
+  EXPECT_EQ(at(60, 240, 30), 1u);
+  EXPECT_EQ(at(nan, 60, 30), 1u);
+  EXPECT_EQ(at(60, inf, 30), 1u);
+  EXPECT_EQ(at(60, 60, 0), 1u);
+  EXPECT_EQ(at(60, 60, -5), 1u);
+  EXPECT_EQ(at(60, 60, nan), 1u);
+  EXPECT_EQ(at(60, 60, 1e9), 1u);
+  EXPECT_EQ(at(nan, nan, nan), 2u);
+  EXPECT_EQ(at(150, 120, 10), 100u);  // grey: a refusal, not a fault
+  EXPECT_EQ(faults({{"Bad", {0}, {}}, {"b", {}, {}}, {"c", {0}, PointedBall{{-9, 0}, 5}}, {"b", {0}, {}}}),
+            4u);
+}
+
+/// The folder of opencv-doc's examples, or a skipped test.
+TEST(LearnColors, Smarties) {
+  const auto folder = opencv_doc_dir();
+  if (!folder) GTEST_SKIP() << "opencv-doc is not installed";
+  const cv::Mat picture = cv::imread((*folder / "smarties.png").string());
+  ASSERT_FALSE(picture.empty());
+  const LearntColors colors = learn_colors({{"smarties.png", picture}}, algebraic_circle);
+  EXPECT_EQ(names(colors), (std::set<std::string>{"red", "orange", "green", "blue"}));
+}
+
+TEST(LearnColors, YellowBallsBesideThingsOfTheirColor) {
+  const auto folder = shared_data_dir();
+  if (!folder) GTEST_SKIP() << "no pictures beside the project";
+  const cv::Mat still_2 = cv::imread((*folder / "balls_powercell/powercell_test_2.png").string());
+  const cv::Mat still_5 = cv::imread((*folder / "balls_powercell/powercell_test_5.png").string());
+  ASSERT_FALSE(still_2.empty() || still_5.empty());
+  const LearntColors colors = learn_colors({{"still_2.png", still_2}}, algebraic_circle);
+  ASSERT_EQ(names(colors), std::set<std::string>{"yellow"});
+  EXPECT_GT(disc_fraction(colors.table, still_2, 279.7, 87.7, 30, "yellow"), 0.9);
+  EXPECT_GT(disc_fraction(colors.table, still_2, 88.7, 211.2, 47, "yellow"), 0.9);
+  EXPECT_GT(disc_fraction(colors.table, still_5, 414.6, 205.5, 36, "yellow"), 0.8);
+}
+
+}  // namespace
+}  // namespace ballservo
