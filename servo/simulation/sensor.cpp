@@ -3,6 +3,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -130,24 +131,26 @@ cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t
 
   cv::Mat picture(light.rows, light.cols, CV_8UC3);
   tbb::parallel_for(tbb::blocked_range<int>(0, light.rows, 8), [&](const tbb::blocked_range<int>& rows) {
-    std::vector<float> columns(width + 6 * reach), values(width);
+    std::vector<float> columns(width + 6 * reach), values(width), noise(width);
+    Eigen::Map<Eigen::ArrayXf> levels(values.data(), static_cast<Eigen::Index>(width));
+    Eigen::ArrayXf sigmas;
     for (int row = rows.begin(); row < rows.end(); ++row) {
       blur_row(light, row, kernel, columns, values);
-      for (float& value : values) value *= scale;
+      levels *= scale;
       if (noisy) {
+        sigmas = (read2 + shot * levels.max(0.0f)).sqrt();
         RandomEngine engine = random_stream(frame_seed, "row", static_cast<std::uint64_t>(row));
         for (std::size_t i = 0; i < width; i += 4) {
           std::uint64_t bits = engine();
-          for (std::size_t k = i; k < std::min(i + 4, width); ++k, bits >>= 16) {
-            values[k] += std::sqrt(read2 + shot * std::max(values[k], 0.0f)) * normal[bits];
-          }
+          for (std::size_t k = i; k < std::min(i + 4, width); ++k, bits >>= 16) noise[k] = normal[bits];
         }
+        levels += sigmas * Eigen::Map<const Eigen::ArrayXf>(noise.data(), levels.size());
       }
+      levels = levels.max(0.0f).min(255.0f);
       std::uint8_t* out = picture.ptr<std::uint8_t>(row);
       for (std::size_t i = 0; i < width; ++i) {
-        const float level = std::min(std::max(values[i], 0.0f), 255.0f);
-        out[i] = response.empty() ? static_cast<std::uint8_t>(level + 0.5f)
-                                  : response[static_cast<std::size_t>(level * 16.0f + 0.5f)];
+        out[i] = response.empty() ? static_cast<std::uint8_t>(values[i] + 0.5f)
+                                  : response[static_cast<std::size_t>(values[i] * 16.0f + 0.5f)];
       }
     }
   });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 namespace ballservo {
 
@@ -24,32 +25,54 @@ double cell_value(std::int64_t i, std::int64_t j) {
   return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
 }
 
-/// Cell values of one period of the noise, so that a look-up costs four loads.
+/// Three octaves of smooth value noise on a fine grid, side by side, so that one look-up serves them all.
 class NoiseGrid {
  public:
-  static constexpr int side = 256;
-  NoiseGrid() {
+  static constexpr int octaves = 3;
+  static constexpr int period = 32;  // in units of the first octave
+  static constexpr int samples = 8;  // a unit
+  static constexpr int side = period * samples;
+
+  NoiseGrid() : values_(static_cast<std::size_t>(side * side)) {
     for (int j = 0; j < side; ++j) {
-      for (int i = 0; i < side; ++i)
-        values_[static_cast<std::size_t>(j * side + i)] = static_cast<float>(cell_value(i, j));
+      for (int i = 0; i < side; ++i) {
+        Eigen::Vector4f& value = values_[static_cast<std::size_t>(j * side + i)];
+        for (int k = 0; k < octaves; ++k) {
+          const double frequency = static_cast<double>(1 << k) / samples;
+          value[k] = static_cast<float>(smooth(i * frequency, j * frequency, period << k, k));
+        }
+        value[3] = 0;
+      }
     }
   }
 
-  /// Smooth value noise from -0.5 to 0.5 of period 256.
-  double operator()(double x, double y) const {
-    const std::int64_t fx = floor_index(x), fy = floor_index(y);
+  /// The octaves at a point, each from -0.5 to 0.5.
+  Eigen::Vector4f operator()(double x, double y) const {
+    const double sx = x * samples, sy = y * samples;
+    const std::int64_t fx = floor_index(sx), fy = floor_index(sy);
     const int i = static_cast<int>(fx & (side - 1)), j = static_cast<int>(fy & (side - 1));
     const int i1 = (i + 1) & (side - 1), j1 = (j + 1) & (side - 1);
-    const double tx = x - static_cast<double>(fx), ty = y - static_cast<double>(fy);
-    const double wx = tx * tx * (3 - 2 * tx), wy = ty * ty * (3 - 2 * ty);
-    const double low = at(i, j) + wx * (at(i1, j) - at(i, j));
-    const double high = at(i, j1) + wx * (at(i1, j1) - at(i, j1));
-    return low + wy * (high - low) - 0.5;
+    const auto tx = static_cast<float>(sx - static_cast<double>(fx)),
+               ty = static_cast<float>(sy - static_cast<double>(fy));
+    const Eigen::Vector4f low = at(i, j) + tx * (at(i1, j) - at(i, j));
+    const Eigen::Vector4f high = at(i, j1) + tx * (at(i1, j1) - at(i, j1));
+    return low + ty * (high - low);
   }
 
  private:
-  double at(int i, int j) const { return values_[static_cast<std::size_t>(j * side + i)]; }
-  std::array<float, side * side> values_;
+  /// Value noise of unit cells that repeats after `cells`.
+  static double smooth(double x, double y, int cells, int octave) {
+    const int i = static_cast<int>(x), j = static_cast<int>(y);
+    const double tx = x - i, ty = y - j;
+    const double wx = tx * tx * (3 - 2 * tx), wy = ty * ty * (3 - 2 * ty);
+    const auto value = [&](int a, int b) { return cell_value(a % cells + 1000 * octave, b % cells); };
+    const double low = value(i, j) + wx * (value(i + 1, j) - value(i, j));
+    const double high = value(i, j + 1) + wx * (value(i + 1, j + 1) - value(i, j + 1));
+    return low + wy * (high - low) - 0.5;
+  }
+
+  const Eigen::Vector4f& at(int i, int j) const { return values_[static_cast<std::size_t>(j * side + i)]; }
+  std::vector<Eigen::Vector4f> values_;
 };
 
 const NoiseGrid& noise_grid() {
@@ -64,16 +87,13 @@ double remaining(double patch) {
 }
 
 /// Octaves of noise, each fading as the patch grows beyond its grains; about -0.5 to 0.5.
-double fading_noise(double x, double y, double patch, int octaves) {
-  double sum = 0, amplitude = 0.55, frequency = 1;
-  for (int k = 0; k < octaves; ++k) {
-    const double left = remaining(patch * frequency);
-    if (amplitude * left < 0.02) break;  // a grey level or two
-    sum += amplitude * left * noise_grid()(x * frequency + 17.3 * k, y * frequency + 9.1 * k);
-    amplitude *= 0.5;
-    frequency *= 2;
-  }
-  return sum;
+double fading_noise(double x, double y, double patch) {
+  const double first = 0.55 * remaining(patch);
+  if (first < 0.02) return 0.0;  // a grey level or two
+  const Eigen::Vector4f noise = noise_grid()(x, y);
+  return first * static_cast<double>(noise[0]) +
+         0.275 * remaining(2 * patch) * static_cast<double>(noise[1]) +
+         0.1375 * remaining(4 * patch) * static_cast<double>(noise[2]);
 }
 
 /// Mean over [x - w/2, x + w/2] of the square wave of period 2 that is 1 in [0, 1) and -1 in [1, 2).
@@ -102,18 +122,18 @@ double mean_of_cells(double x, double w, const ValueOfCell& value) {
 
 Rgb wood_color(const Texture& texture, double u, double v, double patch_u, double patch_v) {
   constexpr double board_length = 8.0;  // in board widths
-  const double row_position = v, row_patch = patch_v;
-  const double tone = mean_of_cells(row_position, row_patch, [&](std::int64_t row) {
-    const double along = u / board_length + cell_value(row, -7);
-    return mean_of_cells(along, patch_u / board_length,
-                         [&](std::int64_t board) { return cell_value(row, board); });
+  const std::int64_t row = floor_index(v);
+  const double row_shift = cell_value(row, -7);
+  const double along = u / board_length, along_patch = patch_u / board_length;
+  const double tone = mean_of_cells(v, patch_v, [&](std::int64_t r) {
+    const double shift = r == row ? row_shift : cell_value(r, -7);
+    return mean_of_cells(along + shift, along_patch,
+                         [&](std::int64_t board) { return cell_value(r, board); });
   });
-  const auto row = floor_index(v);
-  const double shift = 40.0 * cell_value(row, 3);
-  const double grain = fading_noise(u * 0.5 + shift, v * 7.0, std::max(patch_u * 0.5, patch_v * 7.0), 3);
+  const double grain =
+      fading_noise(u * 0.5 + 40.0 * row_shift, v * 7.0, std::max(patch_u * 0.5, patch_v * 7.0));
   const double joint = line_share(v, patch_v, 0.025);
-  const double butt = line_share(u / board_length + cell_value(row, -7), patch_u / board_length, 0.003) *
-                      (patch_v < 0.7 ? 1.0 : 0.0);
+  const double butt = patch_v < 0.7 ? line_share(along + row_shift, along_patch, 0.003) : 0.0;
   const double dark = std::clamp(0.35 + 0.55 * (tone - 0.5) + 0.8 * grain, 0.0, 1.0);
   const Rgb board = texture.color + dark * (texture.color_2 - texture.color);
   return board * (1.0 - 0.65 * std::max(joint, butt));
@@ -147,15 +167,15 @@ Rgb texture_color(const Texture& texture, const Eigen::Vector2d& uv_m, const Eig
   switch (texture.pattern) {
     case Pattern::checks:
       share = 0.5 - 0.5 * mean_square_wave(u, patch_u) * mean_square_wave(v, patch_v) +
-              0.15 * fading_noise(u * 3, v * 3, patch * 3, 2);
+              0.15 * fading_noise(u * 3, v * 3, patch * 3);
       break;
     case Pattern::tiles: {
       const double joint_u = line_share(u, patch_u, 0.04), joint_v = line_share(v, patch_v, 0.04);
-      share = 1.0 - (1.0 - joint_u) * (1.0 - joint_v) + 0.2 * fading_noise(u * 4, v * 4, patch * 4, 2);
+      share = 1.0 - (1.0 - joint_u) * (1.0 - joint_v) + 0.2 * fading_noise(u * 4, v * 4, patch * 4);
       break;
     }
     case Pattern::noise:
-      share = 0.5 + 1.2 * fading_noise(u, v, patch, 3);
+      share = 0.5 + 1.2 * fading_noise(u, v, patch);
       break;
     case Pattern::wood:
       return wood_color(texture, u, v, patch_u, patch_v);
