@@ -36,6 +36,12 @@ TEST(Contacts, DistancesAheadAndAsideAreThoseOfTheRectangle) {
               1e-12);
 }
 
+TEST(Contacts, ACornerNearAnEdgeIsFree) {
+  // Only the robot's edge lies between the two: the box's own edges all cut through the robot's corners.
+  EXPECT_NEAR(clearance(with(BoxShape{{0.2, 0.2, 0.3}}, {0.210 + 0.1 * M_SQRT2 + 0.02, 0, 0.15}, M_PI / 4)),
+              0.02, 1e-12);
+}
+
 TEST(Contacts, TurningRobotAndWorldTogetherChangesNothing) {
   const double yaw = 0.7, c = std::cos(yaw), s = std::sin(yaw);
   for (double angle = 0; angle < 6.28; angle += 0.3) {
