@@ -17,7 +17,7 @@ constexpr int failures_per_region = 2;
 constexpr double robust_floor_px = 0.06;
 
 // How far an edge or a boundary pixel may lie from a ball's outline and still speak for it.
-double tolerance_px(double radius_px) { return 0.6 + 0.035 * radius_px; }
+double tolerance_px(double radius_px) { return 0.5 + 0.025 * radius_px; }
 
 // The sectors around the circle's centre in which a boundary point lies on it: 48, or as many as it has
 // pixels.

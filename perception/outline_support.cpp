@@ -24,7 +24,7 @@ struct Share {
 }  // namespace
 
 double OutlineSupport::quality() const {
-  return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak);
+  return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak) * (1 - leak);
 }
 
 OutlineSectors edge_sectors(const OutlineEdges& edges, const ConeFit& fit, double tolerance_px) {

@@ -31,8 +31,8 @@ class AnywhereInTheField : public testing::TestWithParam<double> {};
 TEST_P(AnywhereInTheField, OneStepOnExactEdgePointsIsWithinATenthOfAMillimetre) {
   const Eigen::Vector3d p_C = at_angle(GetParam(), 1.0);
   const auto edges = edges_of(p_C, 0.035, 40, 500);
-  // From half a pixel off, as the votes leave it.
-  const auto fit = one_gauss_newton_step(disturbed(*TangentCone::of_sphere(p_C, 0.035), 0.5 / 500), edges);
+  // From a tenth of a pixel off, as the first of the two passes leaves it.
+  const auto fit = one_gauss_newton_step(disturbed(*TangentCone::of_sphere(p_C, 0.035), 0.1 / 500), edges);
   ASSERT_TRUE(fit);
   EXPECT_LT((fit->cone.center(0.035) - p_C).norm(), 1e-4);
 }
@@ -47,8 +47,12 @@ TEST_P(AnywhereInTheField, PaperFormulaOnAPerfectCircleIsExactOnlyOnTheAxis) {
   for (const Eigen::Vector3d& ray : rays)
     circle.radius_px += (focal_px * ray.head<2>() / ray.z() - circle.center_px).norm() / 360;
   const double error_m = (paper_position(circle, focal_px, 0.035) - p_C).norm();
-  if (GetParam() == 0) EXPECT_LT(error_m, 1e-4);
-  if (GetParam() == 28) EXPECT_NEAR(error_m, 0.071, 0.01);
+  if (GetParam() == 0) {
+    EXPECT_LT(error_m, 1e-4);
+  }
+  if (GetParam() == 28) {
+    EXPECT_NEAR(error_m, 0.071, 0.01);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Angles, AnywhereInTheField, testing::Values(0.0, 15.0, 28.0, 60.0));
@@ -75,13 +79,13 @@ TEST(ConeFit, JacobianIsTheDerivativeOfTheResidual) {
   }
 }
 
-TEST(ConeFit, RobustWeightsDropAnOccludersEdge) {
+TEST(ConeFit, RobustWeightsDropTheEdgesOfOtherThings) {
   const Eigen::Vector3d p_C(0.1, 0, 1);
   auto edges = edges_of(p_C, 0.035, 40, 857);
   auto engine = random_stream(3, "cone_fit_test");
   const auto truth = *TangentCone::of_sphere(p_C, 0.035);
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    const double shift_px = i < 14 ? -1.8 : 0.05 * standard_normal(engine);  // a third lies on another edge
+    const double shift_px = i < 14 ? uniform(engine, 0.8, 3) * (i % 3 == 0 ? 1 : -1) : 0.05 * standard_normal(engine);
     const TangentCone opened{truth.axis, truth.alpha_rad + shift_px / 857};
     edges[i].ray = outline_rays(opened.axis, std::sin(opened.alpha_rad), 40)[i];
   }

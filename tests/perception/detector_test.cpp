@@ -1,5 +1,6 @@
 #include "perception/detector.hpp"
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include <cmath>
