@@ -20,8 +20,8 @@ std::string figure(double value, int decimals) {
 // Enough decimals to tell small values from zero.
 std::string small_figure(double value) {
   if (!std::isfinite(value)) return "-";
-  if (value != 0 && std::abs(value) < 5e-5) return "< 0.0001";
-  return fmt::format("{:.4f}", value);
+  if (value != 0 && std::abs(value) < 5e-5) return "under 0.0001";
+  return std::abs(value) >= 1 ? fmt::format("{:.2f}", value) : fmt::format("{:.4f}", value);
 }
 
 std::string in_words(const ComparisonCondition& condition) {
@@ -176,7 +176,7 @@ std::string comparison_report_html(const Comparison& comparison, const Compariso
     const std::string caption = comparison.conditions[c].name + ": " + in_words(plan.conditions[c]);
     examples.push_back(photo(example_picture(comparison.conditions[c]), caption, PictureFormat::png));
   }
-  page.figures(examples);
+  page.figures(examples, true);
 
   page.heading("How far from the truth");
   page.figure(drawing(error_plot(comparison),

@@ -33,6 +33,7 @@ figure svg, figure img, figure video { max-width: 100%; height: auto; display: b
 figure img, figure video { border-radius: 4px; }
 figcaption { color: var(--faint); font-size: .9rem; max-width: 46rem; margin-top: .4rem; }
 .figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); gap: 0 1.4rem; align-items: start; }
+.figures.small { grid-template-columns: repeat(auto-fit, minmax(min(100%, 13rem), 1fr)); }
 pre { background: var(--panel); padding: .7rem 1rem; border-radius: 6px; overflow-x: auto; font: .88rem/1.45 ui-monospace, "DejaVu Sans Mono", monospace; }
 a { color: var(--accent); }
 details { margin: 1rem 0; border: 1px solid var(--line); border-radius: 6px; padding: .4rem .9rem; }
@@ -129,9 +130,9 @@ void Page::table(const PageTable& table) {
 
 void Page::figure(const PageFigure& figure) { body_ += figure_markup(figure); }
 
-void Page::figures(const std::vector<PageFigure>& figures) {
+void Page::figures(const std::vector<PageFigure>& figures, bool small) {
   if (figures.empty()) return;
-  body_ += "<div class=\"figures\">\n";
+  body_ += small ? "<div class=\"figures small\">\n" : "<div class=\"figures\">\n";
   for (const PageFigure& figure : figures) body_ += figure_markup(figure);
   body_ += "</div>\n";
 }

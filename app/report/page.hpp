@@ -47,8 +47,8 @@ class Page {
   void key_values(const std::vector<std::pair<std::string, std::string>>& rows);
   void table(const PageTable& table);
   void figure(const PageFigure& figure);
-  /// Figures side by side where the window is wide enough.
-  void figures(const std::vector<PageFigure>& figures);
+  /// Figures side by side where the window is wide enough; `small` ones four in a row.
+  void figures(const std::vector<PageFigure>& figures, bool small = false);
   /// A link to a file beside the page. Throws std::invalid_argument for anything but a relative path.
   void link(std::string_view text, std::string_view relative_path, std::string_view remark = "");
   /// A player for a video file beside the page; the path as for `link`.

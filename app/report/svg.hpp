@@ -31,6 +31,7 @@ class PlotColor {
  public:
   /// Okabe and Ito's palette ("Color universal design", 2008), told apart by colour-blind readers too, in an
   /// order in which each stands out on light and on dark paper; indices beyond it begin anew.
+  static constexpr int palette_size = 7;
   static PlotColor series(int index);
   static PlotColor text() { return PlotColor{}; }
   static PlotColor rgb(std::uint8_t red, std::uint8_t green, std::uint8_t blue);

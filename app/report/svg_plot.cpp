@@ -21,7 +21,12 @@ std::vector<Eigen::Vector2d> as_steps(const std::vector<Eigen::Vector2d>& points
   return steps;
 }
 
-void draw_series(PlotFrame& frame, const PlotSeries& series, const PlotColor& color) {
+// Series beyond the palette take its colours again, dashed.
+bool dashed(const std::vector<PlotSeries>& series, std::size_t k) {
+  return series[k].dashed || (!series[k].color && static_cast<int>(k) >= PlotColor::palette_size);
+}
+
+void draw_series(PlotFrame& frame, const PlotSeries& series, const PlotColor& color, bool is_dashed) {
   std::vector<Eigen::Vector2d> points;
   const std::size_t count = std::min(series.x.size(), series.y.size());
   for (std::size_t i = 0; i < count; ++i) points.push_back(frame.pixel(series.x[i], series.y[i]));
@@ -29,7 +34,7 @@ void draw_series(PlotFrame& frame, const PlotSeries& series, const PlotColor& co
   SvgStyle line;
   line.stroke = color;
   line.width_px = series.width_px;
-  line.dashed = series.dashed;
+  line.dashed = is_dashed;
   line.opacity = series.opacity;
   if (series.style == SeriesStyle::steps) frame.writer().polyline(as_steps(points), line);
   if (series.style == SeriesStyle::line || series.style == SeriesStyle::line_and_points) {
@@ -59,7 +64,7 @@ Svg line_plot(const std::vector<PlotSeries>& series, const PlotOptions& options)
       ys.push_back(series[k].y[i]);
     }
     if (!series[k].name.empty())
-      legend.push_back({series[k].name, color_of(series, k), series[k].dashed, false});
+      legend.push_back({series[k].name, color_of(series, k), dashed(series, k), false});
   }
   for (const ReferenceLine& line : options.lines) (line.vertical ? xs : ys).push_back(line.value);
   AxisRange x = range_of(xs, options.x.log);
@@ -73,7 +78,8 @@ Svg line_plot(const std::vector<PlotSeries>& series, const PlotOptions& options)
   }
   PlotFrame frame(options, axis_range(options.x, x), axis_range(options.y, range_of(ys, options.y.log)),
                   legend, {});
-  for (std::size_t k = 0; k < series.size(); ++k) draw_series(frame, series[k], color_of(series, k));
+  for (std::size_t k = 0; k < series.size(); ++k)
+    draw_series(frame, series[k], color_of(series, k), dashed(series, k));
   return frame.finish();
 }
 

@@ -24,7 +24,7 @@ struct PlotSeries {
   std::string name;  ///< in the legend; empty: not in it
   std::vector<double> x, y;
   SeriesStyle style = SeriesStyle::line;
-  std::optional<PlotColor> color;  ///< by the series' place in the list where missing
+  std::optional<PlotColor> color{};  ///< by the series' place in the list where missing
   bool dashed = false;
   double width_px = 1.8;   ///< of the line
   double marker_px = 2.5;  ///< radius of the points

@@ -62,8 +62,8 @@ std::string_view anchor_name(TextAnchor anchor) {
 }  // namespace
 
 PlotColor PlotColor::series(int index) {
-  constexpr std::array<std::uint32_t, 7> palette{0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7,
-                                                 0xe69f00, 0x56b4e9, 0x888888};
+  constexpr std::array<std::uint32_t, palette_size> palette{0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7,
+                                                            0xe69f00, 0x56b4e9, 0x888888};
   PlotColor color;
   color.rgb_ = palette[static_cast<std::size_t>(std::max(index, 0)) % palette.size()];
   return color;

@@ -177,7 +177,9 @@ TEST(Ticks, AreRoundNumbersWithinTheRange) {
     for (std::size_t i = 0; i < ticks.size(); ++i) {
       EXPECT_GE(ticks[i].value, low - 1e-9 * (high - low));
       EXPECT_LE(ticks[i].value, high + 1e-9 * (high - low));
-      if (i > 0) EXPECT_NE(ticks[i].label, ticks[i - 1].label);
+      if (i > 0) {
+        EXPECT_NE(ticks[i].label, ticks[i - 1].label);
+      }
       EXPECT_NEAR(std::stod(ticks[i].label), ticks[i].value, 1e-3 * (high - low));
     }
   }
