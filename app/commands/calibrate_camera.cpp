@@ -118,7 +118,7 @@ void find_board_in(Picture& picture, const Board& board, double max_pixels) {
     const cv::Mat image = read_color_image(picture.file, max_pixels);
     picture.size = ImageSize{image.cols, image.rows};
     picture.view = find_board(image, board);
-    if (!picture.view) picture.rejected = "the whole board was not found in it";
+    if (!picture.view) picture.rejected = "the board was not found in it, or is cut off by its border";
   } catch (...) {
     picture.error = std::current_exception();
   }
@@ -225,7 +225,8 @@ nlohmann::json results_json(const std::vector<Picture>& pictures, const std::vec
   for (const ModelTrial& trial : result.trials)
     json["models_tried"].push_back({{"model", lens_model_name(trial.model)},
                                     {"rms_px", trial.rms_px},
-                                    {"held_out_rms_px", trial.held_out_rms_px}});
+                                    {"held_out_rms_px", trial.held_out_rms_px},
+                                    {"covers_picture", trial.covers_picture}});
   return json;
 }
 
@@ -241,7 +242,10 @@ void print_summary(const std::vector<Picture>& pictures, const std::vector<const
   if (result.trials.size() > 1)
     for (const ModelTrial& trial : result.trials)
       fmt::print("model {}: RMS {:.3f} px, on boards held out {:.3f} px{}\n", lens_model_name(trial.model),
-                 trial.rms_px, trial.held_out_rms_px, trial.model == p.model ? " (chosen)" : "");
+                 trial.rms_px, trial.held_out_rms_px,
+                 trial.model == p.model ? " (chosen)"
+                 : trial.covers_picture ? ""
+                                        : " (folds over inside the picture)");
   fmt::print("lens model {}\n", lens_model_name(p.model));
   const auto names = parameter_names(p.model);
   const Eigen::VectorXd values = parameter_vector(p);
@@ -284,9 +288,9 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
   }
   if (used.empty())
     throw Refusal(fmt::format(
-        "The board {} was not found in any of the {} pictures. Are {} its inner corners (or circle centres), "
-        "is "
-        "the whole board in each picture, with a white margin around it, sharp and evenly lit?",
+        "The board {} was not found in any picture ({} looked at). Are {} its inner corners (or circle "
+        "centres)? "
+        "Is the whole board in each picture, with a white margin around it, sharp and evenly lit?",
         options.board_text, pictures.size(), options.board_text.substr(options.board_text.find(':') + 1)));
   const BoardCalibration result = calibrate_from_boards(board, size, views, calibration_options);
   throw_if_interrupted();

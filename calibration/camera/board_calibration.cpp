@@ -149,14 +149,17 @@ bool covers_picture(const Camera& camera) {
   return true;
 }
 
-/// Whether a model may be chosen without having been asked for: its lens does not fold within the picture.
-bool may_be_chosen(const Candidate& candidate) {
-  if (candidate.held_out_px2.empty()) return false;
+bool covers_picture(const CameraParameters& parameters) {
   try {
-    return covers_picture(Camera(candidate.adjustment.parameters));
+    return covers_picture(Camera(parameters));
   } catch (const InputError&) {
     return false;
   }
+}
+
+/// Whether a model may be chosen without having been asked for.
+bool may_be_chosen(const Candidate& candidate) {
+  return !candidate.held_out_px2.empty() && covers_picture(candidate.adjustment.parameters);
 }
 
 /// The simplest candidate within one standard error of the best (Breiman et al., 1984); the candidates come
@@ -194,11 +197,12 @@ std::optional<Eigen::MatrixXd> inverse_information(const Eigen::MatrixXd& inform
   for (Eigen::Index i = 0; i < size; ++i)
     for (Eigen::Index j = 0; j < size; ++j) scaled(i, j) *= scale(i) * scale(j);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
-  if (!(solver.eigenvalues()(0) > 1e-13 * solver.eigenvalues()(size - 1))) return std::nullopt;
+  // A direction that the boards leave open gets an enormous variance, and who needs it can tell.
+  const double floor = 1e-15 * solver.eigenvalues()(size - 1);
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(size, size);
   for (Eigen::Index k = 0; k < size; ++k)
-    inverse +=
-        solver.eigenvectors().col(k) * solver.eigenvectors().col(k).transpose() / solver.eigenvalues()(k);
+    inverse += solver.eigenvectors().col(k) * solver.eigenvectors().col(k).transpose() /
+               std::max(floor, solver.eigenvalues()(k));
   for (Eigen::Index i = 0; i < size; ++i)
     for (Eigen::Index j = 0; j < size; ++j) inverse(i, j) *= scale(i) * scale(j);
   return inverse;
@@ -323,7 +327,8 @@ BoardCalibration calibrate_from_boards(const Board& board, ImageSize size,
     result.view_rms_px.push_back(view_rms(residuals));
   for (const Candidate& candidate : candidates)
     result.trials.push_back({candidate.adjustment.parameters.model, candidate.adjustment.rms_px,
-                             std::sqrt(mean(candidate.held_out_px2))});
+                             std::sqrt(mean(candidate.held_out_px2)),
+                             covers_picture(candidate.adjustment.parameters)});
   result.warnings = warnings_of(result);
   return result;
 }

@@ -27,6 +27,7 @@ struct ModelTrial {
   LensModel model;
   double rms_px = 0;
   double held_out_rms_px = 0;
+  bool covers_picture = false;  ///< every corner of the picture has a ray; a choice takes no other
 };
 
 struct BoardCalibration {

@@ -38,7 +38,11 @@ bool find_chessboard(const cv::Mat& gray, const Board& board, std::vector<cv::Po
   const int half = std::max(2, static_cast<int>(std::lround(window_share * smallest_spacing(points, board))));
   cv::cornerSubPix(gray, points, cv::Size(half, half), cv::Size(-1, -1),
                    cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-4));
-  return true;
+  // A window that the picture's border cuts off pulls its corner inwards.
+  return std::all_of(points.begin(), points.end(), [&](const cv::Point2f& point) {
+    return point.x >= half && point.y >= half && point.x <= gray.cols - 1 - half &&
+           point.y <= gray.rows - 1 - half;
+  });
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "calibration/camera/board_calibration.hpp"
 #include "calibration/camera/board_detector.hpp"
 #include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/sphere_outline.hpp"
 #include "calibration/files/fault.hpp"
 #include "calibration/files/image_file.hpp"
 #include "calibration/files/random.hpp"
@@ -122,7 +123,44 @@ TEST(BoardCalibration, AutoTakesTheSimplestModelThatSuffices) {
   }
 }
 
-TEST(BoardCalibration, ABallsUncertaintyIsWhatRandomCamerasScatter) {
+TEST(BoardCalibration, ABallsUncertaintyIsTheScatterUnderRandomCameras) {
+  const Camera camera(camera_parameters(LensModel::brown, 533, {-0.28, 0.05, 1e-3, -5e-4, 0.09}));
+  // Correlated as calibrations are: a little of everything along three directions.
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(9, 3);
+  root.col(0) << 0.4, 0.42, 0.05, 0.03, 1e-3, -8e-3, 0, 0, 1e-2;
+  root.col(1) << 0.1, 0.12, 0.3, -0.2, 0, 0, 1e-4, 0, 0;
+  root.col(2) << 0, 0.03, -0.2, 0.4, 2e-3, -4e-3, 0, 1e-4, 0;
+  const auto predicted_mm = ball_sigma_mm(camera, root * root.transpose());
+  ASSERT_TRUE(predicted_mm);
+  RandomEngine engine = random_stream(8, "cameras");
+  std::vector<Camera> cameras;
+  for (int i = 0; i < 400; ++i) {
+    const Eigen::Vector3d draw(standard_normal(engine), standard_normal(engine), standard_normal(engine));
+    cameras.emplace_back(
+        with_parameter_vector(camera.parameters(), parameter_vector(camera.parameters()) + root * draw));
+  }
+  double worst_mm = 0;
+  for (double v = 0; v <= 479.5; v += 479.0 / 8)
+    for (double u = 0; u <= 639.5; u += 639.0 / 8) {
+      const Eigen::Vector3d p_C = *camera.unproject({u, v});
+      const auto outline = project_outline(camera, p_C, 0.035, 24);
+      bool inside = true;
+      for (const Eigen::Vector2d& p : outline)
+        inside = inside && p.x() > -0.5 && p.y() > -0.5 && p.x() < 639.5 && p.y() < 479.5;
+      if (!inside) continue;
+      double sum = 0;
+      for (const Camera& other : cameras) {
+        std::vector<Eigen::Vector3d> rays;
+        for (const Eigen::Vector2d& p : outline) rays.push_back(*other.unproject(p));
+        sum += (*sphere_from_rays(rays, 0.035) - p_C).squaredNorm();
+      }
+      worst_mm = std::max(worst_mm, 1e3 * std::sqrt(sum / 400));
+    }
+  // 400 draws tell a standard deviation to some 5 %.
+  EXPECT_NEAR(*predicted_mm, worst_mm, 0.15 * worst_mm);
+}
+
+TEST(BoardCalibration, ABallsUncertaintyInSimpleCases) {
   const Camera camera(camera_parameters(LensModel::visp, 535, {0.33}));
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(5, 5);
   covariance.diagonal() << 1.0, 1.0, 0.0, 0.0, 0.0;
@@ -218,6 +256,14 @@ TEST(BoardDetector, PaintedCornersToATenthOfAPixel) {
     const Eigen::Vector2d steps = (corner - Eigen::Vector2d(119.5, 119.5)) / square;
     EXPECT_LT((steps - Eigen::Vector2d(std::round(steps.x()), std::round(steps.y()))).norm() * square, 0.1);
   }
+}
+
+TEST(RealBoards, ABoardCutOffByTheBorderIsNotUsed) {
+  const auto folder = test::shared_data_dir();
+  if (!folder) GTEST_SKIP() << "the pictures of others are not here";
+  for (const char* name : {"calibration1.jpg", "calibration4.jpg"})
+    EXPECT_FALSE(find_board(read_color_image(*folder / "calib_carnd_lane" / name), chessboard)) << name;
+  EXPECT_TRUE(find_board(read_color_image(*folder / "calib_carnd_lane" / "calibration2.jpg"), chessboard));
 }
 
 std::vector<BoardView> views_of(const std::filesystem::path& folder, const std::vector<std::string>& names,

@@ -143,12 +143,13 @@ TEST(CameraAgainstOpenCv, BrownConrady) {
   for (const auto& example : camera_examples()) {
     const auto& p = example.parameters;
     if (p.model != LensModel::brown && p.model != LensModel::brown8) continue;
+    const Camera camera(p);
     std::vector<cv::Point2d> expected;
     const std::vector<double> k(p.coefficients.begin(), p.coefficients.begin() + coefficient_count(p.model));
     const auto points = points_in_view();
     cv::projectPoints(points, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), camera_matrix(p), k, expected);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto pixel = Camera(p).project({points[i].x, points[i].y, points[i].z});
+      const auto pixel = camera.project({points[i].x, points[i].y, points[i].z});
       ASSERT_TRUE(pixel);
       EXPECT_NEAR(pixel->x(), expected[i].x, 1e-10);
       EXPECT_NEAR(pixel->y(), expected[i].y, 1e-10);
@@ -160,13 +161,14 @@ TEST(CameraAgainstOpenCv, KannalaBrandtIsItsFisheye) {
   for (const auto& example : camera_examples()) {
     const auto& p = example.parameters;
     if (p.model != LensModel::kannala_brandt) continue;
+    const Camera camera(p);
     std::vector<cv::Point2d> expected;
     const auto points = points_in_view();
     cv::fisheye::projectPoints(
         points, expected, cv::Affine3d(), camera_matrix(p),
         cv::Vec4d(p.coefficients[0], p.coefficients[1], p.coefficients[2], p.coefficients[3]));
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto pixel = Camera(p).project({points[i].x, points[i].y, points[i].z});
+      const auto pixel = camera.project({points[i].x, points[i].y, points[i].z});
       ASSERT_TRUE(pixel);
       EXPECT_NEAR(pixel->x(), expected[i].x, 1e-9);
       EXPECT_NEAR(pixel->y(), expected[i].y, 1e-9);
@@ -196,6 +198,7 @@ TEST(CameraAgainstVisp, KduIsTheDefinition) {
 TEST(CameraAgainstVisp, PinholeAndKannalaBrandt) {
   for (const auto& example : camera_examples()) {
     const auto& p = example.parameters;
+    const Camera camera(p);
     vpCameraParameters visp;
     if (p.model == LensModel::pinhole)
       visp.initPersProjWithoutDistortion(p.fx_px, p.fy_px, p.cx_px, p.cy_px);
@@ -208,7 +211,7 @@ TEST(CameraAgainstVisp, PinholeAndKannalaBrandt) {
     for (const cv::Point3d& point : points_in_view()) {
       double u = 0, v = 0;
       vpMeterPixelConversion::convertPoint(visp, point.x, point.y, u, v);
-      const auto pixel = Camera(p).project({point.x, point.y, point.z});
+      const auto pixel = camera.project({point.x, point.y, point.z});
       ASSERT_TRUE(pixel);
       EXPECT_NEAR(pixel->x(), u, 1e-9) << example.name;
       EXPECT_NEAR(pixel->y(), v, 1e-9) << example.name;

