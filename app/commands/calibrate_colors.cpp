@@ -248,7 +248,7 @@ int run_calibrate_colors(const ColorsOptions& options) {
   const std::vector<ColorPicture> pictures = set.read(options.common.max_pixels);
   const std::vector<ColorPicture> background = off_set.read(options.common.max_pixels);
   const CircleEstimator votes = region_circle_estimator(options.common.seed);
-  Progress progress("look for round regions", 0, options.common.quiet);
+  Progress progress("regions tested for roundness", 0, options.common.quiet);
   long asked = 0;
   const CircleEstimator estimator = [&](const std::vector<Eigen::Vector2f>& boundary_px) {
     throw_if_interrupted();

@@ -113,13 +113,13 @@ ColorSamples samples_inside(const cv::Mat& bgr, const RoundRegion& region, doubl
   for (int y = top; y <= bottom; ++y) {
     for (int x = left; x <= right; ++x) {
       if ((Eigen::Vector2d(x, y) - at).squaredNorm() > radius * radius) continue;
+      ++result.looked_at;
       if (!region.mask.empty()) {
         const int mx = static_cast<int>((x + 0.5) * scale) - region.mask_origin.x;
         const int my = static_cast<int>((y + 0.5) * scale) - region.mask_origin.y;
         if (mx < 0 || my < 0 || mx >= region.mask.cols || my >= region.mask.rows) continue;
         if (!region.mask.at<std::uint8_t>(my, mx)) continue;
       }
-      ++result.looked_at;
       const cv::Vec3b& c = bgr.at<cv::Vec3b>(y, x);
       const Eigen::Vector3d lab = lab_from_bgr(c[0], c[1], c[2]);
       if (!options.has_color(lab)) continue;

@@ -50,7 +50,7 @@ struct ColorSamples {
   std::vector<Pixel> pixels;
   std::array<double, hue_bins> hue_counts{};
   Eigen::Vector3d lab_sum{0, 0, 0};
-  std::uint64_t looked_at = 0;  ///< pixels inside, coloured or not
+  std::uint64_t looked_at = 0;  ///< pixels inside the circle, coloured or not, in the region or not
 
   Eigen::Vector3d mean_lab() const;
   double hue_deg() const;
