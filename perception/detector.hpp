@@ -27,7 +27,7 @@ struct DetectorOptions {
   double min_arc = 0.3;    ///< of the outline must have an edge on it
   double min_fill = 0.4;   ///< of the disc must have the ball's colour
   double max_leak = 0.55;  ///< of the rim may have it
-  double min_quality = 0.38;
+  double min_quality = 0.42;
   /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
   double oval_fraction = 0;
   std::uint64_t seed = 0;
@@ -82,6 +82,8 @@ class Detector {
                                              DetectionStages* stages = nullptr);
 
   const DetectorOptions& options() const { return options_; }
+  /// Lets weaker balls through (a tracker knows where one must be), or fewer.
+  void set_min_quality(double min_quality) { options_.min_quality = min_quality; }
   const RayTable& rays() const { return *rays_; }
   const ColorTable& colors() const { return *colors_; }
 

@@ -37,13 +37,17 @@ void TrackerOptions::validate() const {
     faults.add("newcomers_every", std::to_string(newcomers_every), "at least 1 (pictures)");
   if (!(coast_s >= 0)) faults.add("coast_s", number_text(coast_s), "0 or more (s)");
   if (!(gate_distance2 > 0)) faults.add("gate_distance2", number_text(gate_distance2), "a number above 0");
+  if (!(expected_quality >= 0 && expected_quality <= 1)) {
+    faults.add("expected_quality", number_text(expected_quality), "a number from 0 to 1");
+  }
   if (!(jump_radii >= 0)) faults.add("jump_radii", number_text(jump_radii), "0 or more (ball radii)");
   faults.throw_if_any();
 }
 
 Tracker::Tracker(Detector detector, const TrackerOptions& options)
-    : detector_(std::move(detector)), options_(options) {
+    : detector_(std::move(detector)), options_(options), newcomer_quality_(detector_.options().min_quality) {
   options_.validate();
+  detector_.set_min_quality(std::min(newcomer_quality_, options_.expected_quality));
 }
 
 const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, DetectionStages* stages) {
@@ -67,7 +71,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
       std::remove_if(followed_.begin(), followed_.end(), [](const Followed& f) { return f.hits == 0; }),
       followed_.end());
   for (std::size_t i = 0; i < seen_.size(); ++i) {
-    if (match_of_seen_[i] >= 0) continue;
+    if (match_of_seen_[i] >= 0 || seen_[i].quality < newcomer_quality_) continue;
     Followed newcomer{
         {next_id_++, seen_[i].color_class, Track::State::tentative, seen_[i]},
         TrackFilter(features_of(seen_[i], options_.filter.sigma_floor_radii), time_s, options_.filter),
@@ -116,7 +120,9 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
 }
 
 bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball) const {
-  return ball.color_class == followed.track.color_class &&
+  // A weak sight of a ball counts only where one is known to be.
+  const bool clear = ball.quality >= newcomer_quality_ || followed.track.state != Track::State::tentative;
+  return clear && ball.color_class == followed.track.color_class &&
          followed.filter.distance2(features_of(ball, options_.filter.sigma_floor_radii)) <
              options_.gate_distance2;
 }
@@ -158,7 +164,8 @@ void Tracker::continue_jumps() {
     std::size_t candidate = seen_.size();
     int candidates = 0;
     for (std::size_t k = 0; k < seen_.size(); ++k) {
-      if (match_of_seen_[k] < 0 && near(seen_[k])) candidate = k, ++candidates;
+      if (match_of_seen_[k] < 0 && seen_[k].quality >= newcomer_quality_ && near(seen_[k]))
+        candidate = k, ++candidates;
     }
     if (candidates != 1) continue;
     match_of_seen_[candidate] = static_cast<int>(i);

@@ -18,6 +18,8 @@ struct TrackerOptions {
   double jump_radii = 6;  ///< a lone ball of the class this near an unmatched track continues it
   int newcomers_every =
       3;  ///< pictures between two looks at the whole picture while all balls are being found
+  double expected_quality =
+      0.25;  ///< suffices for a ball where a confirmed track expects it; elsewhere the detector's own
   TrackFilterOptions filter;
 
   void validate() const;  ///< throws InputError naming every value that makes no sense
@@ -65,6 +67,7 @@ class Tracker {
 
   Detector detector_;
   TrackerOptions options_;
+  double newcomer_quality_;
   std::vector<Followed> followed_;
   std::vector<BallObservation> seen_;  // balls of this picture
   std::vector<int> match_of_seen_;     // index into followed_, or -1
