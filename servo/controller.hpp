@@ -36,7 +36,7 @@ struct ControllerOptions {
   double search_speed_radps = 0.7;  ///< of the turn on the spot
   double search_turn_rad = 6.8;     ///< a search that has turned so far without the ball has ended
   double turn_first_rad = 1.05;     ///< a ball further to the side is turned to before the law drives
-  double hold_range_m = 0.0004;      ///< both errors below these: arrived, stand still
+  double hold_range_m = 0.0004;     ///< both errors below these: arrived, stand still
   double hold_bearing_rad = 0.0004;
   double resume_range_m = 0.0025;  ///< either error above these: correct
   double resume_bearing_rad = 0.0025;

@@ -210,12 +210,13 @@ TEST(Controller, IgnoresDuplicateAndBackwardFrames) {
     again.see(frame);
     frame.p_CB.x() += 0.05;  // what a duplicate or a late one claims must not matter
     again.see(frame);
-    frame.time_s -= 0.1;
+    frame.time_s -= 1.0;
     again.see(frame);
     const auto a = once.step(t, {}, {}), b = again.step(t, {}, {});
     EXPECT_EQ(a.command.v_mps, b.command.v_mps);
     EXPECT_EQ(a.command.w_radps, b.command.w_radps);
     EXPECT_EQ(a.state, b.state);
+    EXPECT_EQ(a.track_state, b.track_state);
   }
 }
 
