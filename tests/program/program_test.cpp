@@ -1,0 +1,165 @@
+// How the program ends: exit codes, messages and outputs, as a user's shell sees them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include "calibration/files/image_file.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ballservo {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::MatchesRegex;
+
+struct Ending {
+  int code = -1;
+  std::string out, messages;
+};
+
+class Program : public testing::Test {
+ protected:
+  /// Runs the program in the temporary folder by the shell; `before` is put in front of it.
+  Ending run(const std::string& arguments, const std::string& before = "") const {
+    const std::string command = "cd '" + dir.string() + "' && " + before + " '" BALLSERVO_PROGRAM "' " +
+                                arguments + " >../" + tag() + ".out 2>../" + tag() + ".err";
+    const int status = std::system(command.c_str());
+    Ending ending{WIFEXITED(status) ? WEXITSTATUS(status) : -1, taken(".out"), taken(".err")};
+    EXPECT_THAT(ending.messages, testing::Not(HasSubstr("fault of ours"))) << arguments;
+    return ending;
+  }
+  std::set<std::string> names() const {
+    std::set<std::string> found;
+    for (const auto& entry : fs::recursive_directory_iterator(dir))
+      found.insert(entry.path().filename().string());
+    return found;
+  }
+  void put(const std::string& name, const std::string& text) const { std::ofstream(dir / name) << text; }
+  std::string contents(const std::string& name) const {
+    std::ifstream stream(dir / name);
+    return (std::stringstream() << stream.rdbuf()).str();
+  }
+  /// Pictures without anything in them, which no command can like.
+  void put_grey_picture(const std::string& name) const {
+    write_image(dir / name, cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(128)));
+  }
+
+  test::TemporaryFolder temporary;
+  fs::path dir = temporary.path();
+
+ private:
+  std::string tag() const { return dir.filename().string(); }
+  std::string taken(const std::string& extension) const {
+    const fs::path file = dir.parent_path() / (tag() + extension);
+    std::ifstream stream(file);
+    std::string text = (std::stringstream() << stream.rdbuf()).str();
+    fs::remove(file);
+    return text;
+  }
+};
+
+TEST_F(Program, SaysItsVersionOnOneLine) {
+  const Ending ending = run("--version");
+  EXPECT_EQ(ending.code, 0);
+  EXPECT_THAT(ending.out, MatchesRegex("ballservo [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+  EXPECT_THAT(ending.messages, IsEmpty());
+}
+
+TEST_F(Program, EveryCommandHelpsWithAnExample) {
+  EXPECT_EQ(run("--help").code, 0);
+  for (const char* command :
+       {"calibrate camera", "calibrate colors", "detect", "track", "render", "servo", "compare"}) {
+    const Ending ending = run(std::string(command) + " --help");
+    EXPECT_EQ(ending.code, 0) << command;
+    EXPECT_THAT(ending.out, HasSubstr("xample")) << command;
+    EXPECT_THAT(ending.out, HasSubstr("ballservo " + std::string(command))) << command;
+    EXPECT_THAT(ending.messages, IsEmpty()) << command;
+  }
+}
+
+TEST_F(Program, BadUsageEndsWithTwoAndAMessage) {
+  for (const char* arguments :
+       {"", "nonsense", "--nonsense", "calibrate", "calibrate camera", "detect", "detect --nonsense", "servo",
+        "render", "compare", "track", "detect a.png --colors x --threads 1.5",
+        "detect a.png --colors x --threads 0x2", "detect a.png --colors x --max-pixels nan",
+        "servo a.yaml -o b --seed -1"}) {
+    const Ending ending = run(arguments);
+    EXPECT_EQ(ending.code, 2) << arguments;
+    EXPECT_THAT(ending.out, IsEmpty()) << arguments;
+    EXPECT_THAT(ending.messages, HasSubstr("ballservo: error: ")) << arguments;
+  }
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(Program, BadPicturesAreAllNamedAndNothingIsWritten) {
+  put_grey_picture("good.png");
+  put("empty.png", "");
+  put("text.png", "no picture\n");
+  const std::string whole = contents("good.png");
+  put("cut.png", whole.substr(0, whole.size() / 2));
+  const std::set<std::string> before = names();
+  for (const char* command :
+       {"calibrate camera missing.png empty.png text.png good.png --board chessboard:9x6 "
+        "--square 0.025 -o camera.yaml --json results.json",
+        "calibrate colors missing.png empty.png text.png good.png -o my.colors --json results.json"}) {
+    const Ending ending = run(command);
+    EXPECT_EQ(ending.code, 2) << command;
+    for (const char* file : {"missing.png", "empty.png", "text.png"}) {
+      EXPECT_THAT(ending.messages, HasSubstr(std::string("error: ") + file + ": found ")) << command;
+    }
+  }
+  EXPECT_EQ(run("calibrate colors cut.png -o my.colors").code, 2);
+  EXPECT_EQ(run("calibrate colors good.png -o my.colors --max-pixels 100").code, 2);
+  EXPECT_EQ(names(), before);
+}
+
+TEST_F(Program, AnswerNoEndsWithOneAndLeavesNoFile) {
+  put_grey_picture("grey.png");
+  const std::set<std::string> before = names();
+  EXPECT_EQ(run("calibrate camera grey.png --board chessboard:9x6 --square 0.025 -o camera.yaml").code, 1);
+  EXPECT_EQ(run("calibrate colors grey.png -o my.colors").code, 1);
+  EXPECT_EQ(names(), before);
+}
+
+TEST_F(Program, ExistingOutputStaysUnlessForced) {
+  put_grey_picture("grey.png");
+  put("camera.yaml", "mine");
+  const std::string camera = "calibrate camera grey.png --board chessboard:9x6 --square 0.025 ";
+  for (const std::string& arguments : {camera + "-o camera.yaml", camera + "-o new.yaml --json camera.yaml",
+                                       camera + "-o no/folder.yaml", camera + "-o ."}) {
+    EXPECT_EQ(run(arguments).code, 2) << arguments;
+  }
+  EXPECT_EQ(run(camera + "-o camera.yaml --force").code, 1);
+  EXPECT_EQ(contents("camera.yaml"), "mine");
+  EXPECT_EQ(names(), (std::set<std::string>{"grey.png", "camera.yaml"}));
+}
+
+TEST_F(Program, FullDiskEndsWithTwoAndLeavesNothing) {
+  const std::string scenario = (test::project_data_dir() / "scenarios" / "static_ball.yaml").string();
+  // The shell counts in blocks of 512 or 1024 bytes: far less than a picture either way.
+  const Ending ending = run("render '" + scenario + "' -o out --frames 1", "ulimit -f 8;");
+  EXPECT_EQ(ending.code, 2) << ending.messages;
+  EXPECT_THAT(ending.messages, HasSubstr("File too large"));
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(Program, InterruptedRunEndsWith130) {
+  const std::string scenario = (test::project_data_dir() / "scenarios" / "static_ball.yaml").string();
+  const Ending ending =
+      run("render '" + scenario + "' -o out --frames 100000", "timeout --preserve-status -s INT 3");
+  EXPECT_EQ(ending.code, 130) << ending.messages;
+  for (const std::string& name : names()) EXPECT_THAT(name, testing::Not(HasSubstr("partial")));
+}
+
+}  // namespace
+}  // namespace ballservo
