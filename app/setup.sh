@@ -66,14 +66,25 @@ find_example_pictures() {
   [ -r "$examples/left01.jpg" ] || fail "Package opencv-doc holds no left01.jpg"
 }
 
+# Says how far a build is, from Ninja's "[12/128] ..." on stdin, which goes on into the log.
+build_progress() {
+  tee -a "$log" | awk -F '[][/]' '
+    /^\[[0-9]+\/[0-9]+\]/ && $3 > 5 {
+      tenths = int(10 * $2 / $3)
+      if (tenths > said) { said = tenths; printf "    %d %% built\n", 10 * tenths; fflush() }
+    }'
+}
+
 # Builds the named targets, or everything.
 build() {
-  say "Building (the first time takes some minutes on two cores)"
-  (cd "$root" && logged cmake --preset release)
-  if [ $# = 0 ]; then
-    (cd "$root" && logged cmake --build --preset release)
-  else
-    (cd "$root" && logged cmake --build --preset release --target "$@")
+  local targets=()
+  if [ $# != 0 ]; then targets=(--target "$@"); fi
+  say "Building (some minutes the first time)"
+  cd "$root"
+  logged cmake --preset release
+  if ! cmake --build --preset release "${targets[@]}" 2>&1 </dev/null | build_progress; then
+    grep -A 20 -m 1 -E "^FAILED|error:" "$log" >&2 || tail -n 40 "$log" >&2
+    fail "The build failed (the whole log is $log)"
   fi
 }
 
