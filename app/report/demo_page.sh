@@ -97,8 +97,9 @@ that tells for any pixel to which class its colour belongs.</p>
 from which disc).</p>
 
 <h2>3. The balls in a picture</h2>
-<p>With that table every disc of a learnt colour is found again: <b>$(html "$(found_by_class detections.csv)")</b>.
-Black and brown sweets have no colour to go by and are left alone.</p>
+<p>With that table the discs of the learnt colours are found again: <b>$(html "$(found_by_class detections.csv)")</b>.
+Nearly black sweets have no colour to go by and are left alone, and so is a disc of which the picture's edge leaves too
+little.</p>
 <div class="pair">
 <figure><img src="found/smarties.png" alt="the photograph with the discs outlined">
 <figcaption>What was found, drawn into the photograph.</figcaption></figure>
