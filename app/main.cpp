@@ -80,7 +80,8 @@ int run(int argc, char** argv) {
   program.set_version_flag("--version", "ballservo " BALLSERVO_VERSION);
   program.require_subcommand(1);
   program.footer(
-      "Example:\n  ballservo calibrate camera left*.jpg --board chessboard:9x6 --square 0.025 -o left.yaml");
+      "Example:\n  ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 "
+      "--square 0.025 -o left.yaml");
   Action action;
   add_commands(program, action);
   try {
@@ -114,7 +115,7 @@ int main(int argc, char** argv) {
   set_up_messages();
   const int code = run(argc, argv);
   std::cout.flush();
-  if (std::fflush(stdout) != 0 && code == exit_done) {
+  if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == exit_done) {
     fmt::print(stderr, "ballservo: error: {}\n",
                to_text({"stdout", "a full disk or a closed pipe", "a place that can be written"}));
     return exit_bad_input;

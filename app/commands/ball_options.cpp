@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/files/fault.hpp"
@@ -40,7 +41,8 @@ BallRadius parse_diameter(const std::string& text, FaultList& faults) {
                     *sigma_m < *diameter_m;
   if (good) return {*diameter_m / 2, *sigma_m / 2};
   faults.add("--diameter", "'" + text + "'",
-             "the ball's diameter in metres above 0, with its sigma where known: 0.07 or 0.07+-0.0003");
+             "the ball's diameter in metres, above 0 and below 100, with its sigma where known: 0.07 or "
+             "0.07+-0.0003");
   return {};
 }
 
@@ -64,6 +66,19 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
                   "sphere: the exact outline of a ball; paper: a circle and the paper's formula")
       ->check(CLI::IsMember({"sphere", "paper"}))
       ->capture_default_str();
+}
+
+void check_not_an_input(const std::filesystem::path& output, const BallOptions& options,
+                        const std::vector<std::string>& sources) {
+  std::vector<std::string> inputs = sources;
+  inputs.push_back(options.colors);
+  inputs.push_back(options.camera);
+  for (const std::string& input : inputs) {
+    std::error_code error;  // a missing file is no input; whoever reads it says so
+    if (!output.empty() && std::filesystem::equivalent(output, input, error)) {
+      throw InputError(output.string(), "an output that is also an input", "a file of its own");
+    }
+  }
 }
 
 std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors) {
@@ -106,7 +121,10 @@ DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed)
   };
   collect([&] { colors_ = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
   collect([&] {
-    if (!options.camera.empty()) rays_ = std::make_shared<const RayTable>(read_camera(options.camera));
+    if (options.camera.empty()) return;
+    rays_ = std::make_shared<const RayTable>(read_camera(options.camera));
+    const auto known = read_camera_covariance(options.camera, rays_->camera());
+    if (known) camera_uncertainty_.emplace(rays_->camera(), known->covariance);
   });
   collect([&] {
     if (colors_) options_.radii = parse_diameters(options.diameter, *colors_);
@@ -124,6 +142,14 @@ Detector DetectorFactory::make(ImageSize size, const std::string& place) const {
   if (!rays_) return Detector(std::make_shared<const RayTable>(long_lens_camera(size)), colors_, options_);
   check_camera_fits(rays_->camera(), size, place);
   return Detector(rays_, colors_, options_);
+}
+
+BallObservation DetectorFactory::with_total_covariance(BallObservation ball) const {
+  if (!ball.position || !camera_uncertainty_) return ball;
+  const double radius_m = options_.radii[static_cast<std::size_t>(ball.color_class) - 1].radius_m;
+  const auto of_camera = camera_uncertainty_->ball_covariance(ball.position->p_C, radius_m);
+  if (of_camera) ball.position->covariance_m2 += *of_camera;
+  return ball;
 }
 
 }  // namespace ballservo

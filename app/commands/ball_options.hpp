@@ -4,9 +4,11 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "calibration/camera/ball_uncertainty.hpp"
 #include "calibration/camera/camera.hpp"
 #include "perception/detector.hpp"
 
@@ -18,6 +20,10 @@ struct BallOptions {
 
 /// Adds --colors, --camera, --diameter and --fit.
 void add_ball_options(CLI::App& command, BallOptions& options);
+
+/// Throws InputError where an output is one of the files that the command reads (--force would destroy it).
+void check_not_an_input(const std::filesystem::path& output, const BallOptions& options,
+                        const std::vector<std::string>& sources);
 
 /// The radii of the classes from METRES[+-SIGMA] (all classes) or NAME=METRES[+-SIGMA],... ; empty for an
 /// empty text. Throws InputError naming every fault: not a number, not above 0, an unknown class, a class
@@ -36,9 +42,14 @@ class DetectorFactory {
   Detector make(ImageSize size, const std::string& place) const;
   const ColorTable& colors() const { return *colors_; }
 
+  /// The same ball with the camera's own uncertainty in its position's covariance, where the parameters'
+  /// covariance was found beside the camera's file.
+  BallObservation with_total_covariance(BallObservation ball) const;
+
  private:
   std::shared_ptr<const ColorTable> colors_;
   std::shared_ptr<const RayTable> rays_;  // of the camera, if one is given
+  std::optional<CameraUncertainty> camera_uncertainty_;
   DetectorOptions options_;
 };
 

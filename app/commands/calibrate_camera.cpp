@@ -342,7 +342,7 @@ void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
   command.footer(
       "Beside FILE, FILE.covariance.json says how well the parameters are known.\n"
       "Example:\n"
-      "  ballservo calibrate camera left*.jpg --board chessboard:9x6 --square 0.025 --model brown -o "
+      "  ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 --square 0.025 --model brown -o "
       "left.yaml");
   command.callback([&action, options] { action = [options] { return calibrate_camera(*options); }; });
 }

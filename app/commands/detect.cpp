@@ -40,6 +40,7 @@ std::string unused_name(std::set<std::string>& used, const std::string& name) {
 }
 
 int run_detect(const DetectOptions& options) {
+  check_not_an_input(options.output, options.balls, options.sources);
   const DetectorFactory factory(options.balls, options.common.seed);
   auto sequences = open_sources(options.sources, 30, options.common.max_pixels);
   std::optional<OutputFile> csv_file;
@@ -75,7 +76,8 @@ int run_detect(const DetectOptions& options) {
       for (const BallObservation& ball : balls) {
         const std::string& name =
             factory.colors().classes[static_cast<std::size_t>(ball.color_class) - 1].name;
-        csv += ball_row({frame->source, frame->index, frame->time_s, {}, name, "detected"}, ball);
+        csv += ball_row({frame->source, frame->index, frame->time_s, {}, name, "detected"},
+                        factory.with_total_covariance(ball));
         listed.push_back({{"class", name},
                           {"quality", ball.quality},
                           {"cx_px", ball.outline.center_px.x()},
@@ -127,8 +129,8 @@ int run_detect(const DetectOptions& options) {
   }
   write_json_results(options.common, results);
   if (csv_file && !options.common.quiet) {
-    fmt::print("{} ball{} in {} picture{}: {}\n", balls_found, balls_found == 1 ? "" : "s", pictures,
-               pictures == 1 ? "" : "s", options.output.string());
+    fmt::print("{}{} ball{} in {} picture{}: {}\n", interrupted ? "interrupted; " : "", balls_found,
+               balls_found == 1 ? "" : "s", pictures, pictures == 1 ? "" : "s", options.output.string());
   }
   return interrupted ? exit_interrupted : exit_done;
 }

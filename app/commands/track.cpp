@@ -61,6 +61,8 @@ int run_track(const TrackOptions& options) {
   if (!(options.fps > 0 && options.fps <= 10000)) {
     throw InputError("--fps", number_text(options.fps), "a number above 0 and up to 10000 (Hz)");
   }
+  check_not_an_input(options.output, options.balls, options.sources);
+  check_not_an_input(options.video, options.balls, options.sources);
   const DetectorFactory factory(options.balls, options.common.seed);
   auto sequences = open_sources(options.sources, options.fps, options.common.max_pixels);
   std::optional<OutputFile> csv_file;
@@ -99,7 +101,7 @@ int run_track(const TrackOptions& options) {
         const std::string& name =
             factory.colors().classes[static_cast<std::size_t>(track.color_class) - 1].name;
         csv += ball_row({frame->source, frame->index, frame->time_s, track.id, name, state_name(track.state)},
-                        track.ball);
+                        factory.with_total_covariance(track.ball));
         const bool seen = track.state != Track::State::coasting;
         with_ball |= seen;
         (seen ? totals.seen : totals.coasting) += 1;
@@ -142,8 +144,9 @@ int run_track(const TrackOptions& options) {
                                       {"rows_coasting", totals.coasting},
                                       {"interrupted", interrupted}});
   if (csv_file && !options.common.quiet) {
-    fmt::print("{} of {} pictures with a ball, {} track{}: {}\n", totals.with_ball, totals.pictures,
-               totals.tracks, totals.tracks == 1 ? "" : "s", options.output.string());
+    fmt::print("{}{} of {} pictures with a ball, {} track{}: {}\n", interrupted ? "interrupted; " : "",
+               totals.with_ball, totals.pictures, totals.tracks, totals.tracks == 1 ? "" : "s",
+               options.output.string());
   }
   return interrupted ? exit_interrupted : exit_done;
 }

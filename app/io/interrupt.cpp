@@ -1,5 +1,7 @@
 #include "app/io/interrupt.hpp"
 
+#include <time.h>
+
 #include <atomic>
 #include <csignal>
 
@@ -8,12 +10,20 @@ namespace {
 
 // A signal handler can reach nothing but what has static storage.
 std::atomic<bool> requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
+std::atomic<long long> first_signal_s{0};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<long long>::is_always_lock_free);
 
-void on_signal(int) {
-  requested.store(true);
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
+void on_signal(int signal) {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (!requested.exchange(true)) {
+    first_signal_s.store(now.tv_sec);
+    return;
+  }
+  // A shell or `timeout` may send one Ctrl-C to the program and again to its group: that is still the first.
+  if (now.tv_sec - first_signal_s.load() < 2) return;
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
 }
 
 }  // namespace

@@ -11,7 +11,8 @@ class Interrupted : public std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
-/// Installs the handler of SIGINT and SIGTERM; a second signal ends the program at once.
+/// Installs the handler of SIGINT and SIGTERM; a second one, two seconds later or more,
+/// ends the program at once.
 void install_interrupt_handler();
 
 /// True once the user has asked to stop.

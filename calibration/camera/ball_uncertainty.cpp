@@ -51,47 +51,68 @@ bool inside(const std::vector<Eigen::Vector2d>& outline, ImageSize size) {
 
 }  // namespace
 
-std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance,
-                                    double diameter_m, double range_m) {
-  const double radius_m = 0.5 * diameter_m;
-  const ImageSize size = camera.size();
-  std::vector<std::vector<Eigen::Vector2d>> outlines;
-  const auto outline_at = [&](double u, double v) {
-    const auto ray = camera.unproject({u, v});
-    return ray ? project_outline(camera, *ray * range_m, radius_m, outline_points)
-               : std::vector<Eigen::Vector2d>{};
-  };
-  for (int i = 0; i <= grid_steps; ++i) {
-    for (int j = 0; j <= grid_steps; ++j) {
-      auto outline =
-          outline_at((size.width_px - 1.0) * i / grid_steps, (size.height_px - 1.0) * j / grid_steps);
-      if (inside(outline, size)) outlines.push_back(std::move(outline));
-    }
-  }
-  if (outlines.empty()) outlines.push_back(outline_at(0.5 * size.width_px, 0.5 * size.height_px));
-  if (outlines.front().empty()) return std::nullopt;
-
+CameraUncertainty::CameraUncertainty(const Camera& camera, const Eigen::MatrixXd& covariance)
+    : camera_(camera) {
   const Eigen::VectorXd parameters = parameter_vector(camera.parameters());
   const Eigen::MatrixXd root = square_root(covariance);
-  std::vector<double> traces(outlines.size(), 0.0);
   for (Eigen::Index axis = 0; axis < root.cols(); ++axis) {
     if (!(root.col(axis).norm() > 0)) continue;
     const Eigen::VectorXd step = step_sigmas * root.col(axis);
     try {
-      const Camera above(with_parameter_vector(camera.parameters(), parameters + step));
-      const Camera below(with_parameter_vector(camera.parameters(), parameters - step));
-      for (std::size_t i = 0; i < outlines.size(); ++i) {
-        const auto high = ball_from_outline(above, outlines[i], radius_m);
-        const auto low = ball_from_outline(below, outlines[i], radius_m);
-        if (!high || !low) return std::nullopt;
-        traces[i] += ((*high - *low) / (2 * step_sigmas)).squaredNorm();
-      }
+      changed_.emplace_back(Camera(with_parameter_vector(camera.parameters(), parameters + step)),
+                            Camera(with_parameter_vector(camera.parameters(), parameters - step)));
     } catch (const InputError&) {
-      return std::nullopt;  // a parameter is so uncertain that a twentieth of its sigma leaves what is valid
+      valid_ = false;
     }
   }
-  const double worst = *std::max_element(traces.begin(), traces.end());
-  if (!std::isfinite(worst)) return std::nullopt;
+}
+
+std::optional<Eigen::Matrix3d> CameraUncertainty::ball_covariance(const Eigen::Vector3d& p_C,
+                                                                  double radius_m) const {
+  const auto outline = project_outline(camera_, p_C, radius_m, outline_points);
+  if (!valid_ || outline.empty()) return std::nullopt;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const auto& [above, below] : changed_) {
+    const auto high = ball_from_outline(above, outline, radius_m);
+    const auto low = ball_from_outline(below, outline, radius_m);
+    if (!high || !low) return std::nullopt;
+    const Eigen::Vector3d derivative = (*high - *low) / (2 * step_sigmas);
+    sum += derivative * derivative.transpose();
+  }
+  if (!sum.allFinite()) return std::nullopt;
+  return sum;
+}
+
+std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance,
+                                    double diameter_m, double range_m) {
+  const double radius_m = 0.5 * diameter_m;
+  const ImageSize size = camera.size();
+  const CameraUncertainty uncertainty(camera, covariance);
+  const auto center_at = [&](double u, double v) -> std::optional<Eigen::Vector3d> {
+    const auto ray = camera.unproject({u, v});
+    if (!ray) return std::nullopt;
+    return *ray * range_m;
+  };
+  std::vector<Eigen::Vector3d> centers;
+  for (int i = 0; i <= grid_steps; ++i) {
+    for (int j = 0; j <= grid_steps; ++j) {
+      const auto p_C =
+          center_at((size.width_px - 1.0) * i / grid_steps, (size.height_px - 1.0) * j / grid_steps);
+      if (p_C && inside(project_outline(camera, *p_C, radius_m, outline_points), size))
+        centers.push_back(*p_C);
+    }
+  }
+  if (centers.empty()) {
+    const auto p_C = center_at(0.5 * size.width_px, 0.5 * size.height_px);
+    if (!p_C) return std::nullopt;
+    centers.push_back(*p_C);
+  }
+  double worst = 0;
+  for (const Eigen::Vector3d& p_C : centers) {
+    const auto covariance_m2 = uncertainty.ball_covariance(p_C, radius_m);
+    if (!covariance_m2) return std::nullopt;
+    worst = std::max(worst, covariance_m2->trace());
+  }
   return 1e3 * std::sqrt(worst);
 }
 

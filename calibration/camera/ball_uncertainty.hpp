@@ -3,16 +3,35 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {
 
+/// What a camera's own uncertainty does to the ball positions that are read through it.
+class CameraUncertainty {
+ public:
+  /// `covariance` is of the camera's parameters (see CameraCovariance). Cameras changed along the
+  /// covariance's own axes are made once; where a parameter is so uncertain that a twentieth of its sigma
+  /// leaves what is valid, no covariance is given.
+  CameraUncertainty(const Camera& camera, const Eigen::MatrixXd& covariance);
+
+  /// The covariance of a ball's centre (m^2, camera frame) that it causes: the ball's outline as the camera
+  /// sees it, read again with changed parameters, by central differences. Nothing where the outline cannot be
+  /// read.
+  std::optional<Eigen::Matrix3d> ball_covariance(const Eigen::Vector3d& p_C, double radius_m) const;
+
+ private:
+  Camera camera_;
+  std::vector<std::pair<Camera, Camera>> changed_;  // up and down along each axis
+  bool valid_ = true;
+};
+
 /// The standard deviation of a ball's 3-D centre (mm, square root of the covariance's trace) that the camera
 /// parameters' covariance causes, the worst over a grid of places at which the whole ball is in the picture
-/// (its middle alone where the ball fills it). The ball's outline as the camera sees it is read again with
-/// changed parameters; derivatives are central differences along the covariance's own axes. Nothing where no
-/// ball of that size can be seen.
+/// (its middle alone where the ball fills it). Nothing where no ball of that size can be seen.
 std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance,
                                     double diameter_m = 0.070, double range_m = 1.0);
 

@@ -13,7 +13,7 @@
 namespace ballservo {
 namespace {
 
-constexpr double farthest_hue_deg = 45;  // beyond its border a word does not answer
+constexpr double farthest_hue_deg = 20;  // beyond its border a word does not answer
 
 /// "CX,CY,R" as `--at` takes it.
 std::string at_text(const RoundRegion& region) {
