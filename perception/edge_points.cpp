@@ -107,7 +107,7 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
   for (int v = top; v <= bottom; ++v) {
     const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
     for (int u = left; u <= right; ++u) {
-      const auto ray = rays.ray({u, v});
+      const Eigen::Vector3d* const ray = rays.pixel_ray(u, v);
       if (!ray) continue;
       const double cosine = outline.axis.dot(*ray);
       if (cosine > cos_inner || cosine < cos_outer) continue;

@@ -64,7 +64,7 @@ OutlineSupport outline_support(const OutlineSectors& edges, const cv::Mat& class
   std::vector<Share> inside(edges.size()), outside(edges.size());
   for (int v = top; v < bottom; v += step) {
     for (int u = left; u < right; u += step) {
-      const auto ray = rays.ray({u + window.x, v + window.y});
+      const Eigen::Vector3d* const ray = rays.pixel_ray(u + window.x, v + window.y);
       if (!ray) continue;
       const double cosine = cone.axis.dot(*ray);
       if (cosine < cosines[5]) continue;

@@ -109,10 +109,9 @@ std::optional<Eigen::Matrix<double, 3, 2>> RayTable::ray_jacobian(const Eigen::V
 }
 
 std::optional<Eigen::Vector2f> RayTable::undistorted_px(int u, int v) const {
-  const int column = u + margin_px_, row = v + margin_px_;
-  if (column < 0 || column >= stride_ || row < 0 || row >= rows_) return std::nullopt;
-  const Eigen::Vector3d& ray = rays_[static_cast<std::size_t>(row) * static_cast<std::size_t>(stride_) +
-                                     static_cast<std::size_t>(column)];
+  const Eigen::Vector3d* const known = pixel_ray(u, v);
+  if (!known) return std::nullopt;
+  const Eigen::Vector3d& ray = *known;
   if (!(ray.z() > min_cos_undistorted)) return std::nullopt;
   const double scale = camera_.focal_px() / ray.z();
   return Eigen::Vector2f(static_cast<float>(ray.x() * scale), static_cast<float>(ray.y() * scale));

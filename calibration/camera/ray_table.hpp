@@ -23,6 +23,16 @@ class RayTable {
   /// pixel.
   std::optional<Eigen::Vector3d> ray(const Eigen::Vector2d& pixel_px) const;
 
+  /// The unit ray of an integer pixel, straight from the table; null outside it or where no ray reaches the
+  /// pixel.
+  const Eigen::Vector3d* pixel_ray(int u, int v) const {
+    const int column = u + margin_px_, row = v + margin_px_;
+    if (column < 0 || column >= stride_ || row < 0 || row >= rows_) return nullptr;
+    const Eigen::Vector3d& ray = rays_[static_cast<std::size_t>(row) * static_cast<std::size_t>(stride_) +
+                                       static_cast<std::size_t>(column)];
+    return ray.x() == ray.x() ? &ray : nullptr;
+  }
+
   /// Derivative of the unit ray by the pixel position (3 x 2, per px); nothing where `ray` gives nothing.
   std::optional<Eigen::Matrix<double, 3, 2>> ray_jacobian(const Eigen::Vector2d& pixel_px) const;
 
