@@ -54,7 +54,7 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
       ->type_name("FILE");
   command
       .add_option("--camera", options.camera,
-                  "The camera's file (ViSP XML or ROS YAML; FILE:NAME where it holds several)")
+                  "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several)")
       ->type_name("FILE");
   command
       .add_option(

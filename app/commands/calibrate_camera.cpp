@@ -331,7 +331,7 @@ void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
   command.add_option("-o,--output", options->output, "Camera file: .xml is ViSP's, .yaml ROS'")
       ->required()
       ->type_name("FILE");
-  command.add_option("--format", options->format, "Format of the camera file, whatever its name: visp, ros")
+  command.add_option("--format", options->format, "Format of the camera file, whatever its name: visp, ros, opencv, kalibr")
       ->type_name("FORMAT");
   command
       .add_option(

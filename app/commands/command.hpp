@@ -55,6 +55,7 @@ using Action = std::function<int()>;
 void write_json_results(const CommonOptions& options, const nlohmann::json& results);
 
 void add_calibrate_camera_command(CLI::App& calibrate, Action& action);
+void add_calibrate_diff_command(CLI::App& calibrate, Action& action);
 void add_calibrate_colors_command(CLI::App& calibrate, Action& action);
 void add_detect_command(CLI::App& program, Action& action);
 void add_track_command(CLI::App& program, Action& action);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "calibration/camera/kalibr_camera_file.hpp"
+#include "calibration/camera/opencv_camera_file.hpp"
 #include "calibration/camera/ros_camera_file.hpp"
 #include "calibration/camera/visp_camera_file.hpp"
 #include "calibration/files/fault.hpp"
@@ -33,7 +35,8 @@ std::string shown(std::string_view text) {
 }  // namespace
 
 const std::vector<CameraFileFormat>& camera_file_formats() {
-  static const std::vector<CameraFileFormat> formats{visp_camera_format(), ros_camera_format()};
+  static const std::vector<CameraFileFormat> formats{visp_camera_format(), opencv_camera_format(),
+                                                     kalibr_camera_format(), ros_camera_format()};
   return formats;
 }
 
@@ -45,7 +48,7 @@ const CameraFileFormat& camera_file_format(std::string_view name, const std::fil
     if (name.empty() ? std::find(own.begin(), own.end(), extension) != own.end() : format.name == name)
       return format;
     names += fmt::format("{}{}", names.empty() ? "" : ", ", format.name);
-    extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", fmt::join(own, ", "));
+    if (!own.empty()) extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", fmt::join(own, ", "));
   }
   if (!name.empty()) throw InputError("camera file format", std::string(name), "one of " + names);
   throw InputError(file.string(), extension.empty() ? "no extension" : "extension " + extension,
@@ -66,15 +69,20 @@ Camera read_camera(const std::string& file_or_file_and_name) {
   const std::string text = read_file_bytes(file, max_camera_file_bytes);
   for (const CameraFileFormat& format : camera_file_formats())
     if (format.recognises(text)) return format.read(file, text, camera_name);
+  if (text.find("<opencv_storage") != std::string::npos)
+    throw InputError(file.string(), "a file of OpenCV's in XML",
+                     "its YAML form, which FileStorage writes to names that end in .yml");
   throw InputError(file.string(), shown(text), "a camera file: " + titles());
 }
 
 std::string camera_file_text(const Camera& camera, const CameraFileFormat& format,
                              const std::string& camera_name) {
   const LensModel model = camera.parameters().model;
-  if (std::find(format.models.begin(), format.models.end(), model) == format.models.end()) {
+  std::vector<LensModel> known = format.models;
+  known.insert(known.end(), format.partly.begin(), format.partly.end());
+  if (std::find(known.begin(), known.end(), model) == known.end()) {
     std::string names;
-    for (const LensModel held : format.models)
+    for (const LensModel held : known)
       names += fmt::format("{}{}", names.empty() ? "" : ", ", lens_model_name(held));
     throw InputError(fmt::format("lens model for {}", format.title), std::string(lens_model_name(model)),
                      "a model that this format holds: " + names);

@@ -1,6 +1,7 @@
 // Camera files of other people's tools, told apart by their content.
 //
-// A format is one file (`visp_camera_file.cpp`, `ros_camera_file.cpp`) and one line in `camera_file.cpp`.
+// A format is one file (`visp_camera_file.cpp`, `ros_camera_file.cpp`, `opencv_camera_file.cpp`,
+// `kalibr_camera_file.cpp`) and one line in `camera_file.cpp`.
 #pragma once
 
 #include <filesystem>
@@ -17,12 +18,13 @@ struct CameraFileFormat {
   std::string_view name;                     ///< "visp", as `--format` has it
   std::string_view title;                    ///< "ViSP XML", for messages
   std::vector<std::string_view> extensions;  ///< that mean this format: ".xml"
-  std::vector<LensModel> models;             ///< that it holds, simplest first
+  std::vector<LensModel> models;             ///< of which it holds every camera, simplest first
   bool (*recognises)(std::string_view text);
   /// The camera of that name (empty: the only one). `file` is where `text` was read from, for messages and
   /// for readers that want a path.
   Camera (*read)(const std::filesystem::path& file, const std::string& text, const std::string& camera_name);
   std::string (*write)(const Camera& camera, const std::string& camera_name);
+  std::vector<LensModel> partly{};  ///< of which it holds some cameras; `write` refuses the others
 };
 
 const std::vector<CameraFileFormat>& camera_file_formats();
@@ -44,7 +46,8 @@ CameraFileName split_camera_name(const std::string& file_or_file_and_name);
 Camera read_camera(const std::string& file_or_file_and_name);
 
 /// The bytes of a camera file; every number reads back as the same double. InputError naming model and format
-/// where the format cannot hold the model.
+/// where the format cannot hold the model, or not with these coefficients. `camera_name` is written where the
+/// format has a place for it.
 std::string camera_file_text(const Camera& camera, const CameraFileFormat& format,
                              const std::string& camera_name);
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/camera/camera_yaml.hpp"
 
 namespace ballservo {
 namespace {
@@ -43,19 +43,6 @@ std::vector<double> read_matrix(YamlNode& parent, const std::string& key, long l
   return node.numbers("data", NumberRange::any(""), static_cast<std::size_t>(rows * columns));
 }
 
-void read_camera_matrix(YamlNode& root, CameraParameters& parameters) {
-  const auto data = read_matrix(root, "camera_matrix", 3, 3, true);
-  if (data.size() != 9) return;
-  parameters.fx_px = data[0], parameters.cx_px = data[2];
-  parameters.fy_px = data[4], parameters.cy_px = data[5];
-  if (data[1] != 0 || data[3] != 0 || data[6] != 0 || data[7] != 0 || data[8] != 1)
-    root.fault("camera_matrix", fmt::format("[{}]", fmt::join(data, ", ")),
-               "[fx, 0, cx, 0, fy, cy, 0, 0, 1]: no skew");
-  for (const double focal : {data[0], data[4]})
-    if (focal <= 0)
-      root.fault("camera_matrix", fmt::format("focal length {}", focal), "a number above 0 (px)");
-}
-
 void read_distortion(YamlNode& root, CameraParameters& parameters) {
   std::vector<std::string> names;
   for (const RosModel& ros : ros_models()) names.emplace_back(ros.name);
@@ -74,11 +61,9 @@ void read_distortion(YamlNode& root, CameraParameters& parameters) {
                fmt::format("{} for {}", fmt::join(ros->counts, " or "), name));
     return;
   }
+  if (ros->model == LensModel::brown) return set_brown(parameters, data);
   std::copy(data.begin(), data.end(), parameters.coefficients.begin());
   parameters.model = ros->model;
-  if (parameters.model == LensModel::brown &&
-      std::all_of(data.begin(), data.end(), [](double value) { return value == 0; }))
-    parameters.model = LensModel::pinhole;
 }
 
 Camera read(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
@@ -90,7 +75,7 @@ Camera read(const std::filesystem::path& file, const std::string& text, const st
   const std::string name = root.text("camera_name", "");
   if (!camera_name.empty() && camera_name != name)
     root.fault("camera_name", "\"" + name + "\"", "\"" + camera_name + "\", the name asked for");
-  read_camera_matrix(root, parameters);
+  set_camera_matrix(root, "camera_matrix", read_matrix(root, "camera_matrix", 3, 3, true), parameters);
   read_distortion(root, parameters);
   read_matrix(root, "rectification_matrix", 3, 3, false);
   read_matrix(root, "projection_matrix", 3, 4, false);
@@ -101,32 +86,12 @@ Camera read(const std::filesystem::path& file, const std::string& text, const st
     for (const char* key : {"x_offset", "y_offset", "width", "height"}) roi.integer(key, 0, 65536, 0);
     roi.boolean("do_rectify", false);
   }
-  if (yaml.faults().empty()) {
-    // The camera's own checks join the unknown keys, so that all faults are seen at once.
-    try {
-      Camera(parameters, file.string());
-    } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) yaml.faults().add(fault.place, fault.found, fault.allowed);
-    }
-  }
-  yaml.finish();
-  return Camera(parameters, file.string());
+  return finished_camera(yaml, parameters, file.string());
 }
 
 std::string matrix_text(std::string_view name, int rows, const std::vector<double>& data) {
-  return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: [{}]\n", name, rows,
-                     data.size() / static_cast<std::size_t>(rows), fmt::join(data, ", "));
-}
-
-/// A YAML string in double quotes.
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) continue;
-    if (c == '"' || c == '\\') result += '\\';
-    result += c;
-  }
-  return result + "\"";
+  return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: {}\n", name, rows,
+                     data.size() / static_cast<std::size_t>(rows), yaml_floats(data));
 }
 
 std::string write(const Camera& camera, const std::string& camera_name) {
@@ -137,7 +102,7 @@ std::string write(const Camera& camera, const std::string& camera_name) {
   const std::vector<double> coefficients(p.coefficients.begin(),
                                          p.coefficients.begin() + coefficient_count(model));
   return fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n", p.size.width_px,
-                     p.size.height_px, quoted(camera_name)) +
+                     p.size.height_px, yaml_quoted(camera_name)) +
          matrix_text("camera_matrix", 3, {p.fx_px, 0, p.cx_px, 0, p.fy_px, p.cy_px, 0, 0, 1}) +
          fmt::format("distortion_model: {}\n", ros->name) +
          matrix_text("distortion_coefficients", 1, coefficients) +

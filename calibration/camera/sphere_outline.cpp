@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 
 namespace ballservo {
@@ -126,6 +127,26 @@ std::optional<Eigen::Vector3d> sphere_from_rays(const std::vector<Eigen::Vector3
   if (!(tan_squared > 0) || !std::isfinite(tan_squared)) return std::nullopt;
   const Eigen::Vector3d n = (1 + excess) * mean + basis * t;
   return n * (radius_m / std::sqrt(tan_squared));
+}
+
+std::optional<Eigen::Vector3d> sphere_from_outline(const Camera& camera,
+                                                   const std::vector<Eigen::Vector2d>& outline_px,
+                                                   double radius_m) {
+  std::vector<Eigen::Vector3d> rays;
+  for (const Eigen::Vector2d& pixel : outline_px) {
+    const auto ray = camera.unproject(pixel);
+    if (!ray) return std::nullopt;
+    rays.push_back(*ray);
+  }
+  return sphere_from_rays(rays, radius_m);
+}
+
+bool is_inside_picture(const std::vector<Eigen::Vector2d>& outline_px, ImageSize size) {
+  return !outline_px.empty() &&
+         std::all_of(outline_px.begin(), outline_px.end(), [&](const Eigen::Vector2d& p) {
+           return p.x() >= -0.5 && p.y() >= -0.5 && p.x() <= size.width_px - 0.5 &&
+                  p.y() <= size.height_px - 0.5;
+         });
 }
 
 }  // namespace ballservo

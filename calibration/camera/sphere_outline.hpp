@@ -44,4 +44,12 @@ std::vector<Eigen::Vector2d> project_outline(const Camera& camera, const Eigen::
 /// a degenerate set.
 std::optional<Eigen::Vector3d> sphere_from_rays(const std::vector<Eigen::Vector3d>& rays, double radius_m);
 
+/// The same from points of its outline in a picture (px); nothing too where one of them has no ray.
+std::optional<Eigen::Vector3d> sphere_from_outline(const Camera& camera,
+                                                   const std::vector<Eigen::Vector2d>& outline_px,
+                                                   double radius_m);
+
+/// Whether an outline is wholly in a picture of that size; false for an empty one.
+bool is_inside_picture(const std::vector<Eigen::Vector2d>& outline_px, ImageSize size);
+
 }  // namespace ballservo

@@ -296,6 +296,10 @@ std::string YamlNode::as_text() {
   return {};
 }
 
+void YamlNode::leave_aside(const std::string& key) {
+  if (YamlValue* child = impl_->ask(key)) child->settled = true;
+}
+
 std::string YamlNode::place() const { return impl_->tree->place(impl_->value->line, impl_->value->path); }
 std::string YamlNode::place(const std::string& key) const { return impl_->place_of(key); }
 
@@ -313,13 +317,14 @@ StrictYaml StrictYaml::from_file(const std::filesystem::path& file) {
   return from_text(read_file_bytes(file, max_bytes), file.string());
 }
 
-StrictYaml StrictYaml::from_text(const std::string& text, const std::string& name) {
+StrictYaml StrictYaml::from_text(const std::string& text, const std::string& name, YamlTags tags) {
   if (text.size() > max_bytes) {
     throw InputError(name, fmt::format("{} bytes", text.size()), fmt::format("at most {} bytes", max_bytes));
   }
   StrictYaml yaml;
   yaml.impl_ = std::make_shared<Impl>();
   yaml.impl_->tree->name = name;
+  if (tags == YamlTags::opencv) yaml.impl_->tree->tags_prefix = "tag:yaml.org,2002:opencv-";
   yaml.impl_->tree->root = parse_yaml(*yaml.impl_->tree, text, true);
   return yaml;
 }

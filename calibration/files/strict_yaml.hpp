@@ -79,6 +79,9 @@ class YamlNode {
   double as_number(const NumberRange& range);
   std::string as_text();
 
+  /// What is under this key, if anything, is not the reader's business: known, whatever it holds.
+  void leave_aside(const std::string& key);
+
   std::string place() const;                        ///< "file.yaml:12: camera.noise.read"
   std::string place(const std::string& key) const;  ///< the same for a child, with its own line
   void fault(const std::string& key, std::string found,
@@ -91,6 +94,12 @@ class YamlNode {
   std::shared_ptr<Impl> impl_;
 };
 
+/// Which tags (!!name) a document may have.
+enum class YamlTags {
+  refused,
+  opencv  ///< those that OpenCV's FileStorage puts before its matrices: !!opencv-matrix and its like
+};
+
 /// A strictly read document. Refuses files over `max_bytes`, bad UTF-8, several documents, anchors and
 /// aliases (a small file could unfold without bound), nesting deeper than 32, duplicate keys, `.nan` and
 /// `.inf`.
@@ -101,7 +110,8 @@ class StrictYaml {
   /// Throws InputError when the file can't be read or isn't YAML at all.
   static StrictYaml from_file(const std::filesystem::path& file);
   /// `name` stands for the file in messages.
-  static StrictYaml from_text(const std::string& text, const std::string& name);
+  static StrictYaml from_text(const std::string& text, const std::string& name,
+                              YamlTags tags = YamlTags::refused);
 
   YamlNode root() const;
   FaultList& faults();

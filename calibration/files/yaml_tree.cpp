@@ -121,7 +121,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void open(YamlValue::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
     refuse_anchor(mark, anchor);
-    refuse_tag(mark, tag);
+    if (tree_.tags_prefix.empty() || tag.rfind(tree_.tags_prefix, 0) != 0) refuse_tag(mark, tag);
     if (waiting_for_key()) refuse(mark, "a list or map as a key", "a name before the colon");
     if (open_.size() >= max_depth) {
       refuse(mark, "values nested deeper than " + std::to_string(max_depth), "a flatter document");

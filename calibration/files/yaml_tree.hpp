@@ -32,7 +32,8 @@ struct YamlValue {
 
 /// Owns the values of one document; they stay where they are as long as it lives.
 struct YamlTree {
-  std::string name;  ///< of the file, for messages
+  std::string name;         ///< of the file, for messages
+  std::string tags_prefix;  ///< tags of lists and maps that begin so pass; empty: none does
   std::deque<YamlValue> values;
   YamlValue* root = nullptr;
   FaultList faults;

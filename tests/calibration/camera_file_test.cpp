@@ -74,6 +74,7 @@ TEST_F(CameraFiles, EveryFormatKeepsEveryBitOfWhatItHolds) {
       p.fx_px += 1.0 / 3, p.cy_px -= 1.0 / 7;
       const Camera camera(p);
       const bool held = std::find(format.models.begin(), format.models.end(), p.model) != format.models.end();
+      if (!format.partly.empty() && p.model == format.partly.front()) continue;
       if (!held) {
         try {
           camera_file_text(camera, format, "camera");
@@ -83,9 +84,9 @@ TEST_F(CameraFiles, EveryFormatKeepsEveryBitOfWhatItHolds) {
         }
         continue;
       }
-      const std::string name = file("written.any", camera_file_text(camera, format, "camera"));
+      const std::string name = file("written.any", camera_file_text(camera, format, "cam0"));
       EXPECT_TRUE(same(read_camera(name).parameters(), p)) << format.name << " " << example.name;
-      EXPECT_TRUE(same(read_camera(name + ":camera").parameters(), p));
+      EXPECT_TRUE(same(read_camera(name + ":cam0").parameters(), p));
       EXPECT_THROW(read_camera(name + ":other"), InputError);
     }
   }

@@ -1,0 +1,157 @@
+// ballservo calibrate diff: how two calibrations of one camera disagree.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "app/commands/command.hpp"
+#include "app/report/difference_report.hpp"
+#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/camera_file.hpp"
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+struct CalibrateDiffOptions {
+  CommonOptions common;
+  std::string a, b;
+  CameraDifferenceOptions comparison;
+  std::filesystem::path report;
+};
+
+struct CameraFile {
+  std::optional<Camera> camera;
+  Eigen::MatrixXd covariance;  // empty: not known
+};
+
+CameraFile read_file(const std::string& name, FaultList& faults) {
+  CameraFile file;
+  try {
+    file.camera = read_camera(name);
+    if (const auto known = read_camera_covariance(name, *file.camera)) file.covariance = known->covariance;
+  } catch (const InputError& error) {
+    for (const Fault& fault : error.faults()) faults.add(fault.place, fault.found, fault.allowed);
+  }
+  return file;
+}
+
+nlohmann::json number(std::optional<double> value, double scale = 1) {
+  return value ? nlohmann::json(scale * *value) : nlohmann::json(nullptr);
+}
+
+nlohmann::json place_json(const DifferencePlace& place) {
+  const auto shift = [&](int i) {
+    return place.shift_px ? std::optional((*place.shift_px)(i)) : std::nullopt;
+  };
+  const auto ball = [&](int i) { return place.ball_m ? std::optional((*place.ball_m)(i)) : std::nullopt; };
+  return {{"x_px", place.pixel_px.x()},         {"y_px", place.pixel_px.y()},
+          {"dx_px", number(shift(0))},          {"dy_px", number(shift(1))},
+          {"ball_dx_mm", number(ball(0), 1e3)}, {"ball_dy_mm", number(ball(1), 1e3)},
+          {"ball_dz_mm", number(ball(2), 1e3)}, {"ball_sigma_mm", number(place.ball_sigma_m, 1e3)}};
+}
+
+nlohmann::json results_json(const ComparedCameras& compared) {
+  const CameraDifference& d = compared.difference;
+  nlohmann::json json{{"a", compared.name_a},
+                      {"b", compared.name_b},
+                      {"image_width_px", compared.size.width_px},
+                      {"image_height_px", compared.size.height_px},
+                      {"diameter_m", compared.options.diameter_m},
+                      {"range_m", compared.options.range_m},
+                      {"rotation_rad", {d.rotation_rad.x(), d.rotation_rad.y(), d.rotation_rad.z()}},
+                      {"rotation_angle_rad", d.rotation_rad.norm()},
+                      {"difference_rms_px", d.shift_rms_px},
+                      {"difference_max_px", d.shift_max_px},
+                      {"ball_difference_rms_mm", 1e3 * d.ball_rms_m},
+                      {"ball_difference_max_mm", 1e3 * d.ball_max_m},
+                      {"ball_sigma_rms_mm", number(d.ball_sigma_rms_m, 1e3)},
+                      {"uncertainty_known_a", compared.known_a},
+                      {"uncertainty_known_b", compared.known_b},
+                      {"chance", number(d.chance)},
+                      {"within_uncertainties", nullptr},
+                      {"places", nlohmann::json::array()}};
+  if (d.chance) json["within_uncertainties"] = *d.chance >= least_chance;
+  for (const DifferencePlace& place : d.places) json["places"].push_back(place_json(place));
+  return json;
+}
+
+void print_summary(const ComparedCameras& compared) {
+  const CameraDifference& d = compared.difference;
+  const Eigen::Vector3d degrees = 180 / 3.14159265358979323846 * d.rotation_rad;
+  fmt::print("rotation between their frames, taken out: {:.4f} deg (about x {:.4f}, y {:.4f}, z {:.4f})\n",
+             degrees.norm(), degrees.x(), degrees.y(), degrees.z());
+  fmt::print("in the picture: RMS {:.4f} px, at most {:.4f} px\n", d.shift_rms_px, d.shift_max_px);
+  fmt::print("a ball of {:g} mm at {:g} m: RMS {:.3f} mm, at most {:.3f} mm\n",
+             1e3 * compared.options.diameter_m, compared.options.range_m, 1e3 * d.ball_rms_m,
+             1e3 * d.ball_max_m);
+  fmt::print("{}\n", uncertainty_verdict(compared));
+}
+
+int calibrate_diff(const CalibrateDiffOptions& options) {
+  FaultList faults;
+  const CameraFile a = read_file(options.a, faults), b = read_file(options.b, faults);
+  faults.throw_if_any();
+  const ImageSize size_a = a.camera->size(), size_b = b.camera->size();
+  if (size_a != size_b)
+    throw InputError(options.b,
+                     fmt::format("a camera of {} x {} pixels", size_b.width_px, size_b.height_px),
+                     fmt::format("one of {} x {}, as {}: two calibrations of one camera", size_a.width_px,
+                                 size_a.height_px, options.a));
+  std::optional<OutputFolder> report;
+  if (!options.report.empty()) report.emplace(options.report, options.common.overwrite());
+
+  ComparedCameras compared{
+      options.a,          options.b, a.covariance.size() > 0, b.covariance.size() > 0, a.camera->size(),
+      options.comparison, {}};
+  compared.options.seed = options.common.seed;
+  compared.difference = compare_cameras(*a.camera, a.covariance, *b.camera, b.covariance, compared.options);
+  if (report) {
+    report->write("report.html", difference_page(compared));
+    report->commit();
+  }
+  write_json_results(options.common, results_json(compared));
+  if (!options.common.quiet) {
+    print_summary(compared);
+    if (report)
+      fmt::print("report: {}\n", std::filesystem::absolute(options.report / "report.html").string());
+  }
+  return exit_done;
+}
+
+}  // namespace
+
+void add_calibrate_diff_command(CLI::App& calibrate, Action& action) {
+  CLI::App& command = *calibrate.add_subcommand(
+      "diff", "How two calibrations of one camera disagree, in pixels and in millimetres at a ball");
+  const auto options = std::make_shared<CalibrateDiffOptions>();
+  command.add_option("A", options->a, "A camera file (any format; FILE:NAME where it holds several)")
+      ->required();
+  command.add_option("B", options->b, "Another, of the same camera")->required();
+  add_number_option(command, "--diameter", options->comparison.diameter_m, NumberRange::above(0, "m"),
+                    "The ball's diameter (default 0.07)");
+  add_number_option(command, "--range", options->comparison.range_m, NumberRange::above(0, "m"),
+                    "How far away the ball is (default 1)");
+  command
+      .add_option("--report", options->report,
+                  "A page with a map of the millimetres and pixels, DIR/report.html")
+      ->type_name("DIR");
+  add_common_options(command, options->common);
+  command.footer(
+      "A calibration cannot tell where its camera frame points: a frame turned a little, with the principal "
+      "point\n"
+      "moved to make up for it, fits the same boards as well. So the rotation that brings the two cameras' "
+      "rays\n"
+      "closest is taken out first; what is left is a difference that no turning explains. Where both cameras "
+      "have\n"
+      "their .covariance.json beside them, the answer says whether the difference is within what these "
+      "uncertainties\n"
+      "allow (for calibrations from different pictures: from the same ones their errors are common).\n"
+      "Exit: 0 compared, whatever the difference; 2 bad input, such as different picture sizes.\n"
+      "Example:\n"
+      "  ballservo calibrate diff monday.yaml friday.yaml --diameter 0.07 --range 1 --report difference");
+  command.callback([&action, options] { action = [options] { return calibrate_diff(*options); }; });
+}
+
+}  // namespace ballservo

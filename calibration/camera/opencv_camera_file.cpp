@@ -1,0 +1,177 @@
+#include "calibration/camera/opencv_camera_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calibration/camera/camera_yaml.hpp"
+
+namespace ballservo {
+namespace {
+
+using Names = std::vector<std::string_view>;
+
+// Keys without underscores, in small letters: image_width, image_Width and imageWidth are one.
+const Names width_names{"imagewidth"}, height_names{"imageheight"};
+const Names size_names{"cameraresolution", "imagesize"};
+const Names matrix_names{"cameramatrix"};
+const Names distortion_names{"distortioncoefficients", "distortioncoeffs", "distcoeffs"};
+
+std::string plain(const std::string& key) {
+  std::string result;
+  for (const char c : key)
+    if (c != '_') result += static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  return result;
+}
+
+bool is_one_of(const std::string& key, const Names& names) {
+  return std::find(names.begin(), names.end(), plain(key)) != names.end();
+}
+
+bool recognises(std::string_view text) {
+  if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);
+  return text.substr(0, 5) == "%YAML";
+}
+
+/// The key that is spelled in one of these ways; `usual` where there is none. A second one is a fault.
+std::string key_of(YamlNode& root, const Names& names, const std::string& usual) {
+  std::string found;
+  for (const std::string& key : root.keys()) {
+    if (!is_one_of(key, names)) continue;
+    if (!found.empty()) root.fault(key, "the same as " + found + " a second time", "one of the two");
+    if (found.empty()) found = key;
+  }
+  return found.empty() ? usual : found;
+}
+
+/// A matrix of FileStorage: {rows, cols, dt, data}. Its numbers row by row, with its shape; empty with a
+/// fault.
+struct Matrix {
+  long long rows = 0, columns = 0;
+  std::vector<double> data;
+};
+Matrix read_matrix(YamlNode& root, const std::string& key) {
+  YamlNode node = root.map(key);
+  if (!root.has(key)) return {};
+  Matrix matrix{node.integer("rows", 1, 64), node.integer("cols", 1, 64), {}};
+  const std::string type = node.text("dt");
+  if (type != "d" && type != "f")
+    node.fault("dt", "\"" + type + "\"", "d or f: a matrix of floating-point numbers of one channel");
+  matrix.data = node.numbers("data", NumberRange::any(""), 0);
+  if (static_cast<long long>(matrix.data.size()) != matrix.rows * matrix.columns) {
+    if (!matrix.data.empty())
+      node.fault("data", fmt::format("{} numbers", matrix.data.size()),
+                 fmt::format("rows x cols = {} x {} numbers", matrix.rows, matrix.columns));
+    return {};
+  }
+  return matrix;
+}
+
+void read_size(YamlNode& root, ImageSize& size) {
+  const std::string key = key_of(root, size_names, "");
+  if (!key.empty()) {
+    const auto sides = root.numbers(key, NumberRange::within(1, 65536, "px"), 2);
+    for (const double side : sides)
+      if (side != static_cast<int>(side)) root.fault(key, fmt::format("{}", side), "whole numbers (px)");
+    if (sides.size() == 2) size = {static_cast<int>(sides[0]), static_cast<int>(sides[1])};
+    return;
+  }
+  size.width_px = static_cast<int>(root.integer(key_of(root, width_names, "image_width"), 1, 65536));
+  size.height_px = static_cast<int>(root.integer(key_of(root, height_names, "image_height"), 1, 65536));
+}
+
+void read_fisheye(YamlNode& root, const std::string& key, const std::vector<double>& data,
+                  CameraParameters& parameters) {
+  if (data.size() != 4)
+    return root.fault(key, fmt::format("{} coefficients with fisheye_model: 1", data.size()),
+                      "k1 k2 k3 k4, as cv::fisheye has them");
+  parameters.model = LensModel::kannala_brandt;
+  std::copy(data.begin(), data.end(), parameters.coefficients.begin());
+}
+
+void read_distortion(YamlNode& root, CameraParameters& parameters) {
+  const std::string key = key_of(root, distortion_names, "distortion_coefficients");
+  const auto [rows, columns, data] = read_matrix(root, key);
+  const bool fisheye = root.integer("fisheye_model", 0, 1, 0) == 1;
+  if (data.empty()) return;
+  if (rows != 1 && columns != 1)
+    return root.fault(key, fmt::format("a matrix of {} x {}", rows, columns), "one row or one column");
+  if (fisheye) return read_fisheye(root, key, data, parameters);
+  const std::size_t count = data.size();
+  if (count == 4 || count == 5) return set_brown(parameters, data);
+  if (count != 8 && count != 12 && count != 14)
+    return root.fault(key, fmt::format("{} coefficients", count), "4, 5, 8, 12 or 14");
+  if (std::any_of(data.begin() + 8, data.end(), [](double value) { return value != 0; }))
+    return root.fault(key,
+                      fmt::format("{} coefficients, with {}", count,
+                                  count == 12 ? "a thin prism (s1 to s4)"
+                                              : "a thin prism or a tilted sensor (s1 to s4, taux, tauy)"),
+                      "at most k1 k2 p1 p2 k3 k4 k5 k6, or zeros beyond them");
+  parameters.model = LensModel::brown8;
+  std::copy_n(data.begin(), 8, parameters.coefficients.begin());
+}
+
+/// What else may stand in the file: anything that does not speak of the lens.
+void leave_the_rest(YamlNode& root) {
+  for (const std::string& key : root.keys()) {
+    const std::string name = plain(key);
+    if (name == "fisheyemodel" && key != "fisheye_model")
+      root.fault(key, "an unknown key", "fisheye_model");
+    else if (name == "xi" || (key != "fisheye_model" && (name.find("model") != std::string::npos ||
+                                                         name.find("fisheye") != std::string::npos)))
+      root.fault(key, "a lens that is described otherwise than by OpenCV's calibration program",
+                 "camera_matrix, distortion_coefficients and fisheye_model alone");
+    else
+      root.leave_aside(key);
+  }
+}
+
+Camera read(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
+  // "%YAML:1.0" is no directive of YAML's: a comment in its place keeps the lines' numbers.
+  std::string yaml_text = text;
+  yaml_text[text.find('%')] = '#';
+  StrictYaml yaml = StrictYaml::from_text(yaml_text, file.string(), YamlTags::opencv);
+  YamlNode root = yaml.root();
+  CameraParameters parameters;
+  read_size(root, parameters.size);
+  const std::string name = root.text("camera_name", "");
+  if (!camera_name.empty() && camera_name != name)
+    root.fault("camera_name", "\"" + name + "\"", "\"" + camera_name + "\", the name asked for");
+  const std::string key = key_of(root, matrix_names, "camera_matrix");
+  const Matrix matrix = read_matrix(root, key);
+  if (!matrix.data.empty() && (matrix.rows != 3 || matrix.columns != 3))
+    root.fault(key, fmt::format("a matrix of {} x {}", matrix.rows, matrix.columns), "3 x 3");
+  else
+    set_camera_matrix(root, key, matrix.data, parameters);
+  read_distortion(root, parameters);
+  leave_the_rest(root);
+  return finished_camera(yaml, parameters, file.string());
+}
+
+std::string matrix_text(std::string_view name, int rows, const std::vector<double>& data) {
+  return fmt::format("{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: {}\n", name, rows,
+                     data.size() / static_cast<std::size_t>(rows), yaml_floats(data));
+}
+
+std::string write(const Camera& camera, const std::string& camera_name) {
+  const CameraParameters& p = camera.parameters();
+  const int count = coefficient_count(p.model == LensModel::pinhole ? LensModel::brown : p.model);
+  const std::vector<double> coefficients(p.coefficients.begin(), p.coefficients.begin() + count);
+  return fmt::format(
+             "%YAML:1.0\n---\ncamera_name: {}\nimage_width: {}\nimage_height: {}\nfisheye_model: {}\n",
+             yaml_quoted(camera_name), p.size.width_px, p.size.height_px,
+             p.model == LensModel::kannala_brandt ? 1 : 0) +
+         matrix_text("camera_matrix", 3, {p.fx_px, 0, p.cx_px, 0, p.fy_px, p.cy_px, 0, 0, 1}) +
+         matrix_text("distortion_coefficients", count, coefficients);
+}
+
+}  // namespace
+
+CameraFileFormat opencv_camera_format() {
+  return {"opencv",   "OpenCV YAML",
+          {},         {LensModel::pinhole, LensModel::brown, LensModel::brown8, LensModel::kannala_brandt},
+          recognises, read,
+          write};
+}
+
+}  // namespace ballservo

@@ -1,0 +1,15 @@
+// Plans of comparisons.
+#include "app/offline/plan.hpp"
+#include "calibration/files/fault.hpp"
+#include "tests/fuzz/fuzz_folder.hpp"
+
+using namespace ballservo;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const fuzz::Folder folder;
+  try {
+    parse_comparison_plan(fuzz::text_of(data, size), "fuzz.yaml", folder.inputs());
+  } catch (const InputError&) {
+  }
+  return 0;
+}
