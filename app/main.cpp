@@ -42,6 +42,7 @@ void add_commands(CLI::App& program, Action& action) {
   calibrate.require_subcommand(1);
   add_calibrate_camera_command(calibrate, action);
   add_calibrate_diff_command(calibrate, action);
+  add_calibrate_radius_command(calibrate, action);
   add_calibrate_colors_command(calibrate, action);
   add_detect_command(program, action);
   add_track_command(program, action);

@@ -13,7 +13,7 @@ for argument in "$@"; do
 done
 
 . "$root/app/setup.sh"
-apt_install $build_packages $test_packages
+apt_install $build_packages $test_packages $fuzz_packages
 find_example_pictures
 # Fresh machines know only C and POSIX; some tests need a locale with a decimal comma.
 if ! locale -a 2>/dev/null | grep -qix 'de_DE\.utf-\?8'; then
@@ -21,6 +21,9 @@ if ! locale -a 2>/dev/null | grep -qix 'de_DE\.utf-\?8'; then
   as_root localedef -i de_DE -f UTF-8 de_DE.UTF-8
 fi
 build
+say "Building the parsers for fuzzing (a minute the first time)"
+logged cmake --preset fuzz
+logged cmake --build --preset fuzz
 say "Testing; the log of every test will be $root/build/release/Testing/Temporary/LastTest.log"
 cd "$root"
 exec ctest --preset release -j "$(nproc)" "${slow[@]}"

@@ -56,6 +56,7 @@ void write_json_results(const CommonOptions& options, const nlohmann::json& resu
 
 void add_calibrate_camera_command(CLI::App& calibrate, Action& action);
 void add_calibrate_diff_command(CLI::App& calibrate, Action& action);
+void add_calibrate_radius_command(CLI::App& calibrate, Action& action);
 void add_calibrate_colors_command(CLI::App& calibrate, Action& action);
 void add_detect_command(CLI::App& program, Action& action);
 void add_track_command(CLI::App& program, Action& action);

@@ -100,7 +100,7 @@ std::string write(const Camera& camera, const std::string&) {
   const CameraParameters& p = camera.parameters();
   const auto& k = p.coefficients;
   if (p.model == LensModel::brown && k[4] != 0)
-    throw InputError("lens model for Kalibr camchain", fmt::format("brown with k3 = {}", k[4]),
+    throw InputError("lens model for Kalibr camchain YAML", fmt::format("brown with k3 = {}", k[4]),
                      "brown with k3 = 0: Kalibr's radtan has k1, k2, p1 and p2 alone");
   const bool straight = p.model == LensModel::pinhole;
   const char* distortion = straight ? "none" : p.model == LensModel::brown ? "radtan" : "equidistant";

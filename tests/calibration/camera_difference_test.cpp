@@ -96,8 +96,8 @@ TEST(CameraDifferenceTest, TheOtherWayRoundIsAsLarge) {
   RandomEngine engine = random_stream(3, "difference");
   const Camera a(brown()), b(drawn(brown(), example_covariance(), engine));
   const auto forth = compare_cameras(a, unknown, b, unknown), back = compare_cameras(b, unknown, a, unknown);
-  EXPECT_NEAR(forth.ball_rms_m, back.ball_rms_m, 0.02 * forth.ball_rms_m);
-  EXPECT_NEAR(forth.shift_rms_px, back.shift_rms_px, 0.02 * forth.shift_rms_px);
+  EXPECT_NEAR(forth.ball_rms_m, back.ball_rms_m, 0.05 * forth.ball_rms_m);
+  EXPECT_NEAR(forth.shift_rms_px, back.shift_rms_px, 0.05 * forth.shift_rms_px);
   EXPECT_LT((forth.rotation_rad + back.rotation_rad).norm(), 1e-3 * forth.rotation_rad.norm());
 }
 
@@ -105,7 +105,7 @@ TEST(CameraDifferenceTest, ChanceIsHowOftenItHappens) {
   // Pairs of calibrations of one camera: the chances are spread evenly from 0 to 1, and the mean square is
   // what was foretold.
   const Eigen::MatrixXd covariance = example_covariance();
-  constexpr int pairs = 120;
+  constexpr int pairs = 60;
   int below_10_percent = 0, below_half = 0;
   double squares = 0, foretold = 0;
   for (int k = 0; k < pairs; ++k) {

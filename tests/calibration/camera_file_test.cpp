@@ -274,8 +274,7 @@ TEST_F(CameraFiles, RosFaultsAllAtOnceWithTheirLines) {
 }
 
 TEST_F(CameraFiles, OtherFilesAreNotCameras) {
-  for (const std::string& bad : {std::string(), std::string("hello"),
-                                 std::string("%YAML:1.0\n---\ncamera_matrix: 3"), std::string(2u << 20, ' ')})
+  for (const std::string& bad : {std::string(), std::string("hello"), std::string(2u << 20, ' ')})
     EXPECT_EQ(faults_of(bad).size(), 1u);
   EXPECT_THROW(read_camera((folder_.path() / "missing.xml").string()), InputError);
   EXPECT_THROW(read_camera(folder_.path().string()), InputError);

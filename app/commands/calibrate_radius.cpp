@@ -1,0 +1,317 @@
+// ballservo calibrate radius: a ball's diameter from pictures at known distances or beside a board.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "app/commands/command.hpp"
+#include "app/io/image_source.hpp"
+#include "app/io/interrupt.hpp"
+#include "app/io/progress.hpp"
+#include "calibration/camera/ball_radius.hpp"
+#include "calibration/camera/board_detector.hpp"
+#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/camera_file.hpp"
+#include "calibration/color/color_file.hpp"
+#include "calibration/files/csv_table.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+#include "perception/detector.hpp"
+
+namespace ballservo {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CalibrateRadiusOptions {
+  CommonOptions common;
+  std::vector<std::string> sources;
+  std::string colors, camera, class_name;
+  fs::path distances;
+  std::string board_text;
+  double square_m = std::nan(""), depth_m = 0;
+};
+
+struct Distance {
+  double distance_m = 0, sigma_m = 0;
+};
+
+/// What became of one picture.
+struct RadiusPicture {
+  std::string source;
+  std::optional<RadiusReading> reading;
+  std::string rejected;  ///< why it has none
+  bool used = false;
+};
+
+/// The distances by picture name; InputError for a table that does not make sense.
+std::map<std::string, Distance> read_distances(const fs::path& file) {
+  const CsvTable table = read_csv(file, {"source", "distance_m"}, {"sigma_m"});
+  std::map<std::string, Distance> distances;
+  FaultList faults;
+  const auto cell = [&](std::size_t row, const std::string& column) {
+    const int index = table.column(column);
+    return index < 0 ? std::string() : table.rows[row][static_cast<std::size_t>(index)];
+  };
+  const auto number = [&](std::size_t row, const std::string& column, const NumberRange& range) {
+    const auto value = parse_number(cell(row, column));
+    if (value && range.contains(*value)) return *value;
+    faults.add(table.place(row, column), "\"" + cell(row, column) + "\"", range.to_text());
+    return 0.0;
+  };
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    Distance distance{number(row, "distance_m", NumberRange::within(1e-3, 1000, "m")), 0};
+    if (!cell(row, "sigma_m").empty())
+      distance.sigma_m = number(row, "sigma_m", NumberRange::within(0, 1000, "m"));
+    const std::string source = cell(row, "source");
+    if (source.empty()) faults.add(table.place(row, "source"), "nothing", "a picture's name without folders");
+    if (!distances.emplace(source, distance).second)
+      faults.add(table.place(row, "source"), source + " a second time", "each picture once");
+  }
+  if (table.rows.empty()) faults.add(file.string(), "no rows", "a row for each picture");
+  faults.throw_if_any();
+  return distances;
+}
+
+/// What all pictures share.
+struct Measurement {
+  const CalibrateRadiusOptions& options;
+  std::shared_ptr<const ColorTable> colors;
+  Detector detector;
+  RadiusReader reader;
+  std::optional<Board> board;
+  std::map<std::string, Distance> distances;
+};
+
+/// The ball of a picture, its radius taken for 1; the reason where there is not exactly one.
+std::optional<UnitBall> unit_ball(Measurement& task, const cv::Mat& bgr, std::string& reason) {
+  std::vector<const BallObservation*> balls;
+  std::string names;
+  const auto wanted = task.colors->find(task.options.class_name);
+  for (const BallObservation& ball : task.detector.detect(bgr)) {
+    if (!ball.position || (wanted && ball.color_class != *wanted)) continue;
+    balls.push_back(&ball);
+    names += (names.empty() ? "" : ", ") +
+             task.colors->classes[static_cast<std::size_t>(ball.color_class) - 1].name;
+  }
+  if (balls.empty()) reason = "no ball in it";
+  if (balls.size() > 1)
+    reason = "several balls in it (" + names + ")" + (wanted ? "" : ": --class NAME says which one is meant");
+  if (balls.size() != 1) return std::nullopt;
+  return UnitBall{balls.front()->position->p_C, balls.front()->position->covariance_m2};
+}
+
+std::optional<RadiusReading> read_picture(Measurement& task, const Frame& frame, std::string& reason) {
+  const auto ball = unit_ball(task, frame.bgr, reason);
+  if (!ball) return std::nullopt;
+  std::optional<RadiusReading> reading;
+  if (task.board) {
+    const auto corners = find_board(frame.bgr, *task.board);
+    if (!corners) reason = "the board was not found in it, or is cut off by its border";
+    if (!corners) return std::nullopt;
+    reading = task.reader.on_board(*ball, {task.board->points(), *corners}, task.options.depth_m);
+    if (!reading) reason = "the ball cannot lie on the board's plane";
+  } else {
+    const Distance& distance = task.distances.at(frame.source);
+    reading = task.reader.at_distance(*ball, distance.distance_m, distance.sigma_m);
+    if (!reading) reason = "its outline leaves what the camera's model covers";
+  }
+  return reading;
+}
+
+Measurement set_up(const CalibrateRadiusOptions& options) {
+  FaultList faults;
+  const auto collect = [&faults](const auto& read) {
+    try {
+      read();
+    } catch (const InputError& error) {
+      for (const Fault& fault : error.faults()) faults.add(fault.place, fault.found, fault.allowed);
+    }
+  };
+  std::shared_ptr<const ColorTable> colors;
+  std::optional<Camera> camera;
+  Eigen::MatrixXd covariance;
+  std::optional<Board> board;
+  std::map<std::string, Distance> distances;
+  const bool by_board = !options.board_text.empty();
+  if (by_board == !options.distances.empty())
+    faults.add("calibrate radius",
+               by_board ? "both --distances and --board" : "neither --distances nor --board", "one of them");
+  collect([&] { colors = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
+  collect([&] {
+    camera = read_camera(options.camera);
+    if (const auto known = read_camera_covariance(options.camera, *camera)) covariance = known->covariance;
+  });
+  collect([&] {
+    if (by_board) board = parse_board(options.board_text, options.square_m);
+  });
+  collect([&] {
+    if (!options.distances.empty()) distances = read_distances(options.distances);
+  });
+  if (colors && !options.class_name.empty() && !colors->find(options.class_name))
+    faults.add("--class", options.class_name, "a class of " + options.colors);
+  faults.throw_if_any();
+  DetectorOptions detector_options;
+  detector_options.radii.assign(colors->classes.size(), BallRadius{1, 0});
+  detector_options.seed = options.common.seed;
+  Detector detector(std::make_shared<const RayTable>(*camera), colors, detector_options);
+  return {
+      options, colors, std::move(detector), RadiusReader(*camera, covariance), board, std::move(distances)};
+}
+
+/// Every picture must have its distance before the first is looked at.
+void check_distances(const Measurement& task, const std::vector<fs::path>& files) {
+  if (task.board) return;
+  FaultList faults;
+  for (const fs::path& file : files)
+    if (!task.distances.count(file.filename().string()))
+      faults.add(task.options.distances.string(), "no row for " + file.filename().string(),
+                 "a row for each picture, named without folders");
+  faults.throw_if_any();
+}
+
+std::vector<RadiusPicture> read_pictures(Measurement& task) {
+  const std::vector<fs::path> files = image_files(task.options.sources);
+  check_distances(task, files);
+  std::vector<RadiusPicture> pictures;
+  Progress progress("looking for the ball", static_cast<long>(files.size()), task.options.common.quiet);
+  for (const fs::path& file : files) {
+    throw_if_interrupted();
+    RadiusPicture& picture = pictures.emplace_back();
+    picture.source = file.filename().string();
+    const cv::Mat bgr = read_color_image(file, task.options.common.max_pixels);
+    check_camera_fits(task.detector.rays().camera(), {bgr.cols, bgr.rows}, task.options.camera);
+    picture.reading = read_picture(task, {bgr, picture.source, 0, 0}, picture.rejected);
+    progress.step(static_cast<long>(pictures.size()));
+  }
+  return pictures;
+}
+
+RadiusEstimate estimate_from(std::vector<RadiusPicture>& pictures) {
+  std::vector<RadiusReading> readings;
+  std::vector<std::string> names;
+  std::string reasons;
+  for (const RadiusPicture& picture : pictures) {
+    if (picture.reading) {
+      readings.push_back(*picture.reading);
+      names.push_back(picture.source);
+    } else {
+      reasons += fmt::format("\n  {}: {}", picture.source, picture.rejected);
+    }
+  }
+  if (readings.empty()) throw Refusal("No picture tells the ball's diameter:" + reasons);
+  const RadiusEstimate estimate = combine_radii(readings, names);
+  std::size_t next = 0;
+  for (RadiusPicture& picture : pictures) {
+    if (!picture.reading) continue;
+    picture.used = estimate.used[next++];
+    if (!picture.used) picture.rejected = "it disagrees with the others";
+  }
+  return estimate;
+}
+
+nlohmann::json results_json(const std::vector<RadiusPicture>& pictures, const RadiusEstimate& estimate,
+                            long used) {
+  nlohmann::json json{{"diameter_m", 2 * estimate.radius_m},
+                      {"sigma_m", 2 * estimate.sigma_m},
+                      {"chi2_per_dof", estimate.chi2_per_dof},
+                      {"images", pictures.size()},
+                      {"used", used},
+                      {"pictures", nlohmann::json::array()}};
+  for (const RadiusPicture& picture : pictures) {
+    nlohmann::json row{{"source", picture.source}, {"used", picture.used}, {"reason", picture.rejected}};
+    row["diameter_m"] = picture.reading ? nlohmann::json(2 * picture.reading->radius_m) : nullptr;
+    row["sigma_m"] = picture.reading ? nlohmann::json(2 * picture.reading->sigma_m) : nullptr;
+    json["pictures"].push_back(row);
+  }
+  return json;
+}
+
+void print_summary(const std::vector<RadiusPicture>& pictures, const RadiusEstimate& estimate, long used) {
+  for (const RadiusPicture& picture : pictures) {
+    if (picture.reading)
+      fmt::print("  {}: {:.5f} +- {:.5f} m{}\n", picture.source, 2 * picture.reading->radius_m,
+                 2 * picture.reading->sigma_m, picture.used ? "" : ", not used: " + picture.rejected);
+    else
+      fmt::print("  {}: not used, {}\n", picture.source, picture.rejected);
+  }
+  fmt::print("the ball's diameter, from {} of {} pictures: {:.5f} +- {:.5f} m\n", used, pictures.size(),
+             2 * estimate.radius_m, 2 * estimate.sigma_m);
+  if (used == 1) fmt::print("one picture alone: nothing contradicts it, and nothing confirms it\n");
+  if (estimate.chi2_per_dof > 4)
+    fmt::print(
+        "the pictures scatter {:.1f} times more than their errors let expect; the sigma allows for it\n",
+        std::sqrt(estimate.chi2_per_dof));
+  fmt::print("for other commands: --diameter {:.5f}+-{:.5f}\n", 2 * estimate.radius_m, 2 * estimate.sigma_m);
+}
+
+int calibrate_radius(const CalibrateRadiusOptions& options) {
+  Measurement task = set_up(options);
+  std::vector<RadiusPicture> pictures = read_pictures(task);
+  const RadiusEstimate estimate = estimate_from(pictures);
+  const long used = std::count_if(pictures.begin(), pictures.end(),
+                                  [](const RadiusPicture& picture) { return picture.used; });
+  write_json_results(options.common, results_json(pictures, estimate, used));
+  if (!options.common.quiet) print_summary(pictures, estimate, used);
+  return exit_done;
+}
+
+}  // namespace
+
+void add_calibrate_radius_command(CLI::App& calibrate, Action& action) {
+  CLI::App& command = *calibrate.add_subcommand(
+      "radius", "Measure a ball's diameter in pictures at known distances, or on a board's plane");
+  const auto options = std::make_shared<CalibrateRadiusOptions>();
+  command.add_option("source", options->sources, "Pictures of the ball, or folders of pictures")
+      ->required()
+      ->type_name("SOURCE...");
+  command.add_option("--colors", options->colors, "The colours file that `calibrate colors` wrote")
+      ->required()
+      ->type_name("FILE");
+  command.add_option("--camera", options->camera, "The camera's file (FILE:NAME where it holds several)")
+      ->required()
+      ->type_name("FILE");
+  command
+      .add_option("--class", options->class_name, "The ball's class, where the pictures show several balls")
+      ->type_name("NAME");
+  command
+      .add_option("--distances", options->distances,
+                  "CSV source,distance_m[,sigma_m]: picture by picture (names without folders), how far the "
+                  "ball's centre is from the camera's centre of projection, and how sure that is")
+      ->type_name("FILE.csv");
+  command
+      .add_option("--board", options->board_text,
+                  "chessboard:9x6, circles:6x6 or acircles:4x11: the ball lies on this board")
+      ->type_name("BOARD");
+  add_number_option(command, "--square", options->square_m, NumberRange::above(0, "m"),
+                    "Side of the board's squares, or distance of its circles");
+  add_number_option(command, "--thickness", options->depth_m, NumberRange::within(0, 1, "m"),
+                    "Of the board, where the ball lies beside it on the same table (default 0: on its face)");
+  add_common_options(command, options->common);
+  command.footer(
+      "With --board: lay the board on a table, printed face up, and the ball on its white margin, or on the "
+      "table\n"
+      "beside it (with --thickness where it is thicker than paper); all inner corners and the whole ball "
+      "must be in\n"
+      "the picture. That the ball touches the plane of the board gives its size. Look down on it steeply, "
+      "from\n"
+      "several sides. With --distances: the centre of projection lies inside the lens, about where its front "
+      "looks\n"
+      "narrowest. The sigma holds the outlines', the distances' or corners' errors, the pictures' scatter, "
+      "and the\n"
+      "camera's own where its .covariance.json is beside it; an error that all distances share it cannot "
+      "know.\n"
+      "Exit: 0 measured, 1 no picture tells, or they contradict each other (all figures are shown), 2 bad "
+      "input.\n"
+      "Examples:\n"
+      "  ballservo calibrate radius table/ --colors my.colors --camera camera.yaml --board chessboard:9x6 "
+      "--square 0.025\n"
+      "  ballservo calibrate radius at_1m.png at_2m.png --colors my.colors --camera camera.yaml --distances "
+      "tape.csv");
+  command.callback([&action, options] { action = [options] { return calibrate_radius(*options); }; });
+}
+
+}  // namespace ballservo

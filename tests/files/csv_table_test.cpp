@@ -1,0 +1,53 @@
+// Tables in CSV: what users and spreadsheets write, and what is refused.
+#include "calibration/files/csv_table.hpp"
+
+#include <gtest/gtest.h>
+
+namespace ballservo {
+namespace {
+
+CsvTable parsed(const std::string& text) {
+  return parse_csv(text, "t.csv", {"source", "distance_m"}, {"sigma_m"});
+}
+
+std::string faults_of(const std::string& text) {
+  try {
+    parsed(text);
+  } catch (const InputError& error) {
+    std::string lines;
+    for (const Fault& fault : error.faults()) lines += to_text(fault) + "\n";
+    return lines;
+  }
+  return "";
+}
+
+TEST(CsvTables, AsSpreadsheetsWriteThem) {
+  const CsvTable table = parsed(
+      "\xef\xbb\xbf"
+      "distance_m, source\r\n1.5,\"a, b.png\"\r\n\r\n 2 ,\"say \"\"x\"\".png\" \r\n0.5,c.png");
+  ASSERT_EQ(table.rows.size(), 3u);
+  EXPECT_EQ(table.column("source"), 1);
+  EXPECT_EQ(table.column("sigma_m"), -1);
+  EXPECT_EQ(table.rows[0][1], "a, b.png");
+  EXPECT_EQ(table.rows[1][0], "2");
+  EXPECT_EQ(table.rows[1][1], "say \"x\".png");
+  EXPECT_EQ(table.lines, (std::vector<int>{2, 4, 5}));
+  EXPECT_EQ(table.place(1, "source"), "t.csv:4: source");
+}
+
+TEST(CsvTables, FaultsWithTheirLines) {
+  EXPECT_NE(faults_of("").find("no heading"), std::string::npos);
+  EXPECT_NE(faults_of("source\n").find("no column distance_m"), std::string::npos);
+  EXPECT_NE(faults_of("source,distance_m,source\n").find("twice"), std::string::npos);
+  EXPECT_NE(faults_of("source,distance_m,colour\n").find("\"colour\""), std::string::npos);
+  const std::string faults = faults_of("source,distance_m\na\nb,1\nc,1,2\n");
+  EXPECT_NE(faults.find("t.csv:2: found 1 cells"), std::string::npos) << faults;
+  EXPECT_NE(faults.find("t.csv:4: found 3 cells"), std::string::npos) << faults;
+  EXPECT_NE(faults_of("source,distance_m\n\"a,1\n").find("t.csv:2: found a quote"), std::string::npos);
+  EXPECT_NE(faults_of("source,distance_m\n\"a\"b,1\n").find("after a closing quote"), std::string::npos);
+  EXPECT_NE(faults_of(std::string(5u << 20, 'a')).find("bytes"), std::string::npos);
+  EXPECT_NE(faults_of(std::string(1000, ',')).find("too many cells"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ballservo
