@@ -6,7 +6,7 @@
 using namespace ballservo;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const fuzz::Folder folder;
+  static const fuzz::Folder folder(BALLSERVO_DATA_DIR);
   try {
     const Camera camera = read_camera(folder.file("camera", fuzz::text_of(data, size)).string());
     const CameraParameters& p = camera.parameters();

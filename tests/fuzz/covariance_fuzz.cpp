@@ -6,7 +6,7 @@
 using namespace ballservo;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const fuzz::Folder folder;
+  static const fuzz::Folder folder(BALLSERVO_DATA_DIR);
   // The camera that the seed was written for.
   static const Camera camera(CameraParameters{LensModel::pinhole, {640, 480}, 500, 500, 320, 240, {}});
   folder.file("camera.yaml.covariance.json", fuzz::text_of(data, size));

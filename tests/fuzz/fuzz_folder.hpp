@@ -28,14 +28,13 @@ inline void require(bool holds, const char* what) {
 /// A folder that goes with the process, beside the project's cameras and colours as scenarios name them.
 class Folder {
  public:
-  Folder() {
+  explicit Folder(const std::filesystem::path& data_dir) {
     std::string pattern = (std::filesystem::temp_directory_path() / "ballservo_fuzz_XXXXXX").string();
     if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
     path_ = pattern;
     std::filesystem::create_directory(path_ / "inputs");
     for (const char* name : {"cameras", "colors"})
-      std::filesystem::create_directory_symlink(std::filesystem::path(BALLSERVO_DATA_DIR) / name,
-                                                path_ / name);
+      std::filesystem::create_directory_symlink(data_dir / name, path_ / name);
   }
   ~Folder() {
     std::error_code ignored;

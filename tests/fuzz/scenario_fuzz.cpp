@@ -6,7 +6,7 @@
 using namespace ballservo;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const fuzz::Folder folder;
+  static const fuzz::Folder folder(BALLSERVO_DATA_DIR);
   const std::string text = fuzz::text_of(data, size);
   std::vector<std::string> sets;
   for (std::size_t at = 0; text.compare(at, 5, "#set ") == 0;) {

@@ -1,19 +1,11 @@
 // How the program ends: exit codes, messages and outputs, as a user's shell sees them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <opencv2/core.hpp>
 #include <set>
-#include <sstream>
 #include <string>
 
-#include "calibration/files/image_file.hpp"
-#include "tests/support/test_data.hpp"
-
-namespace fs = std::filesystem;
+#include "tests/program/program_run.hpp"
 
 namespace ballservo {
 namespace {
@@ -22,51 +14,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::MatchesRegex;
 
-struct Ending {
-  int code = -1;
-  std::string out, messages;
-};
-
-class Program : public testing::Test {
- protected:
-  /// Runs the program in the temporary folder by the shell; `before` is put in front of it.
-  Ending run(const std::string& arguments, const std::string& before = "") const {
-    const std::string command = "cd '" + dir.string() + "' && " + before + " '" BALLSERVO_PROGRAM "' " +
-                                arguments + " >../" + tag() + ".out 2>../" + tag() + ".err";
-    const int status = std::system(command.c_str());
-    Ending ending{WIFEXITED(status) ? WEXITSTATUS(status) : -1, taken(".out"), taken(".err")};
-    EXPECT_THAT(ending.messages, testing::Not(HasSubstr("fault of ours"))) << arguments;
-    return ending;
-  }
-  std::set<std::string> names() const {
-    std::set<std::string> found;
-    for (const auto& entry : fs::recursive_directory_iterator(dir))
-      found.insert(entry.path().filename().string());
-    return found;
-  }
-  void put(const std::string& name, const std::string& text) const { std::ofstream(dir / name) << text; }
-  std::string contents(const std::string& name) const {
-    std::ifstream stream(dir / name);
-    return (std::stringstream() << stream.rdbuf()).str();
-  }
-  /// Pictures without anything in them, which no command can like.
-  void put_grey_picture(const std::string& name) const {
-    write_image(dir / name, cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(128)));
-  }
-
-  test::TemporaryFolder temporary;
-  fs::path dir = temporary.path();
-
- private:
-  std::string tag() const { return dir.filename().string(); }
-  std::string taken(const std::string& extension) const {
-    const fs::path file = dir.parent_path() / (tag() + extension);
-    std::ifstream stream(file);
-    std::string text = (std::stringstream() << stream.rdbuf()).str();
-    fs::remove(file);
-    return text;
-  }
-};
+using Program = test::ProgramTest;
+using test::Ending;
 
 TEST_F(Program, SaysItsVersionOnOneLine) {
   const Ending ending = run("--version");
@@ -77,8 +26,8 @@ TEST_F(Program, SaysItsVersionOnOneLine) {
 
 TEST_F(Program, EveryCommandHelpsWithAnExample) {
   EXPECT_EQ(run("--help").code, 0);
-  for (const char* command :
-       {"calibrate camera", "calibrate diff", "calibrate radius", "calibrate colors", "detect", "track", "render", "servo", "compare"}) {
+  for (const char* command : {"calibrate camera", "calibrate diff", "calibrate radius", "calibrate colors",
+                              "detect", "track", "render", "servo", "compare"}) {
     const Ending ending = run(std::string(command) + " --help");
     EXPECT_EQ(ending.code, 0) << command;
     EXPECT_THAT(ending.out, HasSubstr("xample")) << command;

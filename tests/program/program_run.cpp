@@ -1,0 +1,3 @@
+#include "tests/program/program_run.hpp"
+
+const char* ballservo::test::program_path() { return BALLSERVO_PROGRAM; }
