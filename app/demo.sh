@@ -25,7 +25,7 @@ ballservo() {
 
 say "1/5 Calibrating a camera from 13 photographs of a chessboard"
 ballservo calibrate camera "$examples"/left[0-9]*.jpg --board chessboard:9x6 --square 0.025 --model brown \
-  -o left.yaml --overlay boards --json left.json
+  -o left.yaml --report boards --json left.json
 say "    RMS $(rounded 3 left.json rms_px) px, focal length $(rounded 1 left.json fx_px) px"
 
 say "2/5 Learning the colours of round sweets from one photograph, without help"

@@ -260,17 +260,25 @@ std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::
   return sequences;
 }
 
+std::vector<SourceFile> image_and_video_files(const std::vector<std::string>& texts) {
+  FaultList faults;
+  std::vector<SourceFile> files;
+  // The reader that follows knows the limit of --max-pixels.
+  for (const Source& source : classify_all(texts, std::numeric_limits<double>::infinity(), faults)) {
+    if (source.kind == Kind::camera)
+      faults.add(source.text, "a camera", "image files, videos or folders of images");
+    for (const fs::path& file : source.files) files.push_back({file, source.kind == Kind::video});
+  }
+  faults.throw_if_any();
+  return files;
+}
+
 std::vector<fs::path> image_files(const std::vector<std::string>& texts) {
   FaultList faults;
   std::vector<fs::path> files;
-  // The reader that follows knows the limit of --max-pixels.
-  for (const Source& source : classify_all(texts, std::numeric_limits<double>::infinity(), faults)) {
-    if (source.kind == Kind::video || source.kind == Kind::camera) {
-      faults.add(source.text, source.kind == Kind::video ? "a video" : "a camera",
-                 "image files or folders of images");
-    } else {
-      files.insert(files.end(), source.files.begin(), source.files.end());
-    }
+  for (const SourceFile& file : image_and_video_files(texts)) {
+    if (file.is_video) faults.add(file.path.string(), "a video", "image files or folders of images");
+    files.push_back(file.path);
   }
   faults.throw_if_any();
   return files;

@@ -37,6 +37,14 @@ class FrameSequence {
 std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::string>& sources, double fps,
                                                          double max_pixels);
 
+/// A file that a source names.
+struct SourceFile {
+  std::filesystem::path path;
+  bool is_video = false;
+};
+/// The images and videos that the sources name (folders opened, in natural order); a camera is a fault.
+std::vector<SourceFile> image_and_video_files(const std::vector<std::string>& sources);
+
 /// The image files that the sources name (folders opened, in natural order); a video or camera is a fault.
 std::vector<std::filesystem::path> image_files(const std::vector<std::string>& sources);
 

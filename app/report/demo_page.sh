@@ -79,13 +79,14 @@ and within $(rounded 3 left.json held_out_rms_px) px on photographs that were le
 The focal length is <b>$(rounded 1 left.json fx_px) px</b>. What is still uncertain about this camera would move a ball of
 70 mm at a distance of 1 m by at most $(rounded 2 left.json ball_sigma_mm) mm (one standard deviation).</p>
 <div class="pair">
-$(for picture in boards/left01.png boards/left11.png; do
+$(for picture in boards/board_01.png boards/board_10.png; do
     [ -e "$picture" ] || continue
     printf '<figure><img src="%s" alt="a chessboard with its corners">' "$picture"
     printf '<figcaption>Corners as found; red: what is left of each, 50 times enlarged.</figcaption></figure>\n'
   done)
 </div>
-<p>Files: <a href="left.yaml">left.yaml</a> (the camera, as ROS reads it), <a href="left.json">left.json</a> (all figures).</p>
+<p>Files: <a href="boards/report.html">boards/report.html</a> (how far this camera can be trusted),
+<a href="left.yaml">left.yaml</a> (the camera, as ROS reads it), <a href="left.json">left.json</a> (all figures).</p>
 
 <h2>2. The colours</h2>
 <p>Nobody said which colours there are. Regions of even colour were looked for in one photograph of sweets; those that are

@@ -10,7 +10,7 @@
 namespace ballservo {
 namespace {
 
-constexpr int outline_points = 24, grid_steps = 8;
+constexpr int outline_points = 24;
 constexpr double step_sigmas = 0.05;  // small against one sigma, large against rounding
 
 }  // namespace
@@ -38,37 +38,47 @@ std::optional<Eigen::Matrix3d> CameraUncertainty::ball_covariance(const Eigen::V
   return sum;
 }
 
-std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance,
-                                    double diameter_m, double range_m) {
+std::optional<double> BallSigmaMap::worst_mm() const {
+  std::optional<double> worst;
+  for (const auto& sigma : sigma_mm)
+    if (sigma && (!worst || *sigma > *worst)) worst = sigma;
+  return worst;
+}
+
+std::optional<BallSigmaMap> ball_sigma_map(const Camera& camera, const Eigen::MatrixXd& covariance,
+                                           double diameter_m, double range_m, int columns, int rows) {
   const double radius_m = 0.5 * diameter_m;
   const ImageSize size = camera.size();
   const CameraUncertainty uncertainty(camera, covariance);
-  const auto center_at = [&](double u, double v) -> std::optional<Eigen::Vector3d> {
-    const auto ray = camera.unproject({u, v});
-    if (!ray) return std::nullopt;
-    return *ray * range_m;
-  };
-  std::vector<Eigen::Vector3d> centers;
-  for (int i = 0; i <= grid_steps; ++i) {
-    for (int j = 0; j <= grid_steps; ++j) {
-      const auto p_C =
-          center_at((size.width_px - 1.0) * i / grid_steps, (size.height_px - 1.0) * j / grid_steps);
-      if (p_C && is_inside_picture(project_outline(camera, *p_C, radius_m, outline_points), size))
-        centers.push_back(*p_C);
+  BallSigmaMap map{columns, rows, {}, {}};
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const Eigen::Vector2d place((size.width_px - 1.0) * column / (columns - 1),
+                                  (size.height_px - 1.0) * row / (rows - 1));
+      map.places_px.push_back(place);
+      map.sigma_mm.emplace_back();
+      const auto ray = camera.unproject(place);
+      if (!ray || !is_inside_picture(project_outline(camera, *ray * range_m, radius_m, outline_points), size)) continue;
+      const auto covariance_m2 = uncertainty.ball_covariance(*ray * range_m, radius_m);
+      if (!covariance_m2) return std::nullopt;
+      map.sigma_mm.back() = 1e3 * std::sqrt(covariance_m2->trace());
     }
   }
-  if (centers.empty()) {
-    const auto p_C = center_at(0.5 * size.width_px, 0.5 * size.height_px);
-    if (!p_C) return std::nullopt;
-    centers.push_back(*p_C);
-  }
-  double worst = 0;
-  for (const Eigen::Vector3d& p_C : centers) {
-    const auto covariance_m2 = uncertainty.ball_covariance(p_C, radius_m);
-    if (!covariance_m2) return std::nullopt;
-    worst = std::max(worst, covariance_m2->trace());
-  }
-  return 1e3 * std::sqrt(worst);
+  return map;
+}
+
+std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance,
+                                    double diameter_m, double range_m) {
+  const auto map = ball_sigma_map(camera, covariance, diameter_m, range_m);
+  if (!map) return std::nullopt;
+  if (map->worst_mm()) return map->worst_mm();
+  const ImageSize size = camera.size();
+  const auto ray = camera.unproject({0.5 * size.width_px, 0.5 * size.height_px});
+  if (!ray) return std::nullopt;
+  const auto covariance_m2 =
+      CameraUncertainty(camera, covariance).ball_covariance(*ray * range_m, 0.5 * diameter_m);
+  if (!covariance_m2) return std::nullopt;
+  return 1e3 * std::sqrt(covariance_m2->trace());
 }
 
 }  // namespace ballservo

@@ -30,8 +30,22 @@ class CameraUncertainty {
 };
 
 /// The standard deviation of a ball's 3-D centre (mm, square root of the covariance's trace) that the camera
-/// parameters' covariance causes, the worst over a grid of places at which the whole ball is in the picture
-/// (its middle alone where the ball fills it). Nothing where no ball of that size can be seen.
+/// parameters' covariance causes, over the picture.
+struct BallSigmaMap {
+  int columns = 0, rows = 0;
+  std::vector<Eigen::Vector2d> places_px;       ///< where the ball's centre is seen, row by row
+  std::vector<std::optional<double>> sigma_mm;  ///< nothing where not the whole ball is in the picture
+
+  std::optional<double> worst_mm() const;
+};
+
+/// A map of `columns` by `rows` places from corner to corner of the picture, for a ball at one distance.
+/// Nothing where the uncertainty is too large to be pushed through the camera.
+std::optional<BallSigmaMap> ball_sigma_map(const Camera& camera, const Eigen::MatrixXd& covariance,
+                                           double diameter_m, double range_m, int columns = 9, int rows = 9);
+
+/// The worst of that map for a ball of 70 mm at 1 m; where no place shows that ball whole (a long lens), in
+/// the picture's middle. Nothing where no such ball can be seen.
 std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance,
                                     double diameter_m = 0.070, double range_m = 1.0);
 

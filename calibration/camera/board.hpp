@@ -19,6 +19,15 @@ struct Board {
   std::vector<Eigen::Vector3d> points() const;
 };
 
+/// Points of a board as one picture shows them: all of them, or those of a part that is seen whole.
+struct BoardView {
+  std::string name;                         ///< of the picture, for messages
+  std::vector<Eigen::Vector3d> points_m;    ///< in the board frame, z = 0
+  std::vector<Eigen::Vector2d> corners_px;  ///< where they are found, as many
+
+  std::size_t size() const { return corners_px.size(); }
+};
+
 /// "chessboard:9x6", "circles:6x6", "acircles:4x11" with the square's side in metres. InputError naming every
 /// fault: an unknown pattern, fewer than 2 or more than 100 points a side (chessboards: 3, and OpenCV's
 /// finder wants more than 2), a side that is not finite and above 0.

@@ -1,120 +1,206 @@
 #include "calibration/camera/board_adjustment.hpp"
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 
-#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <opencv2/calib3d.hpp>
 
 #include "calibration/camera/camera_covariance.hpp"
-#include "calibration/camera/lens/lens_list.hpp"
+#include "calibration/camera/corner_cost.hpp"
 #include "calibration/files/fault.hpp"
 
 namespace ballservo {
 namespace {
 
-/// Projected minus found position of one corner (px).
-template <class Lens>
-struct CornerResidual {
-  Eigen::Vector3d point;
-  Eigen::Vector2d corner_px;
-
-  template <class T>
-  bool operator()(const T* camera, const T* pose, T* residual) const {
-    const T on_board[3] = {T(point.x()), T(point.y()), T(point.z())};
-    T p[3];
-    ceres::AngleAxisRotatePoint(pose, on_board, p);
-    const Ray3<T> ray{p[0] + pose[3], p[1] + pose[4], p[2] + pose[5]};
-    if (Lens::perspective && !(scalar_part(ray.z) > 0)) return false;
-    const Position2<T> m = Lens::distort(camera + 4, ray);
-    residual[0] = camera[2] + camera[0] * m.x - corner_px.x();
-    residual[1] = camera[3] + camera[1] * m.y - corner_px.y();
-    return std::isfinite(scalar_part(residual[0])) && std::isfinite(scalar_part(residual[1]));
-  }
-};
-
-std::unique_ptr<ceres::CostFunction> corner_cost(LensModel model, const Eigen::Vector3d& point,
-                                                 const Eigen::Vector2d& corner_px) {
-  return with_lens(model, [&](auto lens) -> std::unique_ptr<ceres::CostFunction> {
-    using Lens = decltype(lens);
-    using Residual = CornerResidual<Lens>;
-    return std::make_unique<ceres::AutoDiffCostFunction<Residual, 2, 4 + lens_coefficient_count<Lens>, 6>>(
-        new Residual{point, corner_px});
-  });
-}
-
 /// Fills residuals and RMS of a finished adjustment; false where a point does not project.
-bool evaluate(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
-              BoardAdjustment& adjustment) {
+bool evaluate(const std::vector<BoardView>& views, BoardAdjustment& adjustment) {
   const Eigen::VectorXd camera = parameter_vector(adjustment.parameters);
   double sum = 0;
   std::size_t count = 0;
-  adjustment.residuals_px.clear();
+  adjustment.corners.resize(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
-    auto& residuals = adjustment.residuals_px.emplace_back();
-    for (std::size_t i = 0; i < board_points.size(); ++i) {
+    CornerResiduals& corners = adjustment.corners[v];
+    corners.set_aside.resize(views[v].size(), false);
+    corners.residuals_px.clear();
+    for (std::size_t i = 0; i < views[v].size(); ++i) {
       const double* blocks[] = {camera.data(), adjustment.poses[v].data()};
       Eigen::Vector2d residual(0, 0);
-      if (!corner_cost(adjustment.parameters.model, board_points[i], views[v][i])
+      if (!corner_cost(adjustment.parameters.model, views[v].points_m[i], views[v].corners_px[i])
                ->Evaluate(blocks, residual.data(), nullptr))
         return false;
+      corners.residuals_px.push_back(residual);
+      if (corners.set_aside[i]) continue;
       sum += residual.squaredNorm();
       ++count;
-      residuals.push_back(residual);
     }
   }
   adjustment.rms_px = std::sqrt(sum / static_cast<double>(count));
   return std::isfinite(adjustment.rms_px);
 }
 
-}  // namespace
-
-std::optional<BoardAdjustment> adjust_boards(const std::vector<Eigen::Vector3d>& board_points,
-                                             const std::vector<BoardView>& views,
-                                             const CameraParameters& start,
-                                             const std::vector<BoardPose>& start_poses, bool fixed_camera) {
-  Eigen::VectorXd camera = parameter_vector(start);
-  BoardAdjustment result{start, start_poses, {}, 0, false};
-  // From a start behind the lens there is no way forward.
-  if (!evaluate(board_points, views, result)) return std::nullopt;
-  ceres::Problem problem;
-  problem.AddParameterBlock(camera.data(), static_cast<int>(camera.size()));
-  if (fixed_camera) problem.SetParameterBlockConstant(camera.data());
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    for (std::size_t i = 0; i < board_points.size(); ++i)
-      problem.AddResidualBlock(corner_cost(start.model, board_points[i], views[v][i]).release(), nullptr,
-                               camera.data(), result.poses[v].data());
-    ordering->AddElementToGroup(result.poses[v].data(), 0);
-  }
-  if (!fixed_camera) ordering->AddElementToGroup(camera.data(), 1);
+ceres::Solver::Options solver_options() {
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
-  // The normal equations of a rational lens, whose numerator and denominator can trade places, often fail to
-  // factorise: there the QR decomposition, as long as it costs less than a second a step.
-  const double rows = 2.0 * static_cast<double>(board_points.size() * views.size());
-  const double columns = static_cast<double>(camera.size()) + 6.0 * static_cast<double>(views.size());
-  const bool by_qr = fixed_camera || (start.model == LensModel::brown8 && rows * columns * columns < 1e9);
-  options.linear_solver_type = by_qr ? ceres::DENSE_QR : ceres::DENSE_SCHUR;
-  options.linear_solver_ordering = by_qr ? nullptr : ordering;
   options.max_num_iterations = 200;
   options.function_tolerance = 1e-12;
   options.parameter_tolerance = 1e-12;
   options.gradient_tolerance = 1e-14;
+  return options;
+}
+
+/// Moves an adjustment to its minimum over the corners that are not set aside; false where there is none.
+/// `huber_px` 0: squares.
+bool minimise(const std::vector<BoardView>& views, BoardAdjustment& adjustment, bool fixed_camera,
+              double huber_px) {
+  Eigen::VectorXd camera = parameter_vector(adjustment.parameters);
+  ceres::HuberLoss huber(huber_px > 0 ? huber_px : 1);
+  ceres::Problem::Options problem_options;
+  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(problem_options);
+  problem.AddParameterBlock(camera.data(), static_cast<int>(camera.size()));
+  if (fixed_camera) problem.SetParameterBlockConstant(camera.data());
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  double rows = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    problem.AddParameterBlock(adjustment.poses[v].data(), 6);
+    for (std::size_t i = 0; i < views[v].size(); ++i) {
+      if (adjustment.corners[v].set_aside[i]) continue;
+      problem.AddResidualBlock(
+          corner_cost(adjustment.parameters.model, views[v].points_m[i], views[v].corners_px[i]).release(),
+          huber_px > 0 ? &huber : nullptr, camera.data(), adjustment.poses[v].data());
+      rows += 2;
+    }
+    ordering->AddElementToGroup(adjustment.poses[v].data(), 0);
+  }
+  if (!fixed_camera) ordering->AddElementToGroup(camera.data(), 1);
+  ceres::Solver::Options options = solver_options();
+  // The normal equations of a rational lens, whose numerator and denominator can trade places, often fail to
+  // factorise: there the QR decomposition, as long as it costs less than a second a step.
+  const double columns = static_cast<double>(camera.size()) + 6.0 * static_cast<double>(views.size());
+  const bool by_qr =
+      fixed_camera || (adjustment.parameters.model == LensModel::brown8 && rows * columns * columns < 1e9);
+  options.linear_solver_type = by_qr ? ceres::DENSE_QR : ceres::DENSE_SCHUR;
+  options.linear_solver_ordering = by_qr ? nullptr : ordering;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  result.converged = summary.termination_type == ceres::CONVERGENCE;
-  result.parameters = with_parameter_vector(start, camera);
-  if (!summary.IsSolutionUsable() || !camera.allFinite() || !evaluate(board_points, views, result))
-    return std::nullopt;
+  adjustment.converged = summary.termination_type == ceres::CONVERGENCE;
+  adjustment.parameters = with_parameter_vector(adjustment.parameters, camera);
+  return summary.IsSolutionUsable() && camera.allFinite() && evaluate(views, adjustment);
+}
+
+/// Standard deviation of a coordinate from the median of the residuals' sizes, which wrong corners do not
+/// move.
+double robust_sigma_px(const CornerResiduals& corners) {
+  std::vector<double> sizes;
+  for (const Eigen::Vector2d& residual : corners.residuals_px)
+    for (const double coordinate : {residual.x(), residual.y()}) sizes.push_back(std::abs(coordinate));
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  constexpr double sigma_of_median = 1.4826;  // for normal residuals
+  return sigma_of_median * *middle;
+}
+
+/// The median of the views' standard deviations.
+double typical_sigma_px(const BoardAdjustment& adjustment) {
+  std::vector<double> sigmas;
+  for (const CornerResiduals& corners : adjustment.corners) sigmas.push_back(robust_sigma_px(corners));
+  const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
+  std::nth_element(sigmas.begin(), middle, sigmas.end());
+  return *middle;
+}
+
+/// Sets aside the corners that are plainly wrong beside the others of their own view, which may be blurred as
+/// a whole, and takes back those that are not; whether anything changed.
+bool set_wrong_corners_aside(BoardAdjustment& adjustment) {
+  // Where boards fit (nearly) exactly, rounding is no reason to call a corner wrong.
+  constexpr double wrong_sigmas = 6, least_wrong_px = 0.05;
+  const double typical_px = typical_sigma_px(adjustment);
+  bool changed = false;
+  for (CornerResiduals& corners : adjustment.corners) {
+    const double sigma_px = std::max(typical_px, robust_sigma_px(corners));
+    const double limit_px = std::max(least_wrong_px, wrong_sigmas * sigma_px);
+    for (std::size_t i = 0; i < corners.residuals_px.size(); ++i) {
+      const bool wrong = corners.residuals_px[i].norm() > limit_px;
+      changed = changed || wrong != corners.set_aside[i];
+      corners.set_aside[i] = wrong;
+    }
+  }
+  return changed;
+}
+
+std::optional<BoardAdjustment> started(const std::vector<BoardView>& views, const CameraParameters& start,
+                                       const std::vector<BoardPose>& start_poses) {
+  BoardAdjustment result{start, start_poses, {}, 0, false};
+  // From a start behind the lens there is no way forward.
+  if (views.empty() || !evaluate(views, result)) return std::nullopt;
   return result;
 }
 
-std::optional<std::vector<BoardPose>> board_poses(const std::vector<Eigen::Vector3d>& board_points,
-                                                  const std::vector<BoardView>& views,
+}  // namespace
+
+double CornerResiduals::rms_px() const {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < residuals_px.size(); ++i) {
+    if (set_aside[i]) continue;
+    sum += residuals_px[i].squaredNorm();
+    ++count;
+  }
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
+std::optional<BoardAdjustment> adjust_boards(const std::vector<BoardView>& views,
+                                             const CameraParameters& start,
+                                             const std::vector<BoardPose>& start_poses, CornerLoss loss) {
+  auto result = started(views, start, start_poses);
+  if (!result || !minimise(views, *result, false, 0)) return std::nullopt;
+  if (loss == CornerLoss::squares) return result;
+  BoardAdjustment squares = *result;
+  if (!set_wrong_corners_aside(squares)) return result;
+  constexpr int max_rounds = 4;
+  constexpr double huber_sigmas = 1.345;  // 95 % efficient where all residuals are normal (Huber, 1964)
+  if (!minimise(views, *result, false, huber_sigmas * typical_sigma_px(*result))) return squares;
+  for (int round = 0; round < max_rounds && set_wrong_corners_aside(*result); ++round)
+    if (!minimise(views, *result, false, 0)) return std::nullopt;
+  return result;
+}
+
+std::optional<BoardAdjustment> adjust_poses(const std::vector<BoardView>& views,
+                                            const CameraParameters& camera,
+                                            const std::vector<BoardPose>& start_poses) {
+  auto result = started(views, camera, start_poses);
+  if (!result) return std::nullopt;
+  result->converged = true;
+  // Under a camera that stays, no pose has to do with another.
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const std::vector<BoardView> view{views[v]};
+    auto one = started(view, camera, {start_poses[v]});
+    if (!one || !minimise(view, *one, true, 0)) return std::nullopt;
+    result->poses[v] = one->poses.front();
+    result->converged = result->converged && one->converged;
+  }
+  if (!evaluate(views, *result)) return std::nullopt;
+  return result;
+}
+
+std::vector<BoardView> believed_corners(const std::vector<BoardView>& views,
+                                        const BoardAdjustment& adjustment) {
+  std::vector<BoardView> result(views.size());
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    result[v].name = views[v].name;
+    for (std::size_t i = 0; i < views[v].size(); ++i) {
+      if (adjustment.corners[v].set_aside[i]) continue;
+      result[v].points_m.push_back(views[v].points_m[i]);
+      result[v].corners_px.push_back(views[v].corners_px[i]);
+    }
+  }
+  return result;
+}
+
+std::optional<std::vector<BoardPose>> board_poses(const std::vector<BoardView>& views,
                                                   const CameraParameters& parameters) {
   std::vector<BoardPose> poses;
   const cv::Mat identity = cv::Mat::eye(3, 3, CV_64F);
@@ -124,10 +210,10 @@ std::optional<std::vector<BoardPose>> board_poses(const std::vector<Eigen::Vecto
       std::vector<cv::Point3d> object;
       std::vector<cv::Point2d> image;
       for (std::size_t i = 0; i < view.size(); ++i) {
-        const auto ray = camera.unproject(view[i]);
+        const auto ray = camera.unproject(view.corners_px[i]);
         // Rays across the axis or behind have no place on the plane Z = 1; the others settle the pose.
         if (!ray || ray->z() < 0.05) continue;
-        object.emplace_back(board_points[i].x(), board_points[i].y(), board_points[i].z());
+        object.emplace_back(view.points_m[i].x(), view.points_m[i].y(), view.points_m[i].z());
         image.emplace_back(ray->x() / ray->z(), ray->y() / ray->z());
       }
       cv::Mat rotation, translation;
@@ -146,32 +232,6 @@ std::optional<std::vector<BoardPose>> board_poses(const std::vector<Eigen::Vecto
     return std::nullopt;
   }
   return poses;
-}
-
-Eigen::MatrixXd camera_information(const std::vector<Eigen::Vector3d>& board_points,
-                                   const BoardAdjustment& adjustment) {
-  const Eigen::VectorXd camera = parameter_vector(adjustment.parameters);
-  const Eigen::Index size = camera.size();
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
-  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  for (const BoardPose& pose : adjustment.poses) {
-    Eigen::MatrixXd by_camera = Eigen::MatrixXd::Zero(size, size), mixed = Eigen::MatrixXd::Zero(size, 6);
-    Eigen::Matrix<double, 6, 6> by_pose = Eigen::Matrix<double, 6, 6>::Zero();
-    for (const Eigen::Vector3d& point : board_points) {
-      RowMatrix jc = RowMatrix::Zero(2, size), jp = RowMatrix::Zero(2, 6);
-      const double* blocks[] = {camera.data(), pose.data()};
-      double* jacobians[] = {jc.data(), jp.data()};
-      double residual[2];
-      if (!corner_cost(adjustment.parameters.model, point, Eigen::Vector2d::Zero())
-               ->Evaluate(blocks, residual, jacobians))
-        continue;
-      by_camera += jc.transpose() * jc;
-      mixed += jc.transpose() * jp;
-      by_pose += jp.transpose() * jp;
-    }
-    information += by_camera - mixed * by_pose.ldlt().solve(mixed.transpose());
-  }
-  return information;
 }
 
 }  // namespace ballservo

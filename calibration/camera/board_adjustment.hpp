@@ -5,40 +5,54 @@
 #include <optional>
 #include <vector>
 
+#include "calibration/camera/board.hpp"
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {
 
-/// The board's points as one picture shows them.
-using BoardView = std::vector<Eigen::Vector2d>;  // px, in the order of the board's points
-
 /// X_CB as rotation vector (rad) and translation (m).
 using BoardPose = Eigen::Matrix<double, 6, 1>;
+
+/// What is known of each corner of one view, in the view's order.
+struct CornerResiduals {
+  std::vector<Eigen::Vector2d> residuals_px;  ///< projected minus found
+  std::vector<bool> set_aside;                ///< held for wrong, without a say in the solution
+
+  double rms_px() const;  ///< over the corners that are not set aside; NaN: none
+};
 
 struct BoardAdjustment {
   CameraParameters parameters;
   std::vector<BoardPose> poses;
-  std::vector<BoardView> residuals_px;  ///< projected minus found
-  double rms_px = 0;                    ///< sqrt of the mean squared 2-D distance, as OpenCV reports it
+  std::vector<CornerResiduals> corners;  ///< of each view
+  double rms_px = 0;  ///< sqrt of the mean squared 2-D distance over the corners not set aside
   bool converged = false;
 };
 
-/// Minimises the squared distances in pixels over the poses, and over the camera's parameters too unless
-/// `fixed_camera`. Levenberg and Marquardt (Ceres), one thread. Nothing if the start does not project.
-std::optional<BoardAdjustment> adjust_boards(const std::vector<Eigen::Vector3d>& board_points,
-                                             const std::vector<BoardView>& views,
+enum class CornerLoss {
+  squares,  ///< every corner counts with its squared distance
+  robust    ///< corners beyond six standard deviations of their view are set aside, found from a Huber fit
+};
+
+/// Minimises the distances in pixels over the camera's parameters and the poses. Levenberg and Marquardt
+/// (Ceres), one thread. Nothing if the start does not project.
+std::optional<BoardAdjustment> adjust_boards(const std::vector<BoardView>& views,
                                              const CameraParameters& start,
-                                             const std::vector<BoardPose>& start_poses, bool fixed_camera);
+                                             const std::vector<BoardPose>& start_poses,
+                                             CornerLoss loss = CornerLoss::squares);
+
+/// The same over the poses alone, for a camera that stays as it is.
+std::optional<BoardAdjustment> adjust_poses(const std::vector<BoardView>& views,
+                                            const CameraParameters& camera,
+                                            const std::vector<BoardPose>& start_poses);
+
+/// The views without the corners that an adjustment set aside: a wrong corner is no test of a camera.
+std::vector<BoardView> believed_corners(const std::vector<BoardView>& views,
+                                        const BoardAdjustment& adjustment);
 
 /// Each board's pose under a given camera, from the rays of its points (planar homography, then OpenCV's
 /// iterative solvePnP on the plane Z = 1); nothing where one has none.
-std::optional<std::vector<BoardPose>> board_poses(const std::vector<Eigen::Vector3d>& board_points,
-                                                  const std::vector<BoardView>& views,
+std::optional<std::vector<BoardPose>> board_poses(const std::vector<BoardView>& views,
                                                   const CameraParameters& camera);
-
-/// Information (inverse covariance) of the camera's parameters for residuals of 1 px a coordinate, the poses
-/// eliminated: sum of J_c' J_c - J_c' J_p (J_p' J_p)^-1 J_p' J_c over the boards.
-Eigen::MatrixXd camera_information(const std::vector<Eigen::Vector3d>& board_points,
-                                   const BoardAdjustment& adjustment);
 
 }  // namespace ballservo

@@ -8,13 +8,14 @@
 
 #include "calibration/camera/board.hpp"
 #include "calibration/camera/board_adjustment.hpp"
+#include "calibration/camera/board_covariance.hpp"
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {
 
 struct BoardCalibrationOptions {
-  /// The models to choose among; one: that one. Of several the simplest whose held-out error lies within one
-  /// standard error of the best one's.
+  /// The models to choose among; one: that one, even where it fits badly. Of several the simplest whose
+  /// held-out error lies within one standard error of the best one's.
   std::vector<LensModel> models{LensModel::brown};
   int folds = 4;  ///< of the boards, for the held-out error; at least 2
 
@@ -32,25 +33,23 @@ struct ModelTrial {
 
 struct BoardCalibration {
   Camera camera;
-  Eigen::MatrixXd covariance;  ///< of the parameters, in parameter_names' order
+  BoardCovariance covariance;
   double rms_px = 0;           ///< sqrt of the mean squared 2-D distance over all points
   double held_out_rms_px = 0;  ///< the same on boards whose camera comes from the other boards; NaN: none
-  std::optional<double> ball_sigma_mm;  ///< see ball_uncertainty.hpp
-  std::vector<double> view_rms_px;
-  std::vector<BoardView> residuals_px;  ///< projected minus found
-  std::vector<BoardPose> poses;         ///< X_CB of each view
-  std::vector<ModelTrial> trials;       ///< the models tried, simplest first
-  std::vector<std::string> warnings;    ///< in words, of what a user should look at
+  double coverage = 0;         ///< part of the picture's cells (8 by 6) in which a corner lies
+  std::optional<double> ball_sigma_mm{};          ///< see ball_uncertainty.hpp
+  std::optional<double> covered_ball_sigma_mm{};  ///< the same, the worst where boards were (a tenth around)
+  std::optional<double> structure_px{};           ///< see residual_structure.hpp
+  std::vector<CornerResiduals> corners{};         ///< of each view
+  std::vector<BoardPose> poses{};                 ///< X_CB of each view
+  std::vector<ModelTrial> trials{};               ///< the models tried, simplest first
+  std::vector<std::string> warnings{};            ///< in words, of what a user should look at
 };
 
 /// Calibrates from at least three views. The final solve is the same for all models: distances in pixels,
-/// each corner with the same weight. The parameters' covariance is the residuals' variance (with the degrees
-/// of freedom counted) times the inverse of the normal matrix.
-/// Throws Refusal, in words that say what to photograph, for fewer than three views, boards so nearly
-/// parallel that the focal length is not determined, and results that make no sense (a principal point
-/// outside the picture, a lens that folds inside the boards' corners, no fit at all).
-BoardCalibration calibrate_from_boards(const Board& board, ImageSize size,
-                                       const std::vector<BoardView>& views,
+/// each corner with the same weight, corners that are plainly wrong set aside.
+/// Throws Refusal, in words that say what to photograph, for what calibration_checks.hpp lists.
+BoardCalibration calibrate_from_boards(ImageSize size, const std::vector<BoardView>& views,
                                        const BoardCalibrationOptions& options = {});
 
 }  // namespace ballservo

@@ -1,74 +1,197 @@
 #include "calibration/camera/board_detector.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace ballservo {
 namespace {
 
+constexpr double least_part = 1.0 / 3;  // of a chessboard's corners
+constexpr int least_side_px = 16;       // OpenCV's finders want some pixels to work on
+
+/// Points on a grid, row by row.
+struct Grid {
+  int columns = 0, rows = 0;
+  std::vector<cv::Point2f> points;
+
+  const cv::Point2f& at(int row, int column) const {
+    return points[static_cast<std::size_t>(row * columns + column)];
+  }
+};
+
+bool is_whole(const Grid& grid) {
+  return grid.columns > 0 && grid.points.size() == static_cast<std::size_t>(grid.columns * grid.rows) &&
+         std::all_of(grid.points.begin(), grid.points.end(),
+                     [](const cv::Point2f& p) { return std::isfinite(p.x) && std::isfinite(p.y); });
+}
+
+/// Whether a grid lies inside another, in one direction or the other.
+bool fits(const Grid& part, const Board& board) {
+  const auto [low, high] = std::minmax(part.columns, part.rows);
+  const auto [board_low, board_high] = std::minmax(board.columns, board.rows);
+  return low <= board_low && high <= board_high;
+}
+
+std::optional<Grid> whole_chessboard(const cv::Mat& gray, const Board& board) {
+  Grid grid{board.columns, board.rows, {}};
+  if (!cv::findChessboardCorners(gray, cv::Size(board.columns, board.rows), grid.points,
+                                 cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) ||
+      !is_whole(grid))
+    return std::nullopt;
+  return grid;
+}
+
+/// The largest chessboard that grows from a seed of half the board's size (Duda and Frese, BMVC 2018).
+std::optional<Grid> grown_chessboard(const cv::Mat& gray, const Board& board) {
+  Grid grid;
+  cv::Mat meta;
+  const cv::Size seed(std::max(3, board.columns / 2), std::max(3, board.rows / 2));
+  if (!cv::findChessboardCornersSB(
+          gray, seed, grid.points,
+          cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_LARGER, meta))
+    return std::nullopt;
+  grid.columns = meta.cols, grid.rows = meta.rows;
+  if (!is_whole(grid)) return std::nullopt;
+  return grid;
+}
+
 /// The smallest distance between neighbours in a row or column (px).
-float smallest_spacing(const std::vector<cv::Point2f>& points, const Board& board) {
+float smallest_spacing(const Grid& grid) {
   float smallest = std::numeric_limits<float>::infinity();
-  const auto at = [&](int row, int column) {
-    return points[static_cast<std::size_t>(row * board.columns + column)];
-  };
   const auto consider = [&](cv::Point2f a, cv::Point2f b) {
     smallest = std::min(smallest, std::hypot(a.x - b.x, a.y - b.y));
   };
-  for (int row = 0; row < board.rows; ++row) {
-    for (int column = 0; column < board.columns; ++column) {
-      if (column > 0) consider(at(row, column), at(row, column - 1));
-      if (row > 0) consider(at(row, column), at(row - 1, column));
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      if (column > 0) consider(grid.at(row, column), grid.at(row, column - 1));
+      if (row > 0) consider(grid.at(row, column), grid.at(row - 1, column));
     }
   }
   return smallest;
 }
 
-bool find_chessboard(const cv::Mat& gray, const Board& board, std::vector<cv::Point2f>& points) {
-  const cv::Size size(board.columns, board.rows);
-  if (!cv::findChessboardCorners(gray, size, points,
-                                 cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) &&
-      !cv::findChessboardCornersSB(gray, size, points,
-                                   cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE))
-    return false;
-  constexpr double window_share = 0.3;
-  const int half = std::max(2, static_cast<int>(std::lround(window_share * smallest_spacing(points, board))));
-  cv::cornerSubPix(gray, points, cv::Size(half, half), cv::Size(-1, -1),
+/// Refines the corners, and leaves out those whose window the picture's border cuts off: it would pull them
+/// inwards.
+BoardView refined_corners(const cv::Mat& gray, Grid grid, const Board& board) {
+  constexpr double window_share = 0.33;
+  const int half = std::max(2, static_cast<int>(std::lround(window_share * smallest_spacing(grid))));
+  const auto inside = [&](const cv::Point2f& p) {
+    return p.x >= half && p.y >= half && p.x <= gray.cols - 1 - half && p.y <= gray.rows - 1 - half;
+  };
+  for (cv::Point2f& p : grid.points) {
+    p.x = std::clamp(p.x, 0.0f, static_cast<float>(gray.cols - 1));
+    p.y = std::clamp(p.y, 0.0f, static_cast<float>(gray.rows - 1));
+  }
+  cv::cornerSubPix(gray, grid.points, cv::Size(half, half), cv::Size(-1, -1),
                    cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-4));
-  // A window that the picture's border cuts off pulls its corner inwards.
-  return std::all_of(points.begin(), points.end(), [&](const cv::Point2f& point) {
-    return point.x >= half && point.y >= half && point.x <= gray.cols - 1 - half &&
-           point.y <= gray.rows - 1 - half;
-  });
+  BoardView view;
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const cv::Point2f& p = grid.at(row, column);
+      if (!inside(p)) continue;
+      view.points_m.emplace_back(board.square_m * column, board.square_m * row, 0);
+      view.corners_px.emplace_back(p.x, p.y);
+    }
+  }
+  return view;
+}
+
+/// Scales at which a picture is searched, the most promising first: the finders' own windows suit boards of
+/// some hundred pixels.
+std::vector<double> search_scales(const cv::Mat& gray) {
+  constexpr int large_px = 1000, small_px = 400;
+  const int side = std::max(gray.cols, gray.rows);
+  std::vector<double> scales{1.0};
+  if (side > large_px) scales.push_back(0.5);
+  if (side > 2 * large_px) scales.push_back(0.25);
+  if (side < small_px) scales.push_back(2.0);
+  return scales;
+}
+
+cv::Mat scaled(const cv::Mat& gray, double scale) {
+  if (scale == 1) return gray;
+  cv::Mat result;
+  cv::resize(gray, result, {}, scale, scale, scale < 1 ? cv::INTER_AREA : cv::INTER_CUBIC);
+  return result;
+}
+
+/// Back to the pixels of the unscaled picture; pixel centres lie at whole numbers in both.
+void unscale(Grid& grid, double scale) {
+  const auto shift = static_cast<float>(0.5 / scale - 0.5), factor = static_cast<float>(1 / scale);
+  for (cv::Point2f& p : grid.points) p = p * factor + cv::Point2f(shift, shift);
+}
+
+std::pair<int, int> size_of(const Grid& grid) {
+  return {std::max(grid.columns, grid.rows), std::min(grid.columns, grid.rows)};
+}
+
+cv::Mat gray_of(const cv::Mat& picture) {
+  if (picture.channels() == 1) return picture;
+  cv::Mat gray;
+  cv::cvtColor(picture, gray, cv::COLOR_BGR2GRAY);
+  return gray;
+}
+
+BoardFinding find_chessboard(const cv::Mat& gray, const Board& board) {
+  BoardFinding finding;
+  for (const double scale : search_scales(gray)) {
+    const cv::Mat searched = scaled(gray, scale);
+    auto grid = whole_chessboard(searched, board);
+    if (!grid) grid = grown_chessboard(searched, board);
+    if (!grid) continue;
+    finding.seen = size_of(*grid);
+    if (!fits(*grid, board)) continue;
+    unscale(*grid, scale);
+    BoardView view = refined_corners(gray, std::move(*grid), board);
+    if (static_cast<double>(view.size()) < least_part * board.columns * board.rows) continue;
+    return {std::move(view), "", finding.seen};
+  }
+  finding.reason = "the board was not found in it, or less than a third of it is seen";
+  return finding;
+}
+
+BoardFinding find_circles(const cv::Mat& gray, const Board& board) {
+  const int layout =
+      board.pattern == BoardPattern::circles ? cv::CALIB_CB_SYMMETRIC_GRID : cv::CALIB_CB_ASYMMETRIC_GRID;
+  for (const bool light_on_dark : {false, true}) {
+    for (const double scale : search_scales(gray)) {
+      const cv::Mat searched = scaled(light_on_dark ? cv::Mat(255 - gray) : gray, scale);
+      for (const int how : {0, static_cast<int>(cv::CALIB_CB_CLUSTERING)}) {
+        Grid grid{board.columns, board.rows, {}};
+        if (!cv::findCirclesGrid(searched, cv::Size(board.columns, board.rows), grid.points, layout | how) ||
+            !is_whole(grid))
+          continue;
+        unscale(grid, scale);
+        BoardView view{"", board.points(), {}};
+        for (const cv::Point2f& p : grid.points) view.corners_px.emplace_back(p.x, p.y);
+        return {std::move(view), "", std::nullopt};
+      }
+    }
+  }
+  return {std::nullopt, "not all circles of the board were found in it", std::nullopt};
 }
 
 }  // namespace
 
-std::optional<std::vector<Eigen::Vector2d>> find_board(const cv::Mat& bgr, const Board& board) {
-  cv::Mat gray;
-  if (bgr.channels() == 3)
-    cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
-  else
-    gray = bgr;
-  // OpenCV's finders want some pixels to work on, and throw where there are none.
-  if (gray.cols < 16 || gray.rows < 16) return std::nullopt;
-  std::vector<cv::Point2f> points;
-  const bool found =
-      board.pattern == BoardPattern::chessboard
-          ? find_chessboard(gray, board, points)
-          : cv::findCirclesGrid(gray, cv::Size(board.columns, board.rows), points,
-                                board.pattern == BoardPattern::circles ? cv::CALIB_CB_SYMMETRIC_GRID
-                                                                       : cv::CALIB_CB_ASYMMETRIC_GRID);
-  if (!found || points.size() != static_cast<std::size_t>(board.columns * board.rows)) return std::nullopt;
-  std::vector<Eigen::Vector2d> result;
-  for (const cv::Point2f& point : points) {
-    result.emplace_back(point.x, point.y);
-    if (!result.back().allFinite()) return std::nullopt;
-  }
-  return result;
+BoardFinding find_board(const cv::Mat& picture, const Board& board) {
+  const cv::Mat gray = gray_of(picture);
+  if (gray.cols < least_side_px || gray.rows < least_side_px)
+    return {std::nullopt, fmt::format("it is smaller than {} pixels", least_side_px), std::nullopt};
+  return board.pattern == BoardPattern::chessboard ? find_chessboard(gray, board) : find_circles(gray, board);
+}
+
+std::optional<std::pair<int, int>> chessboard_size(const cv::Mat& picture, const Board& board) {
+  if (board.pattern != BoardPattern::chessboard || std::min(picture.cols, picture.rows) < least_side_px)
+    return std::nullopt;
+  const auto grid = grown_chessboard(gray_of(picture), board);
+  if (!grid) return std::nullopt;
+  return size_of(*grid);
 }
 
 }  // namespace ballservo

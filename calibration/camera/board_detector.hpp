@@ -4,19 +4,34 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <vector>
+#include <string>
+#include <utility>
 
 #include "calibration/camera/board.hpp"
 
 namespace ballservo {
 
-/// The board's points in the picture (px, in the order of Board::points up to the board's own symmetry);
-/// nothing where the whole board is not seen, or a
-/// chessboard's corner is so near the border that its window is cut off. `bgr`: 8-bit, 1 or 3 channels.
+struct BoardFinding {
+  std::optional<BoardView> view;
+  std::string reason;  ///< in words, why there is none; empty where there is one
+  /// Points of a row and column of the chessboard that is seen, whatever was asked for; the larger first.
+  std::optional<std::pair<int, int>> seen;
+};
+
+/// The board's points in a picture (8-bit, 1 or 3 channels), or of the part of a chessboard that is seen
+/// whole: at least a third of it. Which part does not matter to a calibration, whose poses are free, so a
+/// part is placed at the board frame's origin. Both of OpenCV's chessboard finders are tried, at several
+/// scales.
 ///
 /// Chessboard corners are refined where the edges around them meet (cornerSubPix), in a window whose half is
-/// 0.3 of the smallest distance of corners in this picture: a larger one takes in the neighbours' edges (11
-/// px on OpenCV's own pictures doubles the error), a fixed one fits no other board.
-std::optional<std::vector<Eigen::Vector2d>> find_board(const cv::Mat& bgr, const Board& board);
+/// a third of the smallest distance of corners in this picture: a larger one takes in the neighbours' edges
+/// (11 px on OpenCV's own pictures doubles the error), a fixed one fits no other board. Corners so near the
+/// border that their window is cut off are left out.
+BoardFinding find_board(const cv::Mat& picture, const Board& board);
+
+/// The size of the largest chessboard in a picture that grows from half of `board`, in the same manner;
+/// nothing where there is none, and for other patterns. (OpenCV's finder of a given size is content with a
+/// part of a larger board.)
+std::optional<std::pair<int, int>> chessboard_size(const cv::Mat& picture, const Board& board);
 
 }  // namespace ballservo

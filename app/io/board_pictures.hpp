@@ -1,0 +1,53 @@
+// Pictures of a calibration board, and the board found in each.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/camera/board.hpp"
+#include "calibration/camera/image_size.hpp"
+
+namespace ballservo {
+
+/// What became of one picture.
+struct BoardPicture {
+  std::filesystem::path file;
+  int frame = -1;                 ///< of a video; -1 for a still
+  cv::Mat decoded;                ///< a video's picture; stills are read again where they are needed
+  std::optional<ImageSize> size;  ///< from the header; nothing where only the decoder can tell
+  std::optional<BoardView> view;
+  std::string rejected;  ///< why it is not used; empty for those that are
+  std::string remark;    ///< what is special about one that is used; mostly empty
+
+  std::string name() const;  ///< "left01.jpg", or "boards.mp4 frame 12"
+  cv::Mat picture(double max_pixels) const;
+};
+
+struct BoardPictures {
+  std::vector<BoardPicture> all;
+  ImageSize size;  ///< that most pictures have, hence the camera's
+
+  std::vector<const BoardPicture*> used() const;
+};
+
+struct BoardSearch {
+  Board board;
+  std::string board_text;  ///< as the user named it, for messages
+  double max_pixels = 0;
+  int threads = 0;  ///< 0: as many as the machine has
+  bool quiet = false;
+};
+
+/// Looks for the board in all pictures, several at a time; what is found does not depend on how many. Of a
+/// video those pictures are taken that show the board at different places (at most 40).
+///
+/// Pictures one or two pixels larger or smaller than most are used as they stand, the top-left pixel being
+/// the same (a shift of a pixel is next to nothing for the pose that absorbs it), and carry a remark.
+/// InputError: a file that cannot be read, pictures of different cameras (sizes further apart). Refusal: a
+/// chessboard that in most pictures is larger than the one named, or no board at all.
+BoardPictures find_boards(const std::vector<std::string>& sources, const BoardSearch& search);
+
+}  // namespace ballservo

@@ -1,0 +1,253 @@
+#include "calibration/camera/calibration_checks.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/camera/board_calibration.hpp"
+#include "calibration/camera/lens_choice.hpp"
+#include "calibration/camera/mixed_cameras.hpp"
+#include "calibration/camera/residual_structure.hpp"
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr std::size_t least_views = 3;
+constexpr double max_focal_sigma = 0.02;  // relative; above, the focal length is not determined
+constexpr double same_angle_rad = 0.2;    // boards within this of each other stand at one angle
+constexpr double same_distance = 1.2;     // ratio of the farthest to the nearest board, at one distance
+constexpr double outlying_view = 3;       // times the median of the views' RMS
+constexpr double least_noise_px = 0.1;    // that any corner finder has: below it an RMS is luck
+constexpr double max_misfit_px = 1.0;     // structure above it is no camera's noise ...
+constexpr double max_misfit_share = 0.5;  // ... nor is as large a part of the RMS ...
+constexpr double least_misfit_px = 0.3;   // ... of at least this
+
+constexpr const char* what_to_photograph =
+    "Photograph the whole board at least three times, better ten, tilted by 20 to 40 degrees to different "
+    "sides, near and far, and near the picture's corners too.";
+
+Eigen::Vector3d board_normal(const BoardPose& pose) {
+  const Eigen::Vector3d turn = pose.head<3>();
+  const double angle = turn.norm();
+  if (!(angle > 0)) return Eigen::Vector3d::UnitZ();
+  return Eigen::AngleAxisd(angle, turn / angle) * Eigen::Vector3d::UnitZ();
+}
+
+/// The largest angle (rad) between two boards' planes.
+double angle_spread_rad(const std::vector<BoardPose>& poses) {
+  double spread = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      spread = std::max(
+          spread, std::acos(std::min(1.0, std::abs(board_normal(poses[i]).dot(board_normal(poses[j]))))));
+  return spread;
+}
+
+/// The farthest board's distance over the nearest one's.
+double distance_ratio(const std::vector<BoardPose>& poses) {
+  double nearest = poses.front().tail<3>().norm(), farthest = nearest;
+  for (const BoardPose& pose : poses) {
+    nearest = std::min(nearest, pose.tail<3>().norm());
+    farthest = std::max(farthest, pose.tail<3>().norm());
+  }
+  return farthest / nearest;
+}
+
+std::string why_no_focal_length(const BoardAdjustment& adjustment) {
+  const bool one_angle = angle_spread_rad(adjustment.poses) < same_angle_rad;
+  const bool one_distance = distance_ratio(adjustment.poses) < same_distance;
+  if (one_angle && one_distance)
+    return "all pictures show the board at nearly one angle and one distance, so that a longer lens farther "
+           "away would give the same pictures. Tilt the board by 20 to 40 degrees, to different sides, and "
+           "take "
+           "pictures from near and from far";
+  if (one_angle)
+    return "all pictures show the board at nearly one angle, so that a longer lens farther away would give "
+           "the "
+           "same pictures. Tilt the board by 20 to 40 degrees, to different sides";
+  if (one_distance)
+    return "all pictures show the board at nearly one distance, and its tilt tells too little. Fill the "
+           "picture "
+           "with the board in some, and take others from twice as far";
+  return "the boards are too few or too small in the picture";
+}
+
+[[noreturn]] void refuse_result(const std::string& what) {
+  throw Refusal("The calibration came to a result that no camera has: " + what + ". " + what_to_photograph);
+}
+
+/// Distance (px) from the picture's farthest corner to the board corner nearest to it.
+double farthest_corner_gap_px(const std::vector<BoardView>& views, ImageSize size) {
+  double gap = 0;
+  for (const double x : {0.0, size.width_px - 1.0}) {
+    for (const double y : {0.0, size.height_px - 1.0}) {
+      double nearest = std::hypot(size.width_px, size.height_px);
+      for (const BoardView& view : views)
+        for (const Eigen::Vector2d& corner : view.corners_px)
+          nearest = std::min(nearest, (corner - Eigen::Vector2d(x, y)).norm());
+      gap = std::max(gap, nearest);
+    }
+  }
+  return gap;
+}
+
+}  // namespace
+
+void require_enough_views(const std::vector<BoardView>& views) {
+  if (views.size() < least_views)
+    throw Refusal(fmt::format("Only {} picture{} of the board could be used. {}", views.size(),
+                              views.size() == 1 ? "" : "s", what_to_photograph));
+}
+
+BoardCovariance require_focal_length(const std::vector<BoardView>& views, const BoardAdjustment& adjustment) {
+  auto covariance = board_covariance(views, adjustment);
+  double sigma = std::numeric_limits<double>::infinity();
+  if (covariance) {
+    const double noise_scale = std::max(least_noise_px, covariance->noise_px) / covariance->noise_px;
+    sigma = noise_scale * std::max(std::sqrt(covariance->parameters(0, 0)) / adjustment.parameters.fx_px,
+                                   std::sqrt(covariance->parameters(1, 1)) / adjustment.parameters.fy_px);
+  }
+  if (!(sigma < max_focal_sigma))
+    throw Refusal(fmt::format(
+        "The pictures do not determine the focal length{}: {}.",
+        sigma < 1 ? fmt::format(" (it could be {:.0f} % off, and so could every distance)", 100 * sigma) : "",
+        why_no_focal_length(adjustment)));
+  return *covariance;
+}
+
+Camera require_sensible_camera(const std::vector<BoardView>& views, const BoardAdjustment& adjustment) {
+  const CameraParameters& p = adjustment.parameters;
+  if (!(p.fx_px > 0 && p.fy_px > 0 && p.fx_px / p.fy_px > 0.5 && p.fx_px / p.fy_px < 2))
+    refuse_result(fmt::format("focal lengths {:.1f} and {:.1f} px", p.fx_px, p.fy_px));
+  if (!(p.cx_px > -0.5 && p.cx_px < p.size.width_px - 0.5 && p.cy_px > -0.5 &&
+        p.cy_px < p.size.height_px - 0.5))
+    refuse_result(fmt::format("a principal point outside the picture ({:.1f}, {:.1f})", p.cx_px, p.cy_px));
+  try {
+    const Camera camera(p);
+    for (const BoardView& view : views)
+      for (const Eigen::Vector2d& corner : view.corners_px)
+        if (!camera.unproject(corner))
+          refuse_result(
+              fmt::format("no ray reaches the board's point at ({:.1f}, {:.1f})", corner.x(), corner.y()));
+    return camera;
+  } catch (const InputError& error) {
+    refuse_result(error.what());
+  }
+}
+
+void require_one_camera(const std::vector<BoardView>& views, const BoardAdjustment& adjustment) {
+  const auto mixture = find_mixed_cameras(views, adjustment);
+  if (!mixture) return;
+  std::array<std::vector<std::string>, 2> names;
+  for (std::size_t v = 0; v < views.size(); ++v) names[mixture->second[v] ? 1 : 0].push_back(views[v].name);
+  throw Refusal(fmt::format(
+      "The pictures seem to come from two cameras (or from one whose zoom or focus changed): {} give a "
+      "focal length of {:.1f} px and a principal point of ({:.1f}, {:.1f}), {} {:.1f} px and ({:.1f}, "
+      "{:.1f}); together they fit with an RMS of {:.2f} px, apart with {:.2f}. Calibrate each camera from "
+      "its "
+      "own pictures, with autofocus off.",
+      fmt::join(names[0], ", "), mixture->first_camera.fx_px, mixture->first_camera.cx_px,
+      mixture->first_camera.cy_px, fmt::join(names[1], ", "), mixture->second_camera.fx_px,
+      mixture->second_camera.cx_px, mixture->second_camera.cy_px, mixture->rms_together_px,
+      mixture->rms_apart_px));
+}
+
+std::string lens_misfit(const std::vector<BoardView>& views, const BoardAdjustment& adjustment,
+                        std::optional<double> structure_px) {
+  if (!structure_px || *structure_px < least_misfit_px ||
+      (*structure_px < max_misfit_px && *structure_px < max_misfit_share * adjustment.rms_px))
+    return "";
+  std::string better = "; no other model does. Is the board flat, and every picture sharp?";
+  double best_px = 0.5 * *structure_px;
+  for (const LensModel other : all_lens_models) {
+    const auto fit = fit_lens(views, adjustment.parameters.size, other);
+    const auto left_px = fit ? residual_structure_px(views, *fit) : std::nullopt;
+    if (!left_px || *left_px >= best_px) continue;
+    best_px = *left_px;
+    better = fmt::format(
+        "; the model {} explains them to {:.2f} px: give --model {} (and a --format that holds it)",
+        lens_model_name(other), fit->rms_px, lens_model_name(other));
+  }
+  return fmt::format(
+      "the lens model {} does not explain these pictures: {:.2f} px of the RMS of {:.2f} px depend on the "
+      "place "
+      "in the picture{}",
+      lens_model_name(adjustment.parameters.model), *structure_px, adjustment.rms_px, better);
+}
+
+std::vector<std::string> calibration_warnings(const std::vector<BoardView>& views,
+                                              const BoardCalibration& calibration) {
+  std::vector<std::string> warnings;
+  std::vector<double> sorted;
+  for (const CornerResiduals& corners : calibration.corners) sorted.push_back(corners.rms_px());
+  std::sort(sorted.begin(), sorted.end());
+  const double median = sorted[sorted.size() / 2];
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const CornerResiduals& corners = calibration.corners[v];
+    const auto aside = std::count(corners.set_aside.begin(), corners.set_aside.end(), true);
+    if (aside > 0)
+      warnings.push_back(fmt::format("{}: {} of its {} corners fit nothing and were set aside", views[v].name,
+                                     aside, views[v].size()));
+    else if (corners.rms_px() > outlying_view * std::max(median, least_noise_px))
+      warnings.push_back(fmt::format("{} fits {:.1f} times worse than the median", views[v].name,
+                                     corners.rms_px() / median));
+  }
+  if (!std::isfinite(calibration.held_out_rms_px))
+    warnings.push_back(
+        "some of the boards alone give no camera, so there is no held-out error: take more pictures");
+  const CameraParameters& p = calibration.camera.parameters();
+  if (!covers_picture(p))
+    warnings.push_back(
+        "a corner of the picture lies beyond where this lens model is one-to-one; there no 3-D is given");
+  const double gap = farthest_corner_gap_px(views, p.size),
+               side = std::min(p.size.width_px, p.size.height_px);
+  if (gap > side / 3)
+    warnings.push_back(fmt::format(
+        "no board came nearer than {:.0f} px to one of the picture's corners{}", gap,
+        calibration.ball_sigma_mm && calibration.covered_ball_sigma_mm
+            ? fmt::format(
+                  ": a ball at 1 m is uncertain by up to {:.1f} mm there, by {:.1f} mm where boards were",
+                  *calibration.ball_sigma_mm, *calibration.covered_ball_sigma_mm)
+            : ""));
+  return warnings;
+}
+
+std::optional<double> covered_ball_sigma_mm(const std::vector<BoardView>& views,
+                                            const BoardCalibration& calibration) {
+  const auto map = ball_sigma_map(calibration.camera, calibration.covariance.parameters, 0.070, 1.0);
+  if (!map) return std::nullopt;
+  const double near_px = 0.1 * calibration.camera.size().width_px;
+  const auto is_covered = [&](const Eigen::Vector2d& place) {
+    for (const BoardView& view : views)
+      for (const Eigen::Vector2d& corner : view.corners_px)
+        if ((corner - place).norm() < near_px) return true;
+    return false;
+  };
+  std::optional<double> worst;
+  for (std::size_t i = 0; i < map->places_px.size(); ++i)
+    if (map->sigma_mm[i] && is_covered(map->places_px[i]))
+      worst = std::max(worst.value_or(0), *map->sigma_mm[i]);
+  return worst;
+}
+
+double picture_coverage(const std::vector<BoardView>& views, ImageSize size) {
+  constexpr int across = 8, down = 6;
+  std::array<bool, across * down> seen{};
+  for (const BoardView& view : views) {
+    for (const Eigen::Vector2d& corner : view.corners_px) {
+      const int column = std::clamp(static_cast<int>(across * corner.x() / size.width_px), 0, across - 1);
+      const int row = std::clamp(static_cast<int>(down * corner.y() / size.height_px), 0, down - 1);
+      seen[static_cast<std::size_t>(row * across + column)] = true;
+    }
+  }
+  return static_cast<double>(std::count(seen.begin(), seen.end(), true)) / static_cast<double>(seen.size());
+}
+
+}  // namespace ballservo

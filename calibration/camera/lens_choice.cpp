@@ -1,0 +1,162 @@
+#include "calibration/camera/lens_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/calib3d.hpp>
+
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr double good_start_rms_px = 1.0;
+
+/// Focal lengths to start from: what the homographies say (Zhang, PAMI 2000), then wide to long.
+std::vector<double> focal_guesses_px(const std::vector<BoardView>& views, ImageSize size) {
+  std::vector<double> guesses;
+  std::vector<std::vector<cv::Point3f>> object;
+  std::vector<std::vector<cv::Point2f>> image;
+  for (const BoardView& view : views) {
+    object.emplace_back();
+    image.emplace_back();
+    for (std::size_t i = 0; i < view.size(); ++i) {
+      object.back().emplace_back(static_cast<float>(view.points_m[i].x()),
+                                 static_cast<float>(view.points_m[i].y()), 0.0f);
+      image.back().emplace_back(static_cast<float>(view.corners_px[i].x()),
+                                static_cast<float>(view.corners_px[i].y()));
+    }
+  }
+  const double side = std::max(size.width_px, size.height_px);
+  try {
+    const cv::Mat matrix =
+        cv::initCameraMatrix2D(object, image, cv::Size(size.width_px, size.height_px), 1.0);
+    const double focal = matrix.at<double>(0, 0);
+    if (std::isfinite(focal) && focal > 0.05 * side && focal < 100 * side) guesses.push_back(focal);
+  } catch (const cv::Exception&) {
+    // Degenerate homographies: the other guesses remain.
+  }
+  for (const double share : {1.0, 0.6, 0.33, 2.0}) guesses.push_back(share * side);
+  return guesses;
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : sum / static_cast<double>(values.size());
+}
+
+double standard_error(const std::vector<double>& values) {
+  const double center = mean(values);
+  double sum = 0;
+  for (const double value : values) sum += (value - center) * (value - center);
+  const auto count = static_cast<double>(values.size());
+  return std::sqrt(sum / (count - 1) / count);
+}
+
+std::vector<double> held_out_errors_px2(const std::vector<BoardView>& all_views, const BoardAdjustment& all,
+                                        int folds) {
+  const std::vector<BoardView> views = believed_corners(all_views, all);
+  const std::size_t fold_count = std::min(views.size(), static_cast<std::size_t>(folds));
+  std::vector<double> errors(views.size(), 0.0);
+  for (std::size_t fold = 0; fold < fold_count; ++fold) {
+    std::vector<BoardView> kept, tested;
+    std::vector<BoardPose> kept_poses, tested_poses;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      (i % fold_count == fold ? tested : kept).push_back(views[i]);
+      (i % fold_count == fold ? tested_poses : kept_poses).push_back(all.poses[i]);
+    }
+    const auto camera = adjust_boards(kept, all.parameters, kept_poses);
+    if (!camera) return {};
+    const auto result = adjust_poses(tested, camera->parameters, tested_poses);
+    if (!result) return {};
+    for (std::size_t i = fold, k = 0; i < views.size(); i += fold_count, ++k)
+      errors[i] = std::pow(result->corners[k].rms_px(), 2);
+  }
+  return errors;
+}
+
+/// Whether a model may be chosen without having been asked for.
+bool may_be_chosen(const LensCandidate& candidate) {
+  return !candidate.held_out_px2.empty() && candidate.covers_picture();
+}
+
+}  // namespace
+
+double LensCandidate::held_out_rms_px() const { return std::sqrt(mean(held_out_px2)); }
+
+bool LensCandidate::covers_picture() const { return ballservo::covers_picture(adjustment.parameters); }
+
+bool covers_picture(const CameraParameters& parameters) {
+  try {
+    const Camera camera(parameters);
+    const double right = camera.size().width_px - 1.0, bottom = camera.size().height_px - 1.0;
+    for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0, 0), Eigen::Vector2d(right, 0),
+                                          Eigen::Vector2d(0, bottom), Eigen::Vector2d(right, bottom)})
+      if (!camera.unproject(corner)) return false;
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+std::optional<BoardAdjustment> fit_lens(const std::vector<BoardView>& views, ImageSize size,
+                                        LensModel model) {
+  if (model == LensModel::brown8) {
+    // From the polynomial lens, which is the rational one with three zeros, it is not far.
+    const auto brown = fit_lens(views, size, LensModel::brown);
+    if (!brown) return std::nullopt;
+    CameraParameters start = brown->parameters;
+    start.model = model;
+    return adjust_boards(views, start, brown->poses, CornerLoss::robust);
+  }
+  std::optional<BoardAdjustment> best;
+  for (const double focal_px : focal_guesses_px(views, size)) {
+    CameraParameters start;
+    start.model = model;
+    start.size = size;
+    start.fx_px = start.fy_px = focal_px;
+    start.cx_px = 0.5 * (size.width_px - 1);
+    start.cy_px = 0.5 * (size.height_px - 1);
+    const auto poses = board_poses(views, start);
+    if (!poses) continue;
+    auto result = adjust_boards(views, start, *poses, CornerLoss::robust);
+    if (result && (!best || result->rms_px < best->rms_px)) best = std::move(result);
+    if (best && best->rms_px < good_start_rms_px) break;
+  }
+  return best;
+}
+
+std::vector<LensCandidate> lens_candidates(const std::vector<BoardView>& views, ImageSize size,
+                                           std::vector<LensModel> models, int folds) {
+  std::stable_sort(models.begin(), models.end(),
+                   [](LensModel a, LensModel b) { return coefficient_count(a) < coefficient_count(b); });
+  std::vector<LensCandidate> candidates;
+  for (const LensModel model : models) {
+    auto adjustment = fit_lens(views, size, model);
+    if (!adjustment) continue;
+    auto held_out = held_out_errors_px2(views, *adjustment, folds);
+    candidates.push_back({std::move(*adjustment), std::move(held_out)});
+  }
+  return candidates;
+}
+
+std::size_t choose_lens(const std::vector<LensCandidate>& candidates) {
+  std::size_t best = candidates.size();
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (!may_be_chosen(candidates[i])) continue;
+    if (best == candidates.size() || mean(candidates[i].held_out_px2) < mean(candidates[best].held_out_px2))
+      best = i;
+  }
+  if (best == candidates.size()) return 0;
+  for (std::size_t i = 0; i < best; ++i) {
+    if (!may_be_chosen(candidates[i])) continue;
+    std::vector<double> difference;
+    for (std::size_t v = 0; v < candidates[i].held_out_px2.size(); ++v)
+      difference.push_back(candidates[i].held_out_px2[v] - candidates[best].held_out_px2[v]);
+    if (mean(difference) <= standard_error(difference)) return i;
+  }
+  return best;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,40 @@
+// Which lens model a set of boards asks for.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calibration/camera/board_adjustment.hpp"
+#include "calibration/camera/camera.hpp"
+
+namespace ballservo {
+
+/// A model fitted to boards, and how it does on boards that it has not seen.
+struct LensCandidate {
+  BoardAdjustment adjustment;
+  /// Mean squared error (px^2) of each board under the camera that the other boards give (in `folds` groups),
+  /// its pose fitted; empty where some of the boards alone give no camera.
+  std::vector<double> held_out_px2;
+
+  double held_out_rms_px() const;  ///< NaN where there is none
+  /// Whether every corner of the picture has a ray: a choice takes no other.
+  bool covers_picture() const;
+};
+
+/// The camera of that model for these boards, wherever the optimiser has to start from; nothing where none
+/// fits.
+std::optional<BoardAdjustment> fit_lens(const std::vector<BoardView>& views, ImageSize size, LensModel model);
+
+/// All models that can be fitted, the ones with fewer coefficients first.
+std::vector<LensCandidate> lens_candidates(const std::vector<BoardView>& views, ImageSize size,
+                                           std::vector<LensModel> models, int folds);
+
+/// Index of the simplest candidate whose held-out error lies within one standard error of the best one's
+/// (Breiman et al., Classification and Regression Trees, 1984); the candidates come simplest first. The
+/// boards are the same for all, so what counts is the standard error of the differences board by board.
+std::size_t choose_lens(const std::vector<LensCandidate>& candidates);
+
+/// Whether every corner of the picture has a ray.
+bool covers_picture(const CameraParameters& parameters);
+
+}  // namespace ballservo

@@ -1,0 +1,111 @@
+#include "calibration/camera/mixed_cameras.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/files/random.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr int starts = 5, max_rounds = 8;
+// How much the boards' squared errors must fall, in their geometric mean: a few bad pictures are no camera.
+// Splitting the pictures of one camera at will lowers it too: by up to a fifth in real sets of 8 to 20
+// pictures, whose boards are not quite flat.
+constexpr double least_error_ratio = 1.35;
+constexpr double floor_px2 = 0.05 * 0.05;  // below it no error tells anything: no finder is that good
+
+
+struct Group {
+  std::vector<std::size_t> members;
+  std::vector<BoardView> views;
+  std::vector<BoardPose> poses;
+};
+
+Group group_of(const std::vector<BoardView>& views, const BoardAdjustment& together,
+               const std::vector<bool>& second, bool wanted) {
+  Group group;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    if (second[v] != wanted) continue;
+    group.members.push_back(v);
+    group.views.push_back(views[v]);
+    group.poses.push_back(together.poses[v]);
+  }
+  return group;
+}
+
+/// Squared error (px^2) of every view under one camera, its pose fitted.
+std::optional<std::vector<double>> errors_px2(const std::vector<BoardView>& views,
+                                              const BoardAdjustment& together,
+                                              const CameraParameters& camera) {
+  const auto fit = adjust_poses(views, camera, together.poses);
+  if (!fit) return std::nullopt;
+  std::vector<double> errors;
+  for (const CornerResiduals& corners : fit->corners)
+    errors.push_back(std::pow(corners.rms_px(), 2) * static_cast<double>(corners.residuals_px.size()));
+  return errors;
+}
+
+struct Split {
+  std::vector<bool> second;
+  CameraParameters first_camera, second_camera;
+  double error_px2 = 0;
+  std::vector<double> errors_px2;  // of each view
+};
+
+std::optional<Split> improve(const std::vector<BoardView>& views, const BoardAdjustment& together,
+                             std::vector<bool> second, std::size_t least_views) {
+  std::optional<Split> split;
+  for (int round = 0; round < max_rounds; ++round) {
+    const Group a = group_of(views, together, second, false), b = group_of(views, together, second, true);
+    if (a.members.size() < least_views || b.members.size() < least_views) return std::nullopt;
+    const auto fit_a = adjust_boards(a.views, together.parameters, a.poses);
+    const auto fit_b = adjust_boards(b.views, together.parameters, b.poses);
+    if (!fit_a || !fit_b) return std::nullopt;
+    const auto by_a = errors_px2(views, together, fit_a->parameters);
+    const auto by_b = errors_px2(views, together, fit_b->parameters);
+    if (!by_a || !by_b) return std::nullopt;
+    split = Split{second, fit_a->parameters, fit_b->parameters, 0, {}};
+    std::vector<bool> better(views.size());
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      better[v] = (*by_b)[v] < (*by_a)[v];
+      split->errors_px2.push_back(second[v] ? (*by_b)[v] : (*by_a)[v]);
+      split->error_px2 += split->errors_px2.back();
+    }
+    if (better == second) break;
+    second = better;
+  }
+  return split;
+}
+
+}  // namespace
+
+std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& all_views,
+                                                const BoardAdjustment& together, std::size_t least_views) {
+  if (all_views.size() < 2 * least_views) return std::nullopt;
+  const std::vector<BoardView> views = believed_corners(all_views, together);
+  RandomEngine engine = random_stream(0, "mixed cameras");
+  std::optional<Split> best;
+  for (int start = 0; start < starts; ++start) {
+    std::vector<bool> second(views.size());
+    for (std::size_t v = 0; v < views.size(); ++v) second[v] = uniform(engine, 0, 1) < 0.5;
+    if (start == 0)  // as pictures of two cameras most often come: one after the other
+      for (std::size_t v = 0; v < views.size(); ++v) second[v] = v >= views.size() / 2;
+    const auto split = improve(views, together, second, least_views);
+    if (split && (!best || split->error_px2 < best->error_px2)) best = split;
+  }
+  if (!best) return std::nullopt;
+  double corners = 0, log_ratio = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto count = static_cast<double>(views[v].size());
+    corners += count;
+    log_ratio += std::log((std::pow(together.corners[v].rms_px(), 2) + floor_px2) /
+                          (best->errors_px2[v] / count + floor_px2)) /
+                 static_cast<double>(views.size());
+  }
+  if (!(std::exp(log_ratio) > least_error_ratio)) return std::nullopt;
+  return CameraMixture{best->second, best->first_camera, best->second_camera, together.rms_px,
+                       std::sqrt(best->error_px2 / corners)};
+}
+
+}  // namespace ballservo

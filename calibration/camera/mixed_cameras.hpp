@@ -1,0 +1,26 @@
+// Whether pictures of a board come from one camera or from two.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calibration/camera/board_adjustment.hpp"
+
+namespace ballservo {
+
+/// Two cameras that explain the boards where one does not.
+struct CameraMixture {
+  std::vector<bool> second;  ///< of each view: taken with the second camera
+  CameraParameters first_camera, second_camera;
+  double rms_together_px = 0, rms_apart_px = 0;
+};
+
+/// Splits the views into two groups, each with a camera of its own, going back and forth between fitting the
+/// cameras and giving each view to the one that explains it better, from several starts. A mixture is
+/// reported where each group has `least_views` and the error falls by more than that of one camera's pictures
+/// does when they are split like this.
+/// Nothing for fewer than twice `least_views`.
+std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& views,
+                                                const BoardAdjustment& together, std::size_t least_views = 4);
+
+}  // namespace ballservo
