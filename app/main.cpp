@@ -1,5 +1,6 @@
 // The program: parses the command line, runs one command, and turns how it ended into an exit code.
 #include <fmt/format.h>
+#include <glog/logging.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -54,6 +55,8 @@ void add_commands(CLI::App& program, Action& action) {
 void set_up_messages() {
   spdlog::set_default_logger(spdlog::stderr_color_mt("ballservo"));
   spdlog::set_pattern("%n: %l: %v");
+  // Ceres tells through glog of steps that it then retries.
+  FLAGS_minloglevel = google::GLOG_FATAL;
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_ERROR);
 }
 

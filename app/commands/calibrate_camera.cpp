@@ -115,7 +115,7 @@ nlohmann::json results_json(const Boards& boards, const BoardCalibration& result
     json["models_tried"].push_back({{"model", lens_model_name(trial.model)},
                                     {"rms_px", trial.rms_px},
                                     {"held_out_rms_px", trial.held_out_rms_px},
-                                    {"covers_picture", trial.covers_picture}});
+                                    {"usable", trial.usable}});
   return json;
 }
 
@@ -138,8 +138,8 @@ void print_camera(const BoardCalibration& result) {
       fmt::print("model {}: RMS {:.3f} px, on boards held out {:.3f} px{}\n", lens_model_name(trial.model),
                  trial.rms_px, trial.held_out_rms_px,
                  trial.model == p.model ? " (chosen)"
-                 : trial.covers_picture ? ""
-                                        : " (folds over inside the picture)");
+                 : trial.usable         ? ""
+                                        : " (not usable over the whole picture)");
   fmt::print("lens model {}\n", lens_model_name(p.model));
   const auto names = parameter_names(p.model);
   const Eigen::VectorXd values = parameter_vector(p);

@@ -80,7 +80,14 @@ std::optional<Svg> ball_heat_map(const BoardCalibration& calibration, double ran
   plot.unit = "mm";
   plot.picture = calibration.camera.size();
   plot.columns = map->columns, plot.rows = map->rows;
-  for (const auto& sigma : map->sigma_mm) plot.values.push_back(sigma.value_or(std::nan("")));
+  std::vector<double> known;
+  for (const auto& sigma : map->sigma_mm) {
+    plot.values.push_back(sigma.value_or(std::nan("")));
+    if (sigma) known.push_back(*sigma);
+  }
+  // The rim would drown what the rest of the picture has to say.
+  std::nth_element(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2), known.end());
+  plot.high = std::min(*map->worst_mm(), 5 * known[known.size() / 2]);
   plot.width_px = 520;
   return heat_plot(plot);
 }
@@ -121,8 +128,8 @@ void add_figures(Page& page, const CameraReportInput& input) {
     trials.rows.push_back({std::string(lens_model_name(trial.model)), fmt::format("{:.3f}", trial.rms_px),
                            fmt::format("{:.3f}", trial.held_out_rms_px),
                            trial.model == result.camera.parameters().model ? "chosen"
-                           : trial.covers_picture                          ? ""
-                                                  : "folds over inside the picture"});
+                           : trial.usable                                  ? ""
+                                          : "not usable over the whole picture"});
   page.table(trials);
 }
 
@@ -248,7 +255,8 @@ std::string camera_report_html(const CameraReportInput& input) {
       maps.push_back(
           drawing(*map, fmt::format("1-sigma error of a 70 mm ball's centre at {:g} m that the uncertainty "
                                     "of this camera's parameters causes, by the ball's place in the "
-                                    "picture.",
+                                    "picture; "
+                                    "yellow is the scale's end and all above it.",
                                     range_m)));
   if (!maps.empty()) {
     page.heading("In millimetres at the ball");

@@ -42,7 +42,8 @@ struct BallSigmaMap {
 /// A map of `columns` by `rows` places from corner to corner of the picture, for a ball at one distance.
 /// Nothing where the uncertainty is too large to be pushed through the camera.
 std::optional<BallSigmaMap> ball_sigma_map(const Camera& camera, const Eigen::MatrixXd& covariance,
-                                           double diameter_m, double range_m, int columns = 9, int rows = 9);
+                                           double diameter_m, double range_m, int columns = 21,
+                                           int rows = 15);
 
 /// The worst of that map for a ball of 70 mm at 1 m; where no place shows that ball whole (a long lens), in
 /// the picture's middle. Nothing where no such ball can be seen.

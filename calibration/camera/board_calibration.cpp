@@ -15,7 +15,7 @@ std::vector<ModelTrial> trials_of(const std::vector<LensCandidate>& candidates) 
   std::vector<ModelTrial> trials;
   for (const LensCandidate& candidate : candidates)
     trials.push_back({candidate.adjustment.parameters.model, candidate.adjustment.rms_px,
-                      candidate.held_out_rms_px(), candidate.covers_picture()});
+                      candidate.held_out_rms_px(), candidate.usable});
   return trials;
 }
 
@@ -40,10 +40,11 @@ BoardCalibration calibrate_from_boards(ImageSize size, const std::vector<BoardVi
   // Parallel boards first: what they give is absurd in any way it likes.
   BoardCovariance covariance = require_focal_length(views, adjustment);
   BoardCalibration result{require_sensible_camera(views, adjustment), std::move(covariance)};
-  require_one_camera(views, adjustment);
   result.structure_px = residual_structure_px(views, adjustment);
   const std::string misfit = lens_misfit(views, adjustment, result.structure_px);
   if (!misfit.empty() && options.models.size() > 1) throw Refusal(misfit);
+  // A lens that fits nothing fits two halves of the pictures better than all of them.
+  if (misfit.empty()) require_one_camera(views, adjustment);
   result.rms_px = adjustment.rms_px;
   result.held_out_rms_px = candidates[chosen].held_out_rms_px();
   result.coverage = picture_coverage(views, size);

@@ -28,7 +28,7 @@ struct ModelTrial {
   LensModel model;
   double rms_px = 0;
   double held_out_rms_px = 0;
-  bool covers_picture = false;  ///< every corner of the picture has a ray; a choice takes no other
+  bool usable = false;  ///< as lens_choice.hpp has it; a choice takes no other
 };
 
 struct BoardCalibration {

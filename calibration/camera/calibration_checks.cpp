@@ -13,21 +13,20 @@
 #include "calibration/camera/board_calibration.hpp"
 #include "calibration/camera/lens_choice.hpp"
 #include "calibration/camera/mixed_cameras.hpp"
-#include "calibration/camera/residual_structure.hpp"
 #include "calibration/files/fault.hpp"
 
 namespace ballservo {
 namespace {
 
 constexpr std::size_t least_views = 3;
-constexpr double max_focal_sigma = 0.02;  // relative; above, the focal length is not determined
-constexpr double same_angle_rad = 0.2;    // boards within this of each other stand at one angle
-constexpr double same_distance = 1.2;     // ratio of the farthest to the nearest board, at one distance
-constexpr double outlying_view = 3;       // times the median of the views' RMS
-constexpr double least_noise_px = 0.1;    // that any corner finder has: below it an RMS is luck
-constexpr double max_misfit_px = 1.0;     // structure above it is no camera's noise ...
-constexpr double max_misfit_share = 0.5;  // ... nor is as large a part of the RMS ...
-constexpr double least_misfit_px = 0.3;   // ... of at least this
+constexpr double max_focal_sigma = 0.02;     // relative; above, the focal length is not determined
+constexpr double same_angle_rad = 0.2;       // boards within this of each other stand at one angle
+constexpr double same_distance = 1.2;        // ratio of the farthest to the nearest board, at one distance
+constexpr double outlying_view = 3;          // times the median of the views' RMS
+constexpr double least_noise_px = 0.1;       // that any corner finder has: below it an RMS is luck
+constexpr double least_misfit_px = 0.15;     // RMS below which a lens is well explained, whatever the rest
+constexpr double max_misfit_share = 0.7;     // of the RMS that a model with more coefficients may leave
+constexpr double max_structure_share = 0.6;  // of the RMS that may depend on the place in the picture
 
 constexpr const char* what_to_photograph =
     "Photograph the whole board at least three times, better ten, tilted by 20 to 40 degrees to different "
@@ -161,25 +160,34 @@ void require_one_camera(const std::vector<BoardView>& views, const BoardAdjustme
 
 std::string lens_misfit(const std::vector<BoardView>& views, const BoardAdjustment& adjustment,
                         std::optional<double> structure_px) {
-  if (!structure_px || *structure_px < least_misfit_px ||
-      (*structure_px < max_misfit_px && *structure_px < max_misfit_share * adjustment.rms_px))
-    return "";
-  std::string better = "; no other model does. Is the board flat, and every picture sharp?";
-  double best_px = 0.5 * *structure_px;
-  for (const LensModel other : all_lens_models) {
-    const auto fit = fit_lens(views, adjustment.parameters.size, other);
-    const auto left_px = fit ? residual_structure_px(views, *fit) : std::nullopt;
-    if (!left_px || *left_px >= best_px) continue;
-    best_px = *left_px;
-    better = fmt::format(
-        "; the model {} explains them to {:.2f} px: give --model {} (and a --format that holds it)",
-        lens_model_name(other), fit->rms_px, lens_model_name(other));
+  const CameraParameters& p = adjustment.parameters;
+  if (adjustment.rms_px < least_misfit_px) return "";
+  std::vector<LensModel> richer;
+  for (const LensModel model : all_lens_models)
+    if (coefficient_count(model) > coefficient_count(p.model)) richer.push_back(model);
+  std::sort(richer.begin(), richer.end(),
+            [](LensModel m, LensModel n) { return coefficient_count(m) < coefficient_count(n); });
+  std::optional<BoardAdjustment> better;
+  for (const LensModel model : richer) {
+    auto fit = fit_lens(views, p.size, model);
+    // More coefficients have to earn their place among the alternatives too.
+    const double limit_px = better ? 0.9 * better->rms_px : max_misfit_share * adjustment.rms_px;
+    if (fit && fit->rms_px < limit_px) better = std::move(fit);
   }
-  return fmt::format(
-      "the lens model {} does not explain these pictures: {:.2f} px of the RMS of {:.2f} px depend on the "
-      "place "
-      "in the picture{}",
-      lens_model_name(adjustment.parameters.model), *structure_px, adjustment.rms_px, better);
+  const std::string_view name = lens_model_name(p.model);
+  if (better)
+    return fmt::format(
+        "the lens model {} does not explain these pictures: its RMS is {:.2f} px, that of {} {:.2f} px; give "
+        "--model {} (and a --format that holds it)",
+        name, adjustment.rms_px, lens_model_name(better->parameters.model), better->rms_px,
+        lens_model_name(better->parameters.model));
+  if (structure_px && *structure_px > max_structure_share * adjustment.rms_px)
+    return fmt::format(
+        "no lens model explains these pictures: {:.2f} px of {}'s RMS of {:.2f} px depend on the place in "
+        "the "
+        "picture. Is the board flat, the shutter global, every picture sharp?",
+        *structure_px, name, adjustment.rms_px);
+  return "";
 }
 
 std::vector<std::string> calibration_warnings(const std::vector<BoardView>& views,

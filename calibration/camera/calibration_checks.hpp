@@ -27,8 +27,9 @@ Camera require_sensible_camera(const std::vector<BoardView>& views, const BoardA
 /// of each.
 void require_one_camera(const std::vector<BoardView>& views, const BoardAdjustment& adjustment);
 
-/// Where the lens model cannot explain the pictures: by how much, and which model can, in words; empty where
-/// nothing is wrong. `structure_px` as residual_structure.hpp has it.
+/// Where the lens model cannot explain the pictures, in words: a model with more coefficients leaves much
+/// less, or most of the error depends on the place in the picture (`structure_px`, residual_structure.hpp).
+/// Empty where nothing is wrong.
 std::string lens_misfit(const std::vector<BoardView>& views, const BoardAdjustment& adjustment,
                         std::optional<double> structure_px);
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 
+#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/camera/board_covariance.hpp"
 #include "calibration/files/fault.hpp"
 
 namespace ballservo {
@@ -78,14 +80,20 @@ std::vector<double> held_out_errors_px2(const std::vector<BoardView>& all_views,
 
 /// Whether a model may be chosen without having been asked for.
 bool may_be_chosen(const LensCandidate& candidate) {
-  return !candidate.held_out_px2.empty() && candidate.covers_picture();
+  return !candidate.held_out_px2.empty() && candidate.usable;
+}
+
+bool is_usable(const std::vector<BoardView>& views, const BoardAdjustment& adjustment) {
+  if (!covers_picture(adjustment.parameters)) return false;
+  const auto covariance = board_covariance(views, adjustment);
+  constexpr int places_a_side = 5;  // are enough to see whether anything can be told
+  return covariance && ball_sigma_map(Camera(adjustment.parameters), covariance->parameters, 0.070, 1.0,
+                                      places_a_side, places_a_side);
 }
 
 }  // namespace
 
 double LensCandidate::held_out_rms_px() const { return std::sqrt(mean(held_out_px2)); }
-
-bool LensCandidate::covers_picture() const { return ballservo::covers_picture(adjustment.parameters); }
 
 bool covers_picture(const CameraParameters& parameters) {
   try {
@@ -136,7 +144,8 @@ std::vector<LensCandidate> lens_candidates(const std::vector<BoardView>& views, 
     auto adjustment = fit_lens(views, size, model);
     if (!adjustment) continue;
     auto held_out = held_out_errors_px2(views, *adjustment, folds);
-    candidates.push_back({std::move(*adjustment), std::move(held_out)});
+    const bool usable = is_usable(views, *adjustment);
+    candidates.push_back({std::move(*adjustment), std::move(held_out), usable});
   }
   return candidates;
 }

@@ -16,9 +16,11 @@ struct LensCandidate {
   /// its pose fitted; empty where some of the boards alone give no camera.
   std::vector<double> held_out_px2;
 
+  /// Whether every corner of the picture has a ray, and the parameters are known well enough to tell what
+  /// their uncertainty does to a ball: a choice takes no other.
+  bool usable = false;
+
   double held_out_rms_px() const;  ///< NaN where there is none
-  /// Whether every corner of the picture has a ray: a choice takes no other.
-  bool covers_picture() const;
 };
 
 /// The camera of that model for these boards, wherever the optimiser has to start from; nothing where none

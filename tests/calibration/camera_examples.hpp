@@ -1,6 +1,7 @@
 // Cameras of every lens model, bent as real ones are.
 #pragma once
 
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,9 @@ struct CameraExample {
   std::string name;
   CameraParameters parameters;
 };
+
+/// What GoogleTest shows of it.
+inline void PrintTo(const CameraExample& example, std::ostream* stream) { *stream << example.name; }
 
 inline CameraParameters camera_parameters(LensModel model, double focal_px,
                                           const std::array<double, 8>& coefficients) {

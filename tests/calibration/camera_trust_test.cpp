@@ -1,0 +1,187 @@
+// When a calibration is refused or warned about, and what wrong corners, parts of boards and wide lenses do.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/camera/board_calibration.hpp"
+#include "calibration/camera/board_detector.hpp"
+#include "calibration/camera/calibration_checks.hpp"
+#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/camera_difference.hpp"
+#include "calibration/camera/lens_choice.hpp"
+#include "calibration/files/fault.hpp"
+#include "tests/calibration/board_examples.hpp"
+#include "tests/calibration/camera_examples.hpp"
+
+namespace ballservo {
+namespace {
+
+using test::camera_parameters;
+using test::chessboard;
+using test::only;
+using test::random_views;
+using testing::HasSubstr;
+
+const CameraParameters barrel = camera_parameters(LensModel::brown, 533, {-0.28, 0.05, 1e-3, -5e-4, 0.09});
+
+/// The refusal's words; empty where there is none.
+std::string refusal_of(const std::vector<BoardView>& views, const BoardCalibrationOptions& options) {
+  try {
+    calibrate_from_boards({640, 480}, views, options);
+  } catch (const Refusal& refusal) {
+    return refusal.what();
+  }
+  return "";
+}
+
+TEST(WrongCorners, AreSetAsideAndChangeNothing) {
+  const Camera truth(barrel);
+  auto views = random_views(truth, 12, 0.1, 21);
+  const auto clean = calibrate_from_boards({640, 480}, views, only(LensModel::brown));
+  views[3].corners_px[17] += Eigen::Vector2d(9, -4);
+  views[7].corners_px[0] += Eigen::Vector2d(-3, 2);
+  const auto result = calibrate_from_boards({640, 480}, views, only(LensModel::brown));
+  EXPECT_TRUE(result.corners[3].set_aside[17]);
+  EXPECT_TRUE(result.corners[7].set_aside[0]);
+  std::ptrdiff_t aside = 0;
+  for (const CornerResiduals& corners : result.corners)
+    aside += std::count(corners.set_aside.begin(), corners.set_aside.end(), true);
+  EXPECT_EQ(aside, 2);
+  EXPECT_NEAR(result.rms_px, clean.rms_px, 0.002);
+  const Eigen::VectorXd change =
+      parameter_vector(result.camera.parameters()) - parameter_vector(clean.camera.parameters());
+  for (Eigen::Index i = 0; i < change.size(); ++i)
+    EXPECT_LT(std::abs(change(i)), 0.5 * std::sqrt(clean.covariance.parameters(i, i))) << i;
+  EXPECT_EQ(result.warnings.size(), clean.warnings.size() + 2);
+}
+
+TEST(WrongCorners, ABlurredBoardKeepsItsCorners) {
+  const Camera truth(barrel);
+  auto views = random_views(truth, 12, 0.1, 22);
+  RandomEngine engine = random_stream(22, "blur");
+  for (Eigen::Vector2d& corner : views[5].corners_px)
+    corner += 0.7 * Eigen::Vector2d(standard_normal(engine), standard_normal(engine));
+  const auto result = calibrate_from_boards({640, 480}, views, only(LensModel::brown));
+  EXPECT_EQ(std::count(result.corners[5].set_aside.begin(), result.corners[5].set_aside.end(), true), 0);
+}
+
+TEST(PartsOfBoards, GiveTheSameCamera) {
+  const Camera truth(barrel);
+  auto views = random_views(truth, 14, 0, 23);
+  for (std::size_t v = 0; v < views.size(); v += 2) {
+    // The lower half of the board, and named from its own first corner.
+    BoardView part{views[v].name, {}, {}};
+    for (std::size_t i = 27; i < 54; ++i) {
+      part.points_m.push_back(views[v].points_m[i] - views[v].points_m[27]);
+      part.corners_px.push_back(views[v].corners_px[i]);
+    }
+    views[v] = part;
+  }
+  const auto result = calibrate_from_boards({640, 480}, views, only(LensModel::brown));
+  EXPECT_LT(result.rms_px, 1e-5);
+  EXPECT_NEAR(result.camera.parameters().fx_px, 533, 1e-3);
+}
+
+TEST(PartsOfBoards, AreFoundInAPictureThatCutsTheBoardOff) {
+  const Camera camera(barrel);
+  test::PlacedBoard placed;
+  placed.R_CB = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized()).toRotationMatrix();
+  placed.p_CB = {-0.01, -0.06, 0.28};  // its right side lies outside
+  RandomEngine engine = random_stream(0, "part");
+  const cv::Mat picture = test::photographed(test::painted_chessboard(camera, chessboard, placed), 1, engine);
+  const BoardFinding finding = find_board(picture, chessboard);
+  ASSERT_TRUE(finding.view);
+  EXPECT_LT(finding.view->size(), 54u);
+  EXPECT_GE(finding.view->size(), 18u);
+  for (const Eigen::Vector2d& corner : finding.view->corners_px) {
+    double nearest = 1e9;
+    for (const Eigen::Vector3d& point : chessboard.points())
+      if (const auto pixel = camera.project(placed.R_CB * point + placed.p_CB))
+        nearest = std::min(nearest, (*pixel - corner).norm());
+    EXPECT_LT(nearest, 0.25);
+  }
+}
+
+TEST(ChessboardSize, ALargerBoardIsSeen) {
+  const Camera camera(barrel);
+  test::PlacedBoard placed;
+  placed.p_CB = {-0.1, -0.06, 0.4};
+  RandomEngine engine = random_stream(0, "size");
+  const cv::Mat picture = test::photographed(test::painted_chessboard(camera, chessboard, placed), 1, engine);
+  EXPECT_EQ(chessboard_size(picture, parse_board("chessboard:8x5", 0.025)), std::make_pair(9, 6));
+  EXPECT_EQ(chessboard_size(picture, chessboard), std::make_pair(9, 6));
+}
+
+TEST(Refusals, TwoCamerasAreTold) {
+  CameraParameters other = barrel;
+  other.fx_px += 25, other.fy_px += 25, other.cx_px -= 20, other.cy_px += 15, other.coefficients[0] += 0.04;
+  auto views = random_views(Camera(barrel), 9, 0.15, 31);
+  for (const BoardView& view : random_views(Camera(other), 6, 0.15, 32)) views.push_back(view);
+  const std::string text = refusal_of(views, only(LensModel::brown));
+  EXPECT_THAT(text, HasSubstr("two cameras"));
+  EXPECT_THAT(text, HasSubstr("board 31.0"));
+  EXPECT_THAT(text, HasSubstr("board 32.5"));
+  for (const std::uint64_t seed : {41u, 42u, 43u, 44u})
+    EXPECT_EQ(refusal_of(random_views(Camera(barrel), 14, 0.15, seed), only(LensModel::brown)), "") << seed;
+}
+
+TEST(Refusals, SayWhetherAngleOrDistanceIsMissing) {
+  const Camera camera(camera_parameters(LensModel::pinhole, 533, {}));
+  // Parallel to the picture, near and far; then at one distance too.
+  EXPECT_THAT(refusal_of(random_views(camera, 8, 0.1, 4, 1e-3), only(LensModel::pinhole)),
+              HasSubstr("one angle, "));
+  EXPECT_THAT(refusal_of(random_views(camera, 8, 0.1, 4, 1e-3, 0.5, 0.51), only(LensModel::pinhole)),
+              HasSubstr("one angle and one distance"));
+}
+
+TEST(Refusals, AModelThatExplainsNothingOfTheLens) {
+  BoardCalibrationOptions options;
+  options.models = {LensModel::pinhole, LensModel::visp};
+  const Camera fisheye(camera_parameters(LensModel::kannala_brandt, 236, {-0.02, 0.003, -0.001, 0.0001}));
+  const auto views = random_views(fisheye, 14, 0.1, 51);
+  const std::string text = refusal_of(views, options);
+  EXPECT_THAT(text, HasSubstr("does not explain"));
+  EXPECT_THAT(text, HasSubstr("kannala_brandt"));
+  // Named by the user it is a warning; and the right one raises none.
+  const Camera bent(camera_parameters(LensModel::visp, 535, {0.33}));
+  const auto named =
+      calibrate_from_boards({640, 480}, random_views(bent, 14, 0.1, 52), only(LensModel::pinhole));
+  ASSERT_FALSE(named.warnings.empty());
+  EXPECT_THAT(named.warnings.front(), HasSubstr("the lens model pinhole does not explain"));
+  const auto right = calibrate_from_boards({640, 480}, views, only(LensModel::kannala_brandt));
+  for (const std::string& warning : right.warnings) EXPECT_THAT(warning, testing::Not(HasSubstr("explain")));
+  EXPECT_LT(*right.structure_px, 0.05);
+}
+
+TEST(Trust, FocalLengthAndDistanceAreCorrelatedWhereBoardsStandSquarely) {
+  const Camera truth(barrel);
+  const auto flat =
+      calibrate_from_boards({640, 480}, random_views(truth, 12, 0.1, 61, 0.15), only(LensModel::brown));
+  const auto tilted =
+      calibrate_from_boards({640, 480}, random_views(truth, 12, 0.1, 61, 0.9), only(LensModel::brown));
+  EXPECT_GT(flat.covariance.focal_distance_correlation, tilted.covariance.focal_distance_correlation);
+  EXPECT_GT(flat.covariance.focal_distance_correlation, 0.95);
+  EXPECT_GT(flat.covariance.parameters(0, 0), 4 * tilted.covariance.parameters(0, 0));
+  EXPECT_NEAR(tilted.covariance.noise_px, 0.1, 0.01);
+}
+
+TEST(Trust, CornersThatNoBoardReachedAreUncertainAndWarnedOf) {
+  const Camera truth(barrel);
+  auto views = random_views(truth, 60, 0.1, 62, 0.6, 0.3, 0.6);
+  views.erase(std::remove_if(views.begin(), views.end(),
+                             [](const BoardView& view) {
+                               return std::any_of(view.corners_px.begin(), view.corners_px.end(),
+                                                  [](const Eigen::Vector2d& p) { return p.x() > 330; });
+                             }),
+              views.end());
+  ASSERT_GE(views.size(), 6u);
+  const auto result = calibrate_from_boards({640, 480}, views, only(LensModel::brown));
+  EXPECT_LT(result.coverage, 0.65);
+  EXPECT_GT(*result.ball_sigma_mm, 1.2 * *result.covered_ball_sigma_mm);
+  EXPECT_THAT(result.warnings, testing::Contains(HasSubstr("no board came nearer than")));
+}
+
+}  // namespace
+}  // namespace ballservo
