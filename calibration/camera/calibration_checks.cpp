@@ -231,7 +231,7 @@ std::optional<double> covered_ball_sigma_mm(const std::vector<BoardView>& views,
                                             const BoardCalibration& calibration) {
   const auto map = ball_sigma_map(calibration.camera, calibration.covariance.parameters, 0.070, 1.0);
   if (!map) return std::nullopt;
-  const double near_px = 0.1 * calibration.camera.size().width_px;
+  const double near_px = 0.05 * calibration.camera.size().width_px;
   const auto is_covered = [&](const Eigen::Vector2d& place) {
     for (const BoardView& view : views)
       for (const Eigen::Vector2d& corner : view.corners_px)

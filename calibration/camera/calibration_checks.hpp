@@ -37,7 +37,7 @@ std::string lens_misfit(const std::vector<BoardView>& views, const BoardAdjustme
 std::vector<std::string> calibration_warnings(const std::vector<BoardView>& views,
                                               const BoardCalibration& calibration);
 
-/// The worst of ball_uncertainty.hpp's map at the places that have a corner of a board within a tenth of the
+/// The worst of ball_uncertainty.hpp's map at the places that have a corner of a board within a twentieth of the
 /// picture's width: what the calibration is worth where it does not extrapolate.
 std::optional<double> covered_ball_sigma_mm(const std::vector<BoardView>& views,
                                             const BoardCalibration& calibration);
