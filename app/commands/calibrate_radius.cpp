@@ -109,10 +109,10 @@ std::optional<RadiusReading> read_picture(Measurement& task, const Frame& frame,
   if (!ball) return std::nullopt;
   std::optional<RadiusReading> reading;
   if (task.board) {
-    const auto corners = find_board(frame.bgr, *task.board);
-    if (!corners) reason = "the board was not found in it, or is cut off by its border";
-    if (!corners) return std::nullopt;
-    reading = task.reader.on_board(*ball, {task.board->points(), *corners}, task.options.depth_m);
+    const BoardFinding finding = find_board(frame.bgr, *task.board);
+    reason = finding.reason;
+    if (!finding.view) return std::nullopt;
+    reading = task.reader.on_board(*ball, *finding.view, task.options.depth_m);
     if (!reading) reason = "the ball cannot lie on the board's plane";
   } else {
     const Distance& distance = task.distances.at(frame.source);

@@ -31,7 +31,7 @@ Eigen::Isometry3d isometry(const Pose& pose) {
 }
 
 /// Projected minus found corners (px); nothing where one does not project.
-std::optional<Eigen::VectorXd> residuals(const Camera& camera, const BoardPoints& board, const Pose& pose) {
+std::optional<Eigen::VectorXd> residuals(const Camera& camera, const BoardView& board, const Pose& pose) {
   const Eigen::Isometry3d X_CB = isometry(pose);
   Eigen::VectorXd result(2 * static_cast<Eigen::Index>(board.points_m.size()));
   for (std::size_t i = 0; i < board.points_m.size(); ++i) {
@@ -43,7 +43,7 @@ std::optional<Eigen::VectorXd> residuals(const Camera& camera, const BoardPoints
 }
 
 /// A first pose from the rays, on the plane Z = 1.
-std::optional<Pose> first_pose(const Camera& camera, const BoardPoints& board) {
+std::optional<Pose> first_pose(const Camera& camera, const BoardView& board) {
   std::vector<cv::Point3d> object;
   std::vector<cv::Point2d> image;
   for (std::size_t i = 0; i < board.points_m.size(); ++i) {
@@ -72,7 +72,7 @@ struct BoardPose {
 
 /// The pose of least squared distances in pixels (Gauss and Newton, numerical derivatives), with its
 /// covariance by the corners' own scatter.
-std::optional<BoardPose> board_pose(const Camera& camera, const BoardPoints& board) {
+std::optional<BoardPose> board_pose(const Camera& camera, const BoardView& board) {
   const auto start = first_pose(camera, board);
   if (!start) return std::nullopt;
   Pose pose = *start;
@@ -186,7 +186,7 @@ std::optional<RadiusReading> RadiusReader::at_distance(const UnitBall& ball, dou
   return RadiusReading{distance_m / range, std::sqrt(variance), *camera_part};
 }
 
-std::optional<RadiusReading> RadiusReader::on_board(const UnitBall& ball, const BoardPoints& board,
+std::optional<RadiusReading> RadiusReader::on_board(const UnitBall& ball, const BoardView& board,
                                                     double depth_m) const {
   const auto pose = board_pose(camera_, board);
   if (!pose) return std::nullopt;

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/camera/board.hpp"
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {
@@ -19,12 +20,6 @@ namespace ballservo {
 struct UnitBall {
   Eigen::Vector3d center{0, 0, 0};
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-};
-
-/// Points of a flat board (m, board frame, z = 0) and where one picture shows them.
-struct BoardPoints {
-  std::vector<Eigen::Vector3d> points_m;
-  std::vector<Eigen::Vector2d> corners_px;
 };
 
 /// What one picture says of the radius.
@@ -45,7 +40,7 @@ class RadiusReader {
   std::optional<RadiusReading> at_distance(const UnitBall& ball, double distance_m, double sigma_m) const;
   /// From a ball that touches a plane `depth_m` behind the board's face (0: the face itself). Nothing where
   /// the board has no pose, or the ball lies behind the plane.
-  std::optional<RadiusReading> on_board(const UnitBall& ball, const BoardPoints& board, double depth_m) const;
+  std::optional<RadiusReading> on_board(const UnitBall& ball, const BoardView& board, double depth_m) const;
 
  private:
   template <typename Read>

@@ -40,8 +40,9 @@ bool fits(const Grid& part, const Board& board) {
 
 std::optional<Grid> whole_chessboard(const cv::Mat& gray, const Board& board) {
   Grid grid{board.columns, board.rows, {}};
-  if (!cv::findChessboardCorners(gray, cv::Size(board.columns, board.rows), grid.points,
-                                 cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) ||
+  if (!cv::findChessboardCorners(
+          gray, cv::Size(board.columns, board.rows), grid.points,
+          cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK) ||
       !is_whole(grid))
     return std::nullopt;
   return grid;
@@ -127,7 +128,8 @@ void unscale(Grid& grid, double scale) {
   for (cv::Point2f& p : grid.points) p = p * factor + cv::Point2f(shift, shift);
 }
 
-std::pair<int, int> size_of(const Grid& grid) {
+template <class GridOrBoard>
+std::pair<int, int> size_of(const GridOrBoard& grid) {
   return {std::max(grid.columns, grid.rows), std::min(grid.columns, grid.rows)};
 }
 
@@ -138,12 +140,44 @@ cv::Mat gray_of(const cv::Mat& picture) {
   return gray;
 }
 
+/// Whether the cells between the points are in turn dark and light, as a chessboard's are: a grid that skips
+/// squares, or runs on into the background, is not.
+bool alternates(const cv::Mat& gray, const Grid& grid) {
+  constexpr double least_share = 0.95, least_contrast = 8;
+  std::vector<double> levels;
+  std::vector<bool> odd;
+  for (int row = 0; row + 1 < grid.rows; ++row) {
+    for (int column = 0; column + 1 < grid.columns; ++column) {
+      const cv::Point2f middle = 0.25f * (grid.at(row, column) + grid.at(row + 1, column) +
+                                          grid.at(row, column + 1) + grid.at(row + 1, column + 1));
+      const int u = std::clamp(static_cast<int>(std::lround(middle.x)), 0, gray.cols - 1);
+      const int v = std::clamp(static_cast<int>(std::lround(middle.y)), 0, gray.rows - 1);
+      levels.push_back(gray.at<std::uint8_t>(v, u));
+      odd.push_back((row + column) % 2 == 1);
+    }
+  }
+  double sums[2] = {0, 0}, counts[2] = {0, 0};
+  for (std::size_t i = 0; i < levels.size(); ++i) sums[odd[i]] += levels[i], counts[odd[i]] += 1;
+  if (counts[0] == 0 || counts[1] == 0) return false;
+  const double even_mean = sums[0] / counts[0], odd_mean = sums[1] / counts[1];
+  if (std::abs(even_mean - odd_mean) < least_contrast) return false;
+  const double threshold = 0.5 * (even_mean + odd_mean);
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < levels.size(); ++i)
+    if ((levels[i] > threshold) == ((odd[i] ? odd_mean : even_mean) > threshold)) ++right;
+  return static_cast<double>(right) >= least_share * static_cast<double>(levels.size());
+}
+
 BoardFinding find_chessboard(const cv::Mat& gray, const Board& board) {
   BoardFinding finding;
   for (const double scale : search_scales(gray)) {
     const cv::Mat searched = scaled(gray, scale);
-    auto grid = whole_chessboard(searched, board);
-    if (!grid) grid = grown_chessboard(searched, board);
+    auto grid = grown_chessboard(searched, board);
+    if (grid && !alternates(searched, *grid)) grid.reset();
+    if (!grid || size_of(*grid) != size_of(board)) {
+      const auto whole = whole_chessboard(searched, board);
+      if (whole && alternates(searched, *whole)) grid = whole;
+    }
     if (!grid) continue;
     finding.seen = size_of(*grid);
     if (!fits(*grid, board)) continue;

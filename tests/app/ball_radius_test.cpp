@@ -124,16 +124,16 @@ TEST(BallRadius, FromABallThatLiesOnTheBoard) {
     const Eigen::Isometry3d X_CB = view_of_board(azimuth, elevation, 0.5);
     const Eigen::Vector3d p_C = X_CB * Eigen::Vector3d(0.1, 0.185, -radius_m);
     const cv::Mat bgr = board_picture(camera, board, X_CB, p_C, radius_m);
-    const auto corners = find_board(bgr, board);
+    const auto corners = find_board(bgr, board).view;
     ASSERT_TRUE(corners) << azimuth;
     const UnitBall ball = seen_ball(detector, bgr);
-    const auto reading = reader.on_board(ball, {board.points(), *corners}, 0);
+    const auto reading = reader.on_board(ball, *corners, 0);
     ASSERT_TRUE(reading);
     EXPECT_NEAR(reading->radius_m, radius_m, 4 * reading->sigma_m) << azimuth;
     on_face.push_back(*reading);
     // Were it a ball on the table below a board 5 mm thick, it would be larger by as much as the plane is
     // further.
-    const auto below = reader.on_board(ball, {board.points(), *corners}, 0.005);
+    const auto below = reader.on_board(ball, *corners, 0.005);
     ASSERT_TRUE(below);
     EXPECT_GT(below->radius_m, reading->radius_m + 1e-4);
   }
@@ -190,7 +190,7 @@ TEST(BallRadius, ABallBehindTheBoardHasNone) {
   const Board board = parse_board("chessboard:9x6", 0.025);
   const Camera camera = test::pinhole({640, 480}, 620);
   const Eigen::Isometry3d X_CB = view_of_board(1.6, 0.9, 0.5);
-  BoardPoints points{board.points(), {}};
+  BoardView points{"", board.points(), {}};
   for (const Eigen::Vector3d& point : points.points_m)
     points.corners_px.push_back(*camera.project(X_CB * point));
   const RadiusReader reader(camera, unknown);
