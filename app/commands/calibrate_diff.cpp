@@ -62,11 +62,14 @@ nlohmann::json results_json(const ComparedCameras& compared) {
                       {"range_m", compared.options.range_m},
                       {"rotation_rad", {d.rotation_rad.x(), d.rotation_rad.y(), d.rotation_rad.z()}},
                       {"rotation_angle_rad", d.rotation_rad.norm()},
-                      {"difference_rms_px", d.shift_rms_px},
-                      {"difference_max_px", d.shift_max_px},
-                      {"ball_difference_rms_mm", 1e3 * d.ball_rms_m},
-                      {"ball_difference_max_mm", 1e3 * d.ball_max_m},
+                      {"difference_median_px", d.shift_px.median},
+                      {"difference_rms_px", d.shift_px.rms},
+                      {"difference_max_px", d.shift_px.max},
+                      {"ball_difference_median_mm", 1e3 * d.ball_m.median},
+                      {"ball_difference_rms_mm", 1e3 * d.ball_m.rms},
+                      {"ball_difference_max_mm", 1e3 * d.ball_m.max},
                       {"ball_sigma_rms_mm", number(d.ball_sigma_rms_m, 1e3)},
+                      {"ball_difference_sigmas_rms", number(d.sigmas_rms)},
                       {"uncertainty_known_a", compared.known_a},
                       {"uncertainty_known_b", compared.known_b},
                       {"chance", number(d.chance)},
@@ -82,10 +85,11 @@ void print_summary(const ComparedCameras& compared) {
   const Eigen::Vector3d degrees = 180 / 3.14159265358979323846 * d.rotation_rad;
   fmt::print("rotation between their frames, taken out: {:.4f} deg (about x {:.4f}, y {:.4f}, z {:.4f})\n",
              degrees.norm(), degrees.x(), degrees.y(), degrees.z());
-  fmt::print("in the picture: RMS {:.4f} px, at most {:.4f} px\n", d.shift_rms_px, d.shift_max_px);
-  fmt::print("a ball of {:g} mm at {:g} m: RMS {:.3f} mm, at most {:.3f} mm\n",
-             1e3 * compared.options.diameter_m, compared.options.range_m, 1e3 * d.ball_rms_m,
-             1e3 * d.ball_max_m);
+  fmt::print("in the picture: median {:.4f} px, RMS {:.4f} px, at most {:.4f} px\n", d.shift_px.median,
+             d.shift_px.rms, d.shift_px.max);
+  fmt::print("a ball of {:g} mm at {:g} m: median {:.3f} mm, RMS {:.3f} mm, at most {:.3f} mm\n",
+             1e3 * compared.options.diameter_m, compared.options.range_m, 1e3 * d.ball_m.median,
+             1e3 * d.ball_m.rms, 1e3 * d.ball_m.max);
   fmt::print("{}\n", uncertainty_verdict(compared));
 }
 
@@ -95,8 +99,7 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
   faults.throw_if_any();
   const ImageSize size_a = a.camera->size(), size_b = b.camera->size();
   if (size_a != size_b)
-    throw InputError(options.b,
-                     fmt::format("a camera of {} x {} pixels", size_b.width_px, size_b.height_px),
+    throw InputError(options.b, fmt::format("a camera of {} x {} pixels", size_b.width_px, size_b.height_px),
                      fmt::format("one of {} x {}, as {}: two calibrations of one camera", size_a.width_px,
                                  size_a.height_px, options.a));
   std::optional<OutputFolder> report;

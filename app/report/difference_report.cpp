@@ -11,6 +11,7 @@
 namespace ballservo {
 namespace {
 
+constexpr double color_medians = 5;  // the brightest colour stands for so many medians and more
 constexpr double degrees = 180 / 3.14159265358979323846;
 
 std::string mm(double value_m) { return fmt::format("{:.3g} mm", 1e3 * value_m); }
@@ -35,13 +36,17 @@ HeatPlot plot_of(const ComparedCameras& compared, const std::string& title, std:
 }
 
 Svg difference_map(const ComparedCameras& compared, double& arrow_scale) {
-  HeatPlot plot = plot_of(compared, "Difference at the ball, and displacement in the picture",
-                          ball_values_mm(compared.difference, false));
+  const CameraDifference& d = compared.difference;
+  HeatPlot plot =
+      plot_of(compared, "Difference at the ball, and displacement in the picture", ball_values_mm(d, false));
+  plot.high = 1e3 * std::min(d.ball_m.max, color_medians * d.ball_m.median);
   const double spacing = 2.0 * compared.size.width_px / std::max(1, plot.columns - 1);
-  arrow_scale = arrow_scale_for(compared.difference.shift_max_px, 1.5 * spacing);
+  arrow_scale = arrow_scale_for(d.shift_px.median, 0.7 * spacing);
   plot.arrow_scale = arrow_scale;
-  for (const DifferencePlace& place : compared.difference.places)
-    plot.arrows_px.push_back(place.shift_px.value_or(Eigen::Vector2d::Constant(std::nan(""))));
+  for (const DifferencePlace& place : d.places) {
+    const bool drawn = place.shift_px && arrow_scale * place.shift_px->norm() < 3 * spacing;
+    plot.arrows_px.push_back(drawn ? *place.shift_px : Eigen::Vector2d::Constant(std::nan("")));
+  }
   return heat_plot(plot);
 }
 
@@ -79,13 +84,14 @@ std::string uncertainty_verdict(const ComparedCameras& compared) {
     return "The calibrations are so uncertain that what it does to the ball cannot be computed.";
   if (!d.chance)
     return fmt::format(
-        "Only {}'s uncertainty is known: by itself it explains an RMS of {} at the ball. Whether the "
-        "difference is more than both allow cannot be said.",
-        compared.known_a ? compared.name_a : compared.name_b, mm(*d.ball_sigma_rms_m));
+        "Only {}'s uncertainty is known: the difference is {:.2g} times what it alone lets expect at the "
+        "ball "
+        "(RMS over the picture). Whether it is more than both allow cannot be said.",
+        compared.known_a ? compared.name_a : compared.name_b, *d.sigmas_rms);
   const std::string expected = fmt::format(
-      "their uncertainties let an RMS of {} at the ball be expected, and one of {} or more "
-      "happens by chance in {:.2g} % of such pairs",
-      mm(*d.ball_sigma_rms_m), mm(d.ball_rms_m), 100 * *d.chance);
+      "at the ball it is {:.2g} times its sigma (RMS over the picture), and as much or more happens "
+      "by chance in {:.2g} % of such pairs",
+      *d.sigmas_rms, 100 * *d.chance);
   if (*d.chance >= least_chance)
     return "The difference is within what the calibrations' uncertainties allow: " + expected + ".";
   return "The difference is more than the calibrations' uncertainties allow: " + expected +
@@ -95,13 +101,14 @@ std::string uncertainty_verdict(const ComparedCameras& compared) {
 std::string difference_page(const ComparedCameras& compared) {
   const CameraDifference& d = compared.difference;
   Page page("Two cameras compared", compared.name_a + " and " + compared.name_b);
-  page.note(fmt::format("A ball of {:g} mm at {:g} m is read {} apart (RMS over the picture), at most {}.",
-                        1e3 * compared.options.diameter_m, compared.options.range_m, mm(d.ball_rms_m),
-                        mm(d.ball_max_m)));
+  page.note(fmt::format(
+      "A ball of {:g} mm at {:g} m is read {} apart (median over the picture; RMS {}, at most {}).",
+      1e3 * compared.options.diameter_m, compared.options.range_m, mm(d.ball_m.median), mm(d.ball_m.rms),
+      mm(d.ball_m.max)));
   page.paragraph(uncertainty_verdict(compared));
   page.key_values(
-      {{"displacement in the picture, RMS", fmt::format("{:.4f} px", d.shift_rms_px)},
-       {"displacement in the picture, largest", fmt::format("{:.4f} px", d.shift_max_px)},
+      {{"displacement in the picture", fmt::format("median {:.4f} px, RMS {:.4f} px, largest {:.4f} px",
+                                                   d.shift_px.median, d.shift_px.rms, d.shift_px.max)},
        {"rotation taken out", fmt::format("{:.4f} deg (about x {:.4f}, y {:.4f}, z {:.4f})",
                                           degrees * d.rotation_rad.norm(), degrees * d.rotation_rad.x(),
                                           degrees * d.rotation_rad.y(), degrees * d.rotation_rad.z())},
@@ -110,7 +117,8 @@ std::string difference_page(const ComparedCameras& compared) {
   const Svg map = difference_map(compared, arrow_scale);
   page.figure(drawing(
       map, fmt::format("Colour: how far apart the two read the ball's centre. Arrows, {:g} times as long as "
-                       "they are: from where the first camera sees a ray to where the second does. Without "
+                       "they are: from where the first camera sees a ray to where the second does; overlong "
+                       "ones are left out. Without "
                        "colour: the ball would not be wholly in the picture there.",
                        arrow_scale)));
   if (d.ball_sigma_rms_m)
@@ -123,7 +131,7 @@ std::string difference_page(const ComparedCameras& compared) {
       "No board says where a camera's frame points: a frame turned a little, with the principal point moved "
       "to make up for it, fits the same pictures as well. Two good calibrations of one camera may therefore "
       "have principal points some pixels apart and mean the same. So the rotation that brings the two "
-      "sets of rays closest (all places of the picture weighing alike) is applied first; what is left is a "
+      "sets of rays closest over most of the picture is applied first; what is left is a "
       "difference that no turning of the camera explains. Where a robot's mount was measured with the one "
       "camera, the rotation itself counts too: measure it anew with the other.");
   return page.html();

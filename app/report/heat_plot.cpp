@@ -84,13 +84,15 @@ void draw_scale(SvgCanvas& canvas, const HeatPlot& plot, const std::vector<PlotC
   for (int i = 0; i < shades; ++i)
     rectangle(canvas, left, height * (1 - (i + 1.0) / shades), right, height * (1 - i / double{shades}),
               filled(colors[static_cast<std::size_t>(i)]));
+  const bool more = largest(plot.values) > 1.0001 * high;
   for (int k = 0; k <= 4; ++k)
-    canvas.text({right, height * (1 - k / 4.0)},
-                fmt::format("{:.3g}{}", high * k / 4, k == 4 ? " " + plot.unit : ""), TextAnchor::start, 12,
-                PlotColor::text(),
-                {5, k == 4   ? 11.0
-                    : k == 0 ? 0.0
-                             : 4.0});
+    canvas.text(
+        {right, height * (1 - k / 4.0)},
+        fmt::format("{:.3g}{}", high * k / 4, k < 4 ? "" : " " + plot.unit + (more ? " and more" : "")),
+        TextAnchor::start, 12, PlotColor::text(),
+        {5, k == 4   ? 11.0
+            : k == 0 ? 0.0
+                     : 4.0});
 }
 
 }  // namespace
@@ -103,7 +105,7 @@ Svg heat_plot(const HeatPlot& plot) {
   const double high = plot.high && *plot.high > 0 ? *plot.high : largest(plot.values);
   const std::vector<PlotColor> colors = palette();
   SvgCanvasOptions options;
-  options.x_low = -0.5, options.x_high = 1.24 * plot.picture.width_px;
+  options.x_low = -0.5, options.x_high = 1.25 * plot.picture.width_px;
   options.y_low = -0.5, options.y_high = plot.picture.height_px - 0.5;
   options.width_px = plot.width_px;
   options.y_down = true, options.axes = false;

@@ -237,7 +237,9 @@ RadiusEstimate combine_radii(const std::vector<RadiusReading>& readings,
   }
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(count);
   const auto covariance = [&](double scale) {
-    return Eigen::MatrixXd((scale * variances).asDiagonal()) + shared * shared.transpose();
+    Eigen::MatrixXd result = shared * shared.transpose();
+    result.diagonal() += scale * variances;
+    return result;
   };
   const auto best = [&](double scale) {
     const Eigen::VectorXd weights = covariance(scale).ldlt().solve(ones);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int outline_points = 24;
 constexpr double step_sigmas = 0.05;  // small against one sigma, large against rounding
-constexpr int draws = 20000;
+constexpr int rotation_rounds = 20, draws = 20000;
 
 /// A place of the picture with what both cameras read the same there: the pixel, and a ball's outline.
 struct Sight {
@@ -57,20 +57,44 @@ Reading read_sights(const Camera& camera, const std::vector<Sight>& seen, double
   return reading;
 }
 
-/// The rotation R that makes the sum of |b - R a|^2 over the rays that both have least; nothing for fewer
-/// than three.
-std::optional<Eigen::Matrix3d> best_rotation(const Reading& a, const Reading& b) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  int count = 0;
-  for (std::size_t i = 0; i < a.rays.size(); ++i) {
-    if (!a.rays[i] || !b.rays[i]) continue;
-    sum += *b.rays[i] * a.rays[i]->transpose();
-    ++count;
-  }
-  if (count < 3) return std::nullopt;
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The rotation R that makes the sum of w |b - R a|^2 least.
+Eigen::Matrix3d weighted_rotation(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
+                                  const Eigen::VectorXd& weights) {
+  const Eigen::Matrix3d sum = b * weights.asDiagonal() * a.transpose();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
   return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+}
+
+/// The rotation of the rays that both have, by reweighted least squares with Cauchy's weights at the scale of
+/// the median: corners that no board has reached, where the two drift apart without bound, have no say.
+/// Nothing for fewer than three rays.
+std::optional<Eigen::Matrix3d> best_rotation(const Reading& reading_a, const Reading& reading_b) {
+  std::vector<std::size_t> common;
+  for (std::size_t i = 0; i < reading_a.rays.size(); ++i)
+    if (reading_a.rays[i] && reading_b.rays[i]) common.push_back(i);
+  if (common.size() < 3) return std::nullopt;
+  const auto count = static_cast<Eigen::Index>(common.size());
+  Eigen::Matrix3Xd a(3, count), b(3, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    a.col(i) = *reading_a.rays[common[static_cast<std::size_t>(i)]];
+    b.col(i) = *reading_b.rays[common[static_cast<std::size_t>(i)]];
+  }
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(count);
+  Eigen::Matrix3d R_BA = weighted_rotation(a, b, weights);
+  for (int round = 0; round < rotation_rounds; ++round) {
+    const Eigen::VectorXd off = (b - R_BA * a).colwise().norm();
+    const double scale = std::max(1e-12, median({off.data(), off.data() + count}));
+    weights = (1 + (off / scale).array().square()).inverse();
+    R_BA = weighted_rotation(a, b, weights);
+  }
+  return R_BA;
 }
 
 /// The balls' differences, one column a place; NaN where one of the two reads none.
@@ -128,7 +152,7 @@ void add_uncertainty(CameraDifference& difference, const std::vector<Eigen::Matr
                      std::uint64_t seed) {
   Eigen::MatrixXd products =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(axes.size()), static_cast<Eigen::Index>(axes.size()));
-  double sum = 0, variance_sum = 0;
+  double squares = 0, variance_sum = 0;
   int count = 0;
   for (std::size_t i = 0; i < difference.places.size(); ++i) {
     DifferencePlace& place = difference.places[i];
@@ -137,47 +161,54 @@ void add_uncertainty(CameraDifference& difference, const std::vector<Eigen::Matr
     for (std::size_t k = 0; k < axes.size(); ++k)
       here.col(static_cast<Eigen::Index>(k)) = axes[k].col(static_cast<Eigen::Index>(i));
     if (!here.allFinite()) continue;
-    place.ball_sigma_m = here.norm();
-    products += here.transpose() * here;
-    sum += place.ball_m->squaredNorm();
-    variance_sum += here.squaredNorm();
+    const double variance = here.squaredNorm();
+    if (!(variance > 0)) continue;
+    place.ball_sigma_m = std::sqrt(variance);
+    // Each place counts in units of its own sigma: else the worst known corners would decide alone.
+    products += here.transpose() * here / variance;
+    squares += place.ball_m->squaredNorm() / variance;
+    variance_sum += variance;
     ++count;
   }
   if (count == 0) return;
   difference.ball_sigma_rms_m = std::sqrt(variance_sum / count);
+  difference.sigmas_rms = std::sqrt(squares / count);
   if (!both) return;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(products);
-  difference.chance = chance_of(sum, solver.eigenvalues().cwiseMax(0), seed);
+  difference.chance = chance_of(squares, solver.eigenvalues().cwiseMax(0), seed);
+}
+
+DifferenceSpread spread_of(const std::vector<double>& values) {
+  if (values.empty()) return {};
+  double sum = 0;
+  for (const double value : values) sum += value * value;
+  return {median(values), std::sqrt(sum / static_cast<double>(values.size())),
+          *std::max_element(values.begin(), values.end())};
 }
 
 void add_places(CameraDifference& difference, const std::vector<Sight>& seen, const Reading& reading_a,
                 const Reading& reading_b, const Camera& b) {
   const Eigen::Matrix3Xd balls = ball_differences(reading_a, reading_b, difference.R_BA);
-  double shift_sum = 0, ball_sum = 0;
-  int shifts = 0, ball_count = 0;
+  std::vector<double> shifts, ball_distances;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     DifferencePlace& place = difference.places.emplace_back();
     place.pixel_px = seen[i].pixel_px;
     if (reading_a.rays[i] && reading_b.rays[i]) {
       if (const auto pixel = b.project(difference.R_BA * *reading_a.rays[i])) {
         place.shift_px = *pixel - place.pixel_px;
-        shift_sum += place.shift_px->squaredNorm();
-        difference.shift_max_px = std::max(difference.shift_max_px, place.shift_px->norm());
-        ++shifts;
+        shifts.push_back(place.shift_px->norm());
       }
     }
     const Eigen::Vector3d ball = balls.col(static_cast<Eigen::Index>(i));
     if (!ball.allFinite()) continue;
     place.ball_m = ball;
-    ball_sum += ball.squaredNorm();
-    difference.ball_max_m = std::max(difference.ball_max_m, ball.norm());
-    ++ball_count;
+    ball_distances.push_back(ball.norm());
   }
-  if (ball_count == 0)
+  if (ball_distances.empty())
     throw InputError("the ball", "one that is nowhere wholly in the picture, or read by one camera alone",
                      "a smaller --diameter or a larger --range (m)");
-  difference.shift_rms_px = std::sqrt(shift_sum / std::max(1, shifts));
-  difference.ball_rms_m = std::sqrt(ball_sum / ball_count);
+  difference.shift_px = spread_of(shifts);
+  difference.ball_m = spread_of(ball_distances);
 }
 
 }  // namespace

@@ -41,23 +41,29 @@ struct DifferencePlace {
   std::optional<double> ball_sigma_m;
 };
 
+/// How large the differences are over the picture.
+struct DifferenceSpread {
+  double median = 0, rms = 0, max = 0;
+};
+
 struct CameraDifference {
   Eigen::Matrix3d R_BA = Eigen::Matrix3d::Identity();  ///< turns the first's rays onto the second's
   Eigen::Vector3d rotation_rad{0, 0, 0};               ///< the same as rotation vector
   int columns = 0, rows = 0;
   std::vector<DifferencePlace> places;  ///< row by row
-  double shift_rms_px = 0, shift_max_px = 0;
-  double ball_rms_m = 0, ball_max_m = 0;
-  std::optional<double> ball_sigma_rms_m;  ///< what is to be expected of ball_rms_m
-  /// How often two calibrations of one camera, with these uncertainties and independent errors, would differ
-  /// by as large a ball_rms_m; where both uncertainties are known.
+  DifferenceSpread shift_px, ball_m;
+  std::optional<double> ball_sigma_rms_m;  ///< what is to be expected of ball_m.rms
+  std::optional<double> sigmas_rms;        ///< RMS of the balls' differences, each over its own sigma
+  /// How often two calibrations of one camera, with these uncertainties and independent errors, would give as
+  /// large a sigmas_rms; where both uncertainties are known.
   std::optional<double> chance;
 };
 
-/// Compares two cameras of one picture size. The rotation weighs all places alike (Wahba's problem, solved by
-/// singular values: Markley, 1988). Covariances (of the parameters, in parameter_names' order) may be empty:
-/// not known. Throws InputError for different picture sizes, and where the ball is nowhere wholly in the
-/// picture; Refusal where the two have rays for fewer than three places in common.
+/// Compares two cameras of one picture size. The rotation (Wahba's problem, solved by singular values:
+/// Markley, 1988) is that of most of the picture: places where the two drift apart count little. Covariances
+/// (of the parameters, in parameter_names' order) may be empty: not known. Throws InputError for different
+/// picture sizes, and where the ball is nowhere wholly in the picture; Refusal where the two have rays for
+/// fewer than three places in common.
 CameraDifference compare_cameras(const Camera& a, const Eigen::MatrixXd& covariance_a, const Camera& b,
                                  const Eigen::MatrixXd& covariance_b,
                                  const CameraDifferenceOptions& options = {});
