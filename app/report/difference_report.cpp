@@ -32,6 +32,8 @@ HeatPlot plot_of(const ComparedCameras& compared, const std::string& title, std:
   plot.picture = compared.size;
   plot.columns = compared.difference.columns, plot.rows = compared.difference.rows;
   plot.values = std::move(values);
+  plot.high =
+      1e3 * std::min(compared.difference.ball_m.max, color_medians * compared.difference.ball_m.median);
   return plot;
 }
 
@@ -39,7 +41,6 @@ Svg difference_map(const ComparedCameras& compared, double& arrow_scale) {
   const CameraDifference& d = compared.difference;
   HeatPlot plot =
       plot_of(compared, "Difference at the ball, and displacement in the picture", ball_values_mm(d, false));
-  plot.high = 1e3 * std::min(d.ball_m.max, color_medians * d.ball_m.median);
   const double spacing = 2.0 * compared.size.width_px / std::max(1, plot.columns - 1);
   arrow_scale = arrow_scale_for(d.shift_px.median, 0.7 * spacing);
   plot.arrow_scale = arrow_scale;
@@ -84,12 +85,12 @@ std::string uncertainty_verdict(const ComparedCameras& compared) {
     return "The calibrations are so uncertain that what it does to the ball cannot be computed.";
   if (!d.chance)
     return fmt::format(
-        "Only {}'s uncertainty is known: the difference is {:.2g} times what it alone lets expect at the "
+        "Only {}'s uncertainty is known: the difference is {:.1f} times what it alone lets expect at the "
         "ball "
         "(RMS over the picture). Whether it is more than both allow cannot be said.",
         compared.known_a ? compared.name_a : compared.name_b, *d.sigmas_rms);
   const std::string expected = fmt::format(
-      "at the ball it is {:.2g} times its sigma (RMS over the picture), and as much or more happens "
+      "at the ball it is {:.1f} times its sigma (RMS over the picture), and as much or more happens "
       "by chance in {:.2g} % of such pairs",
       *d.sigmas_rms, 100 * *d.chance);
   if (*d.chance >= least_chance)

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "app/report/svg_canvas.hpp"
+#include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
 namespace {
@@ -72,8 +73,10 @@ void draw_arrows(SvgCanvas& canvas, const HeatPlot& plot) {
       const Eigen::Vector2d from((plot.picture.width_px - 1.0) * i / (plot.columns - 1),
                                  (plot.picture.height_px - 1.0) * j / (plot.rows - 1));
       const Eigen::Vector2d& arrow = plot.arrows_px[static_cast<std::size_t>(j * plot.columns + i)];
-      canvas.arrow(from, from + plot.arrow_scale * arrow, halo, 6);
-      canvas.arrow(from, from + plot.arrow_scale * arrow, line, 5);
+      const Eigen::Vector2d to = from + plot.arrow_scale * arrow;
+      if (!is_inside_picture({to}, plot.picture)) continue;
+      canvas.arrow(from, to, halo, 6);
+      canvas.arrow(from, to, line, 5);
     }
   }
 }
@@ -105,7 +108,7 @@ Svg heat_plot(const HeatPlot& plot) {
   const double high = plot.high && *plot.high > 0 ? *plot.high : largest(plot.values);
   const std::vector<PlotColor> colors = palette();
   SvgCanvasOptions options;
-  options.x_low = -0.5, options.x_high = 1.25 * plot.picture.width_px;
+  options.x_low = -0.5, options.x_high = 1.3 * plot.picture.width_px;
   options.y_low = -0.5, options.y_high = plot.picture.height_px - 0.5;
   options.width_px = plot.width_px;
   options.y_down = true, options.axes = false;

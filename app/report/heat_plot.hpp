@@ -20,7 +20,8 @@ struct HeatPlot {
   int columns = 0, rows = 0;
   std::vector<double> values;
   std::optional<double> high;  ///< the value of the brightest colour; the largest one where missing
-  /// Displacements at the same nodes (px), drawn `arrow_scale` times as long; empty: none.
+  /// Displacements at the same nodes (px), drawn `arrow_scale` times as long where they stay in
+  /// the picture; empty: none.
   std::vector<Eigen::Vector2d> arrows_px;
   double arrow_scale = 1;
   int width_px = 760;  ///< of the drawing
