@@ -16,6 +16,11 @@ constexpr double degrees = 180 / 3.14159265358979323846;
 
 std::string mm(double value_m) { return fmt::format("{:.3g} mm", 1e3 * value_m); }
 
+/// Draws tell no more than a thousandth.
+std::string percent(double chance) {
+  return chance < 1e-3 ? "less than 0.1 %" : fmt::format("{:.3g} %", 100 * chance);
+}
+
 std::vector<double> ball_values_mm(const CameraDifference& difference, bool sigma) {
   std::vector<double> values;
   for (const DifferencePlace& place : difference.places) {
@@ -91,8 +96,8 @@ std::string uncertainty_verdict(const ComparedCameras& compared) {
         compared.known_a ? compared.name_a : compared.name_b, *d.sigmas_rms);
   const std::string expected = fmt::format(
       "at the ball it is {:.1f} times its sigma (RMS over the picture), and as much or more happens "
-      "by chance in {:.2g} % of such pairs",
-      *d.sigmas_rms, 100 * *d.chance);
+      "by chance in {} of such pairs",
+      *d.sigmas_rms, percent(*d.chance));
   if (*d.chance >= least_chance)
     return "The difference is within what the calibrations' uncertainties allow: " + expected + ".";
   return "The difference is more than the calibrations' uncertainties allow: " + expected +
