@@ -93,17 +93,22 @@ TEST(CameraDifferenceTest, ALongerFocalLengthPutsTheBallFurther) {
 }
 
 TEST(CameraDifferenceTest, CornersThatDriftApartDoNotTurnTheRest) {
-  // Two lenses that agree in the middle and part beyond it, as where no board has reached.
-  CameraParameters p = camera_parameters(LensModel::brown, 533, {-0.28, 0.08, 0, 0, 0});
+  // Two calibrations of one camera from seven and six pictures, whose boards did not reach the corners: there
+  // the lenses part by hundreds of pixels, and more on the left, which is further from the principal point.
+  CameraParameters p;
+  p.model = LensModel::brown;
+  p.size = {640, 480};
+  p.fx_px = 533.98, p.fy_px = 534.17, p.cx_px = 339.52, p.cy_px = 234.59;
+  p.coefficients = {-0.30330, 0.18976, 0.0013877, -0.00021267, -0.15833};
   const Camera a(p);
-  p.coefficients[4] = 0.3;
-  p.cx_px += 1, p.coefficients[3] = 1e-3;
+  p.fx_px = 533.09, p.fy_px = 533.26, p.cx_px = 344.46, p.cy_px = 232.18;
+  p.coefficients = {-0.25006, -0.23863, 0.00048718, -0.00019812, 0.70765};
   const auto d = compare_cameras(a, unknown, Camera(p), unknown);
-  EXPECT_GT(d.shift_px.max, 10);
-  EXPECT_LT(d.shift_px.median, 1);
+  EXPECT_GT(d.shift_px.max, 100);
+  EXPECT_LT(d.shift_px.median, 0.4);
   for (const DifferencePlace& place : d.places)
-    if ((place.pixel_px - Eigen::Vector2d(322.3, 238.1)).norm() < 80 && place.shift_px) {
-      EXPECT_LT(place.shift_px->norm(), 0.3) << place.pixel_px.transpose();
+    if ((place.pixel_px - Eigen::Vector2d(342, 233)).norm() < 100 && place.shift_px) {
+      EXPECT_LT(place.shift_px->norm(), 0.5) << place.pixel_px.transpose();
     }
 }
 
