@@ -201,7 +201,9 @@ TEST(CalibrationStatistics, AutoFindsTheLensAndTheNoiseLimitsTheRest) {
         "sets\n",
         noise_px, right, near, sets);
     EXPECT_GE(right, 0.9 * sets);
-    if (noise_px < 0.01) EXPECT_GE(near, 0.8 * sets);
+    if (noise_px < 0.01) {
+      EXPECT_GE(near, 0.8 * sets);
+    }
   }
 }
 
