@@ -162,10 +162,10 @@ TEST(CalibrationStatistics, AWideFisheyeFromPaintedBoards) {
   ASSERT_TRUE(fit);
   const CameraDifference difference = compare_cameras(truth, {}, Camera(fit->parameters), {});
   std::printf("RMS of the corners %.4f px; over the picture %.4f px, at most %.4f px\n", fit->rms_px,
-              difference.shift_rms_px, difference.shift_max_px);
+              difference.shift_px.rms, difference.shift_px.max);
   // What is left is the finder's own error of some 0.05 px a corner, extrapolated beyond the boards.
   EXPECT_LT(fit->rms_px, 0.1);
-  EXPECT_LT(difference.shift_rms_px, 0.2);
+  EXPECT_LT(difference.shift_px.rms, 0.2);
 }
 
 /// How far the camera that a choice among lenses finds is from the one that made the boards.
@@ -180,7 +180,7 @@ Choice choice_for(const Camera& truth, double noise_px, std::uint64_t seed) {
                       {LensModel::pinhole, LensModel::visp, LensModel::brown, LensModel::kannala_brandt}, 4);
   const CameraParameters& found = candidates[choose_lens(candidates)].adjustment.parameters;
   return {found.model == truth.parameters().model,
-          compare_cameras(truth, {}, Camera(found), {}).shift_rms_px};
+          compare_cameras(truth, {}, Camera(found), {}).shift_px.rms};
 }
 
 TEST(CalibrationStatistics, AutoFindsTheLensAndTheNoiseLimitsTheRest) {
