@@ -1,0 +1,117 @@
+// Boards from files, folders and videos: what is used, what is remarked on, what is refused; and the report.
+#include "app/io/board_pictures.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <opencv2/imgproc.hpp>
+
+#include "app/io/video_writer.hpp"
+#include "app/report/camera_report.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
+#include "tests/calibration/board_examples.hpp"
+#include "tests/calibration/camera_examples.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace ballservo {
+namespace {
+
+using testing::HasSubstr;
+
+const Camera camera(test::camera_parameters(LensModel::brown, 533, {-0.28, 0.05, 1e-3, -5e-4, 0.09}));
+
+/// Pictures of boards that stand at different places, 8-bit BGR.
+std::vector<cv::Mat> board_photographs(int count) {
+  RandomEngine engine = random_stream(5, "board pictures");
+  std::vector<cv::Mat> pictures;
+  for (int i = 0; i < count; ++i) {
+    const auto placed = test::random_place(camera, test::chessboard, engine, 0.6, 0.25, 0.5, 12);
+    cv::cvtColor(test::photographed(test::painted_chessboard(camera, test::chessboard, placed, 3), 1, engine),
+                 pictures.emplace_back(), cv::COLOR_GRAY2BGR);
+  }
+  return pictures;
+}
+
+BoardSearch search_for(const std::string& board) {
+  return {parse_board(board, 0.025), board, default_max_pixels, 2, true};
+}
+
+class BoardFiles : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  std::string write(const std::string& name, const cv::Mat& picture) const {
+    write_image(path(name), picture);
+    return path(name);
+  }
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(BoardFiles, AVideoGivesEachPlaceOfTheBoardOnce) {
+  const auto photographs = board_photographs(6);
+  VideoFile video(path("boards.mkv"), Overwrite::refuse, 30);
+  for (const cv::Mat& picture : photographs)
+    for (int i = 0; i < 10; ++i) video.write(picture);
+  video.commit();
+  const BoardPictures found = find_boards({path("boards.mkv")}, search_for("chessboard:9x6"));
+  EXPECT_EQ(found.used().size(), 6u);
+  EXPECT_EQ(found.size, (ImageSize{640, 480}));
+  EXPECT_THAT(found.used()[1]->name(), HasSubstr("boards.mkv frame 10"));
+}
+
+TEST_F(BoardFiles, APictureOfAPixelMoreIsUsedAndSaidToBe) {
+  const auto photographs = board_photographs(3);
+  cv::Mat larger;
+  cv::copyMakeBorder(photographs[2], larger, 0, 1, 0, 1, cv::BORDER_REPLICATE);
+  const std::vector<std::string> files{write("a.png", photographs[0]), write("b.png", photographs[1]),
+                                       write("c.png", larger)};
+  const BoardPictures found = find_boards(files, search_for("chessboard:9x6"));
+  ASSERT_EQ(found.used().size(), 3u);
+  EXPECT_EQ(found.size, (ImageSize{640, 480}));
+  EXPECT_THAT(found.used()[2]->remark, HasSubstr("641x481"));
+  EXPECT_EQ(found.used()[0]->remark, "");
+  cv::Mat other;
+  cv::resize(photographs[2], other, cv::Size(800, 600));
+  EXPECT_THROW(find_boards({files[0], files[1], write("d.png", other)}, search_for("chessboard:9x6")),
+               InputError);
+}
+
+TEST_F(BoardFiles, AnotherBoardThanNamedIsRefusedWithItsSize) {
+  const auto photographs = board_photographs(2);
+  std::vector<std::string> files;
+  for (std::size_t i = 0; i < photographs.size(); ++i)
+    files.push_back(write("board" + std::to_string(i) + ".png", photographs[i]));
+  for (const char* wrong : {"chessboard:8x5", "chessboard:10x7"}) {
+    try {
+      find_boards(files, search_for(wrong));
+      ADD_FAILURE() << wrong << " was taken";
+    } catch (const Refusal& refusal) {
+      EXPECT_THAT(refusal.what(), HasSubstr("9x6 inner corners")) << wrong;
+    }
+  }
+  EXPECT_EQ(find_boards(files, search_for("chessboard:6x9")).used().size(), 2u);
+}
+
+TEST(CameraReport, IsOneWholePageWithAdvice) {
+  CameraReportInput input;
+  input.views = test::random_views(camera, 8, 0.1, 3);
+  const BoardCalibration calibration =
+      calibrate_from_boards({640, 480}, input.views, test::only(LensModel::brown));
+  input.calibration = &calibration;
+  input.pictures.assign(8, cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(128)));
+  input.rejected = {{"<dark>.png", "the board was not found in it"}};
+  input.looked_at = 9;
+  const std::string html = camera_report_html(input);
+  EXPECT_THAT(html, HasSubstr("8 of 9 pictures"));
+  EXPECT_THAT(html, HasSubstr("What to do next"));
+  EXPECT_THAT(html, HasSubstr("&lt;dark&gt;.png"));
+  EXPECT_THAT(html, HasSubstr("A ball at 1 m"));
+  EXPECT_THAT(html, testing::Not(HasSubstr("http://")));
+  EXPECT_THAT(calibration_advice(calibration), testing::Contains(HasSubstr("Take more pictures")));
+}
+
+}  // namespace
+}  // namespace ballservo
