@@ -43,7 +43,9 @@ void LightAdaptationOptions::validate() const {
   positive("bounds.tint", bounds.tint);
   positive("follow_s", follow_s);
   positive("sudden", sudden);
-  positive("agreement", agreement);
+  positive("step", step);
+  positive("trust", trust);
+  positive("drift_s", drift_s);
   fraction("min_quality", min_quality);
   fraction("min_fill", min_fill);
   positive("forget_s", forget_s);
@@ -59,18 +61,20 @@ LightAdaptation::LightAdaptation(std::shared_ptr<const ColorTable> taught,
 }
 
 void LightAdaptation::begin(const cv::Mat& bgr) {
+  previous_ = picture_;
   picture_.take(bgr);
+  const SurfaceColor change = picture_.change_since(previous_);
+  picture_change_ += completed(change.log_bgr, change.known);
   sum_ = LogGain::Zero();
   balls_ = 0;
-  at_once_ = false;
+  jumped_ = false;
 }
 
-// Whether the whole picture changed, and as the surface did.
-bool LightAdaptation::picture_agrees(const SurfaceColor& now, const SurfaceColor& before) const {
-  const SurfaceColor change = picture_.change_since(then_);
-  if (largest(change.log_bgr, change.known) < least_change) return false;
-  const Known common = both(change.known, both(now.known, before.known));
-  return any(common) && largest(now.log_bgr - before.log_bgr - change.log_bgr, common) <= options_.agreement;
+// As much of what the balls say as the picture says too, in level and in colour apart (a ball that rolls into
+// a shadow changes its level alone).
+LogGain LightAdaptation::agreed(const LogGain& balls, const LogGain& picture) const {
+  const Eigen::Array3d seen = options_.trust * light_coordinates(picture);
+  return gain_of(light_coordinates(balls).max(seen.min(0.0)).min(seen.max(0.0)));
 }
 
 bool LightAdaptation::may_be_taught_light() const {
@@ -85,61 +89,69 @@ bool LightAdaptation::may_be_taught_light() const {
   return along > 0.5 * whole && whole > least_change * least_change;
 }
 
-bool LightAdaptation::assume_change(const cv::Mat& bgr, const OutlineEllipse& expected,
-                                    const BallLight& light) {
-  const SurfaceColor now = middle_color(bgr, expected);
-  if (!picture_agrees(now, light.last)) return false;
-  // The ball itself says best how much; the picture where the ball is clipped or dark.
-  const SurfaceColor picture = picture_.change_since(then_);
-  const Known by_ball = both(now.known, light.last.known);
-  LogGain change = LogGain::Zero();
-  Known known{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    const auto i = static_cast<Eigen::Index>(c);
-    known[c] = by_ball[c] || picture.known[c];
-    change[i] = by_ball[c] ? now.log_bgr[i] - light.last.log_bgr[i] : picture.log_bgr[i];
-  }
-  before_change_ = gain_;
-  gain_ = options_.bounds.confine(gain_ + completed(change, known));
+bool LightAdaptation::assume_change() {
+  const SurfaceColor change = picture_.change_since(then_);
+  if (largest(change.log_bgr, change.known) < least_change) return false;
+  before_jump_ = gain_;
+  jump(completed(change.log_bgr, change.known));
   rebuild();
   return true;
 }
 
 void LightAdaptation::settle_change(bool found) {
   if (found) return;
-  gain_ = before_change_;
+  jumped_ = false;
+  believe(before_jump_);
   rebuild();
+}
+
+// What the picture says of a sudden change of a ball; nothing where it did not change.
+LogGain LightAdaptation::sudden_change(const SurfaceColor& now, const SurfaceColor& last) const {
+  const SurfaceColor change = picture_.change_since(then_);
+  if (largest(change.log_bgr, change.known) < least_change) return LogGain::Zero();
+  const LogGain picture = completed(change.log_bgr, change.known);
+  LogGain ball = picture;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto i = static_cast<Eigen::Index>(c);
+    if (now.known[c] && last.known[c]) ball[i] = now.log_bgr[i] - last.log_bgr[i];
+  }
+  return agreed(ball, picture);
+}
+
+void LightAdaptation::jump(const LogGain& change) {
+  believe(options_.bounds.confine(gain_ + change));
+  jumped_ = true;
 }
 
 void LightAdaptation::learn(const cv::Mat& bgr, const BallObservation& ball, BallLight& light) {
   if (ball.quality < options_.min_quality || ball.support.fill < options_.min_fill) return;
   const SurfaceColor now = middle_color(bgr, ball.outline);
   if (!any(now.known)) return;
-  const Known common = both(now.known, light.last.known);
-  const bool first = !any(light.last.known) || !any(both(now.known, light.reference.known));
-  const bool sudden = !first && largest(now.log_bgr - light.last.log_bgr, common) > options_.sudden;
-  const bool another_light = sudden && picture_agrees(now, light.last);
-  light.last = now;
-  ++balls_;
-  if (first || (sudden && !another_light)) {  // another thing, or another side of it: the light is as it was
-    light.reference = {now.log_bgr - gain_, now.known};
-    sum_ += gain_;
-    return;
+  const SurfaceColor last = std::exchange(light.last, now);
+  const bool sudden = largest(now.log_bgr - last.log_bgr, both(now.known, last.known)) > options_.sudden;
+  if (!any(both(now.known, light.reference.known)) || sudden) {
+    if (sudden && !jumped_) jump(sudden_change(now, last));
+    light.reference = {now.log_bgr - gain_ - not_light_, now.known};
   }
-  at_once_ |= another_light;
-  const Known known = both(now.known, light.reference.known);
-  const LogGain here = gain_ + completed(now.log_bgr - light.reference.log_bgr - gain_, known);
-  sum_ += here;
-  for (std::size_t c = 0; c < 3; ++c) {  // a channel that comes out of the dark
-    if (!now.known[c] || light.reference.known[c]) continue;
+  // What the ball is too dark or too bright to say, the picture says.
+  LogGain here = checked_ + picture_change_;
+  for (std::size_t c = 0; c < 3; ++c) {
     const auto i = static_cast<Eigen::Index>(c);
-    light.reference.known[c] = true;
-    light.reference.log_bgr[i] = now.log_bgr[i] - here[i];
+    if (!now.known[c]) continue;
+    const double under_taught_light = now.log_bgr[i] - not_light_[i];
+    if (light.reference.known[c]) {
+      here[i] = under_taught_light - light.reference.log_bgr[i];
+    } else {  // a channel that comes out of the dark
+      light.reference.known[c] = true;
+      light.reference.log_bgr[i] = under_taught_light - here[i];
+    }
   }
+  sum_ += here;
+  ++balls_;
 }
 
 void LightAdaptation::return_to_taught() {
-  gain_ = LogGain::Zero();
+  believe(LogGain::Zero());
   rebuild();
 }
 
@@ -147,12 +159,15 @@ void LightAdaptation::finish(double time_s) {
   const double passed_s = std::clamp(time_s - time_s_, 0.0, 1.0);
   time_s_ = time_s;
   if (balls_ > 0) {
-    const double share = at_once_ ? 1 : 1 - std::exp(-passed_s / options_.follow_s);
-    gain_ = options_.bounds.confine(gain_ + share * (sum_ / balls_ - gain_));
+    const LogGain seen = options_.bounds.confine(sum_ / balls_);
+    const double share = 1 - std::exp(-passed_s / options_.follow_s);
+    gain_ += share * (seen - gain_);
+    followed_change_ += share * (picture_change_ - followed_change_);
     then_ = picture_;
     learnt_s_ = time_s;
-  } else if (time_s - learnt_s_ > options_.forget_s) {
-    gain_ = LogGain::Zero();
+    check_step(passed_s);
+  } else {
+    believe(time_s - learnt_s_ > options_.forget_s ? LogGain(LogGain::Zero()) : gain_);
   }
   if (patched_rows_ == ColorTable::side && (gain_ - built_).abs().maxCoeff() > options_.table_step)
     start_patching();
@@ -162,6 +177,25 @@ void LightAdaptation::finish(double time_s) {
     patch_rows(patched_rows_, end);
     patched_rows_ = end;
   }
+}
+
+// What the balls say of a slow change, and the pictures do not, was not the light.
+void LightAdaptation::check_step(double passed_s) {
+  const LogGain step = gain_ - checked_;
+  const LogGain forgotten = std::min(1.0, passed_s / options_.drift_s) * (step - followed_change_);
+  picture_change_ += forgotten;
+  followed_change_ += forgotten;
+  if (step.abs().maxCoeff() < options_.step) return;
+  const LogGain believed = agreed(step, followed_change_);
+  not_light_ += step - believed;
+  gain_ = checked_ = checked_ + believed;
+  picture_change_ -= followed_change_;
+  followed_change_ = LogGain::Zero();
+}
+
+void LightAdaptation::believe(const LogGain& gain) {
+  gain_ = checked_ = gain;
+  picture_change_ = followed_change_ = LogGain::Zero();
 }
 
 void LightAdaptation::start_patching() {

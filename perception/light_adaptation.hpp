@@ -3,8 +3,8 @@
 //
 // What keeps it from learning a wrong thing: only changes in time count. A ball's colour when it is first
 // believed says nothing of the light, however far from the taught colours it lies; what it changes from then
-// on does. A change faster than `sudden` counts only if the whole picture changed alike. So a thing that is
-// merely looked at moves nothing, and one that takes a ball's place moves nothing either.
+// on does. And light is everywhere: a change counts only if the whole picture changed alike. So a thing that
+// is merely looked at moves nothing, and one that takes a ball's place moves nothing either.
 #pragma once
 
 #include <memory>
@@ -16,13 +16,14 @@
 namespace ballservo {
 
 struct LightAdaptationOptions {
-  LightBounds bounds;      ///< how far the table may go from the taught one
-  double follow_s = 0.15;  ///< time constant of following
-  double sudden =
-      0.12;  ///< change of a log channel from picture to picture that calls for the picture's word
-  double agreement = 0.25;    ///< by which ball and picture may differ about a sudden change, log channels
-  double min_quality = 0.6;   ///< of a ball to be learnt from
-  double min_fill = 0.7;      ///< the same of its disc: what is half covered says little
+  LightBounds bounds;         ///< how far the table may go from the taught one
+  double follow_s = 0.15;     ///< time constant of following
+  double sudden = 0.12;       ///< change of a ball's log channel from picture to picture that is a jump
+  double step = 0.06;         ///< a slow change is checked with the picture each time it has come so far
+  double trust = 1.5;         ///< times what the picture says a slow change may be
+  double drift_s = 30;        ///< over which the pictures' own slow changes are forgotten
+  double min_quality = 0.3;   ///< of a ball to be learnt from
+  double min_fill = 0.4;      ///< the same of its disc: what is half covered says little
   double forget_s = 300;      ///< without a ball, and the taught light is back
   double table_step = 0.015;  ///< change of a log channel that is worth patching the table
   int slices = 8;             ///< pictures over which the table is patched; 1 to 64
@@ -55,10 +56,10 @@ class LightAdaptation {
   /// Whether the picture has changed, since a ball was last learnt from, more towards the taught light than
   /// not: without a ball to ask, that table is worth a look too.
   bool may_be_taught_light() const;
-  /// For a confirmed ball that is missing where it is `expected`: if the whole picture changed since a ball
-  /// was last learnt from, and that place in the same way, the table is made for that light, and the picture
-  /// is worth another look; `settle_change` then says whether the ball was there.
-  bool assume_change(const cv::Mat& bgr, const OutlineEllipse& expected, const BallLight& light);
+  /// For a confirmed ball that is missing: if the whole picture changed since a ball was last learnt from,
+  /// the table is made for that light and the picture is worth another look; `settle_change` then says
+  /// whether the ball was there.
+  bool assume_change();
   void settle_change(bool found);
   /// Learns from a confirmed ball that was seen.
   void learn(const cv::Mat& bgr, const BallObservation& ball, BallLight& light);
@@ -67,7 +68,11 @@ class LightAdaptation {
   void finish(double time_s);
 
  private:
-  bool picture_agrees(const SurfaceColor& now, const SurfaceColor& before) const;
+  void check_step(double passed_s);
+  void believe(const LogGain& gain);
+  LogGain agreed(const LogGain& balls, const LogGain& picture) const;
+  LogGain sudden_change(const SurfaceColor& now, const SurfaceColor& last) const;
+  void jump(const LogGain& change);
   void start_patching();
   void patch_rows(int first, int end);
   void rebuild();
@@ -77,13 +82,17 @@ class LightAdaptation {
   LightAdaptationOptions options_;
   LogGain gain_ = LogGain::Zero();   // of the light
   LogGain built_ = LogGain::Zero();  // that the table is made for, or being made for
-  LogGain before_change_ = LogGain::Zero();
+  LogGain before_jump_ = LogGain::Zero();
   int patched_rows_ = ColorTable::side;                                      // of red; fewer while patching
   std::array<std::array<std::uint8_t, ColorTable::side>, 3> taught_cell_{};  // of blue, green, red
-  PictureSamples picture_, then_;  // this one, and the last one with a ball to learn from
-  LogGain sum_ = LogGain::Zero();  // of what the balls of this picture say
+  PictureSamples picture_, previous_, then_;   // this one, the one before, the last with a ball to learn from
+  LogGain checked_ = LogGain::Zero();          // the light when it was last checked with the picture
+  LogGain picture_change_ = LogGain::Zero();   // what the pictures have changed since
+  LogGain followed_change_ = LogGain::Zero();  // the same, followed as slowly as the balls are
+  LogGain not_light_ = LogGain::Zero();        // what balls changed that was not the light
+  LogGain sum_ = LogGain::Zero();              // of what the balls of this picture say
   int balls_ = 0;
-  bool at_once_ = false;  // a sudden change that the picture confirms
+  bool jumped_ = false;  // the light of this picture is another at once
   double time_s_ = 0, learnt_s_ = 0;
 };
 

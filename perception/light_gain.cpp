@@ -7,27 +7,24 @@
 namespace ballservo {
 namespace {
 
-constexpr int dark = 4, clipped = 250;  // grey levels between which a channel is believed
-constexpr double clear_of_rim = 0.7;    // radii
+// Grey levels between which a channel is believed: where it is darker, a response curve lifts the noise above
+// the signal.
+constexpr int dark = 25, clipped = 250;
+constexpr double clear_of_rim = 0.7;  // radii
 constexpr int samples_across = 20;
 
-// 1 / wavelength of blue, green, red, without its mean: where Wien's law moves the log channels.
-const Eigen::Vector3d& temperature_direction() {
-  static const Eigen::Vector3d direction = [] {
+// Columns: level, temperature (1 / wavelength of blue, green and red without its mean: where Wien's law moves
+// the log channels), tint.
+const Eigen::Matrix3d& light_directions() {
+  static const Eigen::Matrix3d directions = [] {
     const Eigen::Vector3d inverse(1 / 450.0, 1 / 540.0, 1 / 600.0);
-    return (inverse.array() - inverse.mean()).matrix().normalized().eval();
+    Eigen::Matrix3d columns;
+    columns.col(0) = Eigen::Vector3d::Ones().normalized();
+    columns.col(1) = (inverse.array() - inverse.mean()).matrix().normalized();
+    columns.col(2) = columns.col(0).cross(columns.col(1));
+    return columns;
   }();
-  return direction;
-}
-
-const Eigen::Vector3d& level_direction() {
-  static const Eigen::Vector3d direction = Eigen::Vector3d::Ones().normalized();
-  return direction;
-}
-
-const Eigen::Vector3d& tint_direction() {
-  static const Eigen::Vector3d direction = level_direction().cross(temperature_direction());
-  return direction;
+  return directions;
 }
 
 // The mean of the values between the quartiles of a histogram; each value counts as far as it lies between.
@@ -42,17 +39,30 @@ double middle_mean(const std::array<std::uint16_t, 256>& counts, int total) {
   return sum / (high - low);
 }
 
+const std::array<float, 256>& log_levels() {
+  static const std::array<float, 256> logs = [] {
+    std::array<float, 256> values{};
+    for (std::size_t i = 1; i < values.size(); ++i) values[i] = std::log(static_cast<float>(i));
+    return values;
+  }();
+  return logs;
+}
+
 bool is_clear(double value) { return value >= dark && value <= clipped; }
 
 }  // namespace
 
+Eigen::Array3d light_coordinates(const LogGain& gain) {
+  return (light_directions().transpose() * gain.matrix()).array();
+}
+
+LogGain gain_of(const Eigen::Array3d& coordinates) {
+  return (light_directions() * coordinates.matrix()).array();
+}
+
 LogGain LightBounds::confine(const LogGain& gain) const {
-  const auto along = [&](const Eigen::Vector3d& direction, double bound) -> Eigen::Vector3d {
-    return std::clamp(direction.dot(gain.matrix()), -bound, bound) * direction;
-  };
-  return (along(level_direction(), level * std::sqrt(3.0)) + along(temperature_direction(), temperature) +
-          along(tint_direction(), tint))
-      .array();
+  const Eigen::Array3d bounds(level * std::sqrt(3.0), temperature, tint);
+  return gain_of(light_coordinates(gain).max(-bounds).min(bounds));
 }
 
 SurfaceColor middle_color(const cv::Mat& bgr, const OutlineEllipse& outline) {
@@ -91,7 +101,8 @@ LogGain completed(const LogGain& change, const std::array<bool, 3>& known) {
   if (count == 2) {  // the one that leaves no tint
     const auto missing = std::find(known.begin(), known.end(), false) - known.begin();
     result[missing] = 0;
-    result[missing] = -tint_direction().dot(result.matrix()) / tint_direction()[missing];
+    const Eigen::Vector3d tint = light_directions().col(2);
+    result[missing] = -tint.dot(result.matrix()) / tint[missing];
     return result;
   }
   const auto only = std::find(known.begin(), known.end(), true) - known.begin();
@@ -113,28 +124,33 @@ void PictureSamples::take(const cv::Mat& bgr) {
 SurfaceColor PictureSamples::change_since(const PictureSamples& then) const {
   SurfaceColor change;
   if (empty() || size_ != then.size_) return change;
-  // Medians by counting ratios in steps of about 2 %, refined by the mean of the step they fall into.
-  constexpr int steps = 401;
-  constexpr double step = 0.02;
+  const std::array<float, 256>& logs = log_levels();
   for (std::size_t c = 0; c < 3; ++c) {
+    // The median by counting ratios in steps of 2 %, then the mean of what lies near it.
+    constexpr int steps = 512;
+    constexpr float step = 0.02f, near = 0.2f;
     std::array<std::uint16_t, steps> counts{};
-    std::array<float, steps> sums{};
-    int total = 0;
+    std::array<float, columns * rows> ratios;
+    std::size_t total = 0;
     for (std::size_t k = 0; k < bgr_.size(); ++k) {
-      const double now = bgr_[k][c], before = then.bgr_[k][c];
-      if (now < 2 * dark || before < 2 * dark || now > clipped || before > clipped) continue;
-      const double ratio = std::log(now / before);
-      const auto bin = static_cast<std::size_t>(std::clamp(ratio / step + 0.5 * steps, 0.0, steps - 1.0));
-      ++counts[bin];
-      sums[bin] += static_cast<float>(ratio);
-      ++total;
+      const std::uint8_t now = bgr_[k][c], before = then.bgr_[k][c];
+      if (std::min(now, before) < dark || std::max(now, before) > clipped) continue;
+      const float ratio = logs[now] - logs[before];
+      ++counts[static_cast<std::size_t>(ratio / step + 0.5f * steps)];
+      ratios[total++] = ratio;
     }
-    if (total < columns * rows / 10) continue;
-    int below = 0;
-    std::size_t bin = 0;
+    if (total < ratios.size() / 10) continue;
+    std::size_t below = 0, bin = 0;
     while (2 * (below + counts[bin]) < total) below += counts[bin++];
+    const float median = step * (static_cast<float>(bin) + 0.5f - 0.5f * steps);
+    float sum = 0, taken = 0;
+    for (std::size_t k = 0; k < total; ++k) {
+      const float is_near = std::abs(ratios[k] - median) < near ? 1.0f : 0.0f;
+      sum += is_near * ratios[k];
+      taken += is_near;
+    }
     change.known[c] = true;
-    change.log_bgr[static_cast<Eigen::Index>(c)] = sums[bin] / static_cast<float>(counts[bin]);
+    change.log_bgr[static_cast<Eigen::Index>(c)] = sum / taken;
   }
   return change;
 }

@@ -18,10 +18,15 @@ using LogGain = Eigen::Array3d;
 /// What lights do. In log channels a change of level moves along (1, 1, 1), a change of colour temperature
 /// along one fixed direction (Planck's law in Wien's form at 450, 540 and 600 nm; Finlayson and Hordley 2001,
 /// "Color constancy at a pixel", J. Opt. Soc. Am. A 18(2)); what is left is a tint.
+/// Coordinates of a gain along unit vectors: level, temperature (colder above 0) and tint.
+Eigen::Array3d light_coordinates(const LogGain& gain);
+LogGain gain_of(const Eigen::Array3d& coordinates);
+
+/// How far the light may go from the taught one.
 struct LightBounds {
   double level = 2.1;        ///< ln of 8: an eighth to eight times the taught level
-  double temperature = 2.4;  ///< along the direction's unit vector: 2500 to 9000 K, in linear light
-  double tint = 0.25;        ///< green against magenta, which no lamp of a temperature does
+  double temperature = 2.4;  ///< coordinate: as from 2500 to 9000 K, in linear light
+  double tint = 0.25;        ///< coordinate: green against magenta, which no lamp of a temperature does
 
   /// The nearest gain within the bounds.
   LogGain confine(const LogGain& gain) const;
@@ -49,8 +54,8 @@ class PictureSamples {
   void take(const cv::Mat& bgr);
   bool empty() const { return size_.empty(); }
 
-  /// The change of the light from then to now: the median over the places. A channel is known where enough
-  /// places show it, neither clipped nor dark, at both times.
+  /// The change of the light from then to now: the mean over the places of what lies near their median. A
+  /// channel is known where enough places show it, neither clipped nor dark, at both times.
   SurfaceColor change_since(const PictureSamples& then) const;
 
  private:

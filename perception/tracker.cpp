@@ -105,24 +105,22 @@ void Tracker::choose_table() {
 
 // A confirmed ball is missing: perhaps the light has changed at once.
 void Tracker::look_under_another_light(const cv::Mat& bgr) {
-  for (std::size_t i = 0; i < followed_.size(); ++i) {
-    if (followed_[i].track.state == Track::State::tentative || is_matched(i)) continue;
-    const TangentCone cone = cone_of(followed_[i].filter.value());
-    const auto expected = project_sphere(detector_.rays().camera(), cone.axis, std::sin(cone.alpha_rad));
-    if (!expected || !light_->assume_change(bgr, *expected, followed_[i].light)) continue;
-    const auto look_again = [&] {
-      look(bgr, nullptr);
-      match();
-    };
-    look_again();
-    const auto match = std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(i));
-    const bool found =
-        match != match_of_seen_.end() &&
-        seen_[static_cast<std::size_t>(match - match_of_seen_.begin())].quality >= newcomer_quality_;
-    light_->settle_change(found);
-    if (found) return;
-    look_again();
-  }
+  const auto is_missing = [&](std::size_t i) {
+    return followed_[i].track.state != Track::State::tentative && !is_matched(i);
+  };
+  std::size_t missing = 0;
+  while (missing < followed_.size() && !is_missing(missing)) ++missing;
+  if (missing == followed_.size() || !light_->assume_change()) return;
+  look(bgr, nullptr);
+  match();
+  const auto found = std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(missing));
+  const bool is_there =
+      found != match_of_seen_.end() &&
+      seen_[static_cast<std::size_t>(found - match_of_seen_.begin())].quality >= newcomer_quality_;
+  light_->settle_change(is_there);
+  if (is_there) return;
+  look(bgr, nullptr);
+  match();
 }
 
 void Tracker::learn_light(const cv::Mat& bgr) {

@@ -60,7 +60,7 @@ TEST(LightAllocation, FollowingTheLightTakesNoMemory) {
     const cv::Mat& bgr = k % 20 < 10 ? bright : dark;  // sudden changes, told by the ball and by the picture
     adaptation.begin(bgr);
     if (k % 20 == 10) {
-      EXPECT_TRUE(adaptation.assume_change(bgr, outline, memory));
+      EXPECT_TRUE(adaptation.assume_change());
       adaptation.settle_change(k % 40 == 10);
     }
     if (k % 7 != 3) adaptation.learn(bgr, ball, memory);
