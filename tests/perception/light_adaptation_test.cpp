@@ -146,9 +146,11 @@ TEST(LightAdaptation, FollowsAJump) {
 // A minute of looking at something of a near colour: it is taken for the ball no more often than by fixed
 // colours, it moves nothing, and the ball is known when it comes back.
 TEST(LightAdaptation, AFalseBallDoesNotBecomeOneByBeingLookedAt) {
-  constexpr int with_ball = 30, without_ball = 1800;
+  constexpr int with_ball = 30, without_ball = 600;
+  constexpr double slow_dt_s = 0.1;  // the rate of a slow camera: a minute in 600 pictures
+  // On the class's border, where it is taken for the ball now and then, and just beyond.
   for (const cv::Vec3b& near_color :
-       {cv::Vec3b(20, 84, 190),cv::Vec3b(20, 83, 190), cv::Vec3b(41, 58, 190), cv::Vec3b(40, 58, 190), cv::Vec3b(20, 38, 190), cv::Vec3b(20, 39, 190), cv::Vec3b(20, 40, 190)}) {
+       {cv::Vec3b(38, 58, 190), cv::Vec3b(20, 41, 190), cv::Vec3b(20, 84, 190)}) {
     const auto scene = [&](bool ball, int k) {
       std::vector<Disc> discs{{aside, near_color}};
       if (ball) discs.push_back({middle, orange});
@@ -162,15 +164,14 @@ TEST(LightAdaptation, AFalseBallDoesNotBecomeOneByBeingLookedAt) {
     for (int k = 0; k < with_ball + without_ball + 5; ++k) {
       const bool away = k >= with_ball && k < with_ball + without_ball;
       const cv::Mat bgr = away ? alone[static_cast<std::size_t>(k) % alone.size()] : scene(true, k);
-      const auto& tracks = adapting.update(bgr, k * dt_s);
+      const auto& tracks = adapting.update(bgr, k * slow_dt_s);
       false_claims += claims(tracks, aside);
-      false_claims_fixed += claims(fixed.update(bgr, k * dt_s), aside);
+      false_claims_fixed += claims(fixed.update(bgr, k * slow_dt_s), aside);
       back = claims(tracks, middle);
     }
     EXPECT_LE(false_claims, false_claims_fixed + without_ball / 100) << near_color;
     EXPECT_LT(adapting.light().abs().maxCoeff(), 0.05) << near_color;
     EXPECT_TRUE(back) << near_color;
-    std::printf("%d %d\n", false_claims, false_claims_fixed);
   }
 }
 
