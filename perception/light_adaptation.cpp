@@ -43,13 +43,14 @@ void LightAdaptationOptions::validate() const {
   positive("bounds.tint", bounds.tint);
   positive("follow_s", follow_s);
   positive("sudden", sudden);
-  positive("step", step);
   positive("trust", trust);
   positive("drift_s", drift_s);
   fraction("min_quality", min_quality);
   fraction("min_fill", min_fill);
   positive("forget_s", forget_s);
   positive("table_step", table_step);
+  positive("significant", significant);
+  positive("level_room", level_room);
   if (slices < 1 || slices > ColorTable::side) faults.add("slices", std::to_string(slices), "1 to 64");
   faults.throw_if_any();
 }
@@ -131,19 +132,18 @@ void LightAdaptation::learn(const cv::Mat& bgr, const BallObservation& ball, Bal
   const bool sudden = largest(now.log_bgr - last.log_bgr, both(now.known, last.known)) > options_.sudden;
   if (!any(both(now.known, light.reference.known)) || sudden) {
     if (sudden && !jumped_) jump(sudden_change(now, last));
-    light.reference = {now.log_bgr - gain_ - not_light_, now.known};
+    light.reference = {now.log_bgr - gain_, now.known};
   }
   // What the ball is too dark or too bright to say, the picture says.
-  LogGain here = checked_ + picture_change_;
+  LogGain here = start_ + picture_change_;
   for (std::size_t c = 0; c < 3; ++c) {
     const auto i = static_cast<Eigen::Index>(c);
     if (!now.known[c]) continue;
-    const double under_taught_light = now.log_bgr[i] - not_light_[i];
     if (light.reference.known[c]) {
-      here[i] = under_taught_light - light.reference.log_bgr[i];
+      here[i] = now.log_bgr[i] - light.reference.log_bgr[i];
     } else {  // a channel that comes out of the dark
       light.reference.known[c] = true;
-      light.reference.log_bgr[i] = under_taught_light - here[i];
+      light.reference.log_bgr[i] = now.log_bgr[i] - here[i];
     }
   }
   sum_ += here;
@@ -159,17 +159,16 @@ void LightAdaptation::finish(double time_s) {
   const double passed_s = std::clamp(time_s - time_s_, 0.0, 1.0);
   time_s_ = time_s;
   if (balls_ > 0) {
-    const LogGain seen = options_.bounds.confine(sum_ / balls_);
-    const double share = 1 - std::exp(-passed_s / options_.follow_s);
-    gain_ += share * (seen - gain_);
-    followed_change_ += share * (picture_change_ - followed_change_);
+    const LogGain change = sum_ / balls_ - start_;
+    const LogGain seen = options_.bounds.confine(start_ + agreed(change, picture_change_));
+    gain_ += (1 - std::exp(-passed_s / options_.follow_s)) * (seen - gain_);
+    picture_change_ += std::min(1.0, passed_s / options_.drift_s) * (change - picture_change_);
     then_ = picture_;
     learnt_s_ = time_s;
-    check_step(passed_s);
   } else {
     believe(time_s - learnt_s_ > options_.forget_s ? LogGain(LogGain::Zero()) : gain_);
   }
-  if (patched_rows_ == ColorTable::side && (gain_ - built_).abs().maxCoeff() > options_.table_step)
+  if (patched_rows_ == ColorTable::side && (table_gain() - built_).abs().maxCoeff() > options_.table_step)
     start_patching();
   if (patched_rows_ < ColorTable::side) {
     const int end = std::min(ColorTable::side,
@@ -179,27 +178,24 @@ void LightAdaptation::finish(double time_s) {
   }
 }
 
-// What the balls say of a slow change, and the pictures do not, was not the light.
-void LightAdaptation::check_step(double passed_s) {
-  const LogGain step = gain_ - checked_;
-  const LogGain forgotten = std::min(1.0, passed_s / options_.drift_s) * (step - followed_change_);
-  picture_change_ += forgotten;
-  followed_change_ += forgotten;
-  if (step.abs().maxCoeff() < options_.step) return;
-  const LogGain believed = agreed(step, followed_change_);
-  not_light_ += step - believed;
-  gain_ = checked_ = checked_ + believed;
-  picture_change_ -= followed_change_;
-  followed_change_ = LogGain::Zero();
+void LightAdaptation::believe(const LogGain& gain) {
+  gain_ = start_ = gain;
+  picture_change_ = LogGain::Zero();
 }
 
-void LightAdaptation::believe(const LogGain& gain) {
-  gain_ = checked_ = gain;
-  picture_change_ = followed_change_ = LogGain::Zero();
+// The light that the table should be made for: the taught one serves a little further than it was taught, in
+// level above all.
+LogGain LightAdaptation::table_gain() {
+  Eigen::Array3d light = light_coordinates(gain_);
+  const double room = options_.level_room * std::sqrt(3.0);
+  light[0] -= std::clamp(light[0], -room, room);
+  const LogGain gain = gain_of(light);
+  significant_ = gain.abs().maxCoeff() > (significant_ ? 0.5 : 1.0) * options_.significant;
+  return significant_ ? gain : LogGain(LogGain::Zero());
 }
 
 void LightAdaptation::start_patching() {
-  built_ = gain_;
+  built_ = table_gain();
   patched_rows_ = 0;
   constexpr int levels = 256 / ColorTable::side;
   for (std::size_t c = 0; c < 3; ++c) {

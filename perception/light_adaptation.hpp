@@ -19,14 +19,17 @@ struct LightAdaptationOptions {
   LightBounds bounds;         ///< how far the table may go from the taught one
   double follow_s = 0.15;     ///< time constant of following
   double sudden = 0.12;       ///< change of a ball's log channel from picture to picture that is a jump
-  double step = 0.06;         ///< a slow change is checked with the picture each time it has come so far
-  double trust = 1.5;         ///< times what the picture says a slow change may be
+  double trust = 1.25;        ///< times what the picture says a slow change may be
   double drift_s = 30;        ///< over which the pictures' own slow changes are forgotten
   double min_quality = 0.3;   ///< of a ball to be learnt from
   double min_fill = 0.4;      ///< the same of its disc: what is half covered says little
   double forget_s = 300;      ///< without a ball, and the taught light is back
   double table_step = 0.015;  ///< change of a log channel that is worth patching the table
-  int slices = 8;             ///< pictures over which the table is patched; 1 to 64
+  /// What the taught table serves by itself, log channels, having been learnt with some room: changes of
+  /// level, and then what is left, which has to come to something. What balls say is never exact.
+  double level_room = 0.2;
+  double significant = 0.1;  ///< left at half of it
+  int slices = 8;            ///< pictures over which the table is patched; 1 to 64
 
   void validate() const;  ///< throws InputError naming every value that makes no sense
 };
@@ -68,11 +71,11 @@ class LightAdaptation {
   void finish(double time_s);
 
  private:
-  void check_step(double passed_s);
   void believe(const LogGain& gain);
   LogGain agreed(const LogGain& balls, const LogGain& picture) const;
   LogGain sudden_change(const SurfaceColor& now, const SurfaceColor& last) const;
   void jump(const LogGain& change);
+  LogGain table_gain();
   void start_patching();
   void patch_rows(int first, int end);
   void rebuild();
@@ -85,14 +88,13 @@ class LightAdaptation {
   LogGain before_jump_ = LogGain::Zero();
   int patched_rows_ = ColorTable::side;                                      // of red; fewer while patching
   std::array<std::array<std::uint8_t, ColorTable::side>, 3> taught_cell_{};  // of blue, green, red
-  PictureSamples picture_, previous_, then_;   // this one, the one before, the last with a ball to learn from
-  LogGain checked_ = LogGain::Zero();          // the light when it was last checked with the picture
-  LogGain picture_change_ = LogGain::Zero();   // what the pictures have changed since
-  LogGain followed_change_ = LogGain::Zero();  // the same, followed as slowly as the balls are
-  LogGain not_light_ = LogGain::Zero();        // what balls changed that was not the light
-  LogGain sum_ = LogGain::Zero();              // of what the balls of this picture say
+  PictureSamples picture_, previous_, then_;  // this one, the one before, the last with a ball to learn from
+  LogGain start_ = LogGain::Zero();           // the light when balls came in view, or jumped
+  LogGain picture_change_ = LogGain::Zero();  // what the pictures have changed since
+  LogGain sum_ = LogGain::Zero();             // of what the balls of this picture say
   int balls_ = 0;
-  bool jumped_ = false;  // the light of this picture is another at once
+  bool significant_ = false;  // whether the light differs enough from the taught one
+  bool jumped_ = false;       // the light of this picture is another at once
   double time_s_ = 0, learnt_s_ = 0;
 };
 

@@ -26,7 +26,7 @@ LogGain gain_of(const Eigen::Array3d& coordinates);
 struct LightBounds {
   double level = 2.1;        ///< ln of 8: an eighth to eight times the taught level
   double temperature = 2.4;  ///< coordinate: as from 2500 to 9000 K, in linear light
-  double tint = 0.25;        ///< coordinate: green against magenta, which no lamp of a temperature does
+  double tint = 0.05;        ///< coordinate: green against magenta, which no lamp of a temperature does
 
   /// The nearest gain within the bounds.
   LogGain confine(const LogGain& gain) const;

@@ -89,7 +89,7 @@ bool claims(const std::vector<Track>& tracks, const Eigen::Vector2d& center_px) 
 
 TEST(LightBounds, GiveTheNearestLightWithinThem) {
   const LightBounds bounds;
-  const LogGain within(-0.4, 0.1, 0.5);
+  const LogGain within = gain_of({0.3, -0.4, 0.02});
   EXPECT_LT((bounds.confine(within) - within).abs().maxCoeff(), 1e-12);
   EXPECT_LT((bounds.confine(LogGain::Constant(9)) - bounds.level).abs().maxCoeff(), 1e-12);
   const LogGain green(0, 3, 0);
