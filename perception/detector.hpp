@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"

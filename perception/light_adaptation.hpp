@@ -3,8 +3,9 @@
 //
 // What keeps it from learning a wrong thing: only changes in time count. A ball's colour when it is first
 // believed says nothing of the light, however far from the taught colours it lies; what it changes from then
-// on does. And light is everywhere: a change counts only if the whole picture changed alike. So a thing that
-// is merely looked at moves nothing, and one that takes a ball's place moves nothing either.
+// on does. And light is everywhere: a change counts only as far as the whole picture changed alike. So a
+// thing that is merely looked at moves nothing, and one that takes or covers a ball's place moves nothing
+// either.
 #pragma once
 
 #include <memory>
