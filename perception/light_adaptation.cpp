@@ -28,6 +28,13 @@ double largest(const LogGain& change, const Known& known) {
   return result;
 }
 
+// As much of what the balls say as the picture says too, in level and in colour apart (a ball that rolls into
+// a shadow changes its level alone).
+LogGain agreed(const LogGain& balls, const LogGain& picture, double trust) {
+  const Eigen::Array3d seen = trust * light_coordinates(picture);
+  return gain_of(light_coordinates(balls).max(seen.min(0.0)).min(seen.max(0.0)));
+}
+
 }  // namespace
 
 void LightAdaptationOptions::validate() const {
@@ -71,13 +78,6 @@ void LightAdaptation::begin(const cv::Mat& bgr) {
   jumped_ = false;
 }
 
-// As much of what the balls say as the picture says too, in level and in colour apart (a ball that rolls into
-// a shadow changes its level alone).
-LogGain LightAdaptation::agreed(const LogGain& balls, const LogGain& picture) const {
-  const Eigen::Array3d seen = options_.trust * light_coordinates(picture);
-  return gain_of(light_coordinates(balls).max(seen.min(0.0)).min(seen.max(0.0)));
-}
-
 bool LightAdaptation::may_be_taught_light() const {
   const SurfaceColor change = picture_.change_since(then_);
   double along = 0, whole = 0;
@@ -116,7 +116,7 @@ LogGain LightAdaptation::sudden_change(const SurfaceColor& now, const SurfaceCol
     const auto i = static_cast<Eigen::Index>(c);
     if (now.known[c] && last.known[c]) ball[i] = now.log_bgr[i] - last.log_bgr[i];
   }
-  return agreed(ball, picture);
+  return agreed(ball, picture, options_.trust);
 }
 
 void LightAdaptation::jump(const LogGain& change) {
@@ -160,9 +160,11 @@ void LightAdaptation::finish(double time_s) {
   time_s_ = time_s;
   if (balls_ > 0) {
     const LogGain change = sum_ / balls_ - start_;
-    const LogGain seen = options_.bounds.confine(start_ + agreed(change, picture_change_));
+    const LogGain seen = options_.bounds.confine(start_ + agreed(change, picture_change_, options_.trust));
     gain_ += (1 - std::exp(-passed_s / options_.follow_s)) * (seen - gain_);
-    picture_change_ += std::min(1.0, passed_s / options_.drift_s) * (change - picture_change_);
+    // What the pictures alone say is forgotten: their sum drifts, and would bear out anything in the end.
+    picture_change_ +=
+        std::min(1.0, passed_s / options_.drift_s) * (agreed(change, picture_change_, 1) - picture_change_);
     then_ = picture_;
     learnt_s_ = time_s;
   } else {

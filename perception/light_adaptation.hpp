@@ -21,7 +21,7 @@ struct LightAdaptationOptions {
   double follow_s = 0.15;     ///< time constant of following
   double sudden = 0.12;       ///< change of a ball's log channel from picture to picture that is a jump
   double trust = 1.25;        ///< times what the picture says a slow change may be
-  double drift_s = 30;        ///< over which the pictures' own slow changes are forgotten
+  double drift_s = 30;        ///< over which is forgotten what the pictures alone say
   double min_quality = 0.3;   ///< of a ball to be learnt from
   double min_fill = 0.4;      ///< the same of its disc: what is half covered says little
   double forget_s = 300;      ///< without a ball, and the taught light is back
@@ -73,7 +73,6 @@ class LightAdaptation {
 
  private:
   void believe(const LogGain& gain);
-  LogGain agreed(const LogGain& balls, const LogGain& picture) const;
   LogGain sudden_change(const SurfaceColor& now, const SurfaceColor& last) const;
   void jump(const LogGain& change);
   LogGain table_gain();

@@ -181,16 +181,20 @@ TEST(LightAdaptation, AThingInTheBallsPlaceTeachesNothing) {
   const cv::Vec3b yellower(20, 80, 190);
   int k = 0;
   for (; k < 60; ++k) tracker.update(picture({{middle, orange}}, {0, 0, 0}, k), k * dt_s);
-  for (; k < 200; ++k) tracker.update(picture({{middle, yellower}}, {0, 0, 0}, k), k * dt_s);
+  const std::vector<cv::Mat> other{picture({{middle, yellower}}, {0, 0, 0}, 1000),
+                                   picture({{middle, yellower}}, {0, 0, 0}, 1001),
+                                   picture({{middle, yellower}}, {0, 0, 0}, 1002)};
+  for (; k < 60 + 1800; ++k) tracker.update(other[static_cast<std::size_t>(k) % other.size()], k * dt_s);
   EXPECT_LT(tracker.light().abs().maxCoeff(), 0.05);
 }
 
-// It slides over the ball, slowly, and stays.
+// It slides over the ball, slowly, and stays for a while.
 TEST(LightAdaptation, AThingThatCoversTheBallTeachesNothing) {
   const cv::Vec3b yellower(20, 80, 190);
   for (const int way_pictures : {10, 40, 100}) {
     Tracker tracker = make_tracker();
-    for (int k = 0; k < 30 + way_pictures + 60; ++k) {
+    const int stays = way_pictures == 40 ? 900 : 60;  // pictures
+    for (int k = 0; k < 30 + way_pictures + stays; ++k) {
       const double share = std::clamp((k - 30.0) / way_pictures, 0.0, 1.0);
       const Eigen::Vector2d cover = middle + (1 - share) * Eigen::Vector2d(0, 2.2 * radius_px);
       tracker.update(picture({{middle, orange}, {cover, yellower}}, {0, 0, 0}, k), k * dt_s);
