@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
@@ -86,6 +87,9 @@ class Detector {
   void set_min_quality(double min_quality) { options_.min_quality = min_quality; }
   const RayTable& rays() const { return *rays_; }
   const ColorTable& colors() const { return *colors_; }
+  const std::shared_ptr<const ColorTable>& shared_colors() const { return colors_; }
+  /// Another table of the same classes, such as one for another light.
+  void set_colors(std::shared_ptr<const ColorTable> colors) { colors_ = std::move(colors); }
 
   /// Refines one voted circle as `detect` does, with the boundary points it was voted from (undistorted, px);
   /// nothing where there is no ball's edge. `input` receives what was used.

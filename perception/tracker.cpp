@@ -47,6 +47,7 @@ void TrackerOptions::validate() const {
 Tracker::Tracker(Detector detector, const TrackerOptions& options)
     : detector_(std::move(detector)), options_(options), newcomer_quality_(detector_.options().min_quality) {
   options_.validate();
+  if (!options_.fixed_colors) light_.emplace(detector_.shared_colors(), options_.light);
   detector_.set_min_quality(std::min(newcomer_quality_, options_.expected_quality));
 }
 
@@ -54,9 +55,14 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   if (!(time_s > time_s_)) return tracks_;
   time_s_ = time_s;
   for (Followed& followed : followed_) followed.filter.predict(time_s);
+  if (light_) {
+    light_->begin(bgr);
+    choose_table();
+  }
 
   look(bgr, stages);
   match();
+  if (light_) look_under_another_light(bgr);
   continue_jumps();
 
   for (std::size_t i = 0; i < followed_.size(); ++i) {
@@ -81,9 +87,53 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
     followed_.push_back(newcomer);
   }
   ++pictures_;
+  if (light_) {
+    learn_light(bgr);
+    light_->finish(time_s);
+  }
   tracks_.clear();
   for (const Followed& followed : followed_) tracks_.push_back(followed.track);
   return tracks_;
+}
+
+// Where no ball is known, the light may be the one that was last seen or, if the picture says so, the taught
+// one again: they take turns until one of them shows a ball.
+void Tracker::choose_table() {
+  if (followed_.empty()) taught_light_ = !taught_light_ && light_->may_be_taught_light();
+  detector_.set_colors(taught_light_ ? light_->taught() : light_->adapted());
+}
+
+// A confirmed ball is missing: perhaps the light has changed at once.
+void Tracker::look_under_another_light(const cv::Mat& bgr) {
+  const auto is_missing = [&](std::size_t i) {
+    return followed_[i].track.state != Track::State::tentative && !is_matched(i);
+  };
+  std::size_t missing = 0;
+  while (missing < followed_.size() && !is_missing(missing)) ++missing;
+  if (missing == followed_.size() || !light_->assume_change()) return;
+  look(bgr, nullptr);
+  match();
+  const auto found = std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(missing));
+  const bool is_there =
+      found != match_of_seen_.end() &&
+      seen_[static_cast<std::size_t>(found - match_of_seen_.begin())].quality >= newcomer_quality_;
+  light_->settle_change(is_there);
+  if (is_there) return;
+  look(bgr, nullptr);
+  match();
+}
+
+void Tracker::learn_light(const cv::Mat& bgr) {
+  for (Followed& followed : followed_) {
+    if (followed.track.state != Track::State::confirmed) continue;
+    if (std::exchange(taught_light_, false)) light_->return_to_taught();
+    light_->learn(bgr, followed.track.ball, followed.light);
+  }
+}
+
+bool Tracker::is_matched(std::size_t followed) const {
+  return std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(followed)) !=
+         match_of_seen_.end();
 }
 
 // Near the predictions first; the whole picture when a ball is missing there, and now and then for newcomers.

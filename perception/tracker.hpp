@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "perception/detector.hpp"
+#include "perception/light_adaptation.hpp"
 #include "perception/track_filter.hpp"
 
 namespace ballservo {
@@ -21,6 +22,8 @@ struct TrackerOptions {
   double expected_quality =
       0.25;  ///< suffices for a ball where a confirmed track expects it; elsewhere the detector's own
   TrackFilterOptions filter;
+  bool fixed_colors = false;  ///< looks with the taught colours alone, whatever the light does
+  LightAdaptationOptions light;
 
   void validate() const;  ///< throws InputError naming every value that makes no sense
 };
@@ -49,6 +52,8 @@ class Tracker {
   const std::vector<Track>& update(const cv::Mat& bgr, double time_s, DetectionStages* stages = nullptr);
 
   const Detector& detector() const { return detector_; }
+  /// The light that is believed now, against the taught one.
+  LogGain light() const { return light_ ? light_->gain() : LogGain::Zero(); }
 
  private:
   struct Followed {
@@ -56,7 +61,12 @@ class Tracker {
     TrackFilter filter;
     int hits = 1;
     double seen_s = 0;
+    BallLight light{};
   };
+  void choose_table();
+  void look_under_another_light(const cv::Mat& bgr);
+  void learn_light(const cv::Mat& bgr);
+  bool is_matched(std::size_t followed) const;
   void look(const cv::Mat& bgr, DetectionStages* stages);
   void look_near_predictions(const cv::Mat& bgr);
   bool is_plausible(const Followed& followed, const BallObservation& ball) const;
@@ -68,6 +78,8 @@ class Tracker {
   Detector detector_;
   TrackerOptions options_;
   double newcomer_quality_;
+  std::optional<LightAdaptation> light_;
+  bool taught_light_ = false;  // looks with the taught table, though the adapted one differs
   std::vector<Followed> followed_;
   std::vector<BallObservation> seen_;  // balls of this picture
   std::vector<int> match_of_seen_;     // index into followed_, or -1

@@ -161,7 +161,9 @@ void add_servo_command(CLI::App& program, Action& action) {
       "\n"
       "Writes manifest.json, log.csv (one row a control step), tracks.csv (what was seen), summary.json,\n"
       "report.html and, with --video, video.mp4. A run that reaches a resting ball ends half a second after\n"
-      "it has stood at the goal for a second.\n"
+      "it has stood at the goal for a second. The colours follow the light; --set fixed_colors=true keeps "
+      "them as "
+      "taught.\n"
       "Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 "
       "interrupted\n"
       "(the run so far is written, its outcome is interrupted).");

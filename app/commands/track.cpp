@@ -26,6 +26,7 @@ struct TrackOptions {
   BallOptions balls;
   std::vector<std::string> sources;
   double fps = 30;
+  bool fixed_colors = false;
   std::filesystem::path output, video, stages;
 };
 
@@ -77,6 +78,8 @@ int run_track(const TrackOptions& options) {
   }
   if (!options.stages.empty()) stages_folder.emplace(options.stages, options.common.overwrite());
 
+  TrackerOptions tracker_options;
+  tracker_options.fixed_colors = options.fixed_colors;
   std::string csv = ball_rows_header();
   TrackTotals totals;
   long total = 0;
@@ -91,7 +94,7 @@ int run_track(const TrackOptions& options) {
       interrupted = interrupt_requested();
       if (interrupted) break;
       const ImageSize size{frame->bgr.cols, frame->bgr.rows};
-      if (!tracker) tracker.emplace(factory.make(size, frame->source));
+      if (!tracker) tracker.emplace(factory.make(size, frame->source), tracker_options);
       const bool staged = stages_folder && index % pictures_between_stages == 0;
       DetectionStages stages;
       const std::vector<Track>& tracks =
@@ -164,11 +167,14 @@ void add_track_command(CLI::App& program, Action& action) {
       "\n"
       "Each video, folder or camera is a sequence of its own; single image files together form one, in the "
       "order given.\n"
+      "The colours follow the light, slow or sudden, by what changes on balls that are being tracked; "
+      "--fixed-colors\nlooks with the colours as they were taught, whatever the light does.\n"
       "Row states: tentative and confirmed claim a ball in this picture, coasting rows are predictions.\n"
       "Exit: 0 saw at least one ball, 1 saw none, 2 bad input.");
   command->add_option("SOURCE", options->sources, "Video files, folders of images, image files, or camera:N")
       ->required();
   add_ball_options(*command, options->balls);
+  command->add_flag("--fixed-colors", options->fixed_colors, "Do not let the colours follow the light");
   command->add_option("--fps", options->fps, "Times pictures that carry no time of their own (Hz)")
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "Rows of all tracks (CSV)")->type_name("FILE.csv");

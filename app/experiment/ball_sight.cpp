@@ -39,8 +39,8 @@ TrackState to_servo(Track::State state) {
 
 class ImageSight final : public BallSight {
  public:
-  ImageSight(Detector detector, ClassIndex target_class)
-      : tracker_(std::move(detector)), target_class_(target_class) {}
+  ImageSight(Detector detector, const TrackerOptions& options, ClassIndex target_class)
+      : tracker_(std::move(detector), options), target_class_(target_class) {}
 
   Sight look(const SightInput& input, std::string& rows) override {
     const std::vector<Track>& tracks = tracker_.update(*input.picture, input.time_s);
@@ -119,7 +119,7 @@ class GeometricSight final : public BallSight {
 
 std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_ptr<const ColorTable> colors,
                                             const Ball& target, const std::vector<Ball>& balls,
-                                            std::uint64_t seed) {
+                                            std::uint64_t seed, bool fixed_colors) {
   const auto target_class = colors->find(target.class_name);
   if (!target_class) {
     std::string known = "one of the colours file's classes:";
@@ -134,8 +134,10 @@ std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_pt
       options.radii[*color_class - 1u].radius_m = ball.radius_m();
   }
   options.radii[*target_class - 1u].radius_m = target.radius_m();
+  TrackerOptions tracker;
+  tracker.fixed_colors = fixed_colors;
   return std::make_unique<ImageSight>(
-      Detector(std::make_shared<RayTable>(camera), std::move(colors), options), *target_class);
+      Detector(std::make_shared<RayTable>(camera), std::move(colors), options), tracker, *target_class);
 }
 
 std::unique_ptr<BallSight> make_geometric_sight(const Camera& camera, const Ball& target,

@@ -46,10 +46,11 @@ class BallSight {
 
 /// Level image. The target is the first track of its class that was confirmed, for as long as it lives; until
 /// then the best tentative one. `diameters_m` hold each class's ball, 0 where it is not known; the target's
-/// class must be in `colors` (InputError, which names those that are).
+/// class must be in `colors` (InputError, which names those that are). The colours follow the light unless
+/// `fixed_colors`.
 std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_ptr<const ColorTable> colors,
                                             const Ball& target, const std::vector<Ball>& balls,
-                                            std::uint64_t seed);
+                                            std::uint64_t seed, bool fixed_colors);
 
 /// Levels geometric and truth (`options.exact`).
 std::unique_ptr<BallSight> make_geometric_sight(const Camera& camera, const Ball& target,

@@ -20,7 +20,8 @@ std::unique_ptr<BallSight> make_sight(const Scenario& scenario, const RunOptions
     throw InputError(scenario.file.string() + ": colors", "nothing",
                      "a colours file, which perception from images needs");
   }
-  return make_image_sight(scenario.camera.camera, options.colors, target, scenario.world.balls, options.seed);
+  return make_image_sight(scenario.camera.camera, options.colors, target, scenario.world.balls, options.seed,
+                          scenario.fixed_colors);
 }
 
 }  // namespace

@@ -194,6 +194,7 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   scenario.duration_s = root.number("duration_s", {0, 3600, true, false, "s"}, 30.0);
   const std::string colors = root.text("colors", "");
   if (!colors.empty()) scenario.colors = beside(file, colors);
+  scenario.fixed_colors = root.boolean("fixed_colors", false);
 
   ScenarioReading reading;
   reading.camera_ok = read_camera_settings(yaml, file, scenario.camera, reading.mount_ok);

@@ -46,6 +46,7 @@ struct Scenario {
   CameraSettings camera;
   RobotSettings robot;
   std::filesystem::path colors;  ///< empty: none named
+  bool fixed_colors = false;     ///< perception from images looks with the colours as they were taught
   World world;
   std::size_t target = 0;  ///< index of the target among world.balls
   double target_distance_m = 0.8;

@@ -5,12 +5,15 @@
 #include <set>
 #include <string>
 
+#include "calibration/files/numbers.hpp"
+
 namespace ballservo {
 
 namespace {
 
 const NumberRange place_m = NumberRange::within(-100, 100, "m");
 const NumberRange share = NumberRange::within(0, 1, "");
+const NumberRange temperature_k = NumberRange::within(min_temperature_k, max_temperature_k, "K");
 
 NumberRange size_m(double high) { return {0, high, true, false, "m"}; }
 
@@ -71,9 +74,25 @@ Room read_room(YamlNode root) {
   return room;
 }
 
-Motion read_motion(YamlNode& ball) {
+WaypointMotion read_waypoints(YamlNode& node, const Eigen::Vector3d& start_m) {
+  WaypointMotion motion;
+  motion.points.push_back({0, start_m});
+  for (YamlNode& item : node.list("points", true)) {
+    const double time_s = item.number("time_s", {0, 3600, true, false, "s"});
+    if (time_s <= motion.points.back().time_s) {
+      item.fault("time_s", number_text(time_s), "a time after the point before (the start is at 0 s)");
+    }
+    motion.points.push_back({time_s,
+                             {item.number("x_m", place_m), item.number("y_m", place_m),
+                              item.number("z_m", place_m, start_m.z())}});
+  }
+  return motion;
+}
+
+Motion read_motion(YamlNode& ball, const Eigen::Vector3d& start_m) {
   YamlNode node = ball.map("motion", false);
-  const std::string type = node.choice("type", {"static", "linear", "circle"}, "static");
+  const std::string type = node.choice("type", {"static", "linear", "circle", "waypoints"}, "static");
+  if (type == "waypoints") return read_waypoints(node, start_m);
   if (type == "linear") {
     LinearMotion motion;
     YamlNode velocity = node.map("velocity");
@@ -111,7 +130,7 @@ Ball read_ball(YamlNode& node) {
   YamlNode position = node.map("position");
   ball.position_m = {position.number("x_m", place_m), position.number("y_m", place_m),
                      position.number("z_m", place_m, ball.diameter_m / 2)};
-  ball.motion = read_motion(node);
+  ball.motion = read_motion(node, ball.position_m);
   ball.sonar = node.boolean("sonar", false);
   Material painted;
   painted.specular = 0.30;
@@ -165,7 +184,25 @@ Rgb read_light_color(YamlNode& node, const Rgb& fallback) {
   return {rgb[0], rgb[1], rgb[2]};
 }
 
+/// How a light changes: its list `changes`, each entry as the one before where it says nothing.
+LightCourse read_course(YamlNode& light, double white_balance_k) {
+  LightCourse course{white_balance_k, {}};
+  LightKey key{0, white_balance_k, 1};
+  for (YamlNode& item : light.list("changes")) {
+    const double time_s = item.number("time_s", NumberRange::within(0, 3600, "s"));
+    if (time_s < key.time_s) {
+      item.fault("time_s", number_text(time_s), "a time not before that of the entry before");
+    }
+    key = {time_s, item.number("temperature_k", temperature_k, key.temperature_k),
+           item.number("level", NumberRange::within(0, 100, ""), key.level)};
+    course.keys.push_back(key);
+  }
+  return course;
+}
+
 void read_lights(YamlNode root, World& world) {
+  const double white_balance_k =
+      root.map("camera", false).number("white_balance_k", temperature_k, LightCourse{}.white_balance_k);
   const Rgb warm(4.2, 4.0, 3.7);
   std::vector<YamlNode> items = root.list("lights");
   if (items.empty()) {
@@ -185,8 +222,13 @@ void read_lights(YamlNode root, World& world) {
   for (YamlNode& node : items) {
     const std::string type = node.choice("type", {"point", "ambient"});
     const Rgb color = read_light_color(node, type == "point" ? warm : Rgb(0.40, 0.41, 0.43));
+    const LightCourse course = read_course(node, white_balance_k);
     if (type == "ambient") {
-      world.ambient += color;
+      if (course.keys.empty()) {
+        world.ambient += color;
+      } else {
+        world.changing_ambient.push_back({color, course});
+      }
       continue;
     }
     Light light;
@@ -195,11 +237,13 @@ void read_lights(YamlNode root, World& world) {
                         position.number("z_m", NumberRange::within(0.1, 20, "m"))};
     light.intensity = color;
     light.radius_m = node.number("radius_m", NumberRange::within(0, 2, "m"), 0.2);
+    light.course = course;
     world.lights.push_back(light);
   }
   const double level = root.number("light_level", NumberRange::within(0, 100, ""), 1.0);
   for (Light& light : world.lights) light.intensity *= level;
   world.ambient *= level;
+  for (AmbientLight& light : world.changing_ambient) light.intensity *= level;
 }
 
 }  // namespace

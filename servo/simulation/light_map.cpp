@@ -36,7 +36,7 @@ std::array<SurfaceFrame, 6> surface_frames(const Room& room) {
 
 }  // namespace
 
-LightMap::LightMap(const World& world) {
+LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
   World still = world;
   still.balls.clear();
   const Scene scene(still, 0);
@@ -45,7 +45,7 @@ LightMap::LightMap(const World& world) {
     const Material& material = surface == 0   ? world.room.floor
                                : surface == 1 ? world.room.ceiling
                                               : world.room.wall;
-    if (material.luminous) continue;
+    if (material.luminous || lamps_ == 0) continue;
     const SurfaceFrame& frame = frames[surface];
     Grid& grid = grids_[surface];
     const Eigen::Vector2d extent = frame.high - frame.low;
@@ -56,35 +56,43 @@ LightMap::LightMap(const World& world) {
     grid.rows = count(extent.y());
     grid.origin_m = frame.low;
     grid.cells_per_m = {(grid.columns - 1) / extent.x(), (grid.rows - 1) / extent.y()};
-    grid.values.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows));
+    grid.values.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows) * lamps_);
     tbb::parallel_for(0, grid.rows, [&](int row) {
       for (int column = 0; column < grid.columns; ++column) {
         const double u = frame.low.x() + column / grid.cells_per_m.x();
         const double v = frame.low.y() + row / grid.cells_per_m.y();
         const Eigen::Vector3d p = frame.origin + u * frame.u + v * frame.v;
-        grid.values[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
-                    static_cast<std::size_t>(column)] = scene.lamp_light(p, frame.normal).cast<float>();
+        float* const shares =
+            &grid.values[(static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
+                          static_cast<std::size_t>(column)) *
+                         lamps_];
+        for (std::size_t k = 0; k < lamps_; ++k)
+          shares[k] = static_cast<float>(scene.lamp_share(k, p, frame.normal));
       }
     });
   }
 }
 
-Rgb LightMap::light(int surface, const Eigen::Vector2d& uv_m) const {
+Rgb LightMap::light(int surface, const Eigen::Vector2d& uv_m, const std::vector<Light>& lights) const {
   const Grid& grid = grids_[static_cast<std::size_t>(surface)];
-  if (grid.columns == 0) return Rgb::Zero();
+  if (grid.columns == 0 || lamps_ == 0) return Rgb::Zero();
   const double x =
       std::clamp((uv_m.x() - grid.origin_m.x()) * grid.cells_per_m.x(), 0.0, grid.columns - 1.000001);
   const double y =
       std::clamp((uv_m.y() - grid.origin_m.y()) * grid.cells_per_m.y(), 0.0, grid.rows - 1.000001);
   const int column = static_cast<int>(x), row = static_cast<int>(y);
   const auto fx = static_cast<float>(x - column), fy = static_cast<float>(y - row);
-  const Eigen::Vector3f* low =
-      &grid.values[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
-                   static_cast<std::size_t>(column)];
-  const Eigen::Vector3f* high = low + grid.columns;
-  const Eigen::Vector3f value =
-      (1 - fy) * ((1 - fx) * low[0] + fx * low[1]) + fy * ((1 - fx) * high[0] + fx * high[1]);
-  return value.cast<double>();
+  const std::size_t stride = static_cast<std::size_t>(grid.columns) * lamps_;
+  const float* low =
+      &grid.values[static_cast<std::size_t>(row) * stride + static_cast<std::size_t>(column) * lamps_];
+  const float* high = low + stride;
+  Rgb sum = Rgb::Zero();
+  for (std::size_t k = 0; k < lamps_; ++k) {
+    const float share = (1 - fy) * ((1 - fx) * low[k] + fx * low[k + lamps_]) +
+                        fy * ((1 - fx) * high[k] + fx * high[k + lamps_]);
+    sum += share * lights[k].intensity;
+  }
+  return sum;
 }
 
 }  // namespace ballservo

@@ -68,6 +68,9 @@ double corner_light(double distance) { return 1.0 - 0.28 / (1.0 + 25.0 * distanc
 
 Scene::Scene(const World& world, double time_s, const LightMap* light_map)
     : room_(world.room), lights_(world.lights), ambient_(world.ambient), light_map_(light_map) {
+  for (Light& light : lights_) light.intensity = light.intensity.cwiseProduct(light.course.gain(time_s));
+  for (const AmbientLight& light : world.changing_ambient)
+    ambient_ += light.intensity.cwiseProduct(light.course.gain(time_s));
   for (const Ball& ball : world.balls) balls_.push_back({ball.p_WB(time_s), ball.radius_m(), ball.material});
   for (const Obstacle& obstacle : world.obstacles) solids_.push_back(scene_solid(obstacle));
 }
@@ -193,8 +196,13 @@ Rgb Scene::reflected(const Material& material, const Rgb& albedo, const Eigen::V
   return albedo.cwiseProduct(diffuse) + material.specular * highlight;
 }
 
-Rgb Scene::lamp_light(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
-  return reflected({}, Rgb::Ones(), p, normal, normal, Rgb::Zero(), -1, -1);
+double Scene::lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
+  const Light& light = lights_[lamp];
+  const Eigen::Vector3d offset = light.position_m - p;
+  const double square = std::max(offset.squaredNorm(), 1e-4), distance = std::sqrt(square);
+  const Eigen::Vector3d to_light = offset / distance;
+  const double facing = normal.dot(to_light);
+  return facing <= 0.0 ? 0.0 : facing * visible_fraction(light, p, to_light, distance, -1, -1) / square;
 }
 
 /// Whether a ball could keep light of some lamp from a point: the point lies in the ball's cone of half
@@ -250,7 +258,7 @@ Rgb Scene::shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin,
     openness *= 1.0 - std::min(covered, 1.0);
   }
   if (hit.surface < 8 && light_map_ != nullptr && material.specular == 0.0 && !shaded_by_ball(p)) {
-    return albedo.cwiseProduct(ambient_ * openness + light_map_->light(hit.surface, hit.uv_m));
+    return albedo.cwiseProduct(ambient_ * openness + light_map_->light(hit.surface, hit.uv_m, lights_));
   }
   return reflected(material, albedo, p, hit.normal, -direction, ambient_ * openness, -1, own_solid);
 }

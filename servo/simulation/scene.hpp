@@ -64,8 +64,8 @@ class Scene {
   /// of the ball nearest to the ray.
   Rgb shade_ball(int ball, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 
-  /// What the lamps throw on a surface point that belongs to no ball or solid.
-  Rgb lamp_light(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const;
+  /// What a surface point that belongs to no ball or solid gets of a lamp, as a share of its intensity.
+  double lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const;
 
  private:
   bool shaded_by_ball(const Eigen::Vector3d& p) const;
@@ -78,7 +78,7 @@ class Scene {
   Room room_;
   std::vector<SceneBall> balls_;
   std::vector<SceneSolid> solids_;
-  std::vector<Light> lights_;
+  std::vector<Light> lights_;  // as bright as they are now
   Rgb ambient_;
   const LightMap* light_map_;
 };

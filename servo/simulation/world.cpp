@@ -39,6 +39,16 @@ Eigen::Vector3d Ball::p_WB(double time_s) const {
                  const Eigen::Vector2d arm = position_m.head<2>() - circle.center_m;
                  return {circle.center_m.x() + c * arm.x() - s * arm.y(),
                          circle.center_m.y() + s * arm.x() + c * arm.y(), position_m.z()};
+               },
+               [&](const WaypointMotion& way) -> Eigen::Vector3d {
+                 const auto after = std::upper_bound(
+                     way.points.begin(), way.points.end(), time_s,
+                     [](double time, const WaypointMotion::Point& point) { return time < point.time_s; });
+                 if (after == way.points.begin()) return way.points.front().position_m;
+                 const auto before = after - 1;
+                 if (after == way.points.end()) return before->position_m;
+                 const double share = (time_s - before->time_s) / (after->time_s - before->time_s);
+                 return before->position_m + share * (after->position_m - before->position_m);
                }},
       motion);
 }

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "servo/simulation/light_course.hpp"
 #include "servo/simulation/texture.hpp"
 
 namespace ballservo {
@@ -32,7 +33,16 @@ struct CircleMotion {
   Eigen::Vector2d center_m{0, 0};
   double rate_radps = 0;  ///< counter-clockwise seen from above
 };
-using Motion = std::variant<StaticMotion, LinearMotion, CircleMotion>;
+/// Where a ball is at which time: straight and steady from one point to the next, at rest at the first before
+/// it and at the last after it.
+struct WaypointMotion {
+  struct Point {
+    double time_s = 0;
+    Eigen::Vector3d position_m{0, 0, 0};
+  };
+  std::vector<Point> points;  ///< one or more, times rising
+};
+using Motion = std::variant<StaticMotion, LinearMotion, CircleMotion, WaypointMotion>;
 
 struct Ball {
   std::string name;
@@ -82,6 +92,13 @@ struct Light {
   Eigen::Vector3d position_m{0, 0, 2.4};
   Rgb intensity{1, 1, 1};
   double radius_m = 0;
+  LightCourse course{};
+};
+
+/// Light from everywhere that changes.
+struct AmbientLight {
+  Rgb intensity{0.3, 0.3, 0.3};
+  LightCourse course{};
 };
 
 struct Room {
@@ -94,7 +111,8 @@ struct World {
   std::vector<Ball> balls;
   std::vector<Obstacle> obstacles;
   std::vector<Light> lights;
-  Rgb ambient{0.3, 0.3, 0.3};  ///< light from everywhere
+  Rgb ambient{0.3, 0.3, 0.3};                  ///< light from everywhere
+  std::vector<AmbientLight> changing_ambient;  ///< and what of it changes, besides
 
   /// The ball of that name, or null.
   const Ball* find_ball(const std::string& name) const;

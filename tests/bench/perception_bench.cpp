@@ -2,8 +2,9 @@
 // well.
 //
 // warm: the same frame again and again. cold: frames cycled through more memory than the caches hold.
-// Counters: found (of the frames, centre within 0.2 r and radius within 20 %), center_px and radius_px
-// (median errors of those found).
+// adapt is what following the light adds to a tracked frame: warm in steady light, cold in a light that
+// changes all the time, so that the table is being patched in every frame. Counters: found (of the frames,
+// centre within 0.2 r and radius within 20 %), center_px and radius_px (median errors of those found).
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -17,6 +18,7 @@
 
 #include "perception/classification.hpp"
 #include "perception/detector.hpp"
+#include "perception/light_adaptation.hpp"
 #include "perception/tracker.hpp"
 #include "tests/bench/bench_frames.hpp"
 
@@ -221,6 +223,31 @@ void run_track(benchmark::State& state, ImageSize size, bool cold) {
   }
 }
 
+void run_adapt(benchmark::State& state, ImageSize size, bool cold) {
+  const Frames& frames = frames_of(size);
+  const BenchFrame& frame = frames.set.frames[0];
+  static std::map<int, std::vector<cv::Mat>> copies;
+  std::vector<cv::Mat>& dimmed = copies[size.width_px];
+  const std::size_t count = frames.cycled.size();
+  for (std::size_t i = dimmed.size(); i < count; ++i) {
+    const double turn = 6.283185307179586 * static_cast<double>(i) / static_cast<double>(count);
+    dimmed.push_back(frame.bgr * std::exp(0.3 * std::cos(turn) - 0.3));
+  }
+  LightAdaptation adaptation(frames.set.colors);
+  BallObservation ball;
+  ball.outline = frame.truth;
+  ball.quality = ball.support.fill = 1;
+  BallLight memory;
+  double time_s = 0;
+  std::size_t next = 0;
+  for (auto _ : state) {
+    const cv::Mat& bgr = cold ? dimmed[next++ % count] : frame.bgr;
+    adaptation.begin(bgr);
+    adaptation.learn(bgr, ball, memory);
+    adaptation.finish(time_s += 1.0 / 30);
+  }
+}
+
 void register_all() {
   const std::vector<std::pair<std::string, std::pair<MakeMethod, bool>>> methods{
       {"read", {read, false}},
@@ -244,6 +271,9 @@ void register_all() {
       }
       benchmark::RegisterBenchmark(("track" + suffix).c_str(), [size, cold](benchmark::State& state) {
         run_track(state, size, cold);
+      })->Unit(benchmark::kMicrosecond);
+      benchmark::RegisterBenchmark(("adapt" + suffix).c_str(), [size, cold](benchmark::State& state) {
+        run_adapt(state, size, cold);
       })->Unit(benchmark::kMicrosecond);
     }
   }

@@ -103,6 +103,16 @@ TEST(Scenario, RefusesWhatCannotBe) {
   EXPECT_THAT(faults_of({"vary={robot.pose.x_m: {uniform: [1, 0]}}"}), HasSubstr("falling order"));
   EXPECT_THAT(faults_of({"balls.0.motion={type: linear, velocity: {x_mps: 1, y_mps: 0}}"}),
               HasSubstr("outside the room"));
+  EXPECT_THAT(
+      faults_of({"balls.0.motion={type: waypoints, points: [{time_s: 2, x_m: 3, y_m: 0}, {time_s: 2, x_m: 3, "
+                 "y_m: 1}]}"}),
+      HasSubstr("a time after the point before"));
+  EXPECT_THAT(faults_of({"balls.0.motion={type: waypoints, points: [{time_s: 2, x_m: 9, y_m: 0}]}"}),
+              HasSubstr("outside the room"));
+  EXPECT_THAT(faults_of({"lights=[{type: ambient, changes: [{time_s: 2}, {time_s: 1}]}]"}),
+              HasSubstr("a time not before"));
+  EXPECT_THAT(faults_of({"lights=[{type: ambient, changes: [{time_s: 2, temperature_k: 900}]}]"}),
+              HasSubstr("from 1667 to 25000 (K)"));
   EXPECT_THAT(faults_of({"no_equals_sign"}), HasSubstr("key.path=value"));
   EXPECT_THAT(faults_of({"balls.0.class=Red"}), HasSubstr("beginning with a letter"));
   EXPECT_EQ(faults_of({}), "");

@@ -1,0 +1,81 @@
+// Following the light takes no memory from the heap: counted below operator new, where OpenCV allocates too.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstddef>
+
+#include "perception/light_adaptation.hpp"
+#include "tests/perception/painted_ball.hpp"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+
+void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) {
+  ++allocations;
+  return __libc_realloc(old, size);
+}
+int posix_memalign(void** result, std::size_t alignment, std::size_t size) {
+  ++allocations;
+  *result = __libc_memalign(alignment, size);
+  return *result == nullptr ? ENOMEM : 0;
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+}
+
+namespace ballservo {
+namespace {
+
+TEST(LightAllocation, FollowingTheLightTakesNoMemory) {
+  cv::Mat bright = test::grey_picture(), dark;
+  const OutlineEllipse outline{{160, 120}, 20};
+  test::paint_disc(bright, outline.center_px, outline.radius_px, test::red);
+  dark = bright * 0.6;
+  BallObservation ball;
+  ball.outline = outline;
+  ball.quality = ball.support.fill = 1;
+  BallLight memory;
+  LightAdaptation adaptation(test::red_and_green());
+  const long before = allocations;
+  double time_s = 0;
+  for (int k = 0; k < 60; ++k) {
+    const cv::Mat& bgr = k % 20 < 10 ? bright : dark;  // sudden changes, told by the ball and by the picture
+    adaptation.begin(bgr);
+    if (k % 20 == 10) {
+      EXPECT_TRUE(adaptation.assume_change());
+      adaptation.settle_change(k % 40 == 10);
+    }
+    if (k % 7 != 3) adaptation.learn(bgr, ball, memory);
+    adaptation.may_be_taught_light();
+    adaptation.finish(time_s += 0.03);
+  }
+  adaptation.return_to_taught();
+  EXPECT_EQ(allocations - before, 0);
+}
+
+TEST(LightAllocation, TheCounterCounts) {
+  const long before = allocations;
+  LightAdaptation adaptation(test::red_and_green());
+  EXPECT_GT(allocations - before, 0);
+}
+
+}  // namespace
+}  // namespace ballservo
