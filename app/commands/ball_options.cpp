@@ -53,8 +53,9 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
       ->required()
       ->type_name("FILE");
   command
-      .add_option("--camera", options.camera,
-                  "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several)")
+      .add_option(
+          "--camera", options.camera,
+          "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several)")
       ->type_name("FILE");
   command
       .add_option(

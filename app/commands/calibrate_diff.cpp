@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
 #include "app/report/difference_report.hpp"
 #include "calibration/camera/camera_covariance.hpp"
@@ -94,6 +95,9 @@ void print_summary(const ComparedCameras& compared) {
 }
 
 int calibrate_diff(const CalibrateDiffOptions& options) {
+  check_not_an_input(
+      options.common.json, {},
+      {split_camera_name(options.a).file.string(), split_camera_name(options.b).file.string()});
   FaultList faults;
   const CameraFile a = read_file(options.a, faults), b = read_file(options.b, faults);
   faults.throw_if_any();

@@ -146,6 +146,16 @@ std::vector<bool> agreeing(const std::vector<RadiusReading>& readings,
 
 }  // namespace
 
+/// What an outline that is larger all around by the common error makes of the radius.
+template <typename Read>
+double RadiusReader::by_outline(const UnitBall& ball, const Read& read) const {
+  const auto outline = project_sphere(camera_, ball.center, 1);
+  if (!outline || !(outline->radius_px > ball.common_sigma_px)) return 0;
+  const auto here = read(camera_, ball.center);
+  const auto larger = read(camera_, ball.center * (1 - ball.common_sigma_px / outline->radius_px));
+  return here && larger ? std::abs(*larger - *here) : 0;
+}
+
 RadiusReader::RadiusReader(const Camera& camera, const Eigen::MatrixXd& covariance) : camera_(camera) {
   if (covariance.size() == 0) return;
   auto changed = changed_cameras(camera, covariance, step_sigmas);
@@ -177,13 +187,14 @@ std::optional<Eigen::VectorXd> RadiusReader::by_camera(const UnitBall& ball, con
 std::optional<RadiusReading> RadiusReader::at_distance(const UnitBall& ball, double distance_m,
                                                        double sigma_m) const {
   const double range = ball.center.norm();
-  const auto camera_part = by_camera(ball, [&](const Camera&, const Eigen::Vector3d& center) {
+  const auto read = [&](const Camera&, const Eigen::Vector3d& center) {
     return std::optional(distance_m / center.norm());
-  });
+  };
+  const auto camera_part = by_camera(ball, read);
   if (!camera_part) return std::nullopt;
   const Eigen::Vector3d gradient = -distance_m / (range * range * range) * ball.center;
   const double variance = gradient.dot(ball.covariance * gradient) + std::pow(sigma_m / range, 2);
-  return RadiusReading{distance_m / range, std::sqrt(variance), *camera_part};
+  return RadiusReading{distance_m / range, std::sqrt(variance), by_outline(ball, read), *camera_part};
 }
 
 std::optional<RadiusReading> RadiusReader::on_board(const UnitBall& ball, const BoardView& board,
@@ -215,7 +226,10 @@ std::optional<RadiusReading> RadiusReader::on_board(const UnitBall& ball, const 
         1e-6);
   const double variance =
       by_center.dot(ball.covariance * by_center) + by_pose.dot(pose->covariance * by_pose);
-  return RadiusReading{*radius_m, std::sqrt(variance), *camera_part};
+  const double common_m = by_outline(ball, [&](const Camera&, const Eigen::Vector3d& center) {
+    return radius_on_plane(center, pose->pose, depth_m);
+  });
+  return RadiusReading{*radius_m, std::sqrt(variance), common_m, *camera_part};
 }
 
 RadiusEstimate combine_radii(const std::vector<RadiusReading>& readings,
@@ -227,13 +241,14 @@ RadiusEstimate combine_radii(const std::vector<RadiusReading>& readings,
     if (estimate.used[i]) used.push_back(&readings[i]);
   const auto count = static_cast<Eigen::Index>(used.size());
   Eigen::VectorXd radii(count), variances(count);
-  Eigen::MatrixXd shared(count, used.front()->by_camera_m.size());
+  Eigen::MatrixXd shared(count, used.front()->by_camera_m.size() + 1);
   for (Eigen::Index i = 0; i < count; ++i) {
     const RadiusReading& reading = *used[static_cast<std::size_t>(i)];
     radii(i) = reading.radius_m;
     // Nothing is known to better than a millionth.
-    variances(i) = std::pow(std::max(reading.sigma_m, 1e-6 * reading.radius_m), 2);
-    shared.row(i) = reading.by_camera_m.transpose();
+    variances(i) = std::max(std::pow(reading.sigma_m, 2) - std::pow(reading.common_m, 2),
+                            std::pow(1e-6 * reading.radius_m, 2));
+    shared.row(i) << reading.by_camera_m.transpose(), reading.common_m;
   }
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(count);
   const auto covariance = [&](double scale) {

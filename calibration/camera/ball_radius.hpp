@@ -20,12 +20,16 @@ namespace ballservo {
 struct UnitBall {
   Eigen::Vector3d center{0, 0, 0};
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// The part of the outline's error that pictures share (px, standard deviation): light and background shift
+  /// the edges of one scene alike. What the cone fit allows for it, contained in the covariance.
+  double common_sigma_px = 0.025;
 };
 
 /// What one picture says of the radius.
 struct RadiusReading {
   double radius_m = 0;
-  double sigma_m = 0;  ///< by the outline's error and the distance's or the board's corners'
+  double sigma_m = 0;   ///< by the outline's error and the distance's or the board's corners'
+  double common_m = 0;  ///< of it, what the outlines' common error does
   /// By how much it changes per standard deviation along each axis of the camera's covariance (m): errors
   /// that all pictures share.
   Eigen::VectorXd by_camera_m;
@@ -45,6 +49,9 @@ class RadiusReader {
  private:
   template <typename Read>
   std::optional<Eigen::VectorXd> by_camera(const UnitBall& ball, const Read& read) const;
+
+  template <typename Read>
+  double by_outline(const UnitBall& ball, const Read& read) const;
 
   Camera camera_;
   std::vector<std::pair<Camera, Camera>> changed_;

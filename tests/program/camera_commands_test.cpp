@@ -55,6 +55,8 @@ TEST_F(CameraCommands, WhatCannotBeCompared) {
   EXPECT_THAT(run("calibrate diff a.yaml wide.yaml").messages,
               HasSubstr("wide.yaml: found a camera of 800 x 480"));
   EXPECT_EQ(names().count("d.json"), 0u);
+  EXPECT_EQ(run("calibrate diff a.yaml a.yaml:cam0 --json a.yaml --force").code, 2);
+  EXPECT_EQ(contents("a.yaml"), camera_text(600));
 }
 
 class RadiusCommand : public CameraCommands {
@@ -110,9 +112,10 @@ TEST_F(RadiusCommand, ContradictionsAndBadTables) {
   EXPECT_THAT(no_board.messages, HasSubstr("at_1.png: the board was not found"));
   put("bad.csv", "source,distance_m\nat_0.8.png,-0.8\nat_0.8.png,1,2\nat_1.png,nan\n");
   put("short.csv", "source,distance_m\nat_0.8.png,0.8\n");
-  for (const char* arguments : {"", "--distances bad.csv", "--distances short.csv", "--distances missing.csv",
-                                "--distances tape.csv --board chessboard:9x6 --square 0.02",
-                                "--board chessboard:9x6", "--distances tape.csv --class blue"})
+  for (const char* arguments :
+       {"", "--distances bad.csv", "--distances short.csv", "--distances missing.csv",
+        "--distances tape.csv --board chessboard:9x6 --square 0.02", "--board chessboard:9x6",
+        "--distances tape.csv --class blue", "--distances tape.csv --json tape.csv --force"})
     EXPECT_EQ(run(radius + arguments).code, 2) << arguments;
   EXPECT_THAT(run(radius + "--distances short.csv").messages, HasSubstr("no row for at_1.2.png"));
 }
