@@ -45,7 +45,8 @@ int orientation_in_jpeg(std::string_view bytes) {
     const bool table = *marker == 0xC4 || *marker == 0xCC || (*marker >= 0xDB && *marker <= 0xFE);
     if (!table || !length || *length < 2 || bytes.size() - at < 2 + *length) return 1;
     const std::string_view segment = bytes.substr(at + 4, *length - 2);
-    if (*marker == 0xE1 && segment.substr(0, 6) == "Exif\0\0"sv) return orientation_in_tiff(segment.substr(6));
+    if (*marker == 0xE1 && segment.substr(0, 6) == "Exif\0\0"sv)
+      return orientation_in_tiff(segment.substr(6));
     at += 2 + *length;
   }
   return 1;
