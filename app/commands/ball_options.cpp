@@ -1,8 +1,12 @@
 #include "app/commands/ball_options.hpp"
 
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "app/io/image_source.hpp"
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/color/color_file.hpp"
@@ -80,6 +84,16 @@ void check_not_an_input(const std::filesystem::path& output, const BallOptions& 
       throw InputError(output.string(), "an output that is also an input", "a file of its own");
     }
   }
+}
+
+void warn_of_repeated_names(const std::vector<std::string>& sources) {
+  const std::vector<std::string> repeated = repeated_names(sources);
+  if (repeated.empty()) return;
+  spdlog::warn(
+      "several inputs are called {}{}: `source` names a file without its folders, so that their rows can be "
+      "told "
+      "apart by their order alone",
+      repeated.front(), repeated.size() > 1 ? fmt::format(", and so are {} more", repeated.size() - 1) : "");
 }
 
 std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors) {

@@ -25,6 +25,9 @@ void add_ball_options(CLI::App& command, BallOptions& options);
 void check_not_an_input(const std::filesystem::path& output, const BallOptions& options,
                         const std::vector<std::string>& sources);
 
+/// Warns where several inputs have one file name, which is all that the rows say of where a ball was.
+void warn_of_repeated_names(const std::vector<std::string>& sources);
+
 /// The radii of the classes from METRES[+-SIGMA] (all classes) or NAME=METRES[+-SIGMA],... ; empty for an
 /// empty text. Throws InputError naming every fault: not a number, not above 0, an unknown class, a class
 /// named twice.

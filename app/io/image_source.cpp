@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <opencv2/videoio.hpp>
 #include <set>
 #include <string_view>
@@ -271,6 +272,22 @@ std::vector<SourceFile> image_and_video_files(const std::vector<std::string>& te
   }
   faults.throw_if_any();
   return files;
+}
+
+std::vector<std::string> repeated_names(const std::vector<std::string>& texts) {
+  FaultList ignored;  // whoever opens the sources says so
+  std::map<std::string, std::set<fs::path>> files;
+  for (const Source& source : classify_all(texts, std::numeric_limits<double>::infinity(), ignored)) {
+    for (const fs::path& file : source.files) {
+      std::error_code error;
+      files[file.filename().string()].insert(fs::weakly_canonical(file, error));
+    }
+  }
+  std::vector<std::string> repeated;
+  for (const auto& [name, paths] : files) {
+    if (paths.size() > 1) repeated.push_back(name);
+  }
+  return repeated;
 }
 
 std::vector<fs::path> image_files(const std::vector<std::string>& texts) {

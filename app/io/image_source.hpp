@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -29,6 +30,8 @@ class FrameSequence {
   virtual std::optional<Frame> next() = 0;
   virtual std::string name() const = 0;
   virtual long length() const = 0;  ///< 0 where unknown
+  /// How a camera is set, as far as it tells ("exposure", "gain", "white_balance_k" ...).
+  virtual std::map<std::string, double> camera_settings() const { return {}; }
 };
 
 /// Opens the sources, in order, checking all of them first (every fault at once). Each video, folder or
@@ -44,6 +47,10 @@ struct SourceFile {
 };
 /// The images and videos that the sources name (folders opened, in natural order); a camera is a fault.
 std::vector<SourceFile> image_and_video_files(const std::vector<std::string>& sources);
+
+/// File names that several different files of the sources have, in order: results name a file without its
+/// folders, so that these can't be told apart there.
+std::vector<std::string> repeated_names(const std::vector<std::string>& sources);
 
 /// The image files that the sources name (folders opened, in natural order); a video or camera is a fault.
 std::vector<std::filesystem::path> image_files(const std::vector<std::string>& sources);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <opencv2/videoio.hpp>
@@ -53,10 +54,25 @@ void grab_until_stopped(const std::shared_ptr<Grabbing>& shared) {
   }
 }
 
+/// What V4L2 tells of the camera's controls; those that it does not have read as negative.
+std::map<std::string, double> settings_of(const cv::VideoCapture& capture) {
+  std::map<std::string, double> settings;
+  for (const auto& [property, name] :
+       {std::make_pair(cv::CAP_PROP_AUTO_EXPOSURE, "auto_exposure"),
+        std::make_pair(cv::CAP_PROP_EXPOSURE, "exposure"), std::make_pair(cv::CAP_PROP_GAIN, "gain"),
+        std::make_pair(cv::CAP_PROP_AUTO_WB, "auto_white_balance"),
+        std::make_pair(cv::CAP_PROP_WB_TEMPERATURE, "white_balance_k"),
+        std::make_pair(cv::CAP_PROP_SATURATION, "saturation"), std::make_pair(cv::CAP_PROP_GAMMA, "gamma")}) {
+    const double value = capture.get(property);
+    if (std::isfinite(value) && value >= 0) settings[name] = value;
+  }
+  return settings;
+}
+
 class LiveCamera : public FrameSequence {
  public:
   LiveCamera(std::string name, std::shared_ptr<Grabbing> shared)
-      : name_(std::move(name)), shared_(std::move(shared)) {
+      : name_(std::move(name)), settings_(settings_of(shared->capture)), shared_(std::move(shared)) {
     std::thread(grab_until_stopped, shared_).detach();
   }
   ~LiveCamera() override {
@@ -83,9 +99,11 @@ class LiveCamera : public FrameSequence {
   }
   std::string name() const override { return name_; }
   long length() const override { return 0; }
+  std::map<std::string, double> camera_settings() const override { return settings_; }
 
  private:
   std::string name_;
+  std::map<std::string, double> settings_;
   std::shared_ptr<Grabbing> shared_;
   long seen_ = 0;
   int index_ = 0;

@@ -15,6 +15,7 @@ namespace {
 constexpr int side = ChromaHistogram::side;
 constexpr int plane_px = 640;
 constexpr float plane_lightness = 70;
+constexpr double label_size = 0.6;
 
 /// The part of the (a, b) plane that is drawn: a square around grey, large enough for every sample.
 class ChromaPlane {
@@ -93,6 +94,23 @@ void put_label(cv::Mat& picture, const std::string& text, cv::Point at, double s
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 1, cv::LINE_AA);
 }
 
+/// Where a label about `at` covers none of the others: the nearest such place above or below.
+cv::Rect free_place(cv::Point at, const std::string& text, const std::vector<cv::Rect>& others) {
+  const cv::Size size =
+      cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, label_size, 1, nullptr) + cv::Size(4, 10);
+  const int left = std::clamp(at.x - size.width / 2, 0, std::max(0, plane_px - size.width));
+  for (int step = 0; step < plane_px; ++step) {
+    for (const int sign : {1, -1}) {
+      const cv::Rect place({left, at.y - size.height / 2 + sign * step}, size);
+      const bool inside = place.y >= 0 && place.br().y <= plane_px;
+      if (inside && std::none_of(others.begin(), others.end(),
+                                 [&](const cv::Rect& other) { return (other & place).area() > 0; }))
+        return place;
+    }
+  }
+  return {{left, at.y - size.height / 2}, size};
+}
+
 cv::Mat distribution(const ColorTable& colors, const ChromaPlane& plane) {
   cv::Mat1d counts = cv::Mat1d::zeros(side, side);
   for (const ColorClass& color : colors.classes) {
@@ -119,7 +137,7 @@ cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>&
     return share;
   });
   plane.draw_axes(picture);
-  std::vector<cv::Point> labels;
+  std::vector<cv::Rect> labels;
   for (std::size_t k = 0; k < groups.size(); ++k) {
     cv::Mat1b shape(plane_px, plane_px);
     for (int y = 0; y < plane_px; ++y) {
@@ -130,18 +148,10 @@ cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>&
     cv::drawContours(picture, outlines, -1, {255, 255, 255}, 1, cv::LINE_AA);
     const cv::Moments moments = cv::moments(groups[k].core, true);
     if (moments.m00 <= 0) continue;
-    cv::Point at = plane.point(2 * (moments.m10 / moments.m00 + 0.5) - side,
-                               2 * (moments.m01 / moments.m00 + 0.5) - side);
-    while (std::any_of(labels.begin(), labels.end(), [&](const cv::Point& other) {
-      return std::abs(other.x - at.x) < 90 && std::abs(other.y - at.y) < 20;
-    })) {
-      at.y += 10;  // names of neighbouring groups below each other
-    }
-    labels.push_back(at);
-    const int width =
-        cv::getTextSize(colors.classes[k].name, cv::FONT_HERSHEY_SIMPLEX, 0.6, 1, nullptr).width;
-    put_label(picture, colors.classes[k].name,
-              {std::clamp(at.x - width / 2, 4, std::max(4, plane_px - width - 4)), at.y + 6}, 0.6);
+    const cv::Point at = plane.point(2 * (moments.m10 / moments.m00 + 0.5) - side,
+                                     2 * (moments.m01 / moments.m00 + 0.5) - side);
+    labels.push_back(free_place(at, colors.classes[k].name, labels));
+    put_label(picture, colors.classes[k].name, {labels.back().x, labels.back().br().y - 4}, label_size);
   }
   return picture;
 }
@@ -160,8 +170,8 @@ cv::Mat segments_picture(const LearntColors& colors, std::size_t index, cv::Size
   bgr.convertTo(picture, CV_8U, 255);
   if (picture.size() != size) cv::resize(picture, picture, size, 0, 0, cv::INTER_NEAREST);
   const int thickness = std::max(1, size.width / 500);
-  for (const LearntClass& learnt : colors.classes) {
-    for (const LearntCircle& circle : learnt.circles) {
+  for (const auto& [name, circles] : colors.circles) {
+    for (const LearntCircle& circle : circles) {
       if (circle.picture != index) continue;
       constexpr int bits = 4;
       const cv::Point center(cvRound(circle.center_px.x() * (1 << bits)),
@@ -196,6 +206,40 @@ cv::Mat classes_picture(const ColorTable& colors, const cv::Mat& bgr) {
   return picture;
 }
 
+/// The table itself: (a, b) planes at six lightnesses, what is of a class in its colour, the rest dimmed, and
+/// what no screen can show left out.
+cv::Mat table_picture(const ColorTable& colors) {
+  constexpr int tile = 220, columns = 3;
+  const std::vector<float> lightnesses = {20, 35, 50, 65, 80, 92};
+  cv::Mat3b picture(tile * (static_cast<int>(lightnesses.size()) / columns), tile * columns,
+                    cv::Vec3b(28, 26, 26));
+  for (std::size_t k = 0; k < lightnesses.size(); ++k) {
+    cv::Mat3f lab(tile, tile), bgr;
+    for (int y = 0; y < tile; ++y) {
+      for (int x = 0; x < tile; ++x)
+        lab(y, x) = {lightnesses[k], (x + 0.5f - tile / 2) * 220 / tile, (tile / 2 - y - 0.5f) * 220 / tile};
+    }
+    cv::cvtColor(lab, bgr, cv::COLOR_Lab2BGR);
+    cv::Mat3f back;
+    cv::cvtColor(bgr, back, cv::COLOR_BGR2Lab);
+    cv::Mat3b part = picture(
+        cv::Rect(static_cast<int>(k) % columns * tile, static_cast<int>(k) / columns * tile, tile, tile));
+    for (int y = 0; y < tile; ++y) {
+      for (int x = 0; x < tile; ++x) {
+        if (cv::norm(back(y, x) - lab(y, x)) > 1) continue;  // no colour of sRGB
+        const cv::Vec3b color(cv::saturate_cast<std::uint8_t>(255 * bgr(y, x)[0]),
+                              cv::saturate_cast<std::uint8_t>(255 * bgr(y, x)[1]),
+                              cv::saturate_cast<std::uint8_t>(255 * bgr(y, x)[2]));
+        const bool known = colors.classify(color[0], color[1], color[2]) != no_class;
+        part(y, x) = known ? color : cv::Vec3b(color / 4);
+      }
+    }
+    put_label(picture, fmt::format("L {:.0f}", lightnesses[k]),
+              {static_cast<int>(k) % columns * tile + 6, static_cast<int>(k) / columns * tile + 16}, 0.45);
+  }
+  return picture;
+}
+
 std::vector<PreviewPanel> chroma_panels(const ColorTable& colors, const std::vector<ChromaGroup>& groups) {
   std::vector<cv::Mat1b> used;
   for (std::size_t k = 0; k < groups.size(); ++k) {
@@ -215,20 +259,40 @@ std::vector<PreviewPanel> chroma_panels(const ColorTable& colors, const std::vec
 std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::vector<ColorPicture>& pictures,
                                         std::size_t picture) {
   const cv::Mat& bgr = pictures.at(picture).bgr;
-  std::vector<ChromaGroup> groups;
-  for (const LearntClass& learnt : colors.classes) groups.push_back(learnt.group);
   std::vector<PreviewPanel> panels = {{"a_source", "(a) source: " + pictures[picture].source, bgr.clone()},
                                       {"b_segments", "(b) mean shift on chroma, circles accepted",
                                        segments_picture(colors, picture, bgr.size())}};
-  for (PreviewPanel& panel : chroma_panels(colors.table, groups)) panels.push_back(std::move(panel));
-  panels.push_back({"e_classes", "(e) class of every pixel", classes_picture(colors.table, bgr)});
+  for (PreviewPanel& panel : color_preview(colors.table)) panels.push_back(std::move(panel));
+  panels.insert(panels.end() - 1,
+                {"e_classes", "(e) class of every pixel", classes_picture(colors.table, bgr)});
+  return panels;
+}
+
+std::vector<PreviewPanel> box_preview(const ColorTable& colors, const BoxLesson::Shown& shown) {
+  cv::Mat picture = shown.bgr.clone();
+  const int thickness = std::max(1, picture.cols / 500);
+  const auto at = [](const Eigen::Vector2d& p) { return cv::Point(cvRound(p.x()), cvRound(p.y())); };
+  const Eigen::Vector2d half = Eigen::Vector2d::Constant(shown.box.radius_px);
+  for (const auto& [color, width] : {std::make_pair(0, thickness + 2), std::make_pair(255, thickness)}) {
+    cv::rectangle(picture, at(shown.box.center_px - half), at(shown.box.center_px + half),
+                  cv::Scalar::all(color), width, cv::LINE_AA);
+    cv::circle(picture, at(shown.ball.center_px), cvRound(shown.ball.radius_px), cv::Scalar::all(color),
+               width, cv::LINE_AA);
+  }
+  std::vector<PreviewPanel> panels = {
+      {"a_source", fmt::format("(a) frame {}: the box, and the ball found in it", shown.frame), picture}};
+  for (PreviewPanel& panel : color_preview(colors)) panels.push_back(std::move(panel));
+  panels.insert(panels.end() - 1,
+                {"e_classes", "(e) class of every pixel", classes_picture(colors, shown.bgr)});
   return panels;
 }
 
 std::vector<PreviewPanel> color_preview(const ColorTable& colors) {
   std::vector<ChromaGroup> groups;
   for (const ColorClass& color : colors.classes) groups.push_back(chroma_group(color.histogram));
-  return chroma_panels(colors, groups);
+  std::vector<PreviewPanel> panels = chroma_panels(colors, groups);
+  panels.push_back({"f_table", "(f) the table: class by lightness", table_picture(colors)});
+  return panels;
 }
 
 cv::Mat preview_figure(const std::vector<PreviewPanel>& panels) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/color/box_lesson.hpp"
 #include "calibration/color/learn_colors.hpp"
 
 namespace ballservo {
@@ -16,13 +17,18 @@ struct PreviewPanel {
   cv::Mat picture;
 };
 
-/// The five panels for one of the pictures that were learnt from: (a) the picture, (b) its chroma after mean
+/// The six panels for one of the pictures that were learnt from: (a) the picture, (b) its chroma after mean
 /// shift, at one lightness, with the circles that were accepted, (c) the chroma of all samples over (a, b) of
-/// Lab, (d) the groups of cells that became classes, and (e) the class of every pixel, the others grey.
+/// Lab, (d) the groups of cells that became classes, (e) the class of every pixel, the others grey, and (f)
+/// the table at six lightnesses.
 std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::vector<ColorPicture>& pictures,
                                         std::size_t picture);
 
-/// Panels (c) and (d) alone, from a colours file: the groups are found anew from its histograms.
+/// The same for a frame of live material: (a) with the square that the ball was held in and the ball that was
+/// found there, then (c) to (f).
+std::vector<PreviewPanel> box_preview(const ColorTable& colors, const BoxLesson::Shown& shown);
+
+/// Panels (c), (d) and (f) alone, from a colours file: the groups are found anew from its histograms.
 std::vector<PreviewPanel> color_preview(const ColorTable& colors);
 
 /// The panels side by side with their captions.

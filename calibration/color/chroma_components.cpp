@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
@@ -15,7 +16,10 @@ namespace {
 constexpr std::array<double, 3> link_factors = {0.25, 0.5, 1.5};                  // of the chroma radius
 constexpr std::array<double, 6> chroma_factors = {1.0, 1.5, 2.0, 3.0, 5.0, 8.0};  // of the least chroma
 constexpr std::array<double, 4> bandwidth_factors = {0.25, 0.5, 1.0, 2.0};        // of the chroma radius
-constexpr int grey_reach = 15;  // how far from sRGB's grey axis the light may push a grey thing
+constexpr std::array<double, 3> strength_factors = {0.3, 0.5, 0.75};              // of a hue's own strength
+constexpr double hue_reach_rad = 0.4;                                             // 23 degrees to either side
+constexpr std::size_t most_hues = 16;  // the fullest modes come first; what follows is clutter
+constexpr int grey_reach = 15;         // how far from sRGB's grey axis the light may push a grey thing
 
 /// Sets of pixels that grow together, by path halving.
 class PixelSets {
@@ -54,6 +58,30 @@ std::vector<int> connect(int cols, int rows, Eligible eligible, Alike alike) {
     if (label >= 0) label = sets.find(label);
   }
   return labels;
+}
+
+/// The mean chromas of the picture's modes that are far enough from grey, the fullest first.
+std::vector<cv::Vec2f> strong_hues(const cv::Mat& centered, const ComponentOptions& options) {
+  const cv::Mat labels = mode_labels(centered, 0.5 * options.chroma_radius, options.enough_pixels);
+  std::map<int, std::pair<cv::Vec2d, double>> sums;
+  for (std::size_t i = 0; i < centered.total(); ++i) {
+    auto& [sum, count] = sums[labels.ptr<int>()[i]];
+    sum += cv::Vec2d(centered.ptr<cv::Vec2f>()[i]);
+    count += 1;
+  }
+  std::vector<std::pair<double, cv::Vec2f>> found;
+  for (const auto& [label, mode] : sums) {
+    const cv::Vec2f mean(mode.first / mode.second);
+    if (mode.second >= 0.5 * options.enough_pixels &&
+        mean.dot(mean) >= options.min_chroma * options.min_chroma)
+      found.emplace_back(mode.second, mean);
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  if (found.size() > most_hues) found.resize(most_hues);
+  std::vector<cv::Vec2f> hues;
+  for (const auto& [count, mean] : found) hues.push_back(mean);
+  return hues;
 }
 
 }  // namespace
@@ -101,6 +129,21 @@ void for_each_segmentation(const cv::Mat& modes, const ComponentOptions& options
     const auto* mode = labels.ptr<int>();
     visit(connect(
         cols, rows, [](int) { return true; }, [mode](int i, int j) { return mode[i] == mode[j]; }));
+  }
+  // A marbled ball is of one hue in several strengths, and blur mixes its rim with grey: along the ray
+  // through grey, from a part of the hue's strength on.
+  for (const cv::Vec2f& hue : strong_hues(centered, options)) {
+    const auto strength = static_cast<float>(cv::norm(hue));
+    const cv::Vec2f along = hue / strength, across(-along[1], along[0]);
+    const auto steepest = static_cast<float>(std::tan(hue_reach_rad));
+    for (const double factor : strength_factors) {
+      const auto least = static_cast<float>(factor) * strength;
+      const auto of_hue = [&](int i) {
+        const float ahead = chroma[i].dot(along);
+        return ahead >= least && std::abs(chroma[i].dot(across)) <= steepest * ahead;
+      };
+      visit(connect(cols, rows, of_hue, [](int, int) { return true; }));
+    }
   }
 }
 

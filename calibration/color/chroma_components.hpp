@@ -28,7 +28,8 @@ struct Component {
 /// Takes the modes (CV_32FC2, continuous) apart in several ways and shows each to `visit`: every pixel's
 /// label (-1: none), row by row. Neighbours of four are joined when both are far enough from neutral and
 /// their modes are close enough, for several meanings of both; or when they climb to the same mode of the
-/// picture's chroma histogram.
+/// picture's chroma histogram; or when both have the hue of one of its modes, in strengths of some part of
+/// it.
 void for_each_segmentation(const cv::Mat& modes, const ComponentOptions& options,
                            const std::function<void(const std::vector<int>& labels)>& visit);
 

@@ -13,26 +13,34 @@
 namespace ballservo {
 namespace {
 
-constexpr double farthest_hue_deg = 20;  // beyond its border a word does not answer
+constexpr double farthest_hue_deg = 20;       // beyond its border a word does not answer
+constexpr double outstanding_evidence = 1.8;  // times the next one's: no question which is meant
+constexpr double least_round_share = 0.1;     // of a colour that was asked for by its word
+constexpr std::size_t max_listed = 12;
+constexpr double sure_fit_ratio = 0.5, sure_contrast = 30, sure_radius_px = 8;
 
 /// "CX,CY,R" as `--at` takes it.
 std::string at_text(const RoundRegion& region) {
   return fmt::format("{:.0f},{:.0f},{:.0f}", region.center_px.x(), region.center_px.y(), region.radius_px);
 }
 
-/// One line a colour, with the `--at` that points at its best ball in the class's first picture.
-std::string list_of(const ClassRequest& request, const std::vector<ColorGroup>& groups,
+/// One line a colour, with the `--at` that points at its best ball in the class's first picture; the most
+/// likely first, and no more than a user reads.
+std::string list_of(const ClassRequest& request, std::vector<ColorGroup> groups,
                     const std::vector<ColorPicture>& pictures) {
   std::string text;
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const auto& a, const auto& b) { return a.evidence() > b.evidence(); });
+  if (groups.size() > max_listed) groups.resize(max_listed);
   for (const ColorGroup& group : groups) {
     const auto in_first =
         std::find_if(group.balls.begin(), group.balls.end(),
                      [&](const BallCandidate& ball) { return ball.picture == request.pictures.front(); });
     const BallCandidate& shown = in_first != group.balls.end() ? *in_first : group.balls.front();
-    text +=
-        fmt::format("\n  {}, {} round region{}, the best in {} around ({:.0f}, {:.0f}) px", group.word,
-                    group.balls.size(), group.balls.size() == 1 ? "" : "s", pictures[shown.picture].source,
-                    shown.region.center_px.x(), shown.region.center_px.y());
+    text += fmt::format(
+        "\n  {}, {} round region{} with {:.0f} % of that colour, the best in {} around ({:.0f}, {:.0f}) px",
+        group.word, group.balls.size(), group.balls.size() == 1 ? "" : "s", 100 * group.round_share,
+        pictures[shown.picture].source, shown.region.center_px.x(), shown.region.center_px.y());
     if (in_first != group.balls.end())
       text += fmt::format(": --at {}={}", request.name, at_text(shown.region));
   }
@@ -54,10 +62,6 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
   std::stable_sort(groups.begin(), groups.end(), [&](const ColorGroup& a, const ColorGroup& b) {
     return (a.round_share >= options.weak_round_share) > (b.round_share >= options.weak_round_share);
   });
-  const auto mostly_round =
-      static_cast<std::size_t>(std::count_if(groups.begin(), groups.end(), [&](const ColorGroup& g) {
-        return g.round_share >= options.weak_round_share;
-      }));
   if (hue_distance_to_word_deg(request.name, 0)) {
     std::size_t best = 0;
     double nearest = std::numeric_limits<double>::infinity();
@@ -75,12 +79,76 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
                       "What was found:{}",
                       request.name, list_of(request, groups, pictures)));
     }
+    if (groups[best].round_share < least_round_share) {
+      throw Refusal(fmt::format(
+          "class {}: {:.0f} % of that colour lies outside round things, so that it is rather "
+          "something else than a ball. If it is one, point at it. What was found:{}",
+          request.name, 100 * (1 - groups[best].round_share), list_of(request, groups, pictures)));
+    }
     return std::move(groups[best]);
   }
-  if (mostly_round == 1 || groups.size() == 1) return std::move(groups.front());
-  if (mostly_round > 1) groups.resize(mostly_round);
+  if (groups.size() == 1) return std::move(groups.front());
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const auto& a, const auto& b) { return a.evidence() > b.evidence(); });
+  if (groups[0].evidence() >= outstanding_evidence * groups[1].evidence()) return std::move(groups.front());
   throw Refusal(fmt::format("class {}: round things of several colours were found; say which is meant:{}",
                             request.name, list_of(request, groups, pictures)));
+}
+
+std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::vector<ColorPicture>& pictures,
+                                    const LearnOptions& options) {
+  const auto reaching = [&](double share) {
+    std::vector<ColorGroup> result;
+    for (const ColorGroup& group : groups) {
+      if (group.round_share >= share) result.push_back(group);
+    }
+    return result;
+  };
+  std::vector<ColorGroup> clear = reaching(options.min_round_share);
+  if (!clear.empty()) return clear;
+  const ClassRequest any{"NAME", {0}, {}};
+  std::vector<ColorGroup> weak = reaching(options.weak_round_share);
+  if (weak.empty()) {
+    throw Refusal(
+        fmt::format(
+            "nothing round and coloured was found. Try a picture where the ball is whole, in even light, and "
+            "at least {:.0f} px across; or say where it is: --class NAME=IMAGE --at NAME=CX,CY,R",
+            2 * options.regions.min_radius_px) +
+        (groups.empty() ? ""
+                        : "\nRound regions whose colour lies mostly elsewhere in the picture:" +
+                              list_of(any, groups, pictures)));
+  }
+  std::stable_sort(weak.begin(), weak.end(),
+                   [](const auto& a, const auto& b) { return a.evidence() > b.evidence(); });
+  if (weak.size() > 1 && weak[0].evidence() < outstanding_evidence * weak[1].evidence()) {
+    throw Refusal(
+        "several colours have round regions, but most of each lies elsewhere in the picture, so that none "
+        "is surely a ball's. Say which is meant with --class NAME=IMAGE and:" +
+        list_of(any, weak, pictures));
+  }
+  weak.resize(1);
+  return weak;
+}
+
+std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures,
+                        const LearnOptions& options) {
+  const BallCandidate& best = group.balls.front();
+  std::string reasons;
+  const auto add = [&](const std::string& reason) { reasons += (reasons.empty() ? "" : "; ") + reason; };
+  if (best.region.smeared)
+    add("its best ball is an ellipse, as motion makes of one");
+  else if (best.region.fit_ratio < sure_fit_ratio && best.region.contrast < sure_contrast)
+    add(fmt::format("its outline is round to {:.2f} (1 is a whole ball)", best.region.fit_ratio));
+  if (group.round_share < options.min_round_share)
+    add(fmt::format("{:.0f} % of its colour lies outside round things", 100 * (1 - group.round_share)));
+  if (best.region.radius_px < sure_radius_px && best.region.contrast < sure_contrast)
+    add(fmt::format("it is only {:.0f} px across", 2 * best.region.radius_px));
+  if (reasons.empty()) return {};
+  return fmt::format(
+      "{} was learnt from what lies around ({:.0f}, {:.0f}) px in {}, but not for sure: {}. Look at the "
+      "--preview, or point at the ball: --class {}=IMAGE --at {}=CX,CY,R",
+      group.word, best.region.center_px.x(), best.region.center_px.y(), pictures[best.picture].source,
+      reasons, group.word, group.word);
 }
 
 ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCandidate>& candidates,
@@ -105,11 +173,13 @@ ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCand
     const double apart = (candidate.region.center_px - pointed.region.center_px).norm();
     if (candidate.picture == pointed.picture && apart < candidate.region.radius_px + pointed.region.radius_px)
       continue;
+    if (candidate.region.contrast < options.groups.min_contrast) continue;
     if (!same_color(candidate.samples, pointed.samples, options.groups)) continue;
     group.samples.add(candidate.samples);
     group.balls.push_back(candidate);
   }
   group.balls.insert(group.balls.begin(), std::move(pointed));
+  group.round_share = 1;  // the user says so
   group.chroma = chroma_group(chroma_histogram(group.samples));
   group.word = color_word(group.samples.mean_lab());
   return group;

@@ -8,6 +8,16 @@
 
 namespace ballservo {
 
+/// Leaves out the groups that lie mostly elsewhere: all below min_round_share where any reaches it. Where
+/// none does, the one that reaches weak_round_share and has twice the evidence of the next is left. Throws
+/// Refusal where nothing is left, or where it is not clear which, with the `--at` that settles it.
+std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::vector<ColorPicture>& pictures,
+                                    const LearnOptions& options);
+
+/// What speaks against a group's being a ball, in words; empty where nothing does.
+std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures,
+                        const LearnOptions& options);
+
 /// The group that `request` means, of those that its pictures show. Throws Refusal (see learn_classes).
 ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> groups,
                         const std::vector<ColorPicture>& pictures, const LearnOptions& options);

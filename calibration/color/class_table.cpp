@@ -32,67 +32,57 @@ void normalise(std::vector<float>& values) {
   for (float& value : values) value = static_cast<float>(value / total);
 }
 
-/// A smoothed density over coarse cells of (L, a, b).
-class LabDensity {
- public:
-  LabDensity() : values_(static_cast<std::size_t>(chroma_bins * chroma_bins * lightness_bins), 0.0f) {}
+// Coarse cells of (L, a, b).
+constexpr int chroma_bins = 64, lightness_bins = 13;
+constexpr float chroma_width = 4, lightness_width = 8;
 
-  void add(const Eigen::Vector3f& lab, float weight) { values_[bin(lab)] += weight; }
+std::size_t lab_bin(const Eigen::Vector3f& lab) {
+  const auto cell = [](float v, int bins) {
+    return std::clamp(static_cast<int>(std::floor(v)), 0, bins - 1);
+  };
+  const int l = cell(lab.x() / lightness_width, lightness_bins);
+  const int a = cell(lab.y() / chroma_width + chroma_bins / 2, chroma_bins);
+  const int b = cell(lab.z() / chroma_width + chroma_bins / 2, chroma_bins);
+  return static_cast<std::size_t>((l * chroma_bins + b) * chroma_bins + a);
+}
 
-  void finish() {
-    smooth(values_, 1, chroma_bins);
-    smooth(values_, chroma_bins, chroma_bins);
-    smooth(values_, chroma_bins * chroma_bins, lightness_bins);
-    normalise(values_);
-  }
+}  // namespace
 
-  float at(const Eigen::Vector3f& lab) const { return values_[bin(lab)]; }
-
- private:
-  static constexpr int chroma_bins = 64, lightness_bins = 13;
-  static constexpr float chroma_width = 4, lightness_width = 8;
-
-  static std::size_t bin(const Eigen::Vector3f& lab) {
-    const auto cell = [](float v, int bins) {
-      return std::clamp(static_cast<int>(std::floor(v)), 0, bins - 1);
-    };
-    const int l = cell(lab.x() / lightness_width, lightness_bins);
-    const int a = cell(lab.y() / chroma_width + chroma_bins / 2, chroma_bins);
-    const int b = cell(lab.z() / chroma_width + chroma_bins / 2, chroma_bins);
-    return static_cast<std::size_t>((l * chroma_bins + b) * chroma_bins + a);
-  }
-
-  std::vector<float> values_;
-};
-
-/// A class's smoothed density over the cells of the table.
-std::vector<float> cell_density(const ColorSamples& samples) {
+std::vector<float> cell_density(const OccupiedCells& cells) {
   std::vector<float> result(ColorTable::entries, 0.0f);
-  for (const ColorSamples::Pixel& pixel : samples.pixels) result[pixel.table_cell] += 1;
+  for (const CellCount& cell : cells) result[cell.cell] = static_cast<float>(cell.count);
   for (int axis = 0, stride = 1; axis < 3; ++axis, stride *= ColorTable::side)
     smooth(result, stride, ColorTable::side);
   normalise(result);
   return result;
 }
 
-}  // namespace
+std::vector<float> lab_density(const OccupiedCells& cells) {
+  const std::vector<Eigen::Vector3f>& colors = table_cell_colors();
+  std::vector<float> result(static_cast<std::size_t>(chroma_bins * chroma_bins * lightness_bins), 0.0f);
+  for (const CellCount& cell : cells) result[lab_bin(colors[cell.cell])] += static_cast<float>(cell.count);
+  smooth(result, 1, chroma_bins);
+  smooth(result, chroma_bins, chroma_bins);
+  smooth(result, chroma_bins * chroma_bins, lightness_bins);
+  normalise(result);
+  return result;
+}
 
-std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes, const CellCounts& background,
-                                    const SampleOptions& options) {
+double common_area(const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += std::min(a[i], b[i]);
+  return sum;
+}
+
+std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes,
+                                    const OccupiedCells& background, const SampleOptions& options) {
   options.validate();
-  const std::vector<Eigen::Vector3f> colors = table_cell_colors();
-  LabDensity elsewhere;
-  for (std::size_t i = 0; i < background.size(); ++i) {
-    if (background[i] > 0) elsewhere.add(colors[i], static_cast<float>(background[i]));
-  }
-  elsewhere.finish();
-  std::vector<LabDensity> on_ball(classes.size());
-  std::vector<std::vector<float>> in_cells;
-  for (std::size_t k = 0; k < classes.size(); ++k) {
-    for (const ColorSamples::Pixel& pixel : classes[k].samples.pixels)
-      on_ball[k].add(colors[pixel.table_cell], 1);
-    on_ball[k].finish();
-    in_cells.push_back(cell_density(classes[k].samples));
+  const std::vector<Eigen::Vector3f>& colors = table_cell_colors();
+  const std::vector<float> elsewhere = lab_density(background);
+  std::vector<std::vector<float>> on_ball, in_cells;
+  for (const ClassEvidence& evidence : classes) {
+    on_ball.push_back(lab_density(evidence.cells));
+    in_cells.push_back(cell_density(evidence.cells));
   }
 
   std::vector<ClassIndex> table(ColorTable::entries, no_class);
@@ -113,11 +103,18 @@ std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes, c
     if (table[i] == no_class) continue;
     const std::size_t k = table[i] - 1u;
     const ChromaGroup& group = classes[k].group;
-    const float ball = std::max(on_ball[k].at(colors[i]), unseen_share * group.density(row, column));
-    if (elsewhere.at(colors[i]) > (group.core(row, column) ? core_share : fringe_share) * ball)
-      table[i] = no_class;
+    const std::size_t bin = lab_bin(colors[i]);
+    const float ball = std::max(on_ball[k][bin], unseen_share * group.density(row, column));
+    if (elsewhere[bin] > (group.core(row, column) ? core_share : fringe_share) * ball) table[i] = no_class;
   }
   return table;
+}
+
+void rebuild(ColorTable& colors, const SampleOptions& options) {
+  std::vector<ClassEvidence> evidence;
+  for (const ColorClass& color : colors.classes)
+    evidence.push_back({color.cells, chroma_group(color.histogram)});
+  colors.table = class_table(evidence, colors.background, options);
 }
 
 }  // namespace ballservo

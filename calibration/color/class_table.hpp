@@ -11,9 +11,18 @@ namespace ballservo {
 
 /// What the table is made of: one class's samples and the group that they gave.
 struct ClassEvidence {
-  ColorSamples samples;
+  OccupiedCells cells;
   ChromaGroup group;
 };
+
+/// A class's smoothed density over the cells of the table: sums to 1 (to nothing for no cells).
+std::vector<float> cell_density(const OccupiedCells& cells);
+
+/// The same over coarse cells of (L, a, b), 8 x 4 x 4 units.
+std::vector<float> lab_density(const OccupiedCells& cells);
+
+/// The common area of two such densities: 1 for the same colour, 0 for colours that share no cell.
+double common_area(const std::vector<float>& a, const std::vector<float>& b);
 
 /// The class of every RGB cell, by the colour at its centre:
 /// - without a class where the colour is too dark or too grey (see SampleOptions), or where it lies in no
@@ -26,8 +35,11 @@ struct ClassEvidence {
 ///   densities over L, a and b, so that a bright wall does not take a ball's shade of the same chroma with
 ///   it). The class's core is given up only where the background is three times as dense: what little the
 ///   background has of it are things of the ball's own colour, which no table can tell apart.
-/// `background` counts the pictures' pixels off every ball, by cells of ColorTable; empty for none.
-std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes, const CellCounts& background,
-                                    const SampleOptions& options);
+/// `background` counts the pictures' pixels off every ball; empty for none.
+std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes,
+                                    const OccupiedCells& background, const SampleOptions& options);
+
+/// Makes the table anew from what is stored of its classes and its background.
+void rebuild(ColorTable& colors, const SampleOptions& options = {});
 
 }  // namespace ballservo

@@ -1,11 +1,17 @@
 // The file is text, so that it can be read, compared and kept under version control:
 //
 //     ballservo colors
-//     version 1
+//     version 2
 //     sha256 <of every byte after this line>
+//     settings 1                  of the camera, where known: name, value
+//     exposure 156
 //     classes 2
-//     class red 5310 207          name, samples, occupied histogram cells; each cell then on a line of its
-//     own: 87 76 12                    column (of a), row (of b), count; cells in rising order
+//     class red 5310 207 640      name, samples, occupied cells of the histogram and of the table, which
+//     follow: 87 76 12                    column (of a), row (of b), count; cells in rising order
+//     ...
+//     231122 4                    cell of the table, count; cells in rising order
+//     ...
+//     background 17320            occupied cells of the table, as above
 //     ...
 //     table 4192                  runs of equal entries in the order of ColorTable: length, class number
 //     51234 0
@@ -17,6 +23,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -24,11 +31,13 @@
 #include "calibration/files/checksum.hpp"
 #include "calibration/files/fault.hpp"
 #include "calibration/files/image_file.hpp"
+#include "calibration/files/numbers.hpp"
 
 namespace ballservo {
 namespace {
 
 constexpr std::string_view magic = "ballservo colors";
+constexpr std::uint64_t max_settings = 64;
 constexpr std::uint64_t max_samples = std::uint64_t{1} << 53;  // exact in JSON's and everybody's doubles
 
 /// What a message may show of a hostile file: short, printable.
@@ -93,6 +102,15 @@ class Lines {
   long line_ = 0;
 };
 
+bool is_in_order(const OccupiedCells& cells) {
+  std::uint64_t next = 0;
+  for (const CellCount& cell : cells) {
+    if (cell.cell < next || cell.cell >= ColorTable::entries || cell.count == 0) return false;
+    next = cell.cell + std::uint64_t{1};
+  }
+  return true;
+}
+
 /// What is wrong with a table in memory; empty if nothing is.
 std::string complaint(const ColorTable& table) {
   if (table.classes.size() > max_classes) return "too many classes";
@@ -108,6 +126,14 @@ std::string complaint(const ColorTable& table) {
     for (const std::uint32_t count : color.histogram.counts) total += count;
     if (color.samples > max_samples || total > color.samples)
       return "a histogram that counts more than the samples";
+    if (!is_in_order(color.cells)) return "cells out of order";
+    total = 0;
+    for (const CellCount& cell : color.cells) total += cell.count;
+    if (total > color.samples) return "cells that count more than the samples";
+  }
+  if (!is_in_order(table.background)) return "background cells out of order";
+  for (const auto& [name, value] : table.camera_settings) {
+    if (!is_class_name(name) || !std::isfinite(value)) return "a bad camera setting";
   }
   for (const ClassIndex index : table.table) {
     if (index > table.classes.size()) return "a class number without a class";
@@ -115,15 +141,46 @@ std::string complaint(const ColorTable& table) {
   return {};
 }
 
+/// `count` lines of a table's cell and its count, which come to at most `limit`.
+OccupiedCells parse_cells(Lines& lines, std::uint64_t count, std::uint64_t limit) {
+  OccupiedCells result;
+  std::uint64_t next = 0, total = 0;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto words = lines.words("", 2, "CELL COUNT of a cell of the table");
+    const std::uint64_t cell = lines.number(words[0], 0, ColorTable::entries - 1, "cell");
+    if (cell < next) lines.fail("cells in rising order, each once");
+    next = cell + 1;
+    const std::uint64_t pixels =
+        lines.number(words[1], 1, std::numeric_limits<std::uint32_t>::max(), "count");
+    total += pixels;
+    if (total > limit) lines.fail(fmt::format("{} counted so far", total), fmt::format("at most {}", limit));
+    result.push_back({static_cast<std::uint32_t>(cell), static_cast<std::uint32_t>(pixels)});
+  }
+  return result;
+}
+
+std::map<std::string, double> parse_settings(Lines& lines) {
+  std::map<std::string, double> result;
+  const std::uint64_t count =
+      lines.number(lines.words("settings", 2, "settings COUNT")[1], 0, max_settings, "settings");
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto words = lines.words("", 2, "NAME VALUE of a camera setting");
+    const auto value = parse_number(words[1]);
+    if (!is_class_name(words[0]) || !value) lines.fail("a setting's name and its finite value");
+    if (!result.emplace(words[0], *value).second) lines.fail("each setting once");
+  }
+  return result;
+}
+
 ColorClass parse_class(Lines& lines) {
-  const auto words = lines.words("class", 4, "class NAME SAMPLES CELLS");
+  const auto words = lines.words("class", 5, "class NAME SAMPLES HISTOGRAM_CELLS TABLE_CELLS");
   ColorClass color;
   color.name = words[1];
   if (!is_class_name(color.name))
     lines.fail(shown(words[1]), "a name: 1 to 64 of a-z, 0-9 and _, beginning with a letter");
   color.samples = lines.number(words[2], 0, max_samples, "samples");
   constexpr std::uint64_t side = ChromaHistogram::side;
-  const std::uint64_t cells = lines.number(words[3], 0, side * side, "occupied cells");
+  const std::uint64_t cells = lines.number(words[3], 0, side * side, "histogram cells");
   std::uint64_t next_index = 0, total = 0;
   for (std::uint64_t i = 0; i < cells; ++i) {
     const auto cell = lines.words("", 3, "COLUMN ROW COUNT of a histogram cell");
@@ -139,6 +196,8 @@ ColorClass parse_class(Lines& lines) {
       lines.fail(fmt::format("{} counted so far", total),
                  fmt::format("at most the {} samples of the class", color.samples));
   }
+  color.cells =
+      parse_cells(lines, lines.number(words[4], 0, ColorTable::entries, "table cells"), color.samples);
   return color;
 }
 
@@ -164,6 +223,11 @@ void parse_table(Lines& lines, ColorTable& result) {
   }
 }
 
+void append_cells(fmt::memory_buffer& body, const OccupiedCells& cells) {
+  for (const CellCount& cell : cells)
+    fmt::format_to(std::back_inserter(body), "{} {}\n", cell.cell, cell.count);
+}
+
 }  // namespace
 
 bool is_class_name(std::string_view name) {
@@ -178,16 +242,23 @@ std::string color_file_bytes(const ColorTable& table) {
   }
   fmt::memory_buffer body;
   const auto out = std::back_inserter(body);
+  fmt::format_to(out, "settings {}\n", table.camera_settings.size());
+  for (const auto& [name, value] : table.camera_settings)
+    fmt::format_to(out, "{} {}\n", name, number_text(value));
   fmt::format_to(out, "classes {}\n", table.classes.size());
   for (const ColorClass& color : table.classes) {
     const auto& counts = color.histogram.counts;
-    fmt::format_to(out, "class {} {} {}\n", color.name, color.samples,
-                   counts.size() - static_cast<std::size_t>(std::count(counts.begin(), counts.end(), 0u)));
+    fmt::format_to(out, "class {} {} {} {}\n", color.name, color.samples,
+                   counts.size() - static_cast<std::size_t>(std::count(counts.begin(), counts.end(), 0u)),
+                   color.cells.size());
     for (std::size_t i = 0; i < counts.size(); ++i) {
       if (counts[i] == 0) continue;
       fmt::format_to(out, "{} {} {}\n", i % ChromaHistogram::side, i / ChromaHistogram::side, counts[i]);
     }
+    append_cells(body, color.cells);
   }
+  fmt::format_to(out, "background {}\n", table.background.size());
+  append_cells(body, table.background);
   std::vector<std::pair<std::size_t, int>> runs;
   for (const ClassIndex index : table.table) {
     if (runs.empty() || runs.back().second != index) runs.emplace_back(0, index);
@@ -213,7 +284,8 @@ ColorTable parse_color_file(std::string_view bytes, const std::string& place) {
   }
   const auto version = lines.words("version", 2, "version NUMBER");
   if (version[1] != fmt::format("{}", color_file_version)) {
-    lines.fail("version " + shown(version[1]), fmt::format("version {}", color_file_version));
+    lines.fail("version " + shown(version[1]),
+               fmt::format("version {}; learn the colours again from their pictures", color_file_version));
   }
   const auto checksum = lines.words("sha256", 2, "sha256 CHECKSUM");
   if (checksum[1] != sha256_hex(lines.rest())) {
@@ -221,6 +293,7 @@ ColorTable parse_color_file(std::string_view bytes, const std::string& place) {
                "a colours file as it was written");
   }
   ColorTable result;
+  result.camera_settings = parse_settings(lines);
   const std::uint64_t count =
       lines.number(lines.words("classes", 2, "classes COUNT")[1], 0, max_classes, "classes");
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -228,6 +301,9 @@ ColorTable parse_color_file(std::string_view bytes, const std::string& place) {
     if (result.find(color.name)) lines.fail("a second class named " + color.name, "each name once");
     result.classes.push_back(std::move(color));
   }
+  const auto background = lines.words("background", 2, "background CELLS");
+  result.background = parse_cells(
+      lines, lines.number(background[1], 0, ColorTable::entries, "background cells"), max_samples);
   parse_table(lines, result);
   if (lines.next("end") != "end") lines.fail("end");
   if (!lines.rest().empty()) lines.fail("more after the end", "nothing");

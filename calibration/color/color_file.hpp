@@ -1,4 +1,5 @@
-// The colours file: versioned, checksummed, one file for table, names, sample counts and histograms.
+// The colours file: versioned, checksummed, one file for table, names, histograms, and the counts that the
+// table can be made from anew, so that files can be merged and learnt on.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +10,7 @@
 
 namespace ballservo {
 
-inline constexpr int color_file_version = 1;
+inline constexpr int color_file_version = 2;
 inline constexpr std::size_t color_file_max_bytes = 16u << 20;
 
 /// Whether a class may be called that: 1 to 64 of a-z, 0-9 and _, beginning with a letter.

@@ -19,13 +19,13 @@ constexpr std::size_t min_samples = 50;  // fewer say nothing about a distributi
 void find_round_shares(std::vector<ColorGroup>& groups, CellCounts elsewhere, const SampleOptions& samples) {
   std::vector<ClassEvidence> evidence;
   for (const ColorGroup& group : groups) {
-    evidence.push_back({group.samples, group.chroma});
+    evidence.push_back({group.samples.cells(), group.chroma});
     for (const ColorSamples::Pixel& pixel : group.samples.pixels) {
       std::uint32_t& count = elsewhere[pixel.table_cell];
       if (count > 0) --count;
     }
   }
-  const std::vector<ClassIndex> table = class_table(evidence, elsewhere, samples);
+  const std::vector<ClassIndex> table = class_table(evidence, occupied(elsewhere), samples);
   std::vector<double> inside(groups.size() + 1, 0), outside(groups.size() + 1, 0);
   for (std::size_t k = 0; k < groups.size(); ++k) {
     for (const ColorSamples::Pixel& pixel : groups[k].samples.pixels) {
@@ -54,6 +54,9 @@ void GroupOptions::validate() const {
   check("max_saturation_ratio", max_saturation_ratio, 1, 1e6);
   check("min_colored_fraction", min_colored_fraction, 0, 1);
   check("min_relative_fit", min_relative_fit, 0, 1);
+  check("max_radius_ratio", max_radius_ratio, 1, 1e6);
+  check("min_contrast", min_contrast, 0, 300);
+  check("sure_radius_px", sure_radius_px, 0, 1e6);
   faults.throw_if_any();
 }
 
@@ -81,8 +84,15 @@ std::vector<BallCandidate> ball_candidates(const ColorPicture& picture, std::siz
 std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, const CellCounts& all_pixels,
                                      const SampleOptions& samples, const GroupOptions& options) {
   options.validate();
-  std::stable_sort(candidates.begin(), candidates.end(), [](const BallCandidate& a, const BallCandidate& b) {
-    return a.region.fit_ratio > b.region.fit_ratio;
+  // Specks are often rounder than balls: what stands out and is large enough to be sure of comes first.
+  const auto stands_out = [&](const BallCandidate& ball) {
+    return ball.region.contrast >= options.min_contrast;
+  };
+  const auto sureness = [&](const BallCandidate& ball) {
+    return (stands_out(ball) ? 2 : 0) + (ball.region.radius_px >= options.sure_radius_px ? 1 : 0);
+  };
+  std::stable_sort(candidates.begin(), candidates.end(), [&](const BallCandidate& a, const BallCandidate& b) {
+    return sureness(a) != sureness(b) ? sureness(a) > sureness(b) : a.region.fit_ratio > b.region.fit_ratio;
   });
   std::vector<ColorGroup> groups;
   for (BallCandidate& candidate : candidates) {
@@ -93,7 +103,10 @@ std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, cons
       groups.emplace_back();
       groups.back().samples = candidate.samples;
       groups.back().balls.push_back(std::move(candidate));
-    } else if (candidate.region.fit_ratio >= options.min_relative_fit * home->best_fit()) {
+    } else if (stands_out(candidate) == stands_out(home->balls.front()) &&
+               candidate.region.fit_ratio >= options.min_relative_fit * home->best_fit() &&
+               candidate.region.radius_px * options.max_radius_ratio >=
+                   home->balls.front().region.radius_px) {
       home->samples.add(candidate.samples);
       home->balls.push_back(std::move(candidate));
     }
@@ -104,6 +117,9 @@ std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, cons
     group.word = color_word(group.samples.mean_lab());
   }
   find_round_shares(groups, all_pixels, samples);
+  groups.erase(std::remove_if(groups.begin(), groups.end(),
+                              [&](const ColorGroup& group) { return !stands_out(group.balls.front()); }),
+               groups.end());
   std::stable_sort(groups.begin(), groups.end(), [](const ColorGroup& a, const ColorGroup& b) {
     return a.samples.pixels.size() > b.samples.pixels.size();
   });

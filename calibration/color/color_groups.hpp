@@ -31,6 +31,8 @@ struct ColorGroup {
   double round_share = 0;  ///< of all pixels of this colour in the pictures: the part inside these circles
   std::string word;        ///< its basic colour word
   double best_fit() const { return balls.empty() ? 0 : balls.front().region.fit_ratio; }
+  /// How much speaks for a ball: roundness of the best one x share, 0 to 1.
+  double evidence() const { return best_fit() * round_share; }
 };
 
 /// What turns regions into groups.
@@ -43,6 +45,13 @@ struct GroupOptions {
   double min_colored_fraction =
       0.3;  ///< of a region's pixels, that must have a colour (a black disc has none), 0 to 1
   double min_relative_fit = 0.7;  ///< of the best ball's fit ratio, that others need to count, 0 to 1
+  /// A ball of a colour counts if it is not smaller than the best one by more than that factor, 1 or more:
+  /// specks of a ball's colour are round too.
+  double max_radius_ratio = 5;
+  /// Least distance of a ball's mean (u*, v*) from that of what is around it: below it the region is a patch
+  /// of its surroundings, which says what else is in the picture but is no ball.
+  double min_contrast = 5;
+  double sure_radius_px = 8;  ///< balls from this size on are looked at first
 
   /// Throws InputError with every value out of range.
   void validate() const;

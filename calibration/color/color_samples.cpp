@@ -47,16 +47,19 @@ void SampleOptions::validate() const {
   faults.throw_if_any();
 }
 
-std::vector<Eigen::Vector3f> table_cell_colors() {
-  std::vector<Eigen::Vector3f> result(ColorTable::entries);
-  const auto center = [](int i) { return static_cast<std::uint8_t>(4 * i + 2); };
-  for (int r = 0, i = 0; r < ColorTable::side; ++r) {
-    for (int g = 0; g < ColorTable::side; ++g) {
-      for (int b = 0; b < ColorTable::side; ++b, ++i)
-        result[i] = lab_from_bgr(center(b), center(g), center(r)).cast<float>();
+const std::vector<Eigen::Vector3f>& table_cell_colors() {
+  static const std::vector<Eigen::Vector3f> colors = [] {
+    std::vector<Eigen::Vector3f> result(ColorTable::entries);
+    const auto center = [](int i) { return static_cast<std::uint8_t>(4 * i + 2); };
+    for (int r = 0, i = 0; r < ColorTable::side; ++r) {
+      for (int g = 0; g < ColorTable::side; ++g) {
+        for (int b = 0; b < ColorTable::side; ++b, ++i)
+          result[i] = lab_from_bgr(center(b), center(g), center(r)).cast<float>();
+      }
     }
-  }
-  return result;
+    return result;
+  }();
+  return colors;
 }
 
 int chroma_cell(double a, double b) {
@@ -78,6 +81,20 @@ void count_cells(const cv::Mat& bgr, const cv::Mat& mask, CellCounts& counts) {
   }
 }
 
+OccupiedCells occupied(const CellCounts& counts) {
+  OccupiedCells result;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] > 0) result.push_back({static_cast<std::uint32_t>(i), counts[i]});
+  }
+  return result;
+}
+
+CellCounts all_counts(const OccupiedCells& cells) {
+  CellCounts result(ColorTable::entries, 0);
+  for (const CellCount& cell : cells) result[cell.cell] = cell.count;
+  return result;
+}
+
 Eigen::Vector3d ColorSamples::mean_lab() const {
   return pixels.empty() ? Eigen::Vector3d::Zero().eval()
                         : (lab_sum / static_cast<double>(pixels.size())).eval();
@@ -92,6 +109,12 @@ double ColorSamples::saturation() const {
 
 double ColorSamples::colored_fraction() const {
   return looked_at > 0 ? static_cast<double>(pixels.size()) / static_cast<double>(looked_at) : 0;
+}
+
+OccupiedCells ColorSamples::cells() const {
+  CellCounts counts(ColorTable::entries, 0);
+  for (const Pixel& pixel : pixels) ++counts[pixel.table_cell];
+  return occupied(counts);
 }
 
 void ColorSamples::add(const ColorSamples& other) {

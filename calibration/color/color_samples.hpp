@@ -29,7 +29,7 @@ struct SampleOptions {
 };
 
 /// The (L, a, b) at the centre of every cell of ColorTable, in its order.
-std::vector<Eigen::Vector3f> table_cell_colors();
+const std::vector<Eigen::Vector3f>& table_cell_colors();
 
 /// The cell of ChromaHistogram that holds (a, b).
 int chroma_cell(double a, double b);
@@ -37,6 +37,10 @@ int chroma_cell(double a, double b);
 /// How many of a picture's pixels fall into each cell of ColorTable.
 using CellCounts = std::vector<std::uint32_t>;
 void count_cells(const cv::Mat& bgr, const cv::Mat& mask, CellCounts& counts);
+
+/// The occupied ones of such counts, and back.
+OccupiedCells occupied(const CellCounts& counts);
+CellCounts all_counts(const OccupiedCells& cells);
 
 /// The coloured pixels of one ball, or of several of one colour.
 struct ColorSamples {
@@ -58,6 +62,7 @@ struct ColorSamples {
   /// a, b and L + 16 all grow with its cube root.
   double saturation() const;
   double colored_fraction() const;
+  OccupiedCells cells() const;  ///< the pixels by cells of ColorTable
   void add(const ColorSamples& other);
 };
 

@@ -6,21 +6,9 @@
 namespace ballservo {
 namespace {
 
-// sRGB's primaries with the D65 white point (IEC 61966-2-1); rows give X, Y, Z.
-const Eigen::Matrix3d& xyz_from_linear_rgb() {
-  static const Eigen::Matrix3d matrix = (Eigen::Matrix3d() << 0.4124564, 0.3575761, 0.1804375,  //
-                                         0.2126729, 0.7151522, 0.0721750,                       //
-                                         0.0193339, 0.1191920, 0.9503041)
-                                            .finished();
-  return matrix;
-}
-
 std::array<double, 256> make_linear_table() {
   std::array<double, 256> table{};
-  for (int i = 0; i < 256; ++i) {
-    const double v = i / 255.0;
-    table[i] = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-  }
+  for (int i = 0; i < 256; ++i) table[i] = linear_from_srgb(i / 255.0);
   return table;
 }
 
@@ -40,6 +28,20 @@ constexpr double epsilon = 216.0 / 24389.0, kappa = 24389.0 / 27.0;  // CIE 15:2
 double lab_f(double t) { return t > epsilon ? std::cbrt(t) : (kappa * t + 16.0) / 116.0; }
 
 }  // namespace
+
+const Eigen::Matrix3d& xyz_from_linear_rgb() {
+  static const Eigen::Matrix3d matrix = (Eigen::Matrix3d() << 0.4124564, 0.3575761, 0.1804375,  //
+                                         0.2126729, 0.7151522, 0.0721750,                       //
+                                         0.0193339, 0.1191920, 0.9503041)
+                                            .finished();
+  return matrix;
+}
+
+double linear_from_srgb(double v) { return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4); }
+
+double srgb_from_linear(double v) {
+  return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+}
 
 Eigen::Vector3d lab_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r) {
   const Eigen::Vector3d ratio = xyz_from_bgr(b, g, r).cwiseQuotient(white());

@@ -6,6 +6,13 @@
 
 namespace ballservo {
 
+/// X, Y, Z of linear sRGB: its primaries with the D65 white point (IEC 61966-2-1), one row each.
+const Eigen::Matrix3d& xyz_from_linear_rgb();
+
+/// sRGB's transfer function and its inverse (IEC 61966-2-1), 0 to 1.
+double linear_from_srgb(double value);
+double srgb_from_linear(double value);
+
 /// (L, a, b) of CIE Lab, L from 0 to 100.
 Eigen::Vector3d lab_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r);
 

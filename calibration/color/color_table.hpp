@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,11 +23,21 @@ struct ChromaHistogram {
   std::vector<std::uint32_t> counts = std::vector<std::uint32_t>(side * side, 0);
 };
 
+/// How many pixels fell into one cell of a ColorTable.
+struct CellCount {
+  std::uint32_t cell = 0;
+  std::uint32_t count = 0;
+};
+
+/// The occupied cells in rising order, each once.
+using OccupiedCells = std::vector<CellCount>;
+
 /// What is known of one class of ball colours.
 struct ColorClass {
   std::string name;           ///< 1 to 64 of a-z, 0-9 and _, beginning with a letter
   std::uint64_t samples = 0;  ///< pixels that it was learnt from
-  ChromaHistogram histogram;  ///< where they lie
+  ChromaHistogram histogram;  ///< where they lie in (a, b) ...
+  OccupiedCells cells;        ///< ... and in RGB: what a table can be made from anew
 };
 
 /// The table that the on-line classification reads. Entry order: blue fastest, then green, then red.
@@ -36,6 +47,9 @@ struct ColorTable {
 
   std::vector<ClassIndex> table = std::vector<ClassIndex>(entries, no_class);
   std::vector<ColorClass> classes;  ///< class k of the table is classes[k - 1]
+  OccupiedCells background;         ///< the pixels off every ball in the pictures that it was learnt from
+  /// How the camera was set, by V4L2's names, where it was known ("exposure": 156).
+  std::map<std::string, double> camera_settings;
 
   static constexpr int index(std::uint8_t b, std::uint8_t g, std::uint8_t r) {
     return ((r >> 2) << 12) | ((g >> 2) << 6) | (b >> 2);

@@ -66,47 +66,21 @@ CellCounts background_of(const std::vector<ColorPicture>& pictures, const std::v
 
 LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vector<ColorPicture>& pictures,
                     const std::vector<ColorPicture>& background, const LearnOptions& options) {
-  const CellCounts elsewhere = background_of(pictures, groups, background);
   LearntColors result;
+  result.table.background = occupied(background_of(pictures, groups, background));
   result.pictures = std::move(seen.pictures);
-  std::vector<ClassEvidence> evidence;
-  for (ColorGroup& group : groups) {
-    ColorClass color;
-    color.name = group.word;
-    color.samples = group.samples.pixels.size();
-    color.histogram = chroma_histogram(group.samples);
-    result.table.classes.push_back(std::move(color));
-    LearntClass learnt;
+  for (const ColorGroup& group : groups) {
+    if (std::string doubt = doubt_about(group, pictures, options); !doubt.empty())
+      result.doubts.push_back(std::move(doubt));
+    result.table.classes.push_back(
+        {group.word, group.samples.pixels.size(), chroma_histogram(group.samples), group.samples.cells()});
+    std::vector<LearntCircle>& circles = result.circles[group.word];
     for (const BallCandidate& ball : group.balls) {
-      learnt.circles.push_back(
-          {ball.picture, ball.region.center_px, ball.region.radius_px, ball.region.fit_ratio});
-    }
-    learnt.group = group.chroma;
-    result.classes.push_back(std::move(learnt));
-    evidence.push_back({std::move(group.samples), group.chroma});
-  }
-  result.table.table = class_table(evidence, elsewhere, options.samples);
-
-  for (std::size_t k = 0; k < evidence.size(); ++k) {
-    std::vector<double> counts(evidence.size() + 1, 0);
-    for (const ColorSamples::Pixel& pixel : evidence[k].samples.pixels)
-      counts[result.table.table[pixel.table_cell]] += 1;
-    const auto total = static_cast<double>(std::max<std::size_t>(1, evidence[k].samples.pixels.size()));
-    LearntClass& learnt = result.classes[k];
-    learnt.kept_fraction = counts[k + 1] / total;
-    for (std::size_t other = 0; other < evidence.size(); ++other) {
-      if (other != k) learnt.overlap[result.table.classes[other].name] = counts[other + 1] / total;
+      circles.push_back(
+          {ball.picture, 0, ball.region.center_px, ball.region.radius_px, ball.region.fit_ratio});
     }
   }
-  double all = 0;
-  std::vector<double> off_ball(evidence.size() + 1, 0);
-  for (std::size_t i = 0; i < elsewhere.size(); ++i) {
-    all += elsewhere[i];
-    off_ball[result.table.table[i]] += elsewhere[i];
-  }
-  for (std::size_t k = 0; k < evidence.size(); ++k) {
-    result.classes[k].background_fraction = all > 0 ? off_ball[k + 1] / all : 0;
-  }
+  rebuild(result.table, options.samples);
   return result;
 }
 
@@ -122,40 +96,37 @@ void LearnOptions::validate() const {
   }
 }
 
+void refuse_grey(const std::vector<ColorPicture>& pictures, const SampleOptions& options) {
+  constexpr double least_colored = 1e-4;  // what a sensor's noise gives a grey scene is more
+  std::string grey;
+  for (const ColorPicture& picture : pictures) {
+    CellCounts counts;
+    count_cells(picture.bgr, {}, counts);
+    double colored = 0;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      if (counts[i] > 0 && options.has_color(table_cell_colors()[i].cast<double>())) colored += counts[i];
+    }
+    if (colored < least_colored * static_cast<double>(picture.bgr.total()))
+      grey += (grey.empty() ? "" : ", ") + picture.source;
+  }
+  if (grey.empty()) return;
+  throw Refusal(
+      grey +
+      ": grey, without any colour to learn. Take the picture with a colour camera and save it in "
+      "colour (not as a grey-scale file); if the camera is one, look for its night or black-and-white "
+      "mode, or give it more light");
+}
+
 LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const CircleEstimator& estimator,
                           const LearnOptions& options, const std::vector<ColorPicture>& background) {
   options.validate();
   if (pictures.empty()) throw InputError("pictures", "none", "one or more pictures of balls");
+  refuse_grey(pictures, options.samples);
   Survey seen = survey(pictures, estimator, options);
   std::vector<std::size_t> everywhere(pictures.size());
   for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = i;
-  std::vector<ColorGroup> groups = groups_in(everywhere, seen, pictures, options);
-  const bool any_clear = std::any_of(groups.begin(), groups.end(), [&](const ColorGroup& group) {
-    return group.round_share >= options.min_round_share;
-  });
-  const double least_share = any_clear ? options.min_round_share : options.weak_round_share;
-  std::string elsewhere;
-  groups.erase(std::remove_if(groups.begin(), groups.end(),
-                              [&](const ColorGroup& group) {
-                                if (group.round_share >= least_share) return false;
-                                const BallCandidate& best = group.balls.front();
-                                elsewhere +=
-                                    fmt::format("\n  {} in {} at {:.0f},{:.0f}, radius {:.0f} px", group.word,
-                                                pictures[best.picture].source, best.region.center_px.x(),
-                                                best.region.center_px.y(), best.region.radius_px);
-                                return true;
-                              }),
-               groups.end());
-  if (groups.empty()) {
-    throw Refusal(
-        "nothing round and coloured was found. Try a picture where the ball is whole, in even light, and at "
-        "least " +
-        fmt::format("{:.0f}", 2 * options.regions.min_radius_px) +
-        " px across; or say where it is: --class NAME=IMAGE --at NAME=CX,CY,R" +
-        (elsewhere.empty()
-             ? ""
-             : "\nRound regions whose colour lies mostly elsewhere in the picture:" + elsewhere));
-  }
+  std::vector<ColorGroup> groups =
+      ball_groups(groups_in(everywhere, seen, pictures, options), pictures, options);
   double best_fit = 0;
   for (const ColorGroup& group : groups) best_fit = std::max(best_fit, group.best_fit());
   groups.erase(std::remove_if(groups.begin(), groups.end(),
@@ -180,6 +151,7 @@ LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
   check_requests(requests, pictures, faults);
   faults.throw_if_any();
   if (requests.empty()) throw InputError("--class", "none", "one or more classes");
+  refuse_grey(pictures, options.samples);
   Survey seen = survey(pictures, estimator, options);
   std::vector<ColorGroup> groups;
   for (const ClassRequest& request : requests) {

@@ -22,7 +22,7 @@ struct LearnOptions {
   /// A colour is a class only if at least that part of its pixels lies in round regions (fingertips are
   /// round, but most of the skin is not); where no colour reaches it, a weaker claim will do; 0 to 1.
   double min_round_share = 0.5;
-  double weak_round_share = 0.3;
+  double weak_round_share = 0.2;
 
   /// Throws InputError with every value out of range.
   void validate() const;
@@ -44,20 +44,14 @@ struct ClassRequest {
 /// A ball that was learnt from.
 struct LearntCircle {
   std::size_t picture = 0;
+  int frame = 0;  ///< of a video; 0 for a still
   Eigen::Vector2d center_px{0, 0};
   double radius_px = 0;
   double fit_ratio = 1;  ///< 1 for one that the user pointed at
 };
 
-/// What is known of a class beyond its entry in the table.
-struct LearntClass {
-  std::vector<LearntCircle> circles;
-  ChromaGroup group;
-  double kept_fraction = 0;  ///< of the samples, that the table gives to this class
-  std::map<std::string, double>
-      overlap;                     ///< of the samples, the part that the table gives to each other class
-  double background_fraction = 0;  ///< of the pictures' pixels off every ball, those of this class
-};
+/// Those of every class, by its name.
+using LearntCircles = std::map<std::string, std::vector<LearntCircle>>;
 
 /// A picture as the search saw it.
 struct SegmentedPicture {
@@ -67,9 +61,13 @@ struct SegmentedPicture {
 
 struct LearntColors {
   ColorTable table;
-  std::vector<LearntClass> classes;        ///< in the order of table.classes
+  LearntCircles circles;
+  std::vector<std::string> doubts;         ///< what speaks against a class's being a ball's, in words
   std::vector<SegmentedPicture> pictures;  ///< in the order of the pictures
 };
+
+/// Throws Refusal for pictures of grey alone, naming them all: there is nothing to learn from.
+void refuse_grey(const std::vector<ColorPicture>& pictures, const SampleOptions& options);
 
 /// Every colour whose regions are round becomes a class, named by its colour word; where several share a word
 /// the largest keeps it plain, the others are red_2, red_3 and so on. `background`: pictures without any

@@ -16,6 +16,11 @@ namespace ballservo {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
+constexpr double least_smear = 1.15, most_smear = 2.5;  // ratio of the axes
+constexpr double most_of_box =
+    0.92;  // of its rectangle: a disc drawn out to twice its width fills 0.89, a bar 1
+constexpr double least_ellipse_fill = 0.85;  // below it the region is no ellipse
+constexpr double smeared_weight = 0.8;       // what an ellipse is worth beside a circle
 
 /// A region's mask and where it lies; what both tests of roundness look at.
 struct Placed {
@@ -84,13 +89,68 @@ std::optional<RoundRegion> circle_test(const Placed& placed, double scale, const
   if (boundary.size() < 8) return std::nullopt;
   const auto circle = estimator(boundary);
   if (!circle || !(circle->radius_px >= options.min_radius_px)) return std::nullopt;
+  // A few pixels of anything are round.
+  const double smallness = std::clamp(
+      (options.sure_radius_px - circle->radius_px) / (options.sure_radius_px - options.min_radius_px), 0.0,
+      1.0);
+  const double least_fit =
+      options.min_fit_ratio + smallness * (options.small_fit_ratio - options.min_fit_ratio);
   RoundRegion region;
   region.inlier_fraction = inlier_fraction_of(boundary, *circle);
   region.fill = fill_of(placed, *circle);
   region.fit_ratio = region.fill * region.inlier_fraction;
-  if (!(region.fit_ratio >= options.min_fit_ratio)) return std::nullopt;
+  if (!(region.fit_ratio >= least_fit)) return std::nullopt;
   region.center_px = (circle->center_px + Eigen::Vector2d(0.5, 0.5)) / scale - Eigen::Vector2d(0.5, 0.5);
   region.radius_px = (circle->radius_px + 0.5) / scale;
+  region.mask = placed.mask;
+  region.mask_origin = placed.origin;
+  return region;
+}
+
+/// The region as a ball smeared by motion: an ellipse, which counts for less the longer it is.
+std::optional<RoundRegion> ellipse_test(const Placed& placed, double scale,
+                                        const RoundRegionOptions& options) {
+  const cv::Moments m = cv::moments(placed.mask, true);
+  const double least_radius = options.sure_radius_px;
+  if (m.m00 < pi * least_radius * least_radius) return std::nullopt;
+  const double xx = m.mu20 / m.m00, yy = m.mu02 / m.m00, xy = m.mu11 / m.m00;
+  const double mean = (xx + yy) / 2, spread = std::hypot((xx - yy) / 2, xy);
+  if (!(mean - spread > 0)) return std::nullopt;
+  // A full ellipse of semi-axes a >= b has the variances a^2/4 and b^2/4.
+  const double a = 2 * std::sqrt(mean + spread), b = 2 * std::sqrt(mean - spread);
+  if (b < least_radius || a > most_smear * b) return std::nullopt;
+  if (a < least_smear * b) return std::nullopt;  // the circle test has spoken
+  std::vector<cv::Point> points;
+  cv::findNonZero(placed.mask, points);
+  const cv::Size2f box = cv::minAreaRect(points).size;
+  if (m.m00 > most_of_box * (box.width + 1) * (box.height + 1)) return std::nullopt;
+  const Eigen::Vector2d center(m.m10 / m.m00, m.m01 / m.m00);
+  const double angle = 0.5 * std::atan2(2 * xy, xx - yy), c = std::cos(angle), s = std::sin(angle);
+  long common = 0, ellipse = 0;
+  for (int y = -1; y <= placed.mask.rows; ++y) {
+    for (int x = -1; x <= placed.mask.cols; ++x) {
+      const double dx = x - center.x(), dy = y - center.y();
+      const double along = (c * dx + s * dy) / a, across = (c * dy - s * dx) / b;
+      if (along * along + across * across > 1) continue;
+      const int px = placed.origin.x + x, py = placed.origin.y + y;
+      if (px <= 0 || py <= 0 || px >= placed.picture.width - 1 || py >= placed.picture.height - 1)
+        return std::nullopt;  // cut by the border: no telling what it is
+      ++ellipse;
+      const bool inside = x >= 0 && y >= 0 && x < placed.mask.cols && y < placed.mask.rows;
+      if (inside && placed.mask.at<std::uint8_t>(y, x)) ++common;
+    }
+  }
+  RoundRegion region;
+  region.fill =
+      static_cast<double>(common) / (static_cast<double>(ellipse) + m.m00 - static_cast<double>(common));
+  if (region.fill < least_ellipse_fill) return std::nullopt;
+  region.inlier_fraction = smeared_weight * b / a;
+  region.fit_ratio = region.fill * region.inlier_fraction;
+  if (region.fit_ratio < options.min_smeared_fit_ratio) return std::nullopt;
+  region.smeared = true;
+  region.center_px = (center + Eigen::Vector2d(placed.origin.x + 0.5, placed.origin.y + 0.5)) / scale -
+                     Eigen::Vector2d(0.5, 0.5);
+  region.radius_px = std::sqrt(a * b) / scale;
   region.mask = placed.mask;
   region.mask_origin = placed.origin;
   return region;
@@ -124,6 +184,34 @@ Placed opened(const Placed& placed, int area) {
   return result;
 }
 
+/// How far the region's mean chroma lies from that of a ring around it.
+double contrast_of(const RoundRegion& region, const cv::Mat& modes, double scale) {
+  const Eigen::Vector2d at =
+      (region.center_px + Eigen::Vector2d(0.5, 0.5)) * scale - Eigen::Vector2d(0.5, 0.5);
+  const double radius = region.radius_px * scale, inner = radius + 2, outer = 1.6 * radius + 3;
+  cv::Vec2d inside(0, 0), around(0, 0);
+  double inside_count = 0, around_count = 0;
+  const int top = std::max(0, static_cast<int>(at.y() - outer)),
+            left = std::max(0, static_cast<int>(at.x() - outer));
+  for (int y = top; y <= std::min<double>(modes.rows - 1, at.y() + outer); ++y) {
+    for (int x = left; x <= std::min<double>(modes.cols - 1, at.x() + outer); ++x) {
+      const double distance = (Eigen::Vector2d(x, y) - at).norm();
+      const int mx = x - region.mask_origin.x, my = y - region.mask_origin.y;
+      const bool of_region = mx >= 0 && my >= 0 && mx < region.mask.cols && my < region.mask.rows &&
+                             region.mask.at<std::uint8_t>(my, mx);
+      if (distance <= radius && of_region) {
+        inside += cv::Vec2d(modes.at<cv::Vec2f>(y, x));
+        inside_count += 1;
+      } else if (distance >= inner && distance <= outer) {
+        around += cv::Vec2d(modes.at<cv::Vec2f>(y, x));
+        around_count += 1;
+      }
+    }
+  }
+  if (inside_count == 0 || around_count == 0) return 0;
+  return cv::norm(inside / inside_count - around / around_count);
+}
+
 }  // namespace
 
 void RoundRegionOptions::validate() const {
@@ -136,7 +224,10 @@ void RoundRegionOptions::validate() const {
     }
   };
   check("min_radius_px", min_radius_px, 1, 1e6);
+  check("sure_radius_px", sure_radius_px, min_radius_px + 0.1, 1e7);
+  check("small_fit_ratio", small_fit_ratio, 0, 1);
   check("min_fit_ratio", min_fit_ratio, 0, 1);
+  check("min_smeared_fit_ratio", min_smeared_fit_ratio, 0, 1);
   check("min_chroma", min_chroma, 0, 300);
   faults.throw_if_any();
 }
@@ -170,7 +261,9 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
       auto region = circle_test(whole, result.scale, estimator, options);
       if (region) found.push_back(std::move(*region));
       if (!compact(whole, c.area)) continue;
-      region = circle_test(opened(whole, c.area), result.scale, estimator, options);
+      const Placed smooth = opened(whole, c.area);
+      region = circle_test(smooth, result.scale, estimator, options);
+      if (!region) region = ellipse_test(smooth, result.scale, options);
       if (region) found.push_back(std::move(*region));
     }
   });
@@ -184,7 +277,9 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
         std::any_of(result.regions.begin(), result.regions.end(), [&](const RoundRegion& other) {
           return (other.center_px - region.center_px).norm() < 0.7 * (other.radius_px + region.radius_px);
         });
-    if (!taken) result.regions.push_back(std::move(region));
+    if (taken) continue;
+    region.contrast = contrast_of(region, result.modes, result.scale);
+    result.regions.push_back(std::move(region));
   }
   return result;
 }

@@ -15,9 +15,12 @@ namespace ballservo {
 /// What counts as a round coloured region.
 struct RoundRegionOptions {
   MeanShiftOptions mean_shift;
-  double min_radius_px = 8;    ///< at the working scale: below it a few pixels of anything are round
-  double min_fit_ratio = 0.4;  ///< boundary inliers x fill, 0 to 1
-  double min_chroma = 6;       ///< least distance of the modes' (u*, v*) from the picture's own grey
+  double min_radius_px = 4.5;          ///< at the working scale; 1 or more
+  double sure_radius_px = 8;           ///< below it a few pixels of anything are round, and ...
+  double min_fit_ratio = 0.4;          ///< boundary inliers x fill, 0 to 1, of what is larger
+  double small_fit_ratio = 0.75;       ///< ... the ratio that is asked for rises to this at min_radius_px
+  double min_smeared_fit_ratio = 0.3;  ///< the same for a ball smeared by motion, 0 to 1
+  double min_chroma = 6;               ///< least distance of the modes' (u*, v*) from the picture's own grey
 
   /// Throws InputError with every value out of range.
   void validate() const;
@@ -31,6 +34,9 @@ struct RoundRegion {
   double fill =
       0;  ///< area common to region and disc / area that either covers; the region without its holes
   double fit_ratio = 0;  ///< inlier_fraction x fill: near 1 for a whole ball
+  bool smeared =
+      false;            ///< an ellipse, as motion makes of a ball: `inlier_fraction` is 0.8 x the axes' ratio
+  double contrast = 0;  ///< distance of its mean (u*, v*) from that of a ring around it
   cv::Mat mask;  ///< CV_8U, 255 inside the region, holes filled; empty for a disc that the user pointed at
   cv::Point mask_origin;  ///< where the mask's top left pixel lies in the working picture
 };

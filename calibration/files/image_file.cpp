@@ -12,6 +12,7 @@
 
 #include "calibration/files/fault.hpp"
 #include "calibration/files/image_completeness.hpp"
+#include "calibration/files/image_orientation.hpp"
 #include "calibration/files/system_file.hpp"
 
 namespace ballservo {
@@ -20,7 +21,8 @@ namespace {
 constexpr std::size_t max_image_file_bytes = std::size_t{1} << 30;
 constexpr const char* readable_image = "a whole PNG, JPEG, BMP, PNM, TIFF or WebP picture";
 
-/// The decoder's result, or an empty picture if it gave up.
+/// The pixels as they are stored, or an empty picture if the decoder gave up. Orientation is ours to apply:
+/// which decoders do so differs between versions of OpenCV.
 cv::Mat decoded(const std::string& bytes) {
   const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
   try {
@@ -76,7 +78,7 @@ cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels) {
                      fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
   }
   if (!image_is_complete(bytes)) throw InputError(place, "a truncated picture", readable_image);
-  const cv::Mat image = decoded(bytes);
+  const cv::Mat image = upright(decoded(bytes), image_orientation_from_header(bytes));
   if (image.type() != CV_8UC3 || image.cols != size->width_px || image.rows != size->height_px) {
     throw InputError(place, "a damaged picture", readable_image);
   }

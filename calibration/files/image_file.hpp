@@ -14,12 +14,12 @@ namespace ballservo {
 
 inline constexpr double default_max_pixels = 32e6;
 
-/// The picture's size from the first bytes of a PNG, JPEG, BMP, PNM, TIFF or WebP file; nothing if it is none
-/// of these or the header is damaged.
+/// The upright picture's size (EXIF orientation applied) from the first bytes of a PNG, JPEG, BMP, PNM, TIFF
+/// or WebP file; nothing if it is none of these or the header is damaged.
 std::optional<ImageSize> image_size_from_header(std::string_view bytes);
 
-/// Reads a picture as 8-bit BGR (grey is spread over the channels, 16 bits are scaled to 8, alpha is dropped,
-/// EXIF orientation is NOT applied: a camera's pixels are where the sensor has them).
+/// Reads a picture as 8-bit BGR, upright: grey is spread over the channels, 16 bits are scaled to 8, alpha is
+/// dropped, EXIF orientation is applied, so that pixels are where a viewer shows them.
 /// Throws InputError for a missing, empty, truncated, non-image or too large file.
 cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels = default_max_pixels);
 

@@ -5,36 +5,12 @@
 #include <optional>
 #include <string_view>
 
+#include "calibration/files/bytes.hpp"
 #include "calibration/files/image_file.hpp"
+#include "calibration/files/image_orientation.hpp"
 
 namespace ballservo {
 namespace {
-
-/// Unsigned numbers at an offset, or nothing beyond the end.
-class Bytes {
- public:
-  explicit Bytes(std::string_view bytes) : bytes_(bytes) {}
-
-  std::optional<std::uint32_t> u8(std::size_t offset) const { return number(offset, 1, true); }
-  std::optional<std::uint32_t> big16(std::size_t offset) const { return number(offset, 2, true); }
-  std::optional<std::uint32_t> big32(std::size_t offset) const { return number(offset, 4, true); }
-  std::optional<std::uint32_t> little16(std::size_t offset) const { return number(offset, 2, false); }
-  std::optional<std::uint32_t> little24(std::size_t offset) const { return number(offset, 3, false); }
-  std::optional<std::uint32_t> little32(std::size_t offset) const { return number(offset, 4, false); }
-
-  std::optional<std::uint32_t> number(std::size_t offset, std::size_t length, bool big_endian) const {
-    if (offset > bytes_.size() || bytes_.size() - offset < length) return std::nullopt;
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < length; ++i) {
-      const std::size_t at = big_endian ? i : length - 1 - i;
-      value = value << 8 | static_cast<unsigned char>(bytes_[offset + at]);
-    }
-    return value;
-  }
-
- private:
-  std::string_view bytes_;
-};
 
 bool starts_with(std::string_view bytes, std::string_view magic) {
   return bytes.substr(0, magic.size()) == magic;
@@ -157,9 +133,7 @@ std::optional<ImageSize> webp_size(std::string_view bytes) {
   return std::nullopt;
 }
 
-}  // namespace
-
-std::optional<ImageSize> image_size_from_header(std::string_view bytes) {
+std::optional<ImageSize> stored_size(std::string_view bytes) {
   using namespace std::string_view_literals;
   if (starts_with(bytes, "\x89PNG\r\n\x1A\n"sv)) return png_size(bytes);
   if (starts_with(bytes, "\xFF\xD8\xFF"sv)) return jpeg_size(bytes);
@@ -169,6 +143,14 @@ std::optional<ImageSize> image_size_from_header(std::string_view bytes) {
     return webp_size(bytes);
   if (bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6') return pnm_size(bytes);
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<ImageSize> image_size_from_header(std::string_view bytes) {
+  const auto stored = stored_size(bytes);
+  if (!stored || !swaps_sides(image_orientation_from_header(bytes))) return stored;
+  return ImageSize{stored->height_px, stored->width_px};
 }
 
 }  // namespace ballservo

@@ -20,7 +20,10 @@ ColorTable example() {
   colors.classes[0].samples = 120;
   colors.classes[0].histogram.counts[5] = 100;
   colors.classes[0].histogram.counts[16000] = 20;
+  colors.classes[0].cells = {{7, 90}, {262143, 30}};
   colors.classes[1].name = "green_2";
+  colors.background = {{0, 5}, {9, 4000000000u}};
+  colors.camera_settings = {{"exposure", 156}, {"gain", 0.5}};
   for (int i = 0; i < ColorTable::entries; i += 7) colors.table[i] = static_cast<ClassIndex>(i % 3);
   return colors;
 }
@@ -28,10 +31,10 @@ ColorTable example() {
 /// The file with its body changed and its checksum made to fit again.
 std::string with_body(const std::function<void(std::string&)>& change) {
   const std::string bytes = color_file_bytes(example());
-  const auto body_at = bytes.find("classes ");
+  const auto body_at = bytes.find("settings ");
   std::string body = bytes.substr(body_at);
   change(body);
-  return "ballservo colors\nversion 1\nsha256 " + sha256_hex(body) + "\n" + body;
+  return "ballservo colors\nversion 2\nsha256 " + sha256_hex(body) + "\n" + body;
 }
 
 void replace(std::string& text, const std::string& from, const std::string& to) {
@@ -61,6 +64,12 @@ TEST(ColorFile, RoundTrip) {
   EXPECT_EQ(read.classes[0].name, "red");
   EXPECT_EQ(read.classes[0].samples, 120u);
   EXPECT_EQ(read.classes[0].histogram.counts, colors.classes[0].histogram.counts);
+  ASSERT_EQ(read.classes[0].cells.size(), 2u);
+  EXPECT_EQ(read.classes[0].cells[1].cell, 262143u);
+  EXPECT_EQ(read.classes[0].cells[1].count, 30u);
+  ASSERT_EQ(read.background.size(), 2u);
+  EXPECT_EQ(read.background[1].count, 4000000000u);
+  EXPECT_EQ(read.camera_settings, colors.camera_settings);
   EXPECT_EQ(color_file_bytes(read), bytes);
   EXPECT_EQ(color_file_bytes(parse_color_file(color_file_bytes(ColorTable{}), "x")),
             color_file_bytes(ColorTable{}));
@@ -94,8 +103,9 @@ TEST(ColorFile, EveryChangedByteIsRefused) {
 
 TEST(ColorFile, NamesWhatIsWrong) {
   std::string other_version = color_file_bytes(example());
-  replace(other_version, "version 1", "version 2");
+  replace(other_version, "version 2", "version 1");
   EXPECT_NE(fault_of(other_version).find("version"), std::string::npos);
+  EXPECT_NE(fault_of(other_version).find("learn the colours again"), std::string::npos);
   std::string other_sum = color_file_bytes(example());
   replace(other_sum, "\nclass red 120", "\nclass red 121");
   EXPECT_NE(fault_of(other_sum).find("checksum"), std::string::npos);
@@ -117,8 +127,22 @@ TEST(ColorFile, ContentsThatContradictThemselves) {
       {"class red", "class green_2"},
       {"red 120", "red 119"},  // the histogram counts more
       {"red 120", "red 1e2"},
-      {"red 120 2", "red 120 16385"},
-      {"red 120 2", "red 120 3"},
+      {"red 120 2 2", "red 120 16385 2"},
+      {"red 120 2 2", "red 120 3 2"},
+      {"red 120 2 2", "red 120 2 262145"},
+      {"red 120 2 2", "red 120 2 3"},
+      {"red 120 2 2", "red 120 2"},
+      {"\n7 90", "\n7 0"},
+      {"\n7 90", "\n7 91"},       // the cells count more than the samples
+      {"\n7 90", "\n262143 90"},  // out of order
+      {"\n262143 30", "\n262144 30"},
+      {"background 2", "background 1"},
+      {"background 2", "background -2"},
+      {"settings 2", "settings 65"},
+      {"settings 2", "settings 1"},
+      {"exposure 156", "exposure nan"},
+      {"exposure 156", "Exposure 156"},
+      {"exposure 156", "gain 156"},  // twice
       {"\n5 0 100", "\n5 0 0"},
       {"\n5 0 100", "\n5 0 4294967296"},
       {"\n5 0 100", "\n128 0 100"},
@@ -156,6 +180,12 @@ TEST(ColorFile, WhatCouldNotBeReadBackIsNotWritten) {
   EXPECT_THROW(color_file_bytes(colors), std::invalid_argument);
   colors = example();
   colors.classes[0].samples = 3;
+  EXPECT_THROW(color_file_bytes(colors), std::invalid_argument);
+  colors = example();
+  std::swap(colors.background[0], colors.background[1]);
+  EXPECT_THROW(color_file_bytes(colors), std::invalid_argument);
+  colors = example();
+  colors.camera_settings["a b"] = 1;
   EXPECT_THROW(color_file_bytes(colors), std::invalid_argument);
 }
 

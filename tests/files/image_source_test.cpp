@@ -71,6 +71,16 @@ TEST_F(ImageSource, SingleFilesFormOneSequenceInTheirOrder) {
   EXPECT_FALSE(sequences[0]->next());
 }
 
+TEST_F(ImageSource, NamesThatSeveralFilesHaveAreTold) {
+  for (const char* sub : {"left", "right"}) fs::create_directory(folder.path() / sub);
+  const std::string left = put_image("left/a.png"), right = put_image("right/a.png"),
+                    b = put_image("left/b.png");
+  EXPECT_EQ(repeated_names({left, right, b}), std::vector<std::string>{"a.png"});
+  EXPECT_EQ(repeated_names({(folder.path() / "left").string(), right}), std::vector<std::string>{"a.png"});
+  EXPECT_TRUE(repeated_names({left, left, b}).empty());  // the same file again is the same file
+  EXPECT_TRUE(repeated_names({left, "missing.png", "camera:0"}).empty());
+}
+
 TEST_F(ImageSource, VideoCarriesItsOwnTime) {
   const auto sequences = open_sources({put_video("v.mkv", 5)}, 30, default_max_pixels);
   ASSERT_EQ(sequences.size(), 1u);

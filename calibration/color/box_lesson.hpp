@@ -1,0 +1,64 @@
+// Teaching a colour from live material: the user holds the ball where a box is drawn (as Pixy's teach
+// button).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibration/color/learn_colors.hpp"
+
+namespace ballservo {
+
+struct BoxLessonOptions {
+  int frames = 30;  ///< with the ball in the box that are learnt from: a second of most cameras; 1 or more
+  int least_frames = 10;  ///< below it the source was too short, or the ball was not there; 1 to `frames`
+  double reach = 0.8;  ///< of the box's radius: how far the ball may lie from where it was seen last; above 0
+  double min_radius_ratio = 0.4, max_radius_ratio = 1.7;  ///< ball to box
+  int patience =
+      15;  ///< frames without the ball after which the box goes back to where it was drawn; 1 or more
+
+  /// Throws InputError with every value out of range.
+  void validate() const;
+};
+
+/// Frame by frame: finds the round coloured thing near the box, follows it, and keeps its pixels.
+class BoxLesson {
+ public:
+  /// `box`: in pixels of the frames. Throws InputError for a name that is no class name or a box that is no
+  /// box.
+  BoxLesson(std::string name, const PointedBall& box, CircleEstimator estimator,
+            const LearnOptions& learn = {}, const BoxLessonOptions& options = {});
+
+  /// Looks at the next frame (CV_8UC3, all of one size); whether a ball was in the box. Throws InputError
+  /// where the box lies outside the picture.
+  bool look(const cv::Mat& bgr, int frame);
+  bool enough() const { return static_cast<int>(balls_.size()) >= options_.frames; }
+
+  /// A frame to show, with where the box was.
+  struct Shown {
+    int frame = 0;
+    cv::Mat bgr;
+    PointedBall box, ball;
+  };
+  /// The first and the last frame with a ball in the box.
+  const std::vector<Shown>& shown() const { return shown_; }
+  int looked_at() const { return looked_at_; }
+
+  /// The class, from the colour that most of the balls had; its circles count as of picture 0. Throws Refusal
+  /// where too few frames had a ball in the box, or where they had things of different colours.
+  LearntColors finish(const std::vector<ColorPicture>& background = {}) const;
+
+ private:
+  std::string name_;
+  PointedBall box_, place_;
+  CircleEstimator estimator_;
+  LearnOptions learn_;
+  BoxLessonOptions options_;
+  std::vector<BallCandidate> balls_;  // `picture` is the frame
+  CellCounts off_ball_, all_;
+  std::vector<Shown> shown_;
+  cv::Size size_;
+  int looked_at_ = 0, missed_ = 0;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,212 @@
+#include "calibration/color/class_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/color/class_table.hpp"
+#include "calibration/color/color_samples.hpp"
+#include "calibration/color/color_space.hpp"
+#include "calibration/color/light_change.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr double same_color_share = 0.6, warned_share = 0.2;
+constexpr double hardly_kept = 0.3, badly_kept = 0.7;
+constexpr double mostly_background = 0.3, much_background = 0.05;
+
+/// A cell of samples: linear sRGB, Lab, and how many.
+struct Sample {
+  Eigen::Vector3d linear_rgb, lab;
+  double count;
+};
+
+double srgb_of_cell(std::uint32_t six_bits) { return (4 * six_bits + 2) / 255.0; }
+
+std::vector<Sample> samples_of(const OccupiedCells& cells) {
+  std::vector<Sample> result;
+  for (const CellCount& cell : cells) {
+    const std::uint32_t r = cell.cell >> 12, g = cell.cell >> 6 & 63, b = cell.cell & 63;
+    const auto byte = [](std::uint32_t v) { return static_cast<std::uint8_t>(4 * v + 2); };
+    result.push_back({{linear_from_srgb(srgb_of_cell(r)), linear_from_srgb(srgb_of_cell(g)),
+                       linear_from_srgb(srgb_of_cell(b))},
+                      lab_from_bgr(byte(b), byte(g), byte(r)),
+                      static_cast<double>(cell.count)});
+  }
+  return result;
+}
+
+ClassIndex class_of(const ColorTable& colors, const Eigen::Vector3d& linear_rgb) {
+  const auto byte = [](double linear) {
+    return static_cast<std::uint8_t>(std::lround(255 * srgb_from_linear(std::clamp(linear, 0.0, 1.0))));
+  };
+  return colors.classify(byte(linear_rgb.z()), byte(linear_rgb.y()), byte(linear_rgb.x()));
+}
+
+/// Whether at least half of the samples are of the class after `change` (linear sRGB to linear sRGB).
+template <class Change>
+bool survives(const ColorTable& colors, ClassIndex index, const std::vector<Sample>& samples, Change change) {
+  double all = 0, kept = 0;
+  for (const Sample& sample : samples) {
+    all += sample.count;
+    if (class_of(colors, change(sample)) == index) kept += sample.count;
+  }
+  return kept >= 0.5 * all;
+}
+
+LightTolerance light_tolerance(const ColorTable& colors, ClassIndex index,
+                               const std::vector<Sample>& samples) {
+  LightTolerance result;
+  const auto level = [&](double step) {
+    double factor = 1;
+    for (int i = 1; i <= 32; ++i) {
+      const double next = std::exp2(step * i / 8);
+      if (!survives(colors, index, samples, [&](const Sample& s) { return (next * s.linear_rgb).eval(); }))
+        break;
+      factor = next;
+    }
+    return factor;
+  };
+  result.level_low = level(-1);
+  result.level_high = level(1);
+  const double taught_mired = 1e6 / taught_temperature_k;
+  const auto shift = [&](double step_mired, double last_mired) {
+    double reached = taught_mired;
+    for (double mired = taught_mired + step_mired; step_mired > 0 ? mired <= last_mired : mired >= last_mired;
+         mired += step_mired) {
+      const LightTemperature light(1e6 / mired);
+      if (!survives(colors, index, samples, [&](const Sample& s) { return light(s.linear_rgb); })) break;
+      reached = mired;
+    }
+    return reached;
+  };
+  const double warmest = shift(5, 1e6 / 1667), coolest = shift(-5, 1e6 / 25000);
+  result.warmest_k = 1e6 / warmest;
+  result.coolest_k = 1e6 / coolest;
+  result.warmer_mired = warmest - taught_mired;
+  result.cooler_mired = taught_mired - coolest;
+  return result;
+}
+
+double median_chroma(const std::vector<Sample>& samples) {
+  std::vector<std::pair<double, double>> chroma_and_count;
+  double all = 0, sum = 0;
+  for (const Sample& sample : samples) {
+    chroma_and_count.emplace_back(sample.lab.tail<2>().norm(), sample.count);
+    all += sample.count;
+  }
+  std::sort(chroma_and_count.begin(), chroma_and_count.end());
+  for (const auto& [chroma, count] : chroma_and_count) {
+    sum += count;
+    if (sum >= 0.5 * all) return chroma;
+  }
+  return 0;
+}
+
+/// How little of its chroma a class may keep: mixed with grey of its own luminance, as haze and blur do.
+double fading_factor(const ColorTable& colors, ClassIndex index, const std::vector<Sample>& samples) {
+  double reached = 1;
+  for (int i = 1; i <= 50; ++i) {
+    const double saturation = 1 - i / 50.0;
+    const bool kept = survives(colors, index, samples, [&](const Sample& s) {
+      const double luminance = xyz_from_linear_rgb().row(1).dot(s.linear_rgb);
+      return (saturation * s.linear_rgb + (1 - saturation) * Eigen::Vector3d::Constant(luminance)).eval();
+    });
+    if (!kept) break;
+    reached = saturation;
+  }
+  return reached;
+}
+
+}  // namespace
+
+std::vector<ClassReport> report_classes(const ColorTable& colors) {
+  std::vector<ClassReport> reports(colors.classes.size());
+  std::vector<std::vector<float>> densities;
+  for (const ColorClass& color : colors.classes) densities.push_back(lab_density(color.cells));
+  std::vector<double> off_ball(colors.classes.size() + 1, 0);
+  double all_background = 0;
+  for (const CellCount& cell : colors.background) {
+    off_ball[colors.table[cell.cell]] += cell.count;
+    all_background += cell.count;
+  }
+  for (std::size_t k = 0; k < reports.size(); ++k) {
+    ClassReport& report = reports[k];
+    const auto index = static_cast<ClassIndex>(k + 1);
+    const std::vector<Sample> samples = samples_of(colors.classes[k].cells);
+    std::vector<double> given(reports.size() + 1, 0);
+    double all = 0;
+    for (const CellCount& cell : colors.classes[k].cells) {
+      given[colors.table[cell.cell]] += cell.count;
+      all += cell.count;
+    }
+    report.kept_fraction = all > 0 ? given[index] / all : 0;
+    for (std::size_t other = 0; other < reports.size(); ++other) {
+      if (other == k) continue;
+      const std::string& name = colors.classes[other].name;
+      report.overlap[name] = all > 0 ? given[other + 1] / all : 0;
+      report.shared[name] = common_area(densities[k], densities[other]);
+    }
+    report.background_fraction = all_background > 0 ? off_ball[index] / all_background : 0;
+    report.chroma = median_chroma(samples);
+    report.dissolves_at_chroma = report.chroma * fading_factor(colors, index, samples);
+    report.light = light_tolerance(colors, index, samples);
+  }
+  return reports;
+}
+
+ClassFindings judge_classes(const ColorTable& colors, const std::vector<ClassReport>& reports) {
+  ClassFindings findings;
+  for (std::size_t k = 0; k < reports.size(); ++k) {
+    const ClassReport& report = reports[k];
+    const std::string& name = colors.classes[k].name;
+    double taken = 0;  // by other classes
+    for (std::size_t other = 0; other < reports.size(); ++other) {
+      if (other == k) continue;
+      const std::string& other_name = colors.classes[other].name;
+      const double shared = report.shared.at(other_name), given = report.overlap.at(other_name);
+      taken += given;
+      if (other > k && shared >= same_color_share) {
+        findings.refusals.push_back(
+            fmt::format("{} and {} were taught the same colour: {:.0f} % of the one lies where the other "
+                        "does. Teach them as one "
+                        "class, or from pictures in which they differ",
+                        name, other_name, 100 * shared));
+      } else if (other > k && shared >= warned_share) {
+        findings.warnings.push_back(fmt::format(
+            "{} and {} are hard to tell apart: they share {:.0f} % of their colours; pixels go to the "
+            "one that has more of them",
+            name, other_name, 100 * shared));
+      } else if (given >= 0.1 && shared < same_color_share && shared < warned_share) {
+        findings.warnings.push_back(fmt::format("{:.0f} % of {} goes to {}", 100 * given, name, other_name));
+      }
+    }
+    if (report.kept_fraction + taken < hardly_kept) {
+      findings.refusals.push_back(fmt::format(
+          "{} was taught on background, or on things of two colours: the table gives only {:.0f} % of its "
+          "pixels back, the rest looks as much like what is off the balls. Point at the ball, --at "
+          "{}=CX,CY,R, in a picture where it stands out",
+          name, 100 * report.kept_fraction, name));
+    } else if (report.background_fraction > mostly_background) {
+      findings.refusals.push_back(fmt::format(
+          "{} was taught on background: {:.0f} % of the pixels off the balls have its colour. Point at the "
+          "ball, --at {}=CX,CY,R, in a picture where it stands out",
+          name, 100 * report.background_fraction, name));
+    } else if (report.background_fraction > much_background) {
+      findings.warnings.push_back(
+          fmt::format("{:.1f} % of the pixels off the balls have the colour of {}: expect "
+                      "regions of it that are no ball",
+                      100 * report.background_fraction, name));
+    } else if (report.kept_fraction + taken < badly_kept) {
+      findings.warnings.push_back(fmt::format(
+          "the background takes {:.0f} % of {} away: pictures in other light or before another background "
+          "would help (--class {}=IMAGE --add FILE)",
+          100 * (1 - report.kept_fraction - taken), name, name));
+    }
+  }
+  return findings;
+}
+
+}  // namespace ballservo

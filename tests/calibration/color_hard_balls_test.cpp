@@ -1,0 +1,148 @@
+// Balls that a single strictness of segmentation would miss, and things that are no balls.
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "calibration/color/learn_colors.hpp"
+#include "calibration/files/fault.hpp"
+#include "tests/calibration/color_pictures.hpp"
+
+namespace ballservo {
+namespace {
+
+using namespace test;
+
+/// A ball that moves by (dx, dy) while the shutter is open.
+cv::Mat smeared(double cx, double cy, double radius, double dx, double dy, const Eigen::Vector3d& paint) {
+  constexpr int moments = 24;
+  cv::Mat sum(240, 320, CV_32FC3, cv::Scalar::all(0));
+  for (int i = 0; i < moments; ++i) {
+    const double t = (i + 0.5) / moments - 0.5;
+    cv::Mat picture = grey_picture();
+    draw_shaded_ball(picture, cx + t * dx, cy + t * dy, radius, paint);
+    cv::Mat single;
+    picture.convertTo(single, CV_32F, 1.0 / moments);
+    sum += single;
+  }
+  cv::Mat result;
+  sum.convertTo(result, CV_8U);
+  add_noise(result, 2, 3);
+  return result;
+}
+
+const LearntCircle& only_ball(const LearntColors& colors, const std::string& name) {
+  EXPECT_EQ(colors.circles.size(), 1u);
+  return colors.circles.at(name).at(0);
+}
+
+TEST(HardBalls, SmearedByMotion) {
+  const LearntColors colors =
+      learn_colors({{"throw.png", smeared(160, 120, 24, 60, 24, green_paint)}}, algebraic_circle);
+  const LearntCircle& ball = only_ball(colors, "green");
+  EXPECT_LT((ball.center_px - Eigen::Vector2d(160, 120)).norm(), 4);
+  const cv::Vec3b core = smeared(160, 120, 24, 60, 24, green_paint).at<cv::Vec3b>(120, 160);
+  EXPECT_EQ(colors.table.classify(core[0], core[1], core[2]), 1);
+  EXPECT_EQ(colors.table.classify(140, 140, 140), no_class);
+  ASSERT_EQ(colors.doubts.size(), 1u);
+  EXPECT_NE(colors.doubts[0].find("ellipse"), std::string::npos);
+}
+
+TEST(HardBalls, AShadowOfItsShapeIsNoBall) {
+  cv::Mat picture = grey_picture();
+  cv::ellipse(picture, {230, 170}, {34, 24}, 20, 0, 360, {104, 106, 108}, cv::FILLED);
+  draw_shaded_ball(picture, 100, 80, 26, green_paint);
+  add_noise(picture, 2, 3);
+  const LearntColors colors = learn_colors({{"shadow.png", picture}}, algebraic_circle);
+  EXPECT_LT((only_ball(colors, "green").center_px - Eigen::Vector2d(100, 80)).norm(), 2);
+  const cv::Vec3b shadow = picture.at<cv::Vec3b>(170, 230);
+  EXPECT_EQ(colors.table.classify(shadow[0], shadow[1], shadow[2]), no_class);
+}
+
+TEST(HardBalls, TenPixelsAcross) {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 200.4, 77.3, 5.2, red_paint);
+  add_noise(picture, 2, 8);
+  const LearntColors colors = learn_colors({{"far.png", picture}}, algebraic_circle);
+  const LearntCircle& ball = only_ball(colors, "red");
+  EXPECT_LT((ball.center_px - Eigen::Vector2d(200.4, 77.3)).norm(), 1);
+  EXPECT_NEAR(ball.radius_px, 5.2, 1);
+}
+
+TEST(HardBalls, MarbledInOneHue) {
+  // Bands of one green in three strengths, as a marbled ball has: no single strength is round.
+  cv::Mat picture = grey_picture(), band;
+  const Eigen::Vector3d strengths[] = {green_paint, 0.5 * green_paint + 0.2 * grey_paint,
+                                       0.3 * green_paint + 0.7 * grey_paint};
+  cv::Mat painted[3];
+  for (int k = 0; k < 3; ++k) {
+    painted[k] = grey_picture();
+    draw_shaded_ball(painted[k], 160, 120, 48, strengths[k]);
+  }
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x)
+      picture.at<cv::Vec3b>(y, x) = painted[(2 * y + x) / 34 % 3].at<cv::Vec3b>(y, x);
+  }
+  add_noise(picture, 2, 5);
+  const LearntCircle ball = only_ball(learn_colors({{"marble.png", picture}}, algebraic_circle), "green");
+  EXPECT_LT((ball.center_px - Eigen::Vector2d(160, 120)).norm(), 3);
+  EXPECT_NEAR(ball.radius_px, 48, 4);
+}
+
+TEST(HardBalls, ASpeckOfTheBallsColorDoesNotCount) {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 100, 120, 45, yellow_paint);
+  cv::circle(picture, {260, 60}, 6, {40, 200, 215}, cv::FILLED);
+  add_noise(picture, 2, 5);
+  const LearntColors colors = learn_colors({{"speck.png", picture}}, algebraic_circle);
+  ASSERT_EQ(colors.circles.at("yellow").size(), 1u);
+  EXPECT_NEAR(colors.circles.at("yellow")[0].radius_px, 45, 3);
+}
+
+TEST(HardBalls, BarsAndBoxesAreNotSmearedBalls) {
+  cv::Mat picture = grey_picture();
+  cv::rectangle(picture, cv::Rect(40, 40, 70, 45), {40, 40, 200}, cv::FILLED);
+  cv::rectangle(picture, cv::Rect(190, 120, 45, 80), {40, 190, 40}, cv::FILLED);
+  EXPECT_THROW(learn_colors({{"boxes.png", picture}}, algebraic_circle), Refusal);
+}
+
+TEST(HardBalls, PicturesOfTheBackgroundTakeItsColorAway) {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 160, 120, 45, yellow_paint, 0.05);
+  add_noise(picture, 2, 5);
+  const cv::Vec3b shade = picture.at<cv::Vec3b>(150, 185), light = picture.at<cv::Vec3b>(108, 148);
+  cv::Mat curtain(240, 320, CV_8UC3, cv::Scalar(shade[0], shade[1], shade[2]));
+  add_noise(curtain, 3, 6);
+  const auto claimed = [&](const LearntColors& colors) {
+    int count = 0;
+    for (const cv::Vec3b& c : cv::Mat_<cv::Vec3b>(curtain))
+      count += colors.table.classify(c[0], c[1], c[2]) != no_class;
+    return static_cast<double>(count) / static_cast<double>(curtain.total());
+  };
+  const LearntColors without = learn_colors({{"ball.png", picture}}, algebraic_circle);
+  const LearntColors with =
+      learn_colors({{"ball.png", picture}}, algebraic_circle, {}, {{"curtain.png", curtain}});
+  EXPECT_GT(claimed(without), 0.9);
+  EXPECT_LT(claimed(with), 0.05);
+  EXPECT_EQ(with.table.classify(light[0], light[1], light[2]), 1);
+}
+
+TEST(HardBalls, GreyPicturesAreRefusedByName) {
+  cv::Mat grey = grey_picture(), ball = grey_picture();
+  draw_shaded_ball(grey, 160, 120, 40, grey_paint);
+  draw_shaded_ball(ball, 160, 120, 40, red_paint);
+  const std::vector<ColorPicture> pictures = {{"ball.png", ball}, {"night.png", grey}};
+  for (const bool bare : {true, false}) {
+    try {
+      bare ? learn_colors(pictures, algebraic_circle)
+           : learn_classes(pictures, {{"red", {0, 1}, {}}}, algebraic_circle);
+      FAIL();
+    } catch (const Refusal& refusal) {
+      const std::string text = refusal.what();
+      EXPECT_NE(text.find("night.png: grey"), std::string::npos) << text;
+      EXPECT_EQ(text.find("ball.png"), std::string::npos) << text;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ballservo
