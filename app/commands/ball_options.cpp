@@ -127,24 +127,20 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
 
 DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed) {
   FaultList faults;
-  const auto collect = [&faults](const auto& read) {
-    try {
-      read();
-    } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) faults.add(fault.place, fault.found, fault.allowed);
-    }
-  };
-  collect([&] { colors_ = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
-  collect([&] {
+  faults.collect([&] { colors_ = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
+  faults.collect([&] {
     if (options.camera.empty()) return;
     rays_ = std::make_shared<const RayTable>(read_camera(options.camera));
     const auto known = read_camera_covariance(options.camera, rays_->camera());
     if (known) camera_uncertainty_.emplace(rays_->camera(), known->covariance);
   });
-  collect([&] {
+  faults.collect([&] {
     if (colors_) options_.radii = parse_diameters(options.diameter, *colors_);
   });
   faults.throw_if_any();
+  if (options.camera.empty() != options.diameter.empty())
+    spdlog::warn("{} without {}: no positions in 3-D", options.camera.empty() ? "--diameter" : "--camera",
+                 options.camera.empty() ? "--camera" : "--diameter");
   if (!rays_) {  // without a camera there is no 3-D, and a ball may be an oval
     options_.radii.clear();
     options_.oval_fraction = 0.04;

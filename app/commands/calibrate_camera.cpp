@@ -182,6 +182,9 @@ void write_report(const OutputFolder& folder, const Boards& boards, const BoardC
 
 int calibrate_camera(const CalibrateCameraOptions& options) {
   const Board board = parse_board(options.board_text, options.square_m);
+  constexpr double large_square_m = 0.5;
+  if (board.square_m > large_square_m)
+    spdlog::warn("--square {:g}: a square of {:g} m? The unit is metres", board.square_m, board.square_m);
   const CameraFileFormat& format = camera_file_format(options.format, options.output);
   BoardCalibrationOptions calibration_options;
   calibration_options.models = models_of(options.model, format);

@@ -163,7 +163,7 @@ int run_calibrate_colors(const ColorsOptions& options) {
   if (ways == 0 && !options.background.empty())
     faults.add("--background", "no picture of a ball", "IMAGE..., --class or --from beside it");
   PictureSet set, off_set;
-  collect(faults, [&] {
+  faults.collect([&] {
     if (!options.sources.empty()) set.add(options.sources);
   });
   std::vector<ClassRequest> requests = parse_classes(options.classes, set, faults);
@@ -175,12 +175,11 @@ int run_calibrate_colors(const ColorsOptions& options) {
   } else if (!options.box.empty()) {
     box = parse_ball("--box", options.box, faults);
   }
-  collect(faults, [&] {
+  faults.collect([&] {
     if (!options.background.empty()) off_set.add(options.background);
   });
   std::vector<ColorTable> files;
-  for (const std::string& file : options.add)
-    collect(faults, [&] { files.push_back(read_color_file(file)); });
+  for (const std::string& file : options.add) faults.collect([&] { files.push_back(read_color_file(file)); });
   faults.throw_if_any();
   OutputFile output(options.output, options.common.overwrite());
   std::optional<OutputFolder> folder;

@@ -29,12 +29,10 @@ struct CameraFile {
 
 CameraFile read_file(const std::string& name, FaultList& faults) {
   CameraFile file;
-  try {
+  faults.collect([&] {
     file.camera = read_camera(name);
     if (const auto known = read_camera_covariance(name, *file.camera)) file.covariance = known->covariance;
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults()) faults.add(fault.place, fault.found, fault.allowed);
-  }
+  });
   return file;
 }
 

@@ -125,13 +125,6 @@ std::optional<RadiusReading> read_picture(Measurement& task, const Frame& frame,
 
 Measurement set_up(const CalibrateRadiusOptions& options) {
   FaultList faults;
-  const auto collect = [&faults](const auto& read) {
-    try {
-      read();
-    } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) faults.add(fault.place, fault.found, fault.allowed);
-    }
-  };
   std::shared_ptr<const ColorTable> colors;
   std::optional<Camera> camera;
   Eigen::MatrixXd covariance;
@@ -141,15 +134,15 @@ Measurement set_up(const CalibrateRadiusOptions& options) {
   if (by_board == !options.distances.empty())
     faults.add("calibrate radius",
                by_board ? "both --distances and --board" : "neither --distances nor --board", "one of them");
-  collect([&] { colors = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
-  collect([&] {
+  faults.collect([&] { colors = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
+  faults.collect([&] {
     camera = read_camera(options.camera);
     if (const auto known = read_camera_covariance(options.camera, *camera)) covariance = known->covariance;
   });
-  collect([&] {
+  faults.collect([&] {
     if (by_board) board = parse_board(options.board_text, options.square_m);
   });
-  collect([&] {
+  faults.collect([&] {
     if (!options.distances.empty()) distances = read_distances(options.distances);
   });
   if (colors && !options.class_name.empty() && !colors->find(options.class_name))

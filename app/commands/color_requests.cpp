@@ -49,7 +49,7 @@ std::vector<ColorPicture> PictureSet::read(double max_pixels) const {
   FaultList faults;
   for (const std::filesystem::path& file : files_) {
     throw_if_interrupted();
-    collect(faults, [&] {
+    faults.collect([&] {
       pictures.push_back({file.filename().string(), read_color_image(file, max_pixels)});
     });
   }
@@ -75,7 +75,7 @@ std::vector<ClassRequest> parse_classes(const std::vector<std::string>& texts, P
     for (const ClassRequest& other : requests) {
       if (other.name == request.name) faults.add("--class", request.name + " twice", "each name once");
     }
-    collect(faults, [&] { request.pictures = pictures.add(split(parts->second, ',')); });
+    faults.collect([&] { request.pictures = pictures.add(split(parts->second, ',')); });
     requests.push_back(std::move(request));
   }
   return requests;

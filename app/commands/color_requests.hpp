@@ -39,14 +39,4 @@ std::optional<std::pair<std::string, PointedBall>> parse_ball(const char* option
 void parse_pointed_balls(const std::vector<std::string>& texts, std::vector<ClassRequest>& requests,
                          FaultList& faults);
 
-/// Adds another call's faults to a list, so that the user sees all of them at once.
-template <class Call>
-void collect(FaultList& faults, Call call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults()) faults.add(fault.place, fault.found, fault.allowed);
-  }
-}
-
 }  // namespace ballservo

@@ -112,18 +112,16 @@ std::vector<BoardPicture> list_pictures(const std::vector<std::string>& sources,
   std::vector<BoardPicture> pictures;
   FaultList faults;
   for (const SourceFile& file : image_and_video_files(sources)) {
-    try {
+    faults.collect([&] {
       if (file.is_video) {
         for (BoardPicture& picture : video_pictures(file.path, search))
           pictures.push_back(std::move(picture));
-        continue;
+        return;
       }
       BoardPicture& picture = pictures.emplace_back();
       picture.file = file.path;
       picture.size = image_size_from_header(read_file_bytes(file.path, std::size_t{1} << 30));
-    } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) faults.add(fault.place, fault.found, fault.allowed);
-    }
+    });
   }
   faults.throw_if_any();
   return pictures;
@@ -214,11 +212,9 @@ BoardPictures find_boards(const std::vector<std::string>& sources, const BoardSe
   });
   FaultList faults;
   for (const Found& one : found) {
-    try {
+    faults.collect([&] {
       if (one.error) std::rethrow_exception(one.error);
-    } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) faults.add(fault.place, fault.found, fault.allowed);
-    }
+    });
   }
   faults.throw_if_any();
   pictures.size = common_size(pictures.all);

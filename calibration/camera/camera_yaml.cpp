@@ -7,13 +7,7 @@
 namespace ballservo {
 
 Camera finished_camera(StrictYaml& yaml, CameraParameters parameters, const std::string& place) {
-  if (yaml.faults().empty()) {
-    try {
-      Camera(parameters, place);
-    } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) yaml.faults().add(fault.place, fault.found, fault.allowed);
-    }
-  }
+  if (yaml.faults().empty()) yaml.faults().collect([&] { Camera(parameters, place); });
   yaml.finish();
   return Camera(parameters, place);
 }

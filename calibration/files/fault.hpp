@@ -40,6 +40,15 @@ class Refusal : public std::runtime_error {
 class FaultList {
  public:
   void add(std::string place, std::string found, std::string allowed);
+  /// Calls, and takes over the faults of an InputError: the next thing is looked at all the same.
+  template <class Call>
+  void collect(const Call& call) {
+    try {
+      call();
+    } catch (const InputError& error) {
+      faults_.insert(faults_.end(), error.faults().begin(), error.faults().end());
+    }
+  }
   bool empty() const { return faults_.empty(); }
   const std::vector<Fault>& faults() const { return faults_; }
   /// Throws InputError with all faults collected so far, if there are any.

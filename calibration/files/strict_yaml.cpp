@@ -321,6 +321,8 @@ StrictYaml StrictYaml::from_text(const std::string& text, const std::string& nam
   if (text.size() > max_bytes) {
     throw InputError(name, fmt::format("{} bytes", text.size()), fmt::format("at most {} bytes", max_bytes));
   }
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    throw InputError(name, "an empty file", "YAML with keys and values");
   StrictYaml yaml;
   yaml.impl_ = std::make_shared<Impl>();
   yaml.impl_->tree->name = name;

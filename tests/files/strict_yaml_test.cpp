@@ -127,8 +127,14 @@ TEST(StrictYaml, SaysWhichLineIsNoYaml) {
               HasSubstr("f.yaml:2"));
 }
 
+TEST(StrictYaml, AnEmptyFileIsOneFault) {
+  for (const char* text : {"", "\n", " \t\r\n"})
+    EXPECT_THAT(only(faults_of([&] { StrictYaml::from_text(text, "f.yaml"); })), HasSubstr("an empty file"));
+}
+
 TEST(StrictYaml, MissesAnEmptyDocumentOnlyWhereKeysAreRequired) {
-  EXPECT_TRUE(faults_in("", [](YamlNode root) { root.number("a", NumberRange::any(""), 1.0); }).empty());
+  EXPECT_TRUE(
+      faults_in("# nothing\n", [](YamlNode root) { root.number("a", NumberRange::any(""), 1.0); }).empty());
   EXPECT_EQ(faults_in("# nothing\n", [](YamlNode root) { root.number("a", NumberRange::any("")); }).size(),
             1u);
   only(faults_in("[1, 2]\n", [](YamlNode root) {

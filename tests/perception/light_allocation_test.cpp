@@ -1,45 +1,9 @@
 // Following the light takes no memory from the heap: counted below operator new, where OpenCV allocates too.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cerrno>
-#include <cstddef>
-
 #include "perception/light_adaptation.hpp"
 #include "tests/perception/painted_ball.hpp"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void* __libc_memalign(std::size_t, std::size_t);
-
-void* malloc(std::size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  ++allocations;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* old, std::size_t size) {
-  ++allocations;
-  return __libc_realloc(old, size);
-}
-int posix_memalign(void** result, std::size_t alignment, std::size_t size) {
-  ++allocations;
-  *result = __libc_memalign(alignment, size);
-  return *result == nullptr ? ENOMEM : 0;
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  ++allocations;
-  return __libc_memalign(alignment, size);
-}
-}
+#include "tests/support/allocation_counter.hpp"
 
 namespace ballservo {
 namespace {
@@ -54,7 +18,7 @@ TEST(LightAllocation, FollowingTheLightTakesNoMemory) {
   ball.quality = ball.support.fill = 1;
   BallLight memory;
   LightAdaptation adaptation(test::red_and_green());
-  const long before = allocations;
+  const long before = test::allocations();
   double time_s = 0;
   for (int k = 0; k < 60; ++k) {
     const cv::Mat& bgr = k % 20 < 10 ? bright : dark;  // sudden changes, told by the ball and by the picture
@@ -68,13 +32,13 @@ TEST(LightAllocation, FollowingTheLightTakesNoMemory) {
     adaptation.finish(time_s += 0.03);
   }
   adaptation.return_to_taught();
-  EXPECT_EQ(allocations - before, 0);
+  EXPECT_EQ(test::allocations() - before, 0);
 }
 
 TEST(LightAllocation, TheCounterCounts) {
-  const long before = allocations;
+  const long before = test::allocations();
   LightAdaptation adaptation(test::red_and_green());
-  EXPECT_GT(allocations - before, 0);
+  EXPECT_GT(test::allocations() - before, 0);
 }
 
 }  // namespace
