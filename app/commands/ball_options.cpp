@@ -41,11 +41,11 @@ BallRadius parse_diameter(const std::string& text, FaultList& faults) {
   const auto diameter_m = parse_number(text.substr(0, separator));
   const auto sigma_m =
       separator == std::string::npos ? std::optional<double>(0) : parse_number(text.substr(separator + 2));
-  const bool good = diameter_m && *diameter_m > 0 && *diameter_m < 100 && sigma_m && *sigma_m >= 0 &&
-                    *sigma_m < *diameter_m;
+  const bool good =
+      diameter_m && *diameter_m > 0 && *diameter_m < 10 && sigma_m && *sigma_m >= 0 && *sigma_m < *diameter_m;
   if (good) return {*diameter_m / 2, *sigma_m / 2};
   faults.add("--diameter", "'" + text + "'",
-             "the ball's diameter in metres, above 0 and below 100, with its sigma where known: 0.07 or "
+             "the ball's diameter in metres, above 0 and below 10, with its sigma where known: 0.07 or "
              "0.07+-0.0003");
   return {};
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "app/commands/command.hpp"
@@ -135,8 +136,8 @@ void print_camera(const BoardCalibration& result) {
   const CameraParameters& p = result.camera.parameters();
   if (result.trials.size() > 1)
     for (const ModelTrial& trial : result.trials)
-      fmt::print("model {}: RMS {:.3f} px, on boards held out {:.3f} px{}\n", lens_model_name(trial.model),
-                 trial.rms_px, trial.held_out_rms_px,
+      fmt::print("model {}: RMS {}, on boards held out {}{}\n", lens_model_name(trial.model),
+                 pixels_text(trial.rms_px), pixels_text(trial.held_out_rms_px),
                  trial.model == p.model ? " (chosen)"
                  : trial.usable         ? ""
                                         : " (not usable over the whole picture)");
@@ -149,15 +150,19 @@ void print_camera(const BoardCalibration& result) {
                std::sqrt(result.covariance.parameters(at, at)));
   }
   const std::size_t aside = corners_set_aside(result);
-  fmt::print("RMS over all corners{} {:.4f} px, on boards held out {:.4f} px\n",
-             aside > 0 ? fmt::format(" but {} set aside", aside) : "", result.rms_px, result.held_out_rms_px);
+  fmt::print("RMS over all corners{} {:.4f} px, on boards held out {}\n",
+             aside > 0 ? fmt::format(" but {} set aside", aside) : "", result.rms_px,
+             pixels_text(result.held_out_rms_px));
   fmt::print("corners lie in {:.0f} % of the picture\n", 100 * result.coverage);
   if (result.ball_sigma_mm)
     fmt::print(
         "this calibration's own uncertainty moves a 70 mm ball at 1 m by {:.2f} mm (1 sigma) where it is "
         "worst "
-        "in the picture, by {:.2f} mm where boards were\n",
-        *result.ball_sigma_mm, result.covered_ball_sigma_mm.value_or(std::nan("")));
+        "in the picture{}\n",
+        *result.ball_sigma_mm,
+        result.covered_ball_sigma_mm
+            ? fmt::format(", typically by {:.2f} mm where boards were", *result.covered_ball_sigma_mm)
+            : "");
   for (const std::string& advice : calibration_advice(result)) fmt::print("next: {}\n", advice);
 }
 
@@ -167,17 +172,19 @@ void write_report(const OutputFolder& folder, const Boards& boards, const BoardC
   input.calibration = &result;
   input.views = boards.views;
   input.looked_at = boards.pictures.all.size();
-  for (const BoardPicture* picture : boards.used) {
+  for (std::size_t i = 0; i < boards.used.size(); ++i) {
     throw_if_interrupted();
-    input.pictures.push_back(picture->picture(max_pixels));
-    if (!picture->remark.empty()) input.remarks.push_back(picture->name() + ": " + picture->remark);
+    const BoardPicture& picture = *boards.used[i];
+    cv::Mat overlay = board_overlay(picture.picture(max_pixels), boards.views[i], result.corners[i]);
+    write_image(folder.path() / fmt::format("board_{:02}.png", i + 1), overlay);
+    const double shrink = static_cast<double>(overlay_width_px) / overlay.cols;
+    if (shrink < 1) cv::resize(overlay, overlay, {}, shrink, shrink, cv::INTER_AREA);
+    input.overlays.push_back(overlay);
+    if (!picture.remark.empty()) input.remarks.push_back(picture.name() + ": " + picture.remark);
   }
   for (const BoardPicture& picture : boards.pictures.all)
     if (!picture.rejected.empty()) input.rejected.emplace_back(picture.name(), picture.rejected);
   folder.write("report.html", camera_report_html(input));
-  for (std::size_t i = 0; i < input.views.size(); ++i)
-    write_image(folder.path() / fmt::format("board_{:02}.png", i + 1),
-                board_overlay(input.pictures[i], input.views[i], result.corners[i]));
 }
 
 int calibrate_camera(const CalibrateCameraOptions& options) {
@@ -188,6 +195,8 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
   const CameraFileFormat& format = camera_file_format(options.format, options.output);
   BoardCalibrationOptions calibration_options;
   calibration_options.models = models_of(options.model, format);
+  if (!options.report.empty() && fs::weakly_canonical(options.report) == fs::weakly_canonical(options.output))
+    throw InputError("--report", options.report.string(), "a folder of its own, not the camera file");
   const Overwrite overwrite = options.common.overwrite();
   OutputFile camera_file(options.output, overwrite);
   OutputFile covariance_file(options.output.string() + ".covariance.json", overwrite);

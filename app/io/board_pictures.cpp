@@ -22,35 +22,28 @@ namespace {
 constexpr int max_size_difference_px = 2;
 constexpr std::size_t max_video_pictures = 40;
 constexpr double least_motion = 0.04;  // of the picture's width, between two pictures taken from a video
-constexpr int looked_at_for_size = 3;  // pictures whose chessboard is measured, whatever size was named
 
 using GridSize = std::pair<int, int>;
 
-/// What one picture's search brought, beside the picture itself.
-struct Found {
-  std::exception_ptr error;
-  std::optional<GridSize> size;  // of the chessboard that is seen
-};
-
 std::string size_text(ImageSize size) { return fmt::format("{}x{}", size.width_px, size.height_px); }
 
-void search_in(BoardPicture& picture, Found& found, const BoardSearch& search, bool measure) {
-  try {
-    const cv::Mat image = picture.picture(search.max_pixels);
-    picture.size = ImageSize{image.cols, image.rows};
-    BoardFinding finding = find_board(image, search.board);
-    picture.view = std::move(finding.view);
-    picture.rejected = std::move(finding.reason);
-    if (picture.view) picture.view->name = std::filesystem::path(picture.name()).filename().string();
-    found.size = finding.seen;
-    // A board of the size named may be a part of a larger one.
-    if (picture.view && measure) found.size = std::max(finding.seen, chessboard_size(image, search.board));
-    if (picture.view && picture.view->size() < search.board.points().size())
-      picture.remark = fmt::format("{} of the board's {} corners are seen", picture.view->size(),
-                                   search.board.points().size());
-  } catch (...) {
-    found.error = std::current_exception();
-  }
+/// A remark after those that are there already.
+void add_remark(BoardPicture& picture, const std::string& remark) {
+  picture.remark += (picture.remark.empty() ? "" : "; ") + remark;
+}
+
+void search_in(BoardPicture& picture, const BoardSearch& search) {
+  const cv::Mat image = picture.picture(search.max_pixels);
+  picture.size = ImageSize{image.cols, image.rows};
+  BoardFinding finding = find_board(image, search.board);
+  picture.view = std::move(finding.view);
+  picture.seen = finding.seen;
+  picture.rejected = std::move(finding.reason);
+  if (!picture.view) return;
+  picture.view->name = std::filesystem::path(picture.name()).filename().string();
+  const std::size_t all = search.board.points().size();
+  if (picture.view->size() < all)
+    add_remark(picture, fmt::format("{} of the board's {} corners are seen", picture.view->size(), all));
 }
 
 /// Does `work(i)` for every i below `count`, several at a time.
@@ -82,17 +75,17 @@ std::vector<BoardPicture> video_pictures(const std::filesystem::path& file, cons
   const auto sequence = std::move(open_sources({file.string()}, 30, search.max_pixels).front());
   Progress progress(file.filename().string(), sequence->length(), search.quiet);
   constexpr int step = 5;  // neighbouring pictures are alike
-  while (auto frame = sequence->next()) {
+  std::optional<GridSize> last_seen;
+  while (auto frame = taken.size() < max_video_pictures ? sequence->next() : std::nullopt) {
     throw_if_interrupted();
     progress.step(frame->index + 1);
-    if (frame->index % step != 0 || taken.size() == max_video_pictures) continue;
+    if (frame->index % step != 0) continue;
     BoardPicture picture;
     picture.file = file;
     picture.frame = frame->index;
     picture.decoded = frame->bgr;
-    Found found;
-    search_in(picture, found, search, false);
-    if (found.error) std::rethrow_exception(found.error);
+    search_in(picture, search);
+    last_seen = picture.seen ? picture.seen : last_seen;
     if (!picture.view) continue;
     const bool is_new = std::all_of(taken.begin(), taken.end(), [&](const BoardPicture& other) {
       return mean_motion_px(*picture.view, *other.view) > least_motion * frame->bgr.cols;
@@ -102,6 +95,7 @@ std::vector<BoardPicture> video_pictures(const std::filesystem::path& file, cons
   if (taken.empty()) {
     BoardPicture& none = taken.emplace_back();
     none.file = file;
+    none.seen = last_seen;
     none.rejected = "the board was found in none of its pictures";
   }
   return taken;
@@ -146,37 +140,43 @@ ImageSize common_size(std::vector<BoardPicture>& pictures) {
     if (off > max_size_difference_px)
       faults.add(picture.file.string(), "a picture of " + size_text(*picture.size),
                  "one of " + size_text(common) + ", as most have: all pictures come from one camera");
-    else
-      picture.remark =
-          fmt::format("it is {}, the others are {}: used as it stands, from the top-left pixel on",
-                      size_text(*picture.size), size_text(common));
+    else if (picture.view)
+      add_remark(picture,
+                 fmt::format("it is {}, the others are {}: used as it stands, from the top-left pixel on",
+                             size_text(*picture.size), size_text(common)));
   }
   faults.throw_if_any();
   return common;
 }
 
-/// Refusal where the chessboards seen agree on another size than the one named: a larger one in most of the
-/// pictures measured, or a smaller one in most of all while none shows the one named.
-void require_board_size(const std::vector<Found>& found, const BoardSearch& search) {
+/// Refusal where most of the chessboards seen agree on another size than the one named: a larger one, or a
+/// smaller one while none shows the one named.
+void require_board_size(const std::vector<BoardPicture>& pictures, const BoardSearch& search) {
   const GridSize named(std::max(search.board.columns, search.board.rows),
                        std::min(search.board.columns, search.board.rows));
-  const std::size_t measured = std::min<std::size_t>(looked_at_for_size, found.size());
-  std::map<GridSize, std::size_t> among_measured, among_all;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!found[i].size) continue;
-    ++among_all[*found[i].size];
-    if (i < measured) ++among_measured[*found[i].size];
-  }
-  for (const auto& [size, count] : among_all) {
-    if (size == named) continue;
-    const bool larger =
-        size.first >= named.first && size.second >= named.second && 2 * among_measured[size] > measured;
-    const bool instead = among_all.count(named) == 0 && 2 * count > found.size();
-    if (!larger && !instead) continue;
+  std::map<GridSize, std::size_t> votes;
+  std::size_t seen = 0;
+  for (const BoardPicture& picture : pictures)
+    if (picture.seen) ++votes[*picture.seen], ++seen;
+  for (const auto& [size, count] : votes) {
+    const bool larger = size != named && size.first >= named.first && size.second >= named.second;
+    if (size == named || 2 * count <= seen || (!larger && votes.count(named) > 0)) continue;
     throw Refusal(fmt::format(
         "The pictures show a chessboard of {0}x{1} inner corners, not {2}. If {0}x{1} is right, give --board "
         "chessboard:{0}x{1}, and measure --square once more.",
         size.first, size.second, search.board_text.substr(search.board_text.find(':') + 1)));
+  }
+}
+
+/// Sets aside pictures whose board stands exactly as in an earlier one: the same picture twice is no new
+/// evidence, but would count as such.
+void drop_repeated(std::vector<BoardPicture>& pictures) {
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    for (std::size_t k = 0; k < i && pictures[i].view; ++k) {
+      if (!pictures[k].view || pictures[k].view->corners_px != pictures[i].view->corners_px) continue;
+      pictures[i].view.reset();
+      pictures[i].rejected = "it is the same picture as " + pictures[k].name();
+    }
   }
 }
 
@@ -200,25 +200,29 @@ std::vector<const BoardPicture*> BoardPictures::used() const {
 BoardPictures find_boards(const std::vector<std::string>& sources, const BoardSearch& search) {
   BoardPictures pictures{list_pictures(sources, search), {}};
   common_size(pictures.all);
-  std::vector<Found> found(pictures.all.size());
+  std::vector<std::exception_ptr> errors(pictures.all.size());
   Progress progress("looking for the board", static_cast<long>(pictures.all.size()), search.quiet);
   std::mutex progress_mutex;
   long done = 0;
   in_parallel(pictures.all.size(), search.threads, [&](std::size_t i) {
-    if (!pictures.all[i].view && pictures.all[i].rejected.empty())
-      search_in(pictures.all[i], found[i], search, i < looked_at_for_size);
+    try {
+      if (!pictures.all[i].view && pictures.all[i].rejected.empty()) search_in(pictures.all[i], search);
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
     const std::lock_guard<std::mutex> lock(progress_mutex);
     progress.step(++done);
   });
   FaultList faults;
-  for (const Found& one : found) {
+  for (const std::exception_ptr& error : errors) {
     faults.collect([&] {
-      if (one.error) std::rethrow_exception(one.error);
+      if (error) std::rethrow_exception(error);
     });
   }
   faults.throw_if_any();
   pictures.size = common_size(pictures.all);
-  require_board_size(found, search);
+  drop_repeated(pictures.all);
+  require_board_size(pictures.all, search);
   if (pictures.used().empty())
     throw Refusal(fmt::format(
         "The board {} was not found in any picture ({} looked at). Are {} its inner corners (or circle "

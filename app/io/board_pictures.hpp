@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calibration/camera/board.hpp"
@@ -19,8 +20,9 @@ struct BoardPicture {
   cv::Mat decoded;                ///< a video's picture; stills are read again where they are needed
   std::optional<ImageSize> size;  ///< from the header; nothing where only the decoder can tell
   std::optional<BoardView> view;
-  std::string rejected;  ///< why it is not used; empty for those that are
-  std::string remark;    ///< what is special about one that is used; mostly empty
+  std::optional<std::pair<int, int>> seen;  ///< size of the chessboard that is there, the larger side first
+  std::string rejected;                     ///< why it is not used; empty for those that are
+  std::string remark;                       ///< what is special about one that is used; mostly empty
 
   std::string name() const;  ///< "left01.jpg", or "boards.mp4 frame 12"
   cv::Mat picture(double max_pixels) const;
@@ -46,8 +48,8 @@ struct BoardSearch {
 ///
 /// Pictures one or two pixels larger or smaller than most are used as they stand, the top-left pixel being
 /// the same (a shift of a pixel is next to nothing for the pose that absorbs it), and carry a remark.
-/// InputError: a file that cannot be read, pictures of different cameras (sizes further apart). Refusal: a
-/// chessboard that in most pictures is larger than the one named, or no board at all.
+/// InputError: a file that cannot be read, pictures of different cameras (sizes further apart). Refusal:
+/// chessboards that agree on another size than the one named, or no board at all.
 BoardPictures find_boards(const std::vector<std::string>& sources, const BoardSearch& search);
 
 }  // namespace ballservo

@@ -102,16 +102,16 @@ void add_figures(Page& page, const CameraReportInput& input) {
   const Eigen::VectorXd values = parameter_vector(result.camera.parameters());
   page.key_values(
       {{"RMS over the corners", fmt::format("{:.3f} px", result.rms_px)},
-       {"RMS on boards held out", fmt::format("{:.3f} px", result.held_out_rms_px)},
+       {"RMS on boards held out", pixels_text(result.held_out_rms_px)},
        {"noise of a corner's coordinate", fmt::format("{:.3f} px", result.covariance.noise_px)},
-       {"part of it that depends on the place in the picture",
+       {"part of the RMS that depends on the place in the picture",
         result.structure_px ? fmt::format("{:.3f} px", *result.structure_px) : "too few boards to tell"},
        {"part of the picture in which corners lie", fmt::format("{:.0f} %", 100 * result.coverage)},
        {"correlation of the focal length with the boards' distance",
         fmt::format("{:.3f}", result.covariance.focal_distance_correlation)},
        {"error at a 70 mm ball at 1 m from the calibration alone, worst place",
         millimetres(result.ball_sigma_mm)},
-       {"the same where boards were", millimetres(result.covered_ball_sigma_mm)}});
+       {"the same where boards were, typically", millimetres(result.covered_ball_sigma_mm)}});
   PageTable table{{"parameter", "value", "sigma"},
                   {},
                   "lens model " + std::string(lens_model_name(result.camera.parameters().model)),
@@ -123,10 +123,10 @@ void add_figures(Page& page, const CameraReportInput& input) {
   }
   page.table(table);
   if (result.trials.size() < 2) return;
-  PageTable trials{{"lens model", "RMS (px)", "on boards held out (px)", ""}, {}, "Models tried", {}};
+  PageTable trials{{"lens model", "RMS", "on boards held out", ""}, {}, "Models tried", {}};
   for (const ModelTrial& trial : result.trials)
-    trials.rows.push_back({std::string(lens_model_name(trial.model)), fmt::format("{:.3f}", trial.rms_px),
-                           fmt::format("{:.3f}", trial.held_out_rms_px),
+    trials.rows.push_back({std::string(lens_model_name(trial.model)), pixels_text(trial.rms_px),
+                           pixels_text(trial.held_out_rms_px),
                            trial.model == result.camera.parameters().model ? "chosen"
                            : trial.usable                                  ? ""
                                           : "not usable over the whole picture"});
@@ -136,7 +136,8 @@ void add_figures(Page& page, const CameraReportInput& input) {
 void add_boards(Page& page, const CameraReportInput& input) {
   page.heading("The boards");
   page.paragraph(
-      fmt::format("Corners as found (green; red where one was set aside as wrong), the first one ringed; red "
+      fmt::format("Corners as found (green, joined in their order by blue lines; red where one was set aside "
+                  "as wrong), the first one ringed; red "
                   "lines are the "
                   "residuals, {:g} times enlarged. Residuals that all point one way in a part of a board "
                   "mean a bent board, "
@@ -144,13 +145,8 @@ void add_boards(Page& page, const CameraReportInput& input) {
                   overlay_enlarged));
   std::vector<PageFigure> figures;
   for (std::size_t v = 0; v < input.views.size(); ++v) {
-    cv::Mat overlay = board_overlay(input.pictures[v], input.views[v], input.calibration->corners[v]);
-    constexpr int shown_px = 800;
-    if (overlay.cols > shown_px)
-      cv::resize(overlay, overlay, {}, double{shown_px} / overlay.cols, double{shown_px} / overlay.cols,
-                 cv::INTER_AREA);
-    figures.push_back(photo(overlay, fmt::format("{}: RMS {:.3f} px", input.views[v].name,
-                                                 input.calibration->corners[v].rms_px())));
+    figures.push_back(photo(input.overlays[v], fmt::format("{}: RMS {:.3f} px", input.views[v].name,
+                                                           input.calibration->corners[v].rms_px())));
   }
   page.figures(figures);
 }
@@ -183,6 +179,10 @@ cv::Mat board_overlay(const cv::Mat& picture, const BoardView& view, const Corne
   return image;
 }
 
+std::string pixels_text(double value_px) {
+  return std::isfinite(value_px) ? fmt::format("{:.3f} px", value_px) : "unknown";
+}
+
 std::vector<std::string> calibration_advice(const BoardCalibration& calibration) {
   std::vector<std::string> advice;
   constexpr double wide_enough = 0.7, tight_correlation = 0.99, good_ball_mm = 1;
@@ -197,11 +197,11 @@ std::vector<std::string> calibration_advice(const BoardCalibration& calibration)
         "tell a longer lens from a farther board.");
   const double covered_mm = calibration.covered_ball_sigma_mm.value_or(0);
   if (covered_mm > good_ball_mm)
-    advice.push_back(
-        fmt::format("Even where boards were, this calibration alone places a ball at 1 m to {:.1f} mm only; "
-                    "four times as many "
-                    "pictures halve that.",
-                    covered_mm));
+    advice.push_back(fmt::format(
+        "Even where boards were, this calibration alone typically places a ball at 1 m to {:.1f} mm only; "
+        "four times as many "
+        "pictures halve that.",
+        covered_mm));
   if (calibration.ball_sigma_mm && *calibration.ball_sigma_mm > good_ball_mm &&
       *calibration.ball_sigma_mm > 2 * covered_mm)
     advice.push_back(
@@ -219,7 +219,9 @@ std::vector<std::string> calibration_advice(const BoardCalibration& calibration)
     advice.push_back(
         "Boards that were held out fit clearly worse than those used: the pictures are too few for this lens "
         "model.");
-  if (advice.empty()) advice.push_back("Nothing: this calibration can be used as it is.");
+  if (advice.empty())
+    advice.push_back(calibration.warnings.empty() ? "Nothing: this calibration can be used as it is."
+                                                  : "See to the warnings.");
   return advice;
 }
 

@@ -10,10 +10,12 @@
 
 namespace ballservo {
 
+inline constexpr int overlay_width_px = 800;
+
 struct CameraReportInput {
   const BoardCalibration* calibration = nullptr;
-  std::vector<BoardView> views;                               ///< as they were calibrated from
-  std::vector<cv::Mat> pictures;                              ///< of each view
+  std::vector<BoardView> views;   ///< as they were calibrated from
+  std::vector<cv::Mat> overlays;  ///< of each view, by `board_overlay`, at most `overlay_width_px` wide
   std::vector<std::pair<std::string, std::string>> rejected;  ///< picture and reason
   std::vector<std::string> remarks;                           ///< on pictures that are used
   std::size_t looked_at = 0;                                  ///< pictures in all
@@ -26,6 +28,9 @@ std::string camera_report_html(const CameraReportInput& input);
 
 /// The corners as found, joined in their order (red: set aside), and their residuals 50 times enlarged.
 cv::Mat board_overlay(const cv::Mat& picture, const BoardView& view, const CornerResiduals& corners);
+
+/// "0.177 px", or "unknown" for NaN.
+std::string pixels_text(double value_px);
 
 /// What to do next, in plain words; one sentence an item.
 std::vector<std::string> calibration_advice(const BoardCalibration& calibration);

@@ -58,7 +58,8 @@ std::optional<BallSigmaMap> ball_sigma_map(const Camera& camera, const Eigen::Ma
       map.places_px.push_back(place);
       map.sigma_mm.emplace_back();
       const auto ray = camera.unproject(place);
-      if (!ray || !is_inside_picture(project_outline(camera, *ray * range_m, radius_m, outline_points), size)) continue;
+      if (!ray || !is_inside_picture(project_outline(camera, *ray * range_m, radius_m, outline_points), size))
+        continue;
       const auto covariance_m2 = uncertainty.ball_covariance(*ray * range_m, radius_m);
       if (!covariance_m2) return std::nullopt;
       map.sigma_mm.back() = 1e3 * std::sqrt(covariance_m2->trace());
@@ -73,7 +74,7 @@ std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd&
   if (!map) return std::nullopt;
   if (map->worst_mm()) return map->worst_mm();
   const ImageSize size = camera.size();
-  const auto ray = camera.unproject({0.5 * size.width_px, 0.5 * size.height_px});
+  const auto ray = camera.unproject({0.5 * (size.width_px - 1), 0.5 * (size.height_px - 1)});
   if (!ray) return std::nullopt;
   const auto covariance_m2 =
       CameraUncertainty(camera, covariance).ball_covariance(*ray * range_m, 0.5 * diameter_m);

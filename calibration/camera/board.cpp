@@ -50,6 +50,9 @@ Board parse_board(const std::string& text, double square_m) {
       if (!side || *side < least || *side > max_points_a_side)
         faults.add("--board", "\"" + text.substr(colon + 1) + "\"",
                    fmt::format("two whole numbers from {} to {}, as in 9x6", least, max_points_a_side));
+    constexpr long long least_points = 6;
+    if (columns && rows && *columns > 0 && *rows > 0 && *columns * *rows < least_points)
+      faults.add("--board", "\"" + text + "\"", fmt::format("at least {} points in all", least_points));
     if (faults.empty()) board.columns = static_cast<int>(*columns), board.rows = static_cast<int>(*rows);
   }
   if (!std::isfinite(square_m) || square_m <= 0)

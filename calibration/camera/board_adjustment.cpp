@@ -158,13 +158,18 @@ std::optional<BoardAdjustment> adjust_boards(const std::vector<BoardView>& views
   auto result = started(views, start, start_poses);
   if (!result || !minimise(views, *result, false, 0)) return std::nullopt;
   if (loss == CornerLoss::squares) return result;
-  BoardAdjustment squares = *result;
-  if (!set_wrong_corners_aside(squares)) return result;
+  const BoardAdjustment squares = *result;
+  BoardAdjustment marked = squares;
+  if (!set_wrong_corners_aside(marked)) return squares;
   constexpr int max_rounds = 4;
   constexpr double huber_sigmas = 1.345;  // 95 % efficient where all residuals are normal (Huber, 1964)
-  if (!minimise(views, *result, false, huber_sigmas * typical_sigma_px(*result))) return squares;
-  for (int round = 0; round < max_rounds && set_wrong_corners_aside(*result); ++round)
+  if (!minimise(views, *result, false, huber_sigmas * typical_sigma_px(*result)) ||
+      !set_wrong_corners_aside(*result))
+    return squares;
+  for (int round = 0; round < max_rounds; ++round) {
     if (!minimise(views, *result, false, 0)) return std::nullopt;
+    if (round + 1 == max_rounds || !set_wrong_corners_aside(*result)) break;
+  }
   return result;
 }
 

@@ -39,21 +39,23 @@ BoardCalibration calibrate_from_boards(ImageSize size, const std::vector<BoardVi
   const BoardAdjustment& adjustment = candidates[chosen].adjustment;
   // Parallel boards first: what they give is absurd in any way it likes.
   BoardCovariance covariance = require_focal_length(views, adjustment);
-  BoardCalibration result{require_sensible_camera(views, adjustment), std::move(covariance)};
+  // What was set aside as wrong says nothing of the camera, and covers nothing.
+  const std::vector<BoardView> believed = believed_corners(views, adjustment);
+  BoardCalibration result{require_sensible_camera(believed, adjustment), std::move(covariance)};
   result.structure_px = residual_structure_px(views, adjustment);
-  const std::string misfit = lens_misfit(views, adjustment, result.structure_px);
+  const std::string misfit = lens_misfit(views, candidates, adjustment, result.structure_px);
   if (!misfit.empty() && options.models.size() > 1) throw Refusal(misfit);
   // A lens that fits nothing fits two halves of the pictures better than all of them.
   if (misfit.empty()) require_one_camera(views, adjustment);
   result.rms_px = adjustment.rms_px;
   result.held_out_rms_px = candidates[chosen].held_out_rms_px();
-  result.coverage = picture_coverage(views, size);
+  result.coverage = picture_coverage(believed, size);
   result.ball_sigma_mm = ball_sigma_mm(result.camera, result.covariance.parameters);
-  result.covered_ball_sigma_mm = covered_ball_sigma_mm(views, result);
+  result.covered_ball_sigma_mm = covered_ball_sigma_mm(believed, result);
   result.corners = adjustment.corners;
   result.poses = adjustment.poses;
   result.trials = trials_of(candidates);
-  result.warnings = calibration_warnings(views, result);
+  result.warnings = calibration_warnings(views, believed, result);
   if (!misfit.empty()) result.warnings.insert(result.warnings.begin(), misfit);
   return result;
 }

@@ -38,7 +38,7 @@ struct BoardCalibration {
   double held_out_rms_px = 0;  ///< the same on boards whose camera comes from the other boards; NaN: none
   double coverage = 0;         ///< part of the picture's cells (8 by 6) in which a corner lies
   std::optional<double> ball_sigma_mm{};          ///< see ball_uncertainty.hpp
-  std::optional<double> covered_ball_sigma_mm{};  ///< the same, the worst where boards were
+  std::optional<double> covered_ball_sigma_mm{};  ///< the same, the median where boards were
   std::optional<double> structure_px{};           ///< see residual_structure.hpp
   std::vector<CornerResiduals> corners{};         ///< of each view
   std::vector<BoardPose> poses{};                 ///< X_CB of each view

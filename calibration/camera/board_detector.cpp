@@ -168,23 +168,36 @@ bool alternates(const cv::Mat& gray, const Grid& grid) {
   return static_cast<double>(right) >= least_share * static_cast<double>(levels.size());
 }
 
+/// Whether there is enough for a pose: points that do not lie on one line.
+bool gives_a_pose(const BoardView& view, const Board& board) {
+  constexpr std::size_t least_points = 6;
+  if (view.size() < least_points ||
+      static_cast<double>(view.size()) < least_part * board.columns * board.rows)
+    return false;
+  double width_m = 0, height_m = 0;
+  for (const Eigen::Vector3d& point : view.points_m) {
+    width_m = std::max(width_m, std::abs(point.x() - view.points_m.front().x()));
+    height_m = std::max(height_m, std::abs(point.y() - view.points_m.front().y()));
+  }
+  return width_m > 0 && height_m > 0;
+}
+
 BoardFinding find_chessboard(const cv::Mat& gray, const Board& board) {
   BoardFinding finding;
   for (const double scale : search_scales(gray)) {
     const cv::Mat searched = scaled(gray, scale);
     auto grid = grown_chessboard(searched, board);
     if (grid && !alternates(searched, *grid)) grid.reset();
+    if (grid) finding.seen = size_of(*grid);
     if (!grid || size_of(*grid) != size_of(board)) {
       const auto whole = whole_chessboard(searched, board);
       if (whole && alternates(searched, *whole)) grid = whole;
     }
-    if (!grid) continue;
-    finding.seen = size_of(*grid);
-    if (!fits(*grid, board)) continue;
+    if (!grid || !fits(*grid, board)) continue;
+    if (!finding.seen) finding.seen = size_of(*grid);
     unscale(*grid, scale);
     BoardView view = refined_corners(gray, std::move(*grid), board);
-    if (static_cast<double>(view.size()) < least_part * board.columns * board.rows) continue;
-    return {std::move(view), "", finding.seen};
+    if (gives_a_pose(view, board)) return {std::move(view), "", finding.seen};
   }
   finding.reason = "the board was not found in it, or less than a third of it is seen";
   return finding;
@@ -217,15 +230,13 @@ BoardFinding find_board(const cv::Mat& picture, const Board& board) {
   const cv::Mat gray = gray_of(picture);
   if (gray.cols < least_side_px || gray.rows < least_side_px)
     return {std::nullopt, fmt::format("it is smaller than {} pixels", least_side_px), std::nullopt};
-  return board.pattern == BoardPattern::chessboard ? find_chessboard(gray, board) : find_circles(gray, board);
-}
-
-std::optional<std::pair<int, int>> chessboard_size(const cv::Mat& picture, const Board& board) {
-  if (board.pattern != BoardPattern::chessboard || std::min(picture.cols, picture.rows) < least_side_px)
-    return std::nullopt;
-  const auto grid = grown_chessboard(gray_of(picture), board);
-  if (!grid) return std::nullopt;
-  return size_of(*grid);
+  try {
+    return board.pattern == BoardPattern::chessboard ? find_chessboard(gray, board)
+                                                     : find_circles(gray, board);
+  } catch (const cv::Exception&) {
+    // OpenCV's finders assert on some pictures that hold no board.
+    return {std::nullopt, "the board was not found in it", std::nullopt};
+  }
 }
 
 }  // namespace ballservo

@@ -15,6 +15,7 @@ struct BoardFinding {
   std::optional<BoardView> view;
   std::string reason;  ///< in words, why there is none; empty where there is one
   /// Points of a row and column of the chessboard that is seen, whatever was asked for; the larger first.
+  /// (OpenCV's finder of a given size is content with a part of a larger board.)
   std::optional<std::pair<int, int>> seen;
 };
 
@@ -28,10 +29,5 @@ struct BoardFinding {
 /// (11 px on OpenCV's own pictures doubles the error), a fixed one fits no other board. Corners so near the
 /// border that their window is cut off are left out.
 BoardFinding find_board(const cv::Mat& picture, const Board& board);
-
-/// The size of the largest chessboard in a picture that grows from half of `board`, in the same manner;
-/// nothing where there is none, and for other patterns. (OpenCV's finder of a given size is content with a
-/// part of a larger board.)
-std::optional<std::pair<int, int>> chessboard_size(const cv::Mat& picture, const Board& board);
 
 }  // namespace ballservo

@@ -83,12 +83,12 @@ std::string why_no_focal_length(const BoardAdjustment& adjustment) {
 }
 
 /// Distance (px) from the picture's farthest corner to the board corner nearest to it.
-double farthest_corner_gap_px(const std::vector<BoardView>& views, ImageSize size) {
+double farthest_corner_gap_px(const std::vector<BoardView>& believed, ImageSize size) {
   double gap = 0;
   for (const double x : {0.0, size.width_px - 1.0}) {
     for (const double y : {0.0, size.height_px - 1.0}) {
       double nearest = std::hypot(size.width_px, size.height_px);
-      for (const BoardView& view : views)
+      for (const BoardView& view : believed)
         for (const Eigen::Vector2d& corner : view.corners_px)
           nearest = std::min(nearest, (corner - Eigen::Vector2d(x, y)).norm());
       gap = std::max(gap, nearest);
@@ -158,17 +158,31 @@ void require_one_camera(const std::vector<BoardView>& views, const BoardAdjustme
       mixture->rms_apart_px));
 }
 
-std::string lens_misfit(const std::vector<BoardView>& views, const BoardAdjustment& adjustment,
-                        std::optional<double> structure_px) {
+std::string lens_misfit(const std::vector<BoardView>& views, const std::vector<LensCandidate>& tried,
+                        const BoardAdjustment& adjustment, std::optional<double> structure_px) {
   const CameraParameters& p = adjustment.parameters;
   if (adjustment.rms_px < least_misfit_px) return "";
-  std::vector<LensModel> richer;
+  for (const LensCandidate& candidate : tried) {
+    const BoardAdjustment& fit = candidate.adjustment;
+    if (candidate.usable || fit.rms_px >= max_misfit_share * adjustment.rms_px) continue;
+    const std::string_view other = lens_model_name(fit.parameters.model);
+    return fmt::format(
+        "the lens model {} does not explain these pictures (RMS {:.2f} px); {} does ({:.2f} px), but is not "
+        "determined over the whole picture: bring the board into the picture's corners, or give --model {} "
+        "to take "
+        "it as it is",
+        lens_model_name(p.model), adjustment.rms_px, other, fit.rms_px, other);
+  }
+  std::vector<LensModel> others;
   for (const LensModel model : all_lens_models)
-    if (coefficient_count(model) > coefficient_count(p.model)) richer.push_back(model);
-  std::sort(richer.begin(), richer.end(),
+    if (std::none_of(tried.begin(), tried.end(), [model](const LensCandidate& candidate) {
+          return candidate.adjustment.parameters.model == model;
+        }))
+      others.push_back(model);
+  std::sort(others.begin(), others.end(),
             [](LensModel m, LensModel n) { return coefficient_count(m) < coefficient_count(n); });
   std::optional<BoardAdjustment> better;
-  for (const LensModel model : richer) {
+  for (const LensModel model : others) {
     auto fit = fit_lens(views, p.size, model);
     // More coefficients have to earn their place among the alternatives too.
     const double limit_px = better ? 0.9 * better->rms_px : max_misfit_share * adjustment.rms_px;
@@ -191,6 +205,7 @@ std::string lens_misfit(const std::vector<BoardView>& views, const BoardAdjustme
 }
 
 std::vector<std::string> calibration_warnings(const std::vector<BoardView>& views,
+                                              const std::vector<BoardView>& believed,
                                               const BoardCalibration& calibration) {
   std::vector<std::string> warnings;
   std::vector<double> sorted;
@@ -201,29 +216,34 @@ std::vector<std::string> calibration_warnings(const std::vector<BoardView>& view
     const CornerResiduals& corners = calibration.corners[v];
     const auto aside = std::count(corners.set_aside.begin(), corners.set_aside.end(), true);
     if (aside > 0)
-      warnings.push_back(fmt::format("{}: {} of its {} corners fit nothing and were set aside", views[v].name,
-                                     aside, views[v].size()));
-    else if (corners.rms_px() > outlying_view * std::max(median, least_noise_px))
-      warnings.push_back(fmt::format("{} fits {:.1f} times worse than the median", views[v].name,
-                                     corners.rms_px() / median));
+      warnings.push_back(fmt::format("{}: {} of its {} corners do not fit this camera and were set aside",
+                                     views[v].name, aside, views[v].size()));
+    const double times = corners.rms_px() / std::max(median, least_noise_px);
+    if (times > outlying_view)
+      warnings.push_back(fmt::format("{} fits {:.1f} times worse than the median", views[v].name, times));
   }
   if (!std::isfinite(calibration.held_out_rms_px))
     warnings.push_back(
         "some of the boards alone give no camera, so there is no held-out error: take more pictures");
+  if (!calibration.ball_sigma_mm)
+    warnings.push_back(
+        "the parameters are too uncertain to tell what that does to a ball: take more pictures, or a lens "
+        "model "
+        "with fewer coefficients");
   const CameraParameters& p = calibration.camera.parameters();
   if (!covers_picture(p))
     warnings.push_back(
         "a corner of the picture lies beyond where this lens model is one-to-one; there no 3-D is given");
-  const double gap = farthest_corner_gap_px(views, p.size),
+  const double gap = farthest_corner_gap_px(believed, p.size),
                side = std::min(p.size.width_px, p.size.height_px);
   if (gap > side / 3)
-    warnings.push_back(fmt::format(
-        "no board came nearer than {:.0f} px to one of the picture's corners{}", gap,
-        calibration.ball_sigma_mm && calibration.covered_ball_sigma_mm
-            ? fmt::format(
-                  ": a ball at 1 m is uncertain by up to {:.1f} mm there, by {:.1f} mm where boards were",
-                  *calibration.ball_sigma_mm, *calibration.covered_ball_sigma_mm)
-            : ""));
+    warnings.push_back(
+        fmt::format("no board came nearer than {:.0f} px to one of the picture's corners{}", gap,
+                    calibration.ball_sigma_mm && calibration.covered_ball_sigma_mm
+                        ? fmt::format(": a ball at 1 m is uncertain by up to {:.1f} mm there, typically by "
+                                      "{:.1f} mm where boards were",
+                                      *calibration.ball_sigma_mm, *calibration.covered_ball_sigma_mm)
+                        : ""));
   return warnings;
 }
 
@@ -238,11 +258,13 @@ std::optional<double> covered_ball_sigma_mm(const std::vector<BoardView>& views,
         if ((corner - place).norm() < near_px) return true;
     return false;
   };
-  std::optional<double> worst;
+  std::vector<double> covered;
   for (std::size_t i = 0; i < map->places_px.size(); ++i)
-    if (map->sigma_mm[i] && is_covered(map->places_px[i]))
-      worst = std::max(worst.value_or(0), *map->sigma_mm[i]);
-  return worst;
+    if (map->sigma_mm[i] && is_covered(map->places_px[i])) covered.push_back(*map->sigma_mm[i]);
+  if (covered.empty()) return std::nullopt;
+  const auto middle = covered.begin() + static_cast<std::ptrdiff_t>(covered.size() / 2);
+  std::nth_element(covered.begin(), middle, covered.end());
+  return *middle;
 }
 
 double picture_coverage(const std::vector<BoardView>& views, ImageSize size) {

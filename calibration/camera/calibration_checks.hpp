@@ -7,6 +7,7 @@
 
 #include "calibration/camera/board_adjustment.hpp"
 #include "calibration/camera/board_covariance.hpp"
+#include "calibration/camera/lens_choice.hpp"
 
 namespace ballservo {
 
@@ -27,18 +28,19 @@ Camera require_sensible_camera(const std::vector<BoardView>& views, const BoardA
 /// of each.
 void require_one_camera(const std::vector<BoardView>& views, const BoardAdjustment& adjustment);
 
-/// Where the lens model cannot explain the pictures, in words: a model with more coefficients leaves much
-/// less, or most of the error depends on the place in the picture (`structure_px`, residual_structure.hpp).
-/// Empty where nothing is wrong.
-std::string lens_misfit(const std::vector<BoardView>& views, const BoardAdjustment& adjustment,
-                        std::optional<double> structure_px);
+/// Where the lens model cannot explain the pictures, in words: one that was not tried leaves much less of the
+/// error, or most of it depends on the place in the picture (`structure_px`, residual_structure.hpp). Empty
+/// where nothing is wrong.
+std::string lens_misfit(const std::vector<BoardView>& views, const std::vector<LensCandidate>& tried,
+                        const BoardAdjustment& adjustment, std::optional<double> structure_px);
 
-/// What a user should look at, in words.
+/// What a user should look at, in words. `believed`: the views without the corners that were set aside.
 std::vector<std::string> calibration_warnings(const std::vector<BoardView>& views,
+                                              const std::vector<BoardView>& believed,
                                               const BoardCalibration& calibration);
 
-/// The worst of ball_uncertainty.hpp's map at the places that have a corner of a board within a twentieth of the
-/// picture's width: what the calibration is worth where it does not extrapolate.
+/// The median of ball_uncertainty.hpp's map over the places that have a corner of a board within a twentieth
+/// of the picture's width: what the calibration is worth where it does not extrapolate.
 std::optional<double> covered_ball_sigma_mm(const std::vector<BoardView>& views,
                                             const BoardCalibration& calibration);
 

@@ -56,9 +56,8 @@ double standard_error(const std::vector<double>& values) {
   return std::sqrt(sum / (count - 1) / count);
 }
 
-std::vector<double> held_out_errors_px2(const std::vector<BoardView>& all_views, const BoardAdjustment& all,
+std::vector<double> held_out_errors_px2(const std::vector<BoardView>& views, const BoardAdjustment& all,
                                         int folds) {
-  const std::vector<BoardView> views = believed_corners(all_views, all);
   const std::size_t fold_count = std::min(views.size(), static_cast<std::size_t>(folds));
   std::vector<double> errors(views.size(), 0.0);
   for (std::size_t fold = 0; fold < fold_count; ++fold) {
@@ -140,12 +139,20 @@ std::vector<LensCandidate> lens_candidates(const std::vector<BoardView>& views, 
   std::stable_sort(models.begin(), models.end(),
                    [](LensModel a, LensModel b) { return coefficient_count(a) < coefficient_count(b); });
   std::vector<LensCandidate> candidates;
-  for (const LensModel model : models) {
-    auto adjustment = fit_lens(views, size, model);
-    if (!adjustment) continue;
-    auto held_out = held_out_errors_px2(views, *adjustment, folds);
-    const bool usable = is_usable(views, *adjustment);
-    candidates.push_back({std::move(*adjustment), std::move(held_out), usable});
+  for (const LensModel model : models)
+    if (auto adjustment = fit_lens(views, size, model))
+      candidates.push_back({std::move(*adjustment), {}, false});
+  if (candidates.empty()) return candidates;
+  // All are tested on the same corners, those that the best fitting one believes: a poor model holds for
+  // wrong what it cannot explain.
+  const auto best = std::min_element(candidates.begin(), candidates.end(),
+                                     [](const LensCandidate& a, const LensCandidate& b) {
+                                       return a.adjustment.rms_px < b.adjustment.rms_px;
+                                     });
+  const std::vector<BoardView> believed = believed_corners(views, best->adjustment);
+  for (LensCandidate& candidate : candidates) {
+    candidate.held_out_px2 = held_out_errors_px2(believed, candidate.adjustment, folds);
+    candidate.usable = is_usable(views, candidate.adjustment);
   }
   return candidates;
 }

@@ -17,7 +17,8 @@ struct LensCandidate {
   std::vector<double> held_out_px2;
 
   /// Whether every corner of the picture has a ray, and the parameters are known well enough to tell what
-  /// their uncertainty does to a ball: a choice takes no other.
+  /// their uncertainty does to a ball: a choice takes no other
+  /// while there is one.
   bool usable = false;
 
   double held_out_rms_px() const;  ///< NaN where there is none

@@ -15,7 +15,6 @@ constexpr int starts = 5, max_rounds = 8;
 constexpr double least_error_ratio = 1.35;
 constexpr double floor_px2 = 0.05 * 0.05;  // below it no error tells anything: no finder is that good
 
-
 struct Group {
   std::vector<std::size_t> members;
   std::vector<BoardView> views;

@@ -66,7 +66,11 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
     std::size_t best = 0;
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < groups.size(); ++i) {
-      const double distance = *hue_distance_to_word_deg(request.name, groups[i].samples.hue_deg());
+      // What we would call so ourselves comes before what only may be called so.
+      constexpr double our_own_word = -1;
+      const double distance = groups[i].word == request.name
+                                  ? our_own_word
+                                  : *hue_distance_to_word_deg(request.name, groups[i].samples.hue_deg());
       if (distance < nearest) {
         nearest = distance;
         best = i;

@@ -23,7 +23,7 @@ inline BoardCalibrationOptions only(LensModel model) {
   return options;
 }
 
-/// A pose of the board's middle.
+/// Where a board stands.
 struct PlacedBoard {
   Eigen::Matrix3d R_CB = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p_CB{0, 0, 0};  ///< of the board frame's origin

@@ -311,6 +311,18 @@ TEST(LearnColors, Smarties) {
   EXPECT_EQ(names(colors), (std::set<std::string>{"red", "orange", "green", "blue"}));
 }
 
+TEST(LearnClasses, TheWordThatIsOursComesBeforeItsNeighbour) {
+  const auto folder = opencv_doc_dir();
+  if (!folder) GTEST_SKIP() << "opencv-doc is not installed";
+  const cv::Mat picture = cv::imread((*folder / "smarties.png").string());
+  // Red reaches into orange, and has more sweets.
+  for (const auto& [word, u, v] : {std::tuple("orange", 205.0, 211.0), std::tuple("red", 287.0, 213.0)}) {
+    const LearntColors colors =
+        learn_classes({{"smarties.png", picture}}, {{word, {0}, std::nullopt}}, algebraic_circle);
+    EXPECT_GT(disc_fraction(colors.table, picture, u, v, 20, word), 0.7) << word;
+  }
+}
+
 TEST(LearnColors, YellowBallsBesideThingsOfTheirColor) {
   const auto folder = shared_data_dir();
   if (!folder) GTEST_SKIP() << "no pictures beside the project";
