@@ -108,7 +108,7 @@ Svg heat_plot(const HeatPlot& plot) {
   const double high = plot.high && *plot.high > 0 ? *plot.high : largest(plot.values);
   const std::vector<PlotColor> colors = palette();
   SvgCanvasOptions options;
-  options.x_low = -0.5, options.x_high = 1.36 * plot.picture.width_px;
+  options.x_low = -0.5, options.x_high = 1.45 * plot.picture.width_px;
   options.y_low = -0.5, options.y_high = plot.picture.height_px - 0.5;
   options.width_px = plot.width_px;
   options.y_down = true, options.axes = false;

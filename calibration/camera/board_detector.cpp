@@ -230,6 +230,9 @@ BoardFinding find_board(const cv::Mat& picture, const Board& board) {
   const cv::Mat gray = gray_of(picture);
   if (gray.cols < least_side_px || gray.rows < least_side_px)
     return {std::nullopt, fmt::format("it is smaller than {} pixels", least_side_px), std::nullopt};
+  // OpenCV's finders draw from the thread's own random numbers (trees of neighbours, clustering): whatever came
+  // before, a picture gives the same corners.
+  cv::setRNGSeed(0);
   try {
     return board.pattern == BoardPattern::chessboard ? find_chessboard(gray, board)
                                                      : find_circles(gray, board);
