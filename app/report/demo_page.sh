@@ -77,7 +77,8 @@ $(html "$(text_value left.json used)") of $(html "$(text_value left.json images)
 The board's corners come to lie within <b>$(rounded 3 left.json rms_px) px</b> (root mean square) of where the model says,
 and within $(rounded 3 left.json held_out_rms_px) px on photographs that were left out of the fit.
 The focal length is <b>$(rounded 1 left.json fx_px) px</b>. What is still uncertain about this camera would move a ball of
-70 mm at a distance of 1 m by at most $(rounded 2 left.json ball_sigma_mm) mm (one standard deviation).</p>
+70 mm at a distance of 1 m by $(rounded 1 left.json ball_sigma_covered_mm) mm where the board was seen, and by up to
+$(rounded 0 left.json ball_sigma_mm) mm in the picture's corners, where it never was (one standard deviation).</p>
 <div class="pair">
 $(for picture in boards/board_01.png boards/board_10.png; do
     [ -e "$picture" ] || continue
