@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -12,10 +13,18 @@ namespace ballservo {
 
 struct CircleVoteOptions {
   int stop_at = 16;  ///< votes in one cell that end the voting (paper: a threshold on the incremented cell)
-  int max_votes_per_point =
-      8;  ///< cap on the votes, by the number of boundary points: heavy occlusion needs many ...
-  int max_votes = 4000;  ///< ... but never more than this
+  /// Cap on the votes, by the number of boundary points (heavy occlusion needs many), and in all.
+  int max_votes_per_point = 8, max_votes = 2000;
+  /// Votes after which a fullest cell on its way to less than half of stop_at is not waited for.
+  int hopeless_after = 400;
   double min_radius_px = 2.5;
+  double max_normal_error_rad = 0.5;  ///< between a point's normal, where it has one, and the circle's
+};
+
+/// Where a region ends: a place (undistorted, px), and the unit normal outwards or (0, 0) where not known.
+struct BoundaryPoint {
+  Eigen::Vector2f position_px{0, 0};
+  Eigen::Vector2f normal{0, 0};
 };
 
 /// What the votes say.
@@ -52,9 +61,11 @@ class CircleVoter {
  public:
   explicit CircleVoter(const CircleVoteOptions& options = {}) : options_(options) {}
 
-  /// The circle that most triples of the boundary points (undistorted, px) agree on; nothing for fewer than 8
-  /// points or where no triple makes a circle. `engine` is the only source of chance.
-  std::optional<CircleEstimate> estimate(const std::vector<Eigen::Vector2f>& points_px, RandomEngine& engine);
+  /// The circle that most triples of the boundary points agree on; nothing for fewer than 8 points or where
+  /// no triple makes a circle. Half of the triples are of points near each other in the list, which should
+  /// therefore be in some order of space (as by rows): so an arc is found in a long outline. `engine` is the
+  /// only source of chance.
+  std::optional<CircleEstimate> estimate(const std::vector<BoundaryPoint>& points, RandomEngine& engine);
 
   const VoteHistogram& histogram() const { return histogram_; }  ///< of the last call
   const std::vector<std::uint16_t>& radius_histogram() const {
@@ -62,6 +73,12 @@ class CircleVoter {
   }  ///< 1 px cells, of the last call
 
  private:
+  bool set_up_histogram(const std::vector<BoundaryPoint>& points);
+  /// Three indices below `count`, from all or from a neighbourhood of 2^0 to 2^octaves times the least reach.
+  std::array<std::size_t, 3> draw(int count, int octaves, RandomEngine& engine) const;
+  Eigen::Vector2d mean_of_votes_near(const Eigen::Vector2d& peak) const;
+  bool vote_radius(const std::vector<BoundaryPoint>& points, CircleEstimate& circle);
+
   CircleVoteOptions options_;
   VoteHistogram histogram_;
   std::vector<std::uint16_t> radii_;

@@ -13,30 +13,36 @@ namespace ballservo {
 namespace {
 
 constexpr int failures_per_region = 2;
+constexpr std::size_t max_boundary_points = 256;
 // Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.
 constexpr double robust_floor_px = 0.06;
 
 // How far an edge or a boundary pixel may lie from a ball's outline and still speak for it.
 double tolerance_px(double radius_px) { return 0.5 + 0.025 * radius_px; }
 
-// The sectors around the circle's centre in which a boundary point lies on it: 48, or as many as it has
-// pixels.
-OutlineSectors boundary_sectors(const std::vector<Eigen::Vector2f>& points, const CircleEstimate& circle) {
-  OutlineSectors seen(static_cast<std::size_t>(std::clamp(6.28 * circle.radius_px, 8.0, 48.0)), false);
-  const double tolerance = 0.5 + tolerance_px(circle.radius_px);
-  for (const Eigen::Vector2f& p : points) {
-    const Eigen::Vector2d d = p.cast<double>() - circle.center_px;
-    if (std::abs(d.norm() - circle.radius_px) > tolerance) continue;
-    const double turn = std::atan2(d.y(), d.x()) / 6.283185307179586;
-    seen[std::min(seen.size() - 1, static_cast<std::size_t>((turn < 0 ? turn + 1 : turn) *
-                                                            static_cast<double>(seen.size())))] = true;
-  }
-  return seen;
+Eigen::Vector3d ray_of(const BoundaryPoint& p, double focal_px) {
+  return Eigen::Vector3d(static_cast<double>(p.position_px.x()), static_cast<double>(p.position_px.y()),
+                         focal_px)
+      .normalized();
 }
 
-double fraction(const OutlineSectors& sectors) {
-  return static_cast<double>(std::count(sectors.begin(), sectors.end(), true)) /
-         static_cast<double>(sectors.size());
+// The sectors of the cone's outline on which a boundary point lies, with its normal outwards: 48, or as many
+// as it has pixels.
+OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
+                                double focal_px) {
+  const double radius_px = cone.alpha_rad * focal_px;
+  const double tolerance_rad = (0.5 + tolerance_px(radius_px)) / focal_px;
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
+  OutlineSectors sectors;
+  sectors.count = static_cast<int>(std::clamp(6.28 * radius_px, 8.0, 48.0));
+  for (const BoundaryPoint& p : points) {
+    const Eigen::Vector3d ray = ray_of(p, focal_px);
+    if (std::abs(angle_outside(cone, ray)) > tolerance_rad) continue;
+    const Eigen::Vector2d across = basis.transpose() * ray;
+    const double angle = std::atan2(across.y(), across.x());
+    sectors.see(angle < 0 ? angle + 6.283185307179586 : angle);
+  }
+  return sectors;
 }
 
 std::vector<Eigen::Vector2d> picture_outline(const Camera& camera, const TangentCone& cone) {
@@ -109,103 +115,133 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
   return balls_;
 }
 
-void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region_index,
-                          DetectionStages* stages) {
-  const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
-  regions_.boundary(region_index, boundary_);
-  // Undistorted boundary positions, half a pixel outward: between the region's last pixel and the first
-  // beyond it.
+// The region's boundary points: undistorted, half a pixel outward, between the region's last pixel and the
+// first beyond it. Of a long boundary only so many as tell where its circles are.
+void Detector::collect_boundary(const cv::Rect& window, int region) {
+  regions_.boundary(region, boundary_);
+  const std::size_t stride = (boundary_.size() + max_boundary_points - 1) / max_boundary_points;
   points_.clear();
   remaining_.clear();
-  for (BoundaryPixel pixel : boundary_) {
+  for (std::size_t i = 0; i < boundary_.size(); i += stride) {
+    BoundaryPixel pixel = boundary_[i];
+    pixel.outward = outward_normal(closed_, pixel);
     pixel.u_px += window.x;
     pixel.v_px += window.y;
     const auto position = rays_->undistorted_px(pixel.u_px, pixel.v_px);
     if (!position) continue;
-    points_.push_back(*position + 0.5f * pixel.outward);
+    points_.push_back({*position + 0.5f * pixel.outward, pixel.outward});
     remaining_.push_back(pixel);
   }
+}
+
+void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region_index,
+                          DetectionStages* stages) {
+  const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
+  collect_boundary(window, region_index);
   const std::uint64_t place = (static_cast<std::uint64_t>(region.box.x + window.x) << 32) ^
                               (static_cast<std::uint64_t>(region.box.y + window.y) << 16) ^
                               static_cast<std::uint64_t>(region.pixels);
   RandomEngine engine = random_stream(options_.seed, "circle_vote", place);
+  const ColoredPixels colored{closed_, window.tl(), regions_, region_index};
 
   int found = 0;
   for (int failures = 0; failures < failures_per_region && found < options_.max_balls_per_region;) {
     const auto vote = voter_.estimate(points_, engine);
     if (!vote) return;
-    const char* reason = nullptr;
-    std::optional<BallObservation> ball;
     RefinementInput input;
-    if (vote->radius_px < options_.min_radius_px) {
-      reason = "too small";
-    } else if (fraction(boundary_sectors(points_, *vote)) < 0.7 * options_.min_arc) {
-      reason = "the region's outline follows no circle";
-    } else {
-      ball = refine(bgr, region.color_class, *vote, points_, options_.fit, stages ? &input : nullptr);
-      if (!ball) {
-        reason = "no edge along the circle";
-      } else {
-        if (options_.fit == BallFit::paper) sectors_ = boundary_sectors(points_, *vote);
-        ball->support = outline_support(sectors_, closed_, window.tl(), regions_, region_index, *rays_,
-                                        ball->cone, ball->outline);
-        ball->quality = ball->support.quality();
-        reason = rejection(*ball);
-      }
-    }
-
-    // Take away what this circle explains, found to be a ball or not, and look at the rest.
-    if (stages) {
-      stages->candidates.push_back({region_index,
-                                    region.color_class,
-                                    remaining_,
-                                    {},
-                                    voter_.histogram(),
-                                    voter_.radius_histogram(),
-                                    *vote,
-                                    {},
-                                    {},
-                                    {},
-                                    {},
-                                    !reason,
-                                    reason ? reason : ""});
-      auto& candidate = stages->candidates.back();
-      if (const auto cone =
-              cone_near_circle({vote->center_px, vote->radius_px}, rays_->camera().focal_px())) {
-        candidate.estimate_outline_px = picture_outline(rays_->camera(), *cone);
-      }
-      for (const RingPixel& pixel : input.ring) candidate.ring_px.emplace_back(pixel.u_px, pixel.v_px);
-      for (const EdgePoint& edge : input.edges) {
-        if (const auto pixel = rays_->camera().project(edge.ray); pixel && edge.weight > 0)
-          candidate.ring_px.push_back(*pixel);
-      }
-      if (ball) {
-        candidate.refined_outline_px = picture_outline(rays_->camera(), ball->cone);
-        candidate.support = ball->support;
-      }
-    }
-    std::size_t kept = 0;
-    const double reach = 0.5 + tolerance_px(vote->radius_px);
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (std::abs((points_[i].cast<double>() - vote->center_px).norm() - vote->radius_px) <= reach) {
-        if (stages) stages->candidates.back().removed.push_back(remaining_[i]);
-        continue;
-      }
-      points_[kept] = points_[i];
-      remaining_[kept++] = remaining_[i];
-    }
-    const bool nothing_taken = kept == points_.size();
-    points_.resize(kept);
-    remaining_.resize(kept);
-
-    if (!reason) {
-      balls_.push_back(*ball);
+    Candidate candidate = judge(bgr, colored, *vote, stages ? &input : nullptr);
+    if (stages) record(region_index, *vote, candidate, input, *stages);
+    // Take away what this circle explains, found to be a ball or not, and look at the rest: of a ball also
+    // what lies inside its outline, as its terminator does.
+    const bool nothing_taken = !take_away(*vote, !candidate.reason, stages);
+    if (!candidate.reason) {
+      balls_.push_back(*candidate.ball);
       ++found;
     } else {
       ++failures;
     }
     if (nothing_taken) return;
   }
+}
+
+// Is the voted circle a ball? The cheap questions first: most circles are none.
+Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& colored,
+                                    const CircleEstimate& vote, RefinementInput* input) {
+  if (vote.radius_px < options_.min_radius_px) return {std::nullopt, {}, "too small"};
+  const Camera& camera = rays_->camera();
+  const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, camera.focal_px());
+  if (!voted) return {std::nullopt, {}, "no ball makes this circle"};
+  const TangentCone cone = cone_of_boundary(*voted, points_).value_or(*voted);
+  Candidate candidate;
+  candidate.support =
+      outline_support(boundary_sectors(points_, cone, camera.focal_px()), colored, camera, cone);
+  candidate.reason = early_rejection(candidate.support);
+  if (candidate.reason) return candidate;
+
+  const ClassIndex color_class =
+      colored.regions.regions()[static_cast<std::size_t>(colored.region)].color_class;
+  candidate.ball = refine(bgr, color_class, vote, points_, options_.fit, input);
+  if (!candidate.ball) {
+    candidate.reason = "no edge along the circle";
+    return candidate;
+  }
+  BallObservation& ball = *candidate.ball;
+  if (options_.fit == BallFit::paper) sectors_ = boundary_sectors(points_, ball.cone, camera.focal_px());
+  candidate.support = ball.support = outline_support(sectors_, colored, camera, ball.cone);
+  ball.quality = ball.support.quality();
+  candidate.reason = rejection(ball);
+  return candidate;
+}
+
+// What the boundary says before any edge was measured, with room for what the edges may add.
+const char* Detector::early_rejection(const OutlineSupport& support) const {
+  if (support.arc < 0.6 * options_.min_arc) return "the region's outline follows no circle";
+  if (support.fill < 0.8 * options_.min_fill) return "too little of the disc has the colour";
+  if (support.leak > options_.max_leak + 0.1) return "the colour runs on around it";
+  return nullptr;
+}
+
+bool Detector::take_away(const CircleEstimate& vote, bool is_ball, DetectionStages* stages) {
+  std::size_t kept = 0;
+  const double reach = 0.5 + tolerance_px(vote.radius_px);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const double distance = (points_[i].position_px.cast<double>() - vote.center_px).norm();
+    const double outside = distance - vote.radius_px;
+    if (outside <= reach && (is_ball || outside >= -reach)) {
+      if (stages) stages->candidates.back().removed.push_back(remaining_[i]);
+      continue;
+    }
+    points_[kept] = points_[i];
+    remaining_[kept++] = remaining_[i];
+  }
+  const bool taken = kept < points_.size();
+  points_.resize(kept);
+  remaining_.resize(kept);
+  return taken;
+}
+
+void Detector::record(int region, const CircleEstimate& vote, const Candidate& candidate,
+                      const RefinementInput& input, DetectionStages& stages) const {
+  DetectionStages::Candidate shown;
+  shown.region = region;
+  shown.color_class = regions_.regions()[static_cast<std::size_t>(region)].color_class;
+  shown.outline = remaining_;
+  shown.votes = voter_.histogram();
+  shown.radius_votes = voter_.radius_histogram();
+  shown.estimate = vote;
+  shown.accepted = !candidate.reason;
+  shown.reason = candidate.reason ? candidate.reason : "";
+  shown.support = candidate.support;
+  const Camera& camera = rays_->camera();
+  if (const auto cone = cone_near_circle({vote.center_px, vote.radius_px}, camera.focal_px()))
+    shown.estimate_outline_px = picture_outline(camera, *cone);
+  for (const RingPixel& pixel : input.ring) shown.ring_px.emplace_back(pixel.u_px, pixel.v_px);
+  for (const EdgePoint& edge : input.edges) {
+    if (const auto pixel = camera.project(edge.ray); pixel && edge.weight > 0)
+      shown.ring_px.push_back(*pixel);
+  }
+  if (candidate.ball) shown.refined_outline_px = picture_outline(camera, candidate.ball->cone);
+  stages.candidates.push_back(std::move(shown));
 }
 
 const char* Detector::rejection(const BallObservation& ball) const {
@@ -219,11 +255,11 @@ const char* Detector::rejection(const BallObservation& ball) const {
 
 std::optional<BallObservation> Detector::refine(const cv::Mat& bgr, ClassIndex color_class,
                                                 const CircleEstimate& vote,
-                                                const std::vector<Eigen::Vector2f>& boundary_px, BallFit fit,
+                                                const std::vector<BoundaryPoint>& boundary, BallFit fit,
                                                 RefinementInput* input) {
   const UndistortedCircle circle{vote.center_px, vote.radius_px};
   if (input) input->vote = circle;
-  auto ball = fit == BallFit::sphere ? refine_sphere(bgr, color_class, circle, boundary_px, input)
+  auto ball = fit == BallFit::sphere ? refine_sphere(bgr, color_class, circle, boundary, input)
                                      : refine_paper(bgr, color_class, circle, input);
   if (!ball) return std::nullopt;
   const auto outline = project_sphere(rays_->camera(), ball->cone.axis, std::sin(ball->cone.alpha_rad));
@@ -237,14 +273,14 @@ std::optional<BallObservation> Detector::refine(const cv::Mat& bgr, ClassIndex c
 // The votes look for a circle; a ball off the axis is none, and they may settle on a part of it. The cone
 // through the boundary pixels near the voted circle is the whole ball's.
 std::optional<TangentCone> Detector::cone_of_boundary(const TangentCone& start,
-                                                      const std::vector<Eigen::Vector2f>& boundary_px) {
+                                                      const std::vector<BoundaryPoint>& boundary) {
   const double focal_px = rays_->camera().focal_px();
   TangentCone cone = start;
   for (int i = 0; i < 3; ++i) {
     const double band_rad = 0.15 * cone.alpha_rad + 1 / focal_px;
     boundary_edges_.clear();
-    for (const Eigen::Vector2f& p : boundary_px) {
-      const Eigen::Vector3d ray = Eigen::Vector3d(p.x(), p.y(), focal_px).normalized();
+    for (const BoundaryPoint& p : boundary) {
+      const Eigen::Vector3d ray = ray_of(p, focal_px);
       if (std::abs(angle_outside(cone, ray)) > band_rad) continue;
       EdgePoint edge;
       edge.ray = ray;
@@ -262,13 +298,13 @@ std::optional<TangentCone> Detector::cone_of_boundary(const TangentCone& start,
 
 std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
                                                        const UndistortedCircle& circle,
-                                                       const std::vector<Eigen::Vector2f>& boundary_px,
+                                                       const std::vector<BoundaryPoint>& boundary,
                                                        RefinementInput* input) {
   const auto voted = cone_near_circle(circle, rays_->camera().focal_px());
   if (!voted) return std::nullopt;
   // Measured twice: around the boundary's cone, and again around what the first step made of it, each
   // followed by one step.
-  TangentCone cone = cone_of_boundary(*voted, boundary_px).value_or(*voted);
+  TangentCone cone = cone_of_boundary(*voted, boundary).value_or(*voted);
   std::optional<ConeFit> fit;
   for (int pass = 0; pass < 2; ++pass) {
     edge_meter_.measure(bgr, *rays_, cone, edges_);

@@ -91,11 +91,11 @@ class Detector {
   /// Another table of the same classes, such as one for another light.
   void set_colors(std::shared_ptr<const ColorTable> colors) { colors_ = std::move(colors); }
 
-  /// Refines one voted circle as `detect` does, with the boundary points it was voted from (undistorted, px);
+  /// Refines one voted circle as `detect` does, with the boundary points it was voted from;
   /// nothing where there is no ball's edge. `input` receives what was used.
   std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class,
                                         const CircleEstimate& vote,
-                                        const std::vector<Eigen::Vector2f>& boundary_px, BallFit fit,
+                                        const std::vector<BoundaryPoint>& boundary, BallFit fit,
                                         RefinementInput* input = nullptr);
 
   /// The position in 3-D of a ball of that class with that cone, where camera and diameter are known.
@@ -105,13 +105,25 @@ class Detector {
   BallRadius radius_of(ClassIndex color_class) const;  ///< radius 0 where it is not known
 
  private:
+  struct Candidate {
+    std::optional<BallObservation> ball;
+    OutlineSupport support;
+    const char* reason = nullptr;  // why it is no ball
+  };
+  void collect_boundary(const cv::Rect& window, int region);
+  Candidate judge(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
+                  RefinementInput* input);
+  const char* early_rejection(const OutlineSupport& support) const;
+  bool take_away(const CircleEstimate& vote, bool is_ball, DetectionStages* stages);
+  void record(int region, const CircleEstimate& vote, const Candidate& candidate,
+              const RefinementInput& input, DetectionStages& stages) const;
   void find_balls(const cv::Mat& bgr, const cv::Rect& window, int region, DetectionStages* stages);
   std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
                                                const UndistortedCircle& circle,
-                                               const std::vector<Eigen::Vector2f>& boundary_px,
+                                               const std::vector<BoundaryPoint>& boundary,
                                                RefinementInput* input);
   std::optional<TangentCone> cone_of_boundary(const TangentCone& start,
-                                              const std::vector<Eigen::Vector2f>& boundary_px);
+                                              const std::vector<BoundaryPoint>& boundary);
   std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
                                               const UndistortedCircle& circle, RefinementInput* input);
   const char* rejection(const BallObservation& ball) const;
@@ -131,7 +143,7 @@ class Detector {
   std::vector<EdgePoint> boundary_edges_;
   std::vector<RingPixel> ring_;
   std::vector<BoundaryPixel> boundary_, remaining_;
-  std::vector<Eigen::Vector2f> points_;
+  std::vector<BoundaryPoint> points_;
   std::vector<BallObservation> balls_;
 };
 

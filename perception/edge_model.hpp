@@ -6,9 +6,8 @@
 // sqrt(depth) + O(depth), so the square root and the ramp carry the shading, and t0 stays the geometric edge.
 #pragma once
 
-#include <Eigen/Core>
+#include <cstddef>
 #include <optional>
-#include <vector>
 
 namespace ballservo {
 
@@ -26,14 +25,15 @@ BlurredBasis blurred_basis(double x);
 
 /// One pixel near the outline, seen from a stretch of it.
 struct EdgeSample {
-  double distance_px;  ///< outside the assumed outline, negative inside
-  double intensity;
+  float distance_px;  ///< outside the assumed outline, negative inside
+  float intensity;
 };
 
 struct EdgeProfileOptions {
   double min_contrast = 6;   ///< grey levels; below that there is no edge to place
   double max_offset_px = 3;  ///< an edge further from the assumed outline is not the ball's
   int iterations = 6;
+  double settled_px = 1e-3;  ///< a step of t0 that ends them
 };
 
 /// What is believed of the profile's shape before it is seen.
@@ -52,9 +52,10 @@ struct EdgeProfileFit {
   double residual = 0;  ///< RMS, grey levels
 };
 
-/// Fits the profile by damped Gauss-Newton; nothing where there is no clear edge within reach.
-std::optional<EdgeProfileFit> fit_edge_profile(const std::vector<EdgeSample>& samples, double start_offset_px,
-                                               const EdgeProfilePrior& prior,
+/// Fits the profile to `count` samples by damped Gauss-Newton; nothing where there is no clear edge within
+/// reach.
+std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSample* samples, std::size_t count,
+                                               double start_offset_px, const EdgeProfilePrior& prior,
                                                const EdgeProfileOptions& options);
 
 }  // namespace ballservo

@@ -1,6 +1,8 @@
 #include "perception/edge_points.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calibration/camera/sphere_outline.hpp"
@@ -11,56 +13,126 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 // A stretch's place is never believed better than this: what the profile model leaves out (texture, shadows).
 constexpr double sigma_floor_px = 0.01;
+// What is surely inside or outside for the colours to be compared: clear of the blur.
+constexpr float clear_px = 1.5f;
 
-// How the outline runs at one angle: its place in the picture and how fast it moves when the cone opens.
-struct OutlineStation {
-  double px_per_rad = 0;
-  Eigen::Vector2d pixel_px{0, 0};
-  bool visible = false;
-};
-
-OutlineStation station_at(const Camera& camera, const TangentCone& cone,
-                          const Eigen::Matrix<double, 3, 2>& basis, double angle) {
-  const Eigen::Vector3d outward = basis * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-  const Eigen::Vector3d along = basis * Eigen::Vector2d(-std::sin(angle), std::cos(angle));
-  const double sine = std::sin(cone.alpha_rad), cosine = std::cos(cone.alpha_rad);
-  const Eigen::Vector3d ray = cone.axis * cosine + outward * sine;
-  const auto pixel = camera.project(ray);
-  const auto jacobian = camera.project_jacobian(ray);
-  if (!pixel || !jacobian) return {};
-  const Eigen::Vector2d tangent = *jacobian * along;
-  const Eigen::Vector2d opening = *jacobian * (outward * cosine - cone.axis * sine);
-  const double length = tangent.norm();
-  if (!(length > 0)) return {};
-  // The part of the motion that is perpendicular to the outline.
-  const double across = std::abs(opening.x() * tangent.y() - opening.y() * tangent.x()) / length;
-  return {across, *pixel, across > 0 && std::isfinite(across)};
+int to_pixel(double position, int last) {
+  return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(last)));
 }
 
-// The step's place to a pixel: where the mean intensity changes most between two pixels inside and two
+}  // namespace
+
+EdgeMeter::Station EdgeMeter::station_at(const Camera& camera, const TangentCone& cone,
+                                         const Eigen::Matrix<double, 3, 2>& basis, double angle) {
+  Station station;
+  station.outward = basis * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  const Eigen::Vector3d along = basis * Eigen::Vector2d(-std::sin(angle), std::cos(angle));
+  const double sine = std::sin(cone.alpha_rad), cosine = std::cos(cone.alpha_rad);
+  const Eigen::Vector3d ray = cone.axis * cosine + station.outward * sine;
+  const auto pixel = camera.project(ray);
+  const auto jacobian = camera.project_jacobian(ray);
+  if (!pixel || !jacobian) return station;
+  const Eigen::Vector2d tangent = *jacobian * along;
+  const Eigen::Vector2d opening = *jacobian * (station.outward * cosine - cone.axis * sine);
+  const double length = tangent.norm();
+  if (!(length > 0)) return station;
+  // The part of the motion that is perpendicular to the outline.
+  station.px_per_rad = std::abs(opening.x() * tangent.y() - opening.y() * tangent.x()) / length;
+  station.pixel_px = *pixel;
+  station.visible = station.px_per_rad > 0 && std::isfinite(station.px_per_rad);
+  return station;
+}
+
+// The pixels within `half_width_px` of the outline and `half_turn_rad` of the station, with their distances
+// from it.
+void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
+                       std::size_t stretch, double half_turn_rad, double half_width_px) {
+  pixels_.clear();
+  const std::size_t count = stations_.size();
+  const Station& station = stations_[stretch];
+  const Station &before = stations_[(stretch + count - 1) % count], &after = stations_[(stretch + 1) % count];
+  if (!station.visible || !before.visible || !after.visible) return;
+  const Eigen::Vector3d along = outline.axis.cross(station.outward);
+  const double sine = std::sin(outline.alpha_rad), cosine = std::cos(outline.alpha_rad);
+  const double widest = std::tan(half_turn_rad), step_rad = 2 * pi / static_cast<double>(count);
+  // Between the stations the scale changes linearly.
+  const double slope_before = (station.px_per_rad - before.px_per_rad) / step_rad;
+  const double slope_after = (after.px_per_rad - station.px_per_rad) / step_rad;
+  const double reach = half_width_px + 1 + half_turn_rad * sine * station.px_per_rad;
+  const Eigen::Vector2d& c = station.pixel_px;
+  if (!(c.x() > -reach && c.y() > -reach && c.x() < bgr.cols + reach && c.y() < bgr.rows + reach)) return;
+  const int left = to_pixel(c.x() - reach, bgr.cols - 1), right = to_pixel(c.x() + reach, bgr.cols - 1);
+  const int top = to_pixel(c.y() - reach, bgr.rows - 1), bottom = to_pixel(c.y() + reach, bgr.rows - 1);
+  for (int v = top; v <= bottom; ++v) {
+    const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
+    for (int u = left; u <= right; ++u) {
+      const Eigen::Vector3d* const ray = rays.pixel_ray(u, v);
+      if (!ray) continue;
+      const double radial = station.outward.dot(*ray), tangential = along.dot(*ray);
+      // On a border between two stretches a pixel belongs to the earlier one.
+      if (!(radial > 0) || tangential > widest * radial || tangential <= -widest * radial) continue;
+      // sin(angle from the axis - alpha), and the angle itself where it counts: near the outline.
+      const double across = std::sqrt(radial * radial + tangential * tangential);
+      const double sine_outside = across * cosine - outline.axis.dot(*ray) * sine;
+      const double turn = tangential / radial;  // its tangent is as good
+      const double px_per_rad = station.px_per_rad + turn * (turn < 0 ? slope_before : slope_after);
+      const double distance_px = (sine_outside + sine_outside * sine_outside * sine_outside / 6) * px_per_rad;
+      if (!(std::abs(distance_px) <= half_width_px)) continue;
+      const cv::Vec3b& color = row[u];
+      pixels_.push_back({static_cast<float>(distance_px), Eigen::Vector3f(color[0], color[1], color[2])});
+    }
+  }
+}
+
+// The step's place to half a pixel: where the mean intensity falls most between two pixels inside and two
 // outside.
-double coarse_offset(const std::vector<EdgeSample>& samples, double sign, double reach_px) {
+double EdgeMeter::coarse_offset(double reach_px) const {
+  // Sums over bins of half a pixel from -8 to 8 px: sum[i] is of all the bins before i.
+  constexpr int bins = 32;
+  std::array<float, bins + 1> sum{};
+  std::array<int, bins + 1> count{};
+  for (const EdgeSample& sample : samples_) {
+    const auto bin = static_cast<std::size_t>(std::clamp(2 * (sample.distance_px + 8), 0.0f, bins - 1.0f));
+    sum[bin + 1] += sample.intensity;
+    ++count[bin + 1];
+  }
+  for (std::size_t i = 0; i < bins; ++i) sum[i + 1] += sum[i], count[i + 1] += count[i];
   double best_score = -1, best = 0;
-  for (double offset = -reach_px; offset <= reach_px; offset += 0.5) {
-    double inside = 0, outside = 0;
-    int inside_count = 0, outside_count = 0;
-    for (const EdgeSample& sample : samples) {
-      const double t = sample.distance_px - offset;
-      if (t > -2 && t <= 0) inside += sample.intensity, ++inside_count;
-      if (t > 0 && t <= 2) outside += sample.intensity, ++outside_count;
-    }
-    if (inside_count < 2 || outside_count < 2) continue;
-    const double score =
-        sign * (inside / inside_count - outside / outside_count) * (1 - 0.1 * std::abs(offset));
-    if (score > best_score) {
-      best_score = score;
-      best = offset;
-    }
+  const int reach = std::min(static_cast<int>(2 * reach_px), bins / 2 - 4);
+  for (int shift = -reach; shift <= reach; ++shift) {
+    const auto at = static_cast<std::size_t>(bins / 2 + shift);
+    const int inside = count[at] - count[at - 4], outside = count[at + 4] - count[at];
+    if (inside < 2 || outside < 2) continue;
+    const double fall = static_cast<double>((sum[at] - sum[at - 4]) / static_cast<float>(inside) -
+                                            (sum[at + 4] - sum[at]) / static_cast<float>(outside));
+    const double score = fall * (1 - 0.05 * std::abs(shift));
+    if (score > best_score) best_score = score, best = 0.5 * shift;
   }
   return best;
 }
 
-}  // namespace
+std::optional<EdgeProfileFit> EdgeMeter::fit_stretch(double half_width_px, const EdgeProfilePrior& prior) {
+  Eigen::Vector3f inside(0, 0, 0), outside(0, 0, 0);
+  int inside_count = 0, outside_count = 0;
+  for (const StretchPixel& pixel : pixels_) {
+    if (pixel.distance_px < -clear_px) inside += pixel.bgr, ++inside_count;
+    if (pixel.distance_px > clear_px) outside += pixel.bgr, ++outside_count;
+  }
+  if (inside_count < 3 || outside_count < 3) return std::nullopt;
+  // The step is looked at along the line in colour space from what is outside to what is inside.
+  const Eigen::Vector3f difference =
+      inside / static_cast<float>(inside_count) - outside / static_cast<float>(outside_count);
+  const float contrast = difference.norm();
+  if (!(static_cast<double>(contrast) >= options_.min_contrast)) return std::nullopt;
+  const Eigen::Vector3f direction = difference / contrast;
+  samples_.clear();
+  for (const StretchPixel& pixel : pixels_) samples_.push_back({pixel.distance_px, direction.dot(pixel.bgr)});
+  EdgeProfileOptions profile;
+  profile.min_contrast = options_.min_contrast;
+  profile.max_offset_px = options_.max_offset_px;
+  const double reach_px = std::min(options_.max_offset_px, half_width_px - 2);
+  return fit_edge_profile(samples_.data(), samples_.size(), coarse_offset(reach_px), prior, profile);
+}
 
 void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
                         OutlineEdges& edges) {
@@ -72,106 +144,41 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(outline.axis);
 
   // How many stretches: by the length of the outline.
-  const OutlineStation first = station_at(camera, outline, basis, 0);
+  const Station first = station_at(camera, outline, basis, 0);
   if (!first.visible) return;
   const double radius_px = std::sin(outline.alpha_rad) * first.px_per_rad;
-  const int stretches = std::clamp(static_cast<int>(2 * pi * radius_px / options_.stretch_length_px),
-                                   options_.min_stretches, options_.max_stretches);
-  std::vector<OutlineStation> stations(static_cast<std::size_t>(stretches));
-  Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
-  double least_px_per_rad = first.px_per_rad;
-  for (int i = 0; i < stretches; ++i) {
-    OutlineStation& station = stations[static_cast<std::size_t>(i)];
-    station = station_at(camera, outline, basis, 2 * pi * (i + 0.5) / stretches);
-    if (!station.visible) continue;
-    low = low.cwiseMin(station.pixel_px);
-    high = high.cwiseMax(station.pixel_px);
-    least_px_per_rad = std::min(least_px_per_rad, station.px_per_rad);
-    const Eigen::Vector2d& p = station.pixel_px;
-    if (p.minCoeff() >= 1 && p.x() <= bgr.cols - 2 && p.y() <= bgr.rows - 2) ++edges.stretches_in_picture;
+  edges.stretches = std::clamp(static_cast<int>(2 * pi * radius_px / options_.stretch_length_px),
+                               options_.min_stretches, options_.max_stretches);
+  stations_.clear();
+  for (int i = 0; i < edges.stretches; ++i) {
+    stations_.push_back(station_at(camera, outline, basis, 2 * pi * (i + 0.5) / edges.stretches));
+    const Eigen::Vector2d& p = stations_.back().pixel_px;
+    if (stations_.back().visible && p.minCoeff() >= 1 && p.x() <= bgr.cols - 2 && p.y() <= bgr.rows - 2)
+      ++edges.stretches_in_picture;
   }
-  edges.stretches = stretches;
   if (edges.stretches_in_picture == 0) return;
 
   // The ring must leave a core for the level inside, also of a small ball.
   const double half_width_px = std::clamp(0.6 * radius_px, 2.5, options_.half_width_px);
-  const double half_width_rad = half_width_px / least_px_per_rad;
-  const double cos_outer = std::cos(std::min(outline.alpha_rad + half_width_rad, pi));
-  const double cos_inner = std::cos(std::max(outline.alpha_rad - half_width_rad, 0.0));
-  const double margin = half_width_px + 0.05 * (high - low).maxCoeff() + 2;
-  const int left = std::max(0, static_cast<int>(std::clamp(low.x() - margin, 0.0, 1e6)));
-  const int top = std::max(0, static_cast<int>(std::clamp(low.y() - margin, 0.0, 1e6)));
-  const int right = std::min(bgr.cols - 1, static_cast<int>(std::clamp(high.x() + margin, 0.0, 1e6)));
-  const int bottom = std::min(bgr.rows - 1, static_cast<int>(std::clamp(high.y() + margin, 0.0, 1e6)));
-  ring_.clear();
-  for (int v = top; v <= bottom; ++v) {
-    const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
-    for (int u = left; u <= right; ++u) {
-      const Eigen::Vector3d* const ray = rays.pixel_ray(u, v);
-      if (!ray) continue;
-      const double cosine = outline.axis.dot(*ray);
-      if (cosine > cos_inner || cosine < cos_outer) continue;
-      const Eigen::Vector2d across = basis.transpose() * *ray;
-      const double outside_rad = std::atan2(across.norm(), cosine) - outline.alpha_rad;
-      double position = std::atan2(across.y(), across.x()) / (2 * pi);
-      position = (position < 0 ? position + 1 : position) * stretches;
-      const int stretch = std::min(static_cast<int>(position), stretches - 1);
-      // Between the stretches' middles the scale changes linearly.
-      const double part = position - stretch - 0.5;
-      const int next = (stretch + (part < 0 ? stretches - 1 : 1)) % stretches;
-      const OutlineStation& a = stations[static_cast<std::size_t>(stretch)];
-      const OutlineStation& b = stations[static_cast<std::size_t>(next)];
-      if (!a.visible || !b.visible) continue;
-      const double scale = a.px_per_rad + std::abs(part) * (b.px_per_rad - a.px_per_rad);
-      const double distance_px = outside_rad * scale;
-      if (std::abs(distance_px) <= half_width_px) ring_.push_back({stretch, distance_px, scale, row[u]});
-    }
-  }
-  std::stable_sort(ring_.begin(), ring_.end(),
-                   [](const RingPixel& a, const RingPixel& b) { return a.stretch < b.stretch; });
-
-  EdgeProfileOptions profile;
-  profile.min_contrast = options_.min_contrast;
-  profile.max_offset_px = options_.max_offset_px;
+  const double half_turn_rad =
+      std::min(pi / edges.stretches, 0.5 * options_.max_stretch_length_px / radius_px);
   EdgeProfilePrior prior;
   prior.radius_px = radius_px;
   blurs_.clear();
-  for (std::size_t begin = 0, end = 0; begin < ring_.size(); begin = end) {
-    const int stretch = ring_[begin].stretch;
-    Eigen::Vector3d inside(0, 0, 0), outside(0, 0, 0);
-    int inside_count = 0, outside_count = 0;
-    for (end = begin; end < ring_.size() && ring_[end].stretch == stretch; ++end) {
-      const RingPixel& pixel = ring_[end];
-      const Eigen::Vector3d color(pixel.bgr[0], pixel.bgr[1], pixel.bgr[2]);
-      if (pixel.distance_px < -1.5) inside += color, ++inside_count;
-      if (pixel.distance_px > 1.5) outside += color, ++outside_count;
-    }
-    if (inside_count < 3 || outside_count < 3) continue;
-    // The step is looked at along the line in colour space from what is outside to what is inside.
-    const Eigen::Vector3d difference = inside / inside_count - outside / outside_count;
-    const double contrast = difference.norm();
-    if (!(contrast >= options_.min_contrast)) continue;
-    const Eigen::Vector3d direction = difference / contrast;
-    samples_.clear();
-    for (std::size_t i = begin; i < end; ++i) {
-      const cv::Vec3b& c = ring_[i].bgr;
-      samples_.push_back({ring_[i].distance_px, direction.dot(Eigen::Vector3d(c[0], c[1], c[2]))});
-    }
-    const double reach_px = std::min(options_.max_offset_px, half_width_px - 2);
-    const auto fit = fit_edge_profile(samples_, coarse_offset(samples_, 1, reach_px), prior, profile);
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    gather(bgr, rays, outline, i, half_turn_rad, half_width_px);
+    const auto fit = fit_stretch(half_width_px, prior);
     if (!fit) continue;
-    const OutlineStation& station = stations[static_cast<std::size_t>(stretch)];
-    const double angle = 2 * pi * (stretch + 0.5) / stretches;
+    const Station& station = stations_[i];
     // A blurred disc's half level lies inside its edge by s^2 / 2r, the mean curvature's share of the
     // diffusion.
     const double distance_px = fit->offset_px + fit->blur_px * fit->blur_px / (2 * radius_px);
     const double edge_rad = outline.alpha_rad + distance_px / station.px_per_rad;
     EdgePoint point;
-    point.ray = outline.axis * std::cos(edge_rad) +
-                basis * Eigen::Vector2d(std::cos(angle), std::sin(angle)) * std::sin(edge_rad);
+    point.ray = outline.axis * std::cos(edge_rad) + station.outward * std::sin(edge_rad);
     point.px_per_rad = station.px_per_rad;
     point.sigma_px = std::hypot(fit->sigma_px, sigma_floor_px);
-    point.angle_rad = angle;
+    point.angle_rad = 2 * pi * (static_cast<double>(i) + 0.5) / edges.stretches;
     point.contrast = std::abs(fit->step);
     edges.points.push_back(point);
     blurs_.push_back(fit->blur_px);

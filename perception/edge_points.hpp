@@ -6,6 +6,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
@@ -17,6 +18,8 @@ namespace ballservo {
 struct EdgeRingOptions {
   double half_width_px = 5;      ///< of the ring, to each side of the assumed outline
   double stretch_length_px = 6;  ///< of the outline that makes one edge point
+  /// A large ball has stretches of this length with gaps between them: more pixels would tell little more.
+  double max_stretch_length_px = 9;
   int min_stretches = 16, max_stretches = 72;
   double min_contrast = 10;  ///< grey levels between inside and outside
   double max_offset_px = 3;  ///< how far from the assumed outline an edge may lie
@@ -40,15 +43,27 @@ class EdgeMeter {
   void measure(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, OutlineEdges& edges);
 
  private:
-  struct RingPixel {
-    int stretch;
-    double distance_px;
-    double px_per_rad;
-    cv::Vec3b bgr;
+  // How the outline runs at one angle.
+  struct Station {
+    Eigen::Vector3d outward{0, 0, 0};  // unit, perpendicular to the axis
+    Eigen::Vector2d pixel_px{0, 0};
+    double px_per_rad = 0;  // how fast the outline moves when the cone opens
+    bool visible = false;
   };
+  struct StretchPixel {
+    float distance_px;
+    Eigen::Vector3f bgr;
+  };
+  static Station station_at(const Camera& camera, const TangentCone& cone,
+                            const Eigen::Matrix<double, 3, 2>& basis, double angle);
+  void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t stretch,
+              double half_turn_rad, double half_width_px);
+  std::optional<EdgeProfileFit> fit_stretch(double half_width_px, const EdgeProfilePrior& prior);
+  double coarse_offset(double reach_px) const;
+
   EdgeRingOptions options_;
-  std::vector<RingPixel> ring_;
-  std::vector<std::size_t> begin_;
+  std::vector<Station> stations_;
+  std::vector<StretchPixel> pixels_;  // of one stretch
   std::vector<EdgeSample> samples_;
   std::vector<double> blurs_;
 };

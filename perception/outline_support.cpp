@@ -1,7 +1,6 @@
 #include "perception/outline_support.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace ballservo {
@@ -27,69 +26,80 @@ double OutlineSupport::quality() const {
   return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak) * (1 - leak);
 }
 
+void OutlineSectors::see(double angle_rad) {
+  const int sector = static_cast<int>(angle_rad / (2 * pi) * count);
+  if (sector >= 0 && count > 0) seen[static_cast<std::size_t>(std::min(sector, count - 1))] = true;
+}
+
+double OutlineSectors::fraction_in_arcs() const {
+  const auto is_seen = [&](int i) { return seen[static_cast<std::size_t>((i + count) % count)]; };
+  int in_arcs = 0, gaps = 0;
+  for (int start = 0; start < count; ++start) {
+    // An arc begins after two sectors without anything; a whole turn has no beginning.
+    if (is_seen(start - 1) || is_seen(start - 2)) continue;
+    if (!is_seen(start)) {
+      ++gaps;
+      continue;
+    }
+    int length = 0, seen_in_it = 0;
+    while (is_seen(start + length) || is_seen(start + length + 1)) seen_in_it += is_seen(start + length++);
+    if (6 * length >= count) in_arcs += seen_in_it;
+    ++gaps;
+  }
+  if (count > 0 && gaps == 0)
+    in_arcs = static_cast<int>(std::count(seen.begin(), seen.begin() + count, true));
+  return count > 0 ? static_cast<double>(in_arcs) / count : 0;
+}
+
 OutlineSectors edge_sectors(const OutlineEdges& edges, const ConeFit& fit, double tolerance_px) {
-  OutlineSectors sectors(static_cast<std::size_t>(edges.stretches), false);
+  OutlineSectors sectors;
+  sectors.count = std::min(edges.stretches, OutlineSectors::most);
   for (const EdgePoint& edge : edges.points) {
-    if (std::abs(angle_outside(fit, edge.ray)) * edge.px_per_rad > tolerance_px) continue;
-    const double turn = edge.angle_rad / (2 * pi);
-    sectors[std::min(sectors.size() - 1,
-                     static_cast<std::size_t>(turn * static_cast<double>(sectors.size())))] = true;
+    if (std::abs(angle_outside(fit, edge.ray)) * edge.px_per_rad <= tolerance_px) sectors.see(edge.angle_rad);
   }
   return sectors;
 }
 
-OutlineSupport outline_support(const OutlineSectors& edges, const cv::Mat& classes, cv::Point window,
-                               const RegionMap& regions, int region, const RayTable& rays,
-                               const TangentCone& cone, const OutlineEllipse& outline) {
-  // Just inside and just outside the outline, clear of its blur; and a wider rim for what runs on.
-  const double clear = std::max(0.08, 1.2 / outline.radius_px);
-  const std::array<double, 6> edges_of_zones{1,         1 - clear - 0.2, 1 - clear,
-                                             1 + clear, 1 + clear + 0.2, 1 + clear + 0.35};
-  std::array<double, 6> cosines;
-  for (std::size_t i = 0; i < cosines.size(); ++i)
-    cosines[i] = std::cos(std::min(edges_of_zones[i] * cone.alpha_rad, pi));
-  const ClassIndex color_class = regions.regions()[static_cast<std::size_t>(region)].color_class;
-  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
-
-  const double reach = 1.6 * outline.radius_px + 3;
-  const int step = std::max(1, static_cast<int>(outline.radius_px / 20));
-  const auto clamped = [](double value, int high) {
-    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(high)));
-  };
-  const int left = clamped(outline.center_px.x() - window.x - reach, classes.cols);
-  const int right = clamped(outline.center_px.x() - window.x + reach + 1, classes.cols);
-  const int top = clamped(outline.center_px.y() - window.y - reach, classes.rows);
-  const int bottom = clamped(outline.center_px.y() - window.y + reach + 1, classes.rows);
-  Share disc, rim;
-  std::vector<Share> inside(edges.size()), outside(edges.size());
-  for (int v = top; v < bottom; v += step) {
-    for (int u = left; u < right; u += step) {
-      const Eigen::Vector3d* const ray = rays.pixel_ray(u + window.x, v + window.y);
-      if (!ray) continue;
-      const double cosine = cone.axis.dot(*ray);
-      if (cosine < cosines[5]) continue;
-      const bool colored = classes.at<ClassIndex>(v, u) == color_class || regions.region_at(u, v) == region;
-      if (cosine >= cosines[0]) disc.add(colored);
-      if (cosine < cosines[3]) rim.add(colored);
-      const bool just_inside = cosine < cosines[1] && cosine >= cosines[2],
-                 just_outside = cosine < cosines[3] && cosine >= cosines[4];
-      if (edges.empty() || (!just_inside && !just_outside)) continue;
-      const Eigen::Vector2d across = basis.transpose() * *ray;
-      const double turn = std::atan2(across.y(), across.x()) / (2 * pi);
-      const std::size_t sector = std::min(
-          edges.size() - 1,
-          static_cast<std::size_t>((turn < 0 ? turn + 1 : turn) * static_cast<double>(edges.size())));
-      (just_inside ? inside : outside)[sector].add(colored);
-    }
-  }
+OutlineSupport outline_support(const OutlineSectors& edges, const ColoredPixels& colored,
+                               const Camera& camera, const TangentCone& cone) {
   OutlineSupport support;
+  const auto middle = camera.project(cone.axis);
+  if (!middle || edges.count == 0) return support;
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
+  const double sine = std::sin(cone.alpha_rad), cosine = std::cos(cone.alpha_rad);
+  Share disc, rim;
+  OutlineSectors supported;
+  supported.count = edges.count;
+  for (int i = 0; i < edges.count; ++i) {
+    const double angle = 2 * pi * (i + 0.5) / edges.count;
+    const Eigen::Vector3d outward = basis * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const auto edge = camera.project(cone.axis * cosine + outward * sine);
+    if (!edge) continue;
+    const Eigen::Vector2d radius_px = *edge - *middle;
+    const auto look = [&](Share& share, double radii) {
+      const Eigen::Vector2d at = *middle + radii * radius_px + Eigen::Vector2d(0.5, 0.5);
+      if (!(at.cwiseAbs().maxCoeff() < 1e6)) return;
+      const int u = static_cast<int>(std::floor(at.x())), v = static_cast<int>(std::floor(at.y()));
+      if (colored.knows(u, v)) share.add(colored.at(u, v));
+    };
+    // Over the disc by area; just inside and just outside the outline, clear of its blur; and in a wider rim
+    // for what runs on.
+    for (const double area : {0.083, 0.25, 0.417, 0.583, 0.75, 0.917}) look(disc, std::sqrt(area));
+    const double clear = std::max(0.08, 1.2 / radius_px.norm());
+    Share inside, outside;
+    for (const double depth : {0.03, 0.1, 0.17}) {
+      look(inside, 1 - clear - depth);
+      look(outside, 1 + clear + depth);
+    }
+    rim.pixels += outside.pixels;
+    rim.colored += outside.colored;
+    for (const double height : {0.24, 0.31}) look(rim, 1 + clear + height);
+    supported.seen[static_cast<std::size_t>(i)] =
+        edges.seen[static_cast<std::size_t>(i)] && inside.fraction(1) >= 0.5 && outside.fraction(0) <= 0.5;
+  }
+  support.arc = supported.fraction_in_arcs();
   support.fill = disc.fraction(0);
   support.leak = rim.fraction(0);
-  int supported = 0;
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    if (edges[i] && inside[i].fraction(1) >= 0.5 && outside[i].fraction(0) <= 0.5) ++supported;
-  }
-  if (!edges.empty()) support.arc = static_cast<double>(supported) / static_cast<double>(edges.size());
   return support;
 }
 

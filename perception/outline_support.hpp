@@ -1,8 +1,8 @@
 // Is it a ball? How much of the outline has an edge on it, and how the ball's colour fills it.
 #pragma once
 
+#include <array>
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
@@ -14,7 +14,7 @@ namespace ballservo {
 
 /// Fractions from 0 to 1.
 struct OutlineSupport {
-  double arc = 0;  ///< of the outline: an edge lies on it
+  double arc = 0;  ///< of the outline: lies on an arc of edges with the colour on their inner side
   double fill =
       0;  ///< of the disc (its part in the picture): of the ball's colour, or absorbed by its region
   double leak = 0;  ///< of a rim around the disc: of the ball's colour, as where a bar runs on
@@ -24,17 +24,41 @@ struct OutlineSupport {
 };
 
 /// Which sectors of the outline (of equal angle, counted as EdgePoint::angle_rad) have something on them.
-using OutlineSectors = std::vector<bool>;
+struct OutlineSectors {
+  static constexpr int most = 72;
+  std::array<bool, most> seen{};
+  int count = 0;
+
+  void see(double angle_rad);  ///< 0 to 2 pi
+  /// The fraction in stretches of at least a sixth of the turn, in which single sectors may be missing: a
+  /// polygon touches its inscribed circle in many short ones.
+  double fraction_in_arcs() const;
+};
 
 /// The sectors in which an edge lies within `tolerance_px` of the fitted outline; as many as there are
 /// stretches.
 OutlineSectors edge_sectors(const OutlineEdges& edges, const ConeFit& fit, double tolerance_px);
 
-/// How the sectors with an edge and the colour inside and around the cone speak for a ball. `classes` is the
-/// closed class picture of the window whose top-left pixel is `window`; `region` is the ball's region in
-/// `regions`, which belong to the same window.
-OutlineSupport outline_support(const OutlineSectors& edges, const cv::Mat& classes, cv::Point window,
-                               const RegionMap& regions, int region, const RayTable& rays,
-                               const TangentCone& cone, const OutlineEllipse& outline);
+/// The pixels that have a ball's colour: of one class in the closed class picture of a window, or absorbed by
+/// the ball's region.
+struct ColoredPixels {
+  const cv::Mat& classes;
+  cv::Point window;  ///< top-left pixel
+  const RegionMap& regions;
+  int region;
+
+  bool knows(int u_px, int v_px) const {
+    return cv::Rect(window, classes.size()).contains(cv::Point(u_px, v_px));
+  }
+  bool at(int u_px, int v_px) const {
+    const int u = u_px - window.x, v = v_px - window.y;
+    return classes.at<ClassIndex>(v, u) == regions.regions()[static_cast<std::size_t>(region)].color_class ||
+           regions.region_at(u, v) == region;
+  }
+};
+
+/// How the sectors with an edge and the colour inside and around the cone speak for a ball.
+OutlineSupport outline_support(const OutlineSectors& edges, const ColoredPixels& colored,
+                               const Camera& camera, const TangentCone& cone);
 
 }  // namespace ballservo

@@ -11,7 +11,9 @@ CircleEstimator region_circle_estimator(std::uint64_t seed) {
   return [seed, voter = std::make_shared<CircleVoter>()](
              const std::vector<Eigen::Vector2f>& boundary_px) -> std::optional<RegionCircle> {
     RandomEngine engine = random_stream(seed, "region_circle", boundary_px.size());
-    const auto estimate = voter->estimate(boundary_px, engine);
+    std::vector<BoundaryPoint> points;
+    for (const Eigen::Vector2f& p : boundary_px) points.push_back({p, {0, 0}});
+    const auto estimate = voter->estimate(points, engine);
     if (!estimate) return std::nullopt;
     int inliers = 0;
     for (const Eigen::Vector2f& p : boundary_px) {

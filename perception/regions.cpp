@@ -145,4 +145,19 @@ void RegionMap::boundary(int region, std::vector<BoundaryPixel>& boundary) const
   }
 }
 
+Eigen::Vector2f outward_normal(const cv::Mat& classes, const BoundaryPixel& pixel) {
+  const ClassIndex color_class = classes.at<ClassIndex>(pixel.v_px, pixel.u_px);
+  int sum_u = 0, sum_v = 0;
+  for (int dv = -3; dv <= 3; ++dv) {
+    const int v = std::clamp(pixel.v_px + dv, 0, classes.rows - 1);
+    const ClassIndex* row = classes.ptr<ClassIndex>(v);
+    for (int du = -3; du <= 3; ++du) {
+      const int u = std::clamp(pixel.u_px + du, 0, classes.cols - 1);
+      if (row[u] == color_class) sum_u += du, sum_v += dv;
+    }
+  }
+  if (sum_u == 0 && sum_v == 0) return {0, 0};
+  return -Eigen::Vector2f(static_cast<float>(sum_u), static_cast<float>(sum_v)).normalized();
+}
+
 }  // namespace ballservo

@@ -57,4 +57,8 @@ class RegionMap {
   std::vector<Region> regions_;
 };
 
+/// The unit normal of a class's outline at one of its boundary pixels, outwards: away from the middle of its
+/// pixels in a 7x7 window, good to about 5 degrees on a straight outline; (0, 0) where they lie all around.
+Eigen::Vector2f outward_normal(const cv::Mat& classes, const BoundaryPixel& pixel);
+
 }  // namespace ballservo

@@ -72,14 +72,14 @@ std::optional<MethodFit> from_cone(const Camera& camera, const TangentCone& cone
 
 // The boundary points that a circle was voted from, as the detector had them: undistorted, half a pixel
 // outward.
-std::vector<Eigen::Vector2f> boundary_of(const RayTable& rays, const DetectionStages& stages,
-                                         const CircleEstimate& vote) {
-  std::vector<Eigen::Vector2f> points;
+std::vector<BoundaryPoint> boundary_of(const RayTable& rays, const DetectionStages& stages,
+                                       const CircleEstimate& vote) {
+  std::vector<BoundaryPoint> points;
   for (const auto& candidate : stages.candidates) {
     if (!candidate.accepted || candidate.estimate.center_px != vote.center_px) continue;
     for (const BoundaryPixel& pixel : candidate.outline) {
       const auto position = rays.undistorted_px(pixel.u_px, pixel.v_px);
-      if (position) points.push_back(*position + 0.5f * pixel.outward);
+      if (position) points.push_back({*position + 0.5f * pixel.outward, pixel.outward});
     }
     break;
   }
@@ -119,7 +119,7 @@ std::vector<std::optional<MethodFit>> run_methods(Detector& detector, const cv::
                                  [&](const BallObservation& b) { return b.color_class == color_class; });
   if (ball == balls.end()) return fits;
   const CircleEstimate vote = ball->vote;
-  const std::vector<Eigen::Vector2f> boundary_px = boundary_of(detector.rays(), stages, vote);
+  const std::vector<BoundaryPoint> boundary = boundary_of(detector.rays(), stages, vote);
 
   const auto set = [&](FitMethod method, const std::optional<MethodFit>& fit) {
     const auto place = std::find(methods.begin(), methods.end(), method);
@@ -131,7 +131,7 @@ std::vector<std::optional<MethodFit>> run_methods(Detector& detector, const cv::
 
   RefinementInput paper;
   const Stopwatch paper_step;
-  detector.refine(bgr, color_class, vote, boundary_px, BallFit::paper, &paper);
+  detector.refine(bgr, color_class, vote, boundary, BallFit::paper, &paper);
   const double paper_us = paper_step.us();
   if (const auto step = one_gauss_newton_step(paper.vote, paper.ring)) {
     auto fit = from_circle(camera, step->circle, radius_m);
@@ -147,7 +147,7 @@ std::vector<std::optional<MethodFit>> run_methods(Detector& detector, const cv::
 
   RefinementInput sphere;
   const Stopwatch sphere_step;
-  detector.refine(bgr, color_class, vote, boundary_px, BallFit::sphere, &sphere);
+  detector.refine(bgr, color_class, vote, boundary, BallFit::sphere, &sphere);
   const double sphere_us = sphere_step.us();
   if (const auto step = one_gauss_newton_step(sphere.start, sphere.edges)) {
     auto fit = from_cone(camera, step->cone, radius_m);

@@ -26,7 +26,9 @@ std::vector<Eigen::Vector2f> arc(const Eigen::Vector2d& center, double radius, d
 std::optional<CircleEstimate> estimate(const std::vector<Eigen::Vector2f>& points, std::uint64_t seed = 0) {
   CircleVoter voter;
   auto engine = random_stream(seed, "circle_vote_test");
-  return voter.estimate(points, engine);
+  std::vector<BoundaryPoint> boundary;
+  for (const Eigen::Vector2f& p : points) boundary.push_back({p, {0, 0}});
+  return voter.estimate(boundary, engine);
 }
 
 TEST(Circumcenter, IsEquallyFarFromItsPoints) {
