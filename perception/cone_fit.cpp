@@ -17,6 +17,9 @@ constexpr double common_sigma_px = 0.025;
 constexpr int reweightings = 6;
 constexpr double tukey = 4.685;  // 95 % efficient for Gaussian residuals
 
+// A change of the outline that no longer changes the weights.
+constexpr double settled_px = 1e-3;
+
 using Row = Eigen::Matrix<double, 5, 1>;
 
 // Row of the Jacobian of the residual by (turn 1, turn 2, alpha, oval cos, oval sin): turning the axis
@@ -133,45 +136,45 @@ std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std
   return fit;
 }
 
-void set_robust_weights(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
+void RobustWeights::set(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
                         double oval_fraction) {
   if (edges.empty()) return;
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
   // The problem is linear in its unknowns to second order in the step, so the weights settle on one
   // linearisation.
-  Row step = Row::Zero();
-  std::vector<double> residuals(edges.size()), magnitudes;
-  const auto update_residuals = [&] {
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-      residuals[i] = (angle_outside(start, edges[i].ray) + jacobian_row(basis, edges[i].ray).dot(step)) *
-                     edges[i].px_per_rad;
-    }
-  };
+  points_.clear();
+  for (const EdgePoint& edge : edges) {
+    const double outside_px = angle_outside(start, edge.ray) * edge.px_per_rad;
+    points_.push_back({jacobian_row(basis, edge.ray), outside_px, outside_px, edge.px_per_rad,
+                       edge.px_per_rad / std::max(edge.sigma_px, 0.25 * floor_px)});
+  }
   const auto scale_px = [&] {
-    magnitudes.clear();
-    for (const double r : residuals) magnitudes.push_back(std::abs(r));
-    return std::max(floor_px, 1.4826 * median(magnitudes));
+    magnitudes_.clear();
+    for (const Point& point : points_) magnitudes_.push_back(std::abs(point.residual_px));
+    return std::max(floor_px, 1.4826 * median(magnitudes_));
   };
   // Least absolute deviations first: an occluder's edge must not set the scale.
-  update_residuals();
-  for (int i = 0; i < 2 * reweightings; ++i) {
-    const bool absolute = i < reweightings;
-    const double scale = scale_px();
-    NormalEquations normal(oval_fraction * start.alpha_rad);
-    normal.believe_oval(step.tail<2>());
-    for (std::size_t k = 0; k < edges.size(); ++k) {
-      const double r = std::abs(residuals[k]);
-      const double u = r / (tukey * scale);
-      edges[k].weight = u < 1 ? (1 - u * u) * (1 - u * u) : 0;
-      const double weight = absolute ? 1 / std::max(r, floor_px) : edges[k].weight;
-      const double inverse = edges[k].px_per_rad / std::max(edges[k].sigma_px, 0.25 * floor_px);
-      normal.add(jacobian_row(basis, edges[k].ray), residuals[k] / edges[k].px_per_rad,
-                 weight * inverse * inverse);
+  Row step = Row::Zero();
+  for (const bool absolute : {true, false}) {
+    for (int i = 0; i < reweightings; ++i) {
+      const double scale = scale_px();
+      NormalEquations normal(oval_fraction * start.alpha_rad);
+      normal.believe_oval(step.tail<2>());
+      for (std::size_t k = 0; k < points_.size(); ++k) {
+        const Point& point = points_[k];
+        const double r = std::abs(point.residual_px);
+        const double u = r / (tukey * scale);
+        edges[k].weight = u < 1 ? (1 - u * u) * (1 - u * u) : 0;
+        const double weight = absolute ? 1 / std::max(r, floor_px) : edges[k].weight;
+        normal.add(point.row, point.residual_px / point.px_per_rad, weight * point.inverse * point.inverse);
+      }
+      const auto change = normal.solve();
+      if (!change) return;
+      step += *change;
+      for (Point& point : points_)
+        point.residual_px = point.outside_px + point.row.dot(step) * point.px_per_rad;
+      if (change->cwiseAbs().maxCoeff() * points_.front().px_per_rad < settled_px) break;
     }
-    const auto change = normal.solve();
-    if (!change) break;
-    step += *change;
-    update_residuals();
   }
 }
 

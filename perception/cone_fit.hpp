@@ -68,11 +68,24 @@ double angle_outside(const ConeFit& fit, const Eigen::Vector3d& ray);
 std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges,
                                              double oval_fraction = 0);
 
-/// Sets the robust weights (Tukey's biweight, Beaton and Tukey 1974) of the points about the best cone near
-/// `start`: a few reweighted solutions of the problem linearised once, at `start`. `floor_px` bounds the
-/// scale from below.
-void set_robust_weights(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
-                        double oval_fraction = 0);
+/// Robust weights of edge points; keeps its buffers between calls.
+class RobustWeights {
+ public:
+  /// Sets the weights (Tukey's biweight, Beaton and Tukey 1974) of the points about the best cone near
+  /// `start`: a few reweighted solutions of the problem linearised once, at `start`. `floor_px` bounds the
+  /// scale from below.
+  void set(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
+           double oval_fraction = 0);
+
+ private:
+  struct Point {
+    Eigen::Matrix<double, 5, 1> row;
+    double outside_px, residual_px;  // of the start, and of the solution so far
+    double px_per_rad, inverse;      // inverse: 1/sigma, per rad
+  };
+  std::vector<Point> points_;
+  std::vector<double> magnitudes_;
+};
 
 /// Covariance of the ball's centre (m^2, camera frame) given its radius and that radius's own sigma (m).
 Eigen::Matrix3d center_covariance(const ConeFit& fit, double radius_m, double radius_sigma_m);

@@ -171,7 +171,7 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
   const Camera& camera = rays_->camera();
   const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, camera.focal_px());
   if (!voted) return {std::nullopt, {}, "no ball makes this circle"};
-  const TangentCone cone = cone_of_boundary(*voted, points_).value_or(*voted);
+  const TangentCone cone = rough_cone(*voted);
   Candidate candidate;
   candidate.support =
       outline_support(boundary_sectors(points_, cone, camera.focal_px()), colored, camera, cone);
@@ -270,6 +270,28 @@ std::optional<BallObservation> Detector::refine(const cv::Mat& bgr, ClassIndex c
   return ball;
 }
 
+// The cone through the boundary points near the voted one: enough to ask whether a ball is likely.
+TangentCone Detector::rough_cone(const TangentCone& voted) {
+  const double focal_px = rays_->camera().focal_px();
+  TangentCone cone = voted;
+  for (int i = 0; i < 2; ++i) {
+    const double band_rad = 0.15 * cone.alpha_rad + 1 / focal_px;
+    const double cosine_inner = std::cos(std::max(0.0, cone.alpha_rad - band_rad)),
+                 cosine_outer = std::cos(cone.alpha_rad + band_rad);
+    boundary_rays_.clear();
+    for (const BoundaryPoint& p : points_) {
+      const Eigen::Vector3d ray = ray_of(p, focal_px);
+      const double cosine = cone.axis.dot(ray);
+      if (cosine <= cosine_inner && cosine >= cosine_outer) boundary_rays_.push_back(ray);
+    }
+    const auto center = sphere_from_rays(boundary_rays_, 1);
+    const auto found = center ? TangentCone::of_sphere(*center, 1) : std::nullopt;
+    if (!found || !(std::abs(found->alpha_rad / voted.alpha_rad - 1) < 0.3)) return voted;
+    cone = *found;
+  }
+  return cone;
+}
+
 // The votes look for a circle; a ball off the axis is none, and they may settle on a part of it. The cone
 // through the boundary pixels near the voted circle is the whole ball's.
 std::optional<TangentCone> Detector::cone_of_boundary(const TangentCone& start,
@@ -288,7 +310,7 @@ std::optional<TangentCone> Detector::cone_of_boundary(const TangentCone& start,
       edge.sigma_px = 0.5;
       boundary_edges_.push_back(edge);
     }
-    set_robust_weights(cone, boundary_edges_, 0.3, options_.oval_fraction);
+    robust_weights_.set(cone, boundary_edges_, 0.3, options_.oval_fraction);
     const auto fit = one_gauss_newton_step(cone, boundary_edges_, options_.oval_fraction);
     if (!fit) return std::nullopt;
     cone = fit->cone;
@@ -308,7 +330,7 @@ std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, Class
   std::optional<ConeFit> fit;
   for (int pass = 0; pass < 2; ++pass) {
     edge_meter_.measure(bgr, *rays_, cone, edges_);
-    set_robust_weights(cone, edges_.points, robust_floor_px, options_.oval_fraction);
+    robust_weights_.set(cone, edges_.points, robust_floor_px, options_.oval_fraction);
     if (input) {
       input->start = cone;
       input->edges = edges_.points;

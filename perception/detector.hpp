@@ -122,6 +122,7 @@ class Detector {
                                                const UndistortedCircle& circle,
                                                const std::vector<BoundaryPoint>& boundary,
                                                RefinementInput* input);
+  TangentCone rough_cone(const TangentCone& voted);
   std::optional<TangentCone> cone_of_boundary(const TangentCone& start,
                                               const std::vector<BoundaryPoint>& boundary);
   std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
@@ -141,6 +142,8 @@ class Detector {
   OutlineEdges edges_;
   OutlineSectors sectors_;
   std::vector<EdgePoint> boundary_edges_;
+  std::vector<Eigen::Vector3d> boundary_rays_;
+  RobustWeights robust_weights_;
   std::vector<RingPixel> ring_;
   std::vector<BoundaryPixel> boundary_, remaining_;
   std::vector<BoundaryPoint> points_;

@@ -1,7 +1,7 @@
 #include "calibration/camera/sphere_outline.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -108,18 +108,18 @@ std::optional<Eigen::Vector3d> sphere_from_rays(const std::vector<Eigen::Vector3
   if (!(spread > 0)) return std::nullopt;
   // With q = basis' u (size of the spread) and 1 - u.m = q^2 / (1 + u.m):
   // a - 1 =: e spread^2, t =: f spread; e spread^2 (u.m) + f.q spread = q^2 / (1 + u.m); divide by spread^2.
-  Eigen::MatrixXd system(static_cast<Eigen::Index>(rays.size()), 3);
-  Eigen::VectorXd right(static_cast<Eigen::Index>(rays.size()));
-  for (Eigen::Index i = 0; i < system.rows(); ++i) {
-    const Eigen::Vector3d& ray = rays[static_cast<std::size_t>(i)];
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& ray : rays) {
     const Eigen::Vector2d q = basis.transpose() * ray / spread;
-    const double along = ray.dot(mean);
-    system.row(i) << along, q.x(), q.y();
-    right(i) = q.squaredNorm() / (1 + along);
+    const Eigen::Vector3d row(ray.dot(mean), q.x(), q.y());
+    normal += row * row.transpose();
+    right += row * (q.squaredNorm() / (1 + row.x()));
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(system);
-  if (qr.rank() < 3) return std::nullopt;
-  const Eigen::Vector3d solution = qr.solve(right);
+  const Eigen::LDLT<Eigen::Matrix3d> ldlt(normal);
+  const Eigen::Vector3d pivots = ldlt.vectorD();
+  if (!(pivots.minCoeff() > 1e-13 * pivots.maxCoeff())) return std::nullopt;
+  const Eigen::Vector3d solution = ldlt.solve(right);
   const Eigen::Vector2d t = solution.tail<2>() * spread;
   const double excess = solution(0) * spread * spread;  // a - 1
   // |n|^2 - 1 = tan^2(alpha), and n = C / sqrt(|C|^2 - R^2) gives C = n R / tan(alpha).

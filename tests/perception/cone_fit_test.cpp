@@ -85,12 +85,13 @@ TEST(ConeFit, RobustWeightsDropTheEdgesOfOtherThings) {
   auto engine = random_stream(3, "cone_fit_test");
   const auto truth = *TangentCone::of_sphere(p_C, 0.035);
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    const double shift_px = i < 14 ? uniform(engine, 0.8, 3) * (i % 3 == 0 ? 1 : -1) : 0.05 * standard_normal(engine);
+    const double shift_px =
+        i < 14 ? uniform(engine, 0.8, 3) * (i % 3 == 0 ? 1 : -1) : 0.05 * standard_normal(engine);
     const TangentCone opened{truth.axis, truth.alpha_rad + shift_px / 857};
     edges[i].ray = outline_rays(opened.axis, std::sin(opened.alpha_rad), 40)[i];
   }
   const auto start = disturbed(truth, 0.3 / 857);
-  set_robust_weights(start, edges, 0.06);
+  RobustWeights().set(start, edges, 0.06);
   for (std::size_t i = 0; i < 14; ++i) EXPECT_LT(edges[i].weight, 0.05);
   const auto fit = one_gauss_newton_step(start, edges);
   ASSERT_TRUE(fit);
