@@ -14,6 +14,7 @@ namespace {
 
 constexpr int failures_per_region = 2;
 constexpr std::size_t max_boundary_points = 256;
+constexpr double long_step_px = 1;
 // Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.
 constexpr double robust_floor_px = 0.06;
 
@@ -324,8 +325,8 @@ std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, Class
                                                        RefinementInput* input) {
   const auto voted = cone_near_circle(circle, rays_->camera().focal_px());
   if (!voted) return std::nullopt;
-  // Measured twice: around the boundary's cone, and again around what the first step made of it, each
-  // followed by one step.
+  // Measured around the boundary's cone and followed by one step; and once more where that step was long, so
+  // that the pixels were not those around the outline.
   TangentCone cone = cone_of_boundary(*voted, boundary).value_or(*voted);
   std::optional<ConeFit> fit;
   for (int pass = 0; pass < 2; ++pass) {
@@ -338,6 +339,7 @@ std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, Class
     fit = one_gauss_newton_step(cone, edges_.points, options_.oval_fraction);
     if (!fit) return std::nullopt;
     cone = fit->cone;
+    if (fit->step_px < long_step_px) break;
   }
   BallObservation ball;
   ball.cone = cone;
