@@ -39,6 +39,7 @@ EdgeMeter::Station EdgeMeter::station_at(const Camera& camera, const TangentCone
   // The part of the motion that is perpendicular to the outline.
   station.px_per_rad = std::abs(opening.x() * tangent.y() - opening.y() * tangent.x()) / length;
   station.pixel_px = *pixel;
+  station.normal = Eigen::Vector2d(tangent.y(), -tangent.x()) / length;
   station.visible = station.px_per_rad > 0 && std::isfinite(station.px_per_rad);
   return station;
 }
@@ -58,11 +59,16 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
   // Between the stations the scale changes linearly.
   const double slope_before = (station.px_per_rad - before.px_per_rad) / step_rad;
   const double slope_after = (after.px_per_rad - station.px_per_rad) / step_rad;
-  const double reach = half_width_px + 1 + half_turn_rad * sine * station.px_per_rad;
+  // The box of the stretch: half_width across the outline, and along it half its length.
+  const double half_length_px = half_turn_rad * sine * station.px_per_rad;
   const Eigen::Vector2d& c = station.pixel_px;
-  if (!(c.x() > -reach && c.y() > -reach && c.x() < bgr.cols + reach && c.y() < bgr.rows + reach)) return;
-  const int left = to_pixel(c.x() - reach, bgr.cols - 1), right = to_pixel(c.x() + reach, bgr.cols - 1);
-  const int top = to_pixel(c.y() - reach, bgr.rows - 1), bottom = to_pixel(c.y() + reach, bgr.rows - 1);
+  const Eigen::Vector2d reach = half_width_px * station.normal.cwiseAbs() +
+                                half_length_px * station.normal.reverse().cwiseAbs() + Eigen::Vector2d(1, 1);
+  if (((c + reach).array() < 0).any() || c.x() - reach.x() > bgr.cols || c.y() - reach.y() > bgr.rows) return;
+  const int left = to_pixel(c.x() - reach.x(), bgr.cols - 1),
+            right = to_pixel(c.x() + reach.x() + 1, bgr.cols - 1);
+  const int top = to_pixel(c.y() - reach.y(), bgr.rows - 1),
+            bottom = to_pixel(c.y() + reach.y() + 1, bgr.rows - 1);
   for (int v = top; v <= bottom; ++v) {
     const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
     for (int u = left; u <= right; ++u) {

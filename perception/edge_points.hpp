@@ -47,7 +47,8 @@ class EdgeMeter {
   struct Station {
     Eigen::Vector3d outward{0, 0, 0};  // unit, perpendicular to the axis
     Eigen::Vector2d pixel_px{0, 0};
-    double px_per_rad = 0;  // how fast the outline moves when the cone opens
+    Eigen::Vector2d normal{0, 0};  // unit, of the outline in the picture
+    double px_per_rad = 0;         // how fast the outline moves when the cone opens
     bool visible = false;
   };
   struct StretchPixel {
