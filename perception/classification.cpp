@@ -1,16 +1,144 @@
 #include "perception/classification.hpp"
 
-namespace ballservo {
+#include <algorithm>
+#include <array>
 
-void classify(const cv::Mat& bgr, const ColorTable& table, cv::Mat& classes) {
-  CV_Assert(bgr.type() == CV_8UC3);
-  classes.create(bgr.size(), CV_8UC1);
-  const ClassIndex* const entries = table.table.data();
-  for (int v = 0; v < bgr.rows; ++v) {
-    const std::uint8_t* in = bgr.ptr<std::uint8_t>(v);
-    ClassIndex* out = classes.ptr<ClassIndex>(v);
-    for (int u = 0; u < bgr.cols; ++u, in += 3) out[u] = entries[ColorTable::index(in[0], in[1], in[2])];
+#include "calibration/files/fault.hpp"
+#include "perception/yuyv.hpp"
+
+namespace ballservo {
+namespace {
+
+void require_type(const cv::Mat& picture, int type, const char* allowed) {
+  if (picture.type() == type) return;
+  throw InputError("picture",
+                   std::to_string(picture.channels()) + " channels of " +
+                       std::to_string(8 * picture.elemSize1()) + " bits",
+                   allowed);
+}
+
+BoxKernel fastest_kernel() {
+#if defined(__x86_64__)
+  if (runs_here(ClassificationKernel::avx512)) return tell_by_boxes_avx512;
+  if (runs_here(ClassificationKernel::avx2)) return tell_by_boxes_avx2;
+#endif
+  return tell_by_boxes_portable;
+}
+
+BoxKernel function_of(ClassificationKernel kernel) {
+  static const BoxKernel fastest = fastest_kernel();
+  if (!runs_here(kernel)) throw InputError("classification kernel", "one for another processor", "fastest");
+#if defined(__x86_64__)
+  if (kernel == ClassificationKernel::avx512) return tell_by_boxes_avx512;
+  if (kernel == ClassificationKernel::avx2) return tell_by_boxes_avx2;
+#endif
+  return kernel == ClassificationKernel::portable ? tell_by_boxes_portable : fastest;
+}
+
+// The rows' places in the pictures of all classes.
+using RowOfClass = std::array<std::uint64_t*, max_classes>;
+
+// Looks up what the boxes did not tell.
+void look_up(const std::uint8_t* bgr, const ColorLookup& colors, const std::uint64_t* unsure, int words,
+             const RowOfClass& rows) {
+  for (int w = 0; w < words; ++w, bgr += 3 * BitPicture::word_bits) {
+    if (unsure[w] == 0) continue;
+    std::array<std::uint64_t, max_classes + 1> found{};
+    for (std::uint64_t left = unsure[w]; left != 0; left &= left - 1) {
+      const std::uint8_t* const p = bgr + 3 * __builtin_ctzll(left);
+      found[colors.classify(p[0], p[1], p[2])] |= left & (0 - left);
+    }
+    for (int k = 0; k < colors.classes(); ++k)
+      rows[static_cast<std::size_t>(k)][w] |= found[static_cast<std::size_t>(k) + 1];
   }
+}
+
+// As many pixels of a row as are told by the boxes before what is left is looked up.
+constexpr int stretch_words = 16, stretch = stretch_words * BitPicture::word_bits;
+
+void classify_stretch(const std::uint8_t* bgr, int pixels, const ColorLookup& colors, BoxKernel tell_by_boxes,
+                      RowOfClass& rows) {
+  std::array<std::uint64_t, stretch_words> unsure;
+  const int words = (pixels + BitPicture::word_bits - 1) / BitPicture::word_bits;
+  tell_by_boxes(bgr, pixels, colors.boxes(), rows.data(), unsure.data());
+  look_up(bgr, colors, unsure.data(), words, rows);
+  for (std::uint64_t*& row : rows) row += words;
+}
+
+RowOfClass rows_of(ClassPictures& classes, int v) {
+  RowOfClass rows{};
+  for (std::size_t k = 0; k < classes.size(); ++k) rows[k] = classes[k].row(v);
+  return rows;
+}
+
+void resize(ClassPictures& classes, const ColorLookup& colors, cv::Size size) {
+  classes.resize(static_cast<std::size_t>(colors.classes()));
+  for (BitPicture& picture : classes) picture.resize(size);
+}
+
+}  // namespace
+
+bool runs_here(ClassificationKernel kernel) {
+  switch (kernel) {
+#if defined(__x86_64__)
+    case ClassificationKernel::avx2:
+      return __builtin_cpu_supports("avx2");
+    case ClassificationKernel::avx512:
+      return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+             __builtin_cpu_supports("avx512vbmi");
+#endif
+    case ClassificationKernel::fastest:
+    case ClassificationKernel::portable:
+      return true;
+    default:
+      return false;
+  }
+}
+
+void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& classes,
+              ClassificationKernel kernel) {
+  require_type(bgr, CV_8UC3, "8-bit BGR");
+  const BoxKernel kernel_function = function_of(kernel);
+  resize(classes, colors, bgr.size());
+  if (classes.empty()) return;
+  for (int v = 0; v < bgr.rows; ++v) {
+    RowOfClass rows = rows_of(classes, v);
+    for (int u = 0; u < bgr.cols; u += stretch) {
+      classify_stretch(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(stretch, bgr.cols - u), colors,
+                       kernel_function, rows);
+    }
+  }
+}
+
+void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures& classes,
+                   ClassificationKernel kernel) {
+  require_type(yuyv, CV_8UC2, "YUYV: two 8-bit channels");
+  if (yuyv.cols % 2 != 0)
+    throw InputError("picture", std::to_string(yuyv.cols) + " px wide", "an even width");
+  const BoxKernel kernel_function = function_of(kernel);
+  resize(classes, colors, yuyv.size());
+  if (classes.empty()) return;
+  std::array<std::uint8_t, 3 * stretch> bgr;
+  for (int v = 0; v < yuyv.rows; ++v) {
+    RowOfClass rows = rows_of(classes, v);
+    for (int u = 0; u < yuyv.cols; u += stretch) {
+      const int pixels = std::min(stretch, yuyv.cols - u);
+      yuyv_to_bgr(yuyv.ptr<std::uint8_t>(v) + 2 * u, pixels, bgr.data());
+      classify_stretch(bgr.data(), pixels, colors, kernel_function, rows);
+    }
+  }
+}
+
+cv::Mat class_numbers(const ClassPictures& classes, cv::Size size) {
+  cv::Mat numbers = cv::Mat::zeros(size, CV_8UC1);
+  for (std::size_t k = 0; k < classes.size(); ++k) {
+    for (int v = 0; v < size.height; ++v) {
+      for (int u = 0; u < size.width; ++u) {
+        if (classes[k].at(u, v)) numbers.at<ClassIndex>(v, u) = static_cast<ClassIndex>(k + 1);
+      }
+    }
+  }
+  return numbers;
 }
 
 }  // namespace ballservo

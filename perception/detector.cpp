@@ -65,6 +65,8 @@ void DetectorOptions::validate() const {
     faults.add("min_radius_px", number_text(min_radius_px), "a number of at least 2 (px)");
   if (max_balls_per_region < 1)
     faults.add("max_balls_per_region", std::to_string(max_balls_per_region), "at least 1");
+  if (max_regions < 1) faults.add("max_regions", std::to_string(max_regions), "at least 1");
+  if (max_runs < 1) faults.add("max_runs", std::to_string(max_runs), "at least 1");
   for (const BallRadius& radius : radii) {
     if (!(radius.radius_m >= 0) || !std::isfinite(radius.radius_m))
       faults.add("radii", number_text(radius.radius_m), "a positive length (m), or 0 where unknown");
@@ -81,6 +83,7 @@ Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const C
     : rays_(std::move(rays)),
       colors_(std::move(colors)),
       options_(options),
+      regions_(options.max_runs),
       voter_(options.vote),
       edge_meter_(options.edges) {
   options_.validate();
@@ -94,40 +97,40 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
                          std::to_string(rays_->size().height_px) + ", in 8-bit BGR");
   }
   balls_.clear();
+  left_out_ = {};
   const cv::Rect everywhere({0, 0}, bgr.size());
   if (window.empty()) window = everywhere;
   window &= everywhere;
   if (window.empty()) return balls_;
 
-  const int classes = static_cast<int>(colors_->classes.size());
-  classify(bgr(window), *colors_, classified_);
-  morphology_.open(classified_, opened_, classes);
-  morphology_.close(opened_, closed_, classes);
-  regions_.update(closed_);
-  if (stages) *stages = {window, classified_.clone(), opened_.clone(), closed_.clone(), {}};
-
-  for (std::size_t i = 0; i < regions_.regions().size(); ++i) {
-    const Region& region = regions_.regions()[i];
-    const bool large_enough = region.pixels >= 2 * options_.min_radius_px * options_.min_radius_px;
-    if (region.color_class != no_class && region.absorbed_by < 0 && large_enough)
-      find_balls(bgr, window, static_cast<int>(i), stages);
+  classify(bgr(window), colors_, classified_);
+  morphology_.open(classified_, opened_);
+  morphology_.close(opened_, closed_);
+  if (stages) {
+    const auto numbers = [&](const ClassPictures& classes) { return class_numbers(classes, window.size()); };
+    *stages = {window, numbers(classified_), numbers(opened_), numbers(closed_), {}};
   }
+  regions_.update(closed_, window.size());
+  left_out_.shorter_px = regions_.shortest_run_px() > 1 ? regions_.shortest_run_px() : 0;
+  left_out_.regions = choose_regions(regions_.regions(), 2 * options_.min_radius_px * options_.min_radius_px,
+                                     options_.max_regions, chosen_);
+  for (const int region : chosen_) find_balls(bgr, window, region, stages);
   drop_repeated();
   return balls_;
 }
 
 // The region's boundary points: undistorted, half a pixel outward, between the region's last pixel and the
 // first beyond it. Of a long boundary only so many as tell where its circles are.
-void Detector::collect_boundary(const cv::Rect& window, int region) {
-  regions_.boundary(region, boundary_);
+void Detector::collect_boundary(const ColoredPixels& colored, int region) {
+  regions_.boundary(region, closed_, boundary_);
   const std::size_t stride = (boundary_.size() + max_boundary_points - 1) / max_boundary_points;
   points_.clear();
   remaining_.clear();
   for (std::size_t i = 0; i < boundary_.size(); i += stride) {
     BoundaryPixel pixel = boundary_[i];
-    pixel.outward = outward_normal(closed_, pixel);
-    pixel.u_px += window.x;
-    pixel.v_px += window.y;
+    pixel.outward = outward_normal(colored.pixels, pixel);
+    pixel.u_px += colored.window.x;
+    pixel.v_px += colored.window.y;
     const auto position = rays_->undistorted_px(pixel.u_px, pixel.v_px);
     if (!position) continue;
     points_.push_back({*position + 0.5f * pixel.outward, pixel.outward});
@@ -138,12 +141,12 @@ void Detector::collect_boundary(const cv::Rect& window, int region) {
 void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region_index,
                           DetectionStages* stages) {
   const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
-  collect_boundary(window, region_index);
+  const ColoredPixels colored{region.color_class, closed_[region.color_class - 1u], window.tl()};
+  collect_boundary(colored, region_index);
   const std::uint64_t place = (static_cast<std::uint64_t>(region.box.x + window.x) << 32) ^
                               (static_cast<std::uint64_t>(region.box.y + window.y) << 16) ^
                               static_cast<std::uint64_t>(region.pixels);
   RandomEngine engine = random_stream(options_.seed, "circle_vote", place);
-  const ColoredPixels colored{closed_, window.tl(), regions_, region_index};
 
   int found = 0;
   for (int failures = 0; failures < failures_per_region && found < options_.max_balls_per_region;) {
@@ -179,9 +182,7 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
   candidate.reason = early_rejection(candidate.support);
   if (candidate.reason) return candidate;
 
-  const ClassIndex color_class =
-      colored.regions.regions()[static_cast<std::size_t>(colored.region)].color_class;
-  candidate.ball = refine(bgr, color_class, vote, points_, options_.fit, input);
+  candidate.ball = refine(bgr, colored.color_class, vote, points_, options_.fit, input);
   if (!candidate.ball) {
     candidate.reason = "no edge along the circle";
     return candidate;

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "calibration/color/color_table.hpp"
 #include "perception/ball_observation.hpp"
 #include "perception/circle_vote.hpp"
+#include "perception/color_lookup.hpp"
 #include "perception/edge_points.hpp"
 #include "perception/morphology.hpp"
 #include "perception/paper_refinement.hpp"
@@ -25,6 +25,8 @@ struct DetectorOptions {
   std::vector<BallRadius> radii;
   double min_radius_px = 3;
   int max_balls_per_region = 8;
+  int max_regions = 256;   ///< that are looked at for balls; the largest
+  int max_runs = 1 << 16;  ///< that a picture is cut into (see Runs::cut)
   double min_arc = 0.3;    ///< of the outline must have an edge on it
   double min_fill = 0.4;   ///< of the disc must have the ball's colour
   double max_leak = 0.55;  ///< of the rim may have it
@@ -72,6 +74,13 @@ struct RefinementInput {
   std::vector<EdgePoint> edges;  ///< fit sphere: the points and weights of the last step
 };
 
+/// What a picture had too much of, so that its cost is bounded: noise or a fine pattern of a ball's colour.
+struct LeftOut {
+  int regions = 0;     ///< smaller ones, not looked at
+  int shorter_px = 0;  ///< runs of a class shorter than this, taken for background
+  explicit operator bool() const { return regions > 0 || shorter_px > 0; }
+};
+
 class Detector {
  public:
   Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const ColorTable> colors,
@@ -86,10 +95,11 @@ class Detector {
   /// Lets weaker balls through (a tracker knows where one must be), or fewer.
   void set_min_quality(double min_quality) { options_.min_quality = min_quality; }
   const RayTable& rays() const { return *rays_; }
-  const ColorTable& colors() const { return *colors_; }
-  const std::shared_ptr<const ColorTable>& shared_colors() const { return colors_; }
-  /// Another table of the same classes, such as one for another light.
-  void set_colors(std::shared_ptr<const ColorTable> colors) { colors_ = std::move(colors); }
+  const ColorTable& colors() const { return colors_.colors(); }
+  /// Looks colours up for another light than the taught one.
+  void set_light(const LightCells& light) { colors_.set_light(light); }
+  /// What there was too much of in the last picture to be looked at.
+  const LeftOut& left_out() const { return left_out_; }
 
   /// Refines one voted circle as `detect` does, with the boundary points it was voted from;
   /// nothing where there is no ball's edge. `input` receives what was used.
@@ -110,7 +120,7 @@ class Detector {
     OutlineSupport support;
     const char* reason = nullptr;  // why it is no ball
   };
-  void collect_boundary(const cv::Rect& window, int region);
+  void collect_boundary(const ColoredPixels& colored, int region);
   Candidate judge(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
                   RefinementInput* input);
   const char* early_rejection(const OutlineSupport& support) const;
@@ -131,10 +141,12 @@ class Detector {
   void drop_repeated();
 
   std::shared_ptr<const RayTable> rays_;
-  std::shared_ptr<const ColorTable> colors_;
+  ColorLookup colors_;
   DetectorOptions options_;
+  LeftOut left_out_;
   // Reused between pictures.
-  cv::Mat classified_, opened_, closed_;
+  ClassPictures classified_, opened_, closed_;
+  std::vector<int> chosen_;  // regions
   ClassMorphology morphology_;
   RegionMap regions_;
   CircleVoter voter_;

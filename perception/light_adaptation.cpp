@@ -12,8 +12,6 @@ namespace {
 
 // A picture whose channels changed by less did not change its light.
 constexpr double least_change = 0.05;
-// Cells this near to black (12 grey levels) are noise: they stay as they were taught.
-constexpr int dark_cells = 3;
 
 using Known = std::array<bool, 3>;
 
@@ -55,16 +53,12 @@ void LightAdaptationOptions::validate() const {
   fraction("min_quality", min_quality);
   fraction("min_fill", min_fill);
   positive("forget_s", forget_s);
-  positive("table_step", table_step);
   positive("significant", significant);
   positive("level_room", level_room);
-  if (slices < 1 || slices > ColorTable::side) faults.add("slices", std::to_string(slices), "1 to 64");
   faults.throw_if_any();
 }
 
-LightAdaptation::LightAdaptation(std::shared_ptr<const ColorTable> taught,
-                                 const LightAdaptationOptions& options)
-    : taught_(std::move(taught)), adapted_(std::make_shared<ColorTable>(*taught_)), options_(options) {
+LightAdaptation::LightAdaptation(const LightAdaptationOptions& options) : options_(options) {
   options_.validate();
 }
 
@@ -95,7 +89,7 @@ bool LightAdaptation::assume_change() {
   if (largest(change.log_bgr, change.known) < least_change) return false;
   before_jump_ = gain_;
   jump(completed(change.log_bgr, change.known));
-  rebuild();
+  serve_light();
   return true;
 }
 
@@ -103,7 +97,7 @@ void LightAdaptation::settle_change(bool found) {
   if (found) return;
   jumped_ = false;
   believe(before_jump_);
-  rebuild();
+  serve_light();
 }
 
 // What the picture says of a sudden change of a ball; nothing where it did not change.
@@ -152,7 +146,7 @@ void LightAdaptation::learn(const cv::Mat& bgr, const BallObservation& ball, Bal
 
 void LightAdaptation::return_to_taught() {
   believe(LogGain::Zero());
-  rebuild();
+  serve_light();
 }
 
 void LightAdaptation::finish(double time_s) {
@@ -170,14 +164,7 @@ void LightAdaptation::finish(double time_s) {
   } else {
     believe(time_s - learnt_s_ > options_.forget_s ? LogGain(LogGain::Zero()) : gain_);
   }
-  if (patched_rows_ == ColorTable::side && (table_gain() - built_).abs().maxCoeff() > options_.table_step)
-    start_patching();
-  if (patched_rows_ < ColorTable::side) {
-    const int end = std::min(ColorTable::side,
-                             patched_rows_ + (ColorTable::side + options_.slices - 1) / options_.slices);
-    patch_rows(patched_rows_, end);
-    patched_rows_ = end;
-  }
+  serve_light();
 }
 
 void LightAdaptation::believe(const LogGain& gain) {
@@ -185,8 +172,8 @@ void LightAdaptation::believe(const LogGain& gain) {
   picture_change_ = LogGain::Zero();
 }
 
-// The light that the table should be made for: the taught one serves a little further than it was taught, in
-// level above all.
+// The light that colours should be looked up for: the taught one serves a little further than it was taught,
+// in level above all.
 LogGain LightAdaptation::table_gain() {
   Eigen::Array3d light = light_coordinates(gain_);
   const double room = options_.level_room * std::sqrt(3.0);
@@ -196,40 +183,18 @@ LogGain LightAdaptation::table_gain() {
   return significant_ ? gain : LogGain(LogGain::Zero());
 }
 
-void LightAdaptation::start_patching() {
-  built_ = table_gain();
-  patched_rows_ = 0;
+void LightAdaptation::serve_light() {
+  const LogGain gain = table_gain();
   constexpr int levels = 256 / ColorTable::side;
   for (std::size_t c = 0; c < 3; ++c) {
-    const double factor = std::exp(-built_[static_cast<Eigen::Index>(c)]);
+    const double factor = std::exp(-gain[static_cast<Eigen::Index>(c)]);
     for (int cell = 0; cell < ColorTable::side; ++cell) {
       // What the taught light would have shown, clipped as the camera clips it.
       const double level = factor * (levels * cell + 0.5 * (levels - 1));
-      taught_cell_[c][static_cast<std::size_t>(cell)] =
+      cells_.taught_cell[c][static_cast<std::size_t>(cell)] =
           static_cast<std::uint8_t>(std::min(255.0, level + 0.5) / levels);
     }
   }
-}
-
-// Rows of red of the table, whole planes of green and blue.
-void LightAdaptation::patch_rows(int first, int end) {
-  for (int r = first; r < end; ++r) {
-    for (int g = 0; g < ColorTable::side; ++g) {
-      const int taught_row = (taught_cell_[2][static_cast<std::size_t>(r)] << 12) |
-                             (taught_cell_[1][static_cast<std::size_t>(g)] << 6);
-      const ClassIndex* const from = &taught_->table[static_cast<std::size_t>(taught_row)];
-      const auto row = static_cast<std::size_t>((r << 12) | (g << 6));
-      ClassIndex* const to = &adapted_->table[row];
-      for (std::size_t b = 0; b < ColorTable::side; ++b) to[b] = from[taught_cell_[0][b]];
-      if (r < dark_cells && g < dark_cells) std::copy_n(&taught_->table[row], dark_cells, to);
-    }
-  }
-}
-
-void LightAdaptation::rebuild() {
-  start_patching();
-  patch_rows(0, ColorTable::side);
-  patched_rows_ = ColorTable::side;
 }
 
 }  // namespace ballservo

@@ -1,5 +1,5 @@
-// The class table follows the light, from confirmed balls only: the taught table stays as it is, a copy of it
-// is looked up at the colours that the taught light would have shown.
+// The classes follow the light, from confirmed balls only: colours are looked up in the taught table at those
+// that the taught light would have shown.
 //
 // What keeps it from learning a wrong thing: only changes in time count. A ball's colour when it is first
 // believed says nothing of the light, however far from the taught colours it lies; what it changes from then
@@ -8,29 +8,25 @@
 // either.
 #pragma once
 
-#include <memory>
-
-#include "calibration/color/color_table.hpp"
 #include "perception/ball_observation.hpp"
+#include "perception/color_lookup.hpp"
 #include "perception/light_gain.hpp"
 
 namespace ballservo {
 
 struct LightAdaptationOptions {
-  LightBounds bounds;         ///< how far the table may go from the taught one
-  double follow_s = 0.15;     ///< time constant of following
-  double sudden = 0.12;       ///< change of a ball's log channel from picture to picture that is a jump
-  double trust = 1.25;        ///< times what the picture says a slow change may be
-  double drift_s = 30;        ///< over which is forgotten what the pictures alone say
-  double min_quality = 0.3;   ///< of a ball to be learnt from
-  double min_fill = 0.4;      ///< the same of its disc: what is half covered says little
-  double forget_s = 300;      ///< without a ball, and the taught light is back
-  double table_step = 0.015;  ///< change of a log channel that is worth patching the table
+  LightBounds bounds;        ///< how far the table may go from the taught one
+  double follow_s = 0.15;    ///< time constant of following
+  double sudden = 0.12;      ///< change of a ball's log channel from picture to picture that is a jump
+  double trust = 1.25;       ///< times what the picture says a slow change may be
+  double drift_s = 30;       ///< over which is forgotten what the pictures alone say
+  double min_quality = 0.3;  ///< of a ball to be learnt from
+  double min_fill = 0.4;     ///< the same of its disc: what is half covered says little
+  double forget_s = 300;     ///< without a ball, and the taught light is back
   /// What the taught table serves by itself, log channels, having been learnt with some room: changes of
   /// level, and then what is left, which has to come to something. What balls say is never exact.
   double level_room = 0.2;
   double significant = 0.1;  ///< left at half of it
-  int slices = 8;            ///< pictures over which the table is patched; 1 to 64
 
   void validate() const;  ///< throws InputError naming every value that makes no sense
 };
@@ -44,15 +40,10 @@ struct BallLight {
 /// Takes no memory from the heap after construction.
 class LightAdaptation {
  public:
-  explicit LightAdaptation(std::shared_ptr<const ColorTable> taught,
-                           const LightAdaptationOptions& options = {});
-  LightAdaptation(LightAdaptation&&) = default;
-  LightAdaptation& operator=(LightAdaptation&&) = default;
-  LightAdaptation(const LightAdaptation&) = delete;  // a copy would patch the same table
+  explicit LightAdaptation(const LightAdaptationOptions& options = {});
 
-  const std::shared_ptr<const ColorTable>& taught() const { return taught_; }
-  /// The table for the light as it is now; the object stays the same, its entries change.
-  std::shared_ptr<const ColorTable> adapted() const { return adapted_; }
+  /// How the taught table is to be looked up in the light as it is now.
+  const LightCells& cells() const { return cells_; }
   const LogGain& gain() const { return gain_; }
 
   // For each picture, in this order:
@@ -61,7 +52,7 @@ class LightAdaptation {
   /// not: without a ball to ask, that table is worth a look too.
   bool may_be_taught_light() const;
   /// For a confirmed ball that is missing: if the whole picture changed since a ball was last learnt from,
-  /// the table is made for that light and the picture is worth another look; `settle_change` then says
+  /// colours are looked up for that light and the picture is worth another look; `settle_change` then says
   /// whether the ball was there.
   bool assume_change();
   void settle_change(bool found);
@@ -76,18 +67,12 @@ class LightAdaptation {
   LogGain sudden_change(const SurfaceColor& now, const SurfaceColor& last) const;
   void jump(const LogGain& change);
   LogGain table_gain();
-  void start_patching();
-  void patch_rows(int first, int end);
-  void rebuild();
+  void serve_light();
 
-  std::shared_ptr<const ColorTable> taught_;
-  std::shared_ptr<ColorTable> adapted_;
   LightAdaptationOptions options_;
-  LogGain gain_ = LogGain::Zero();   // of the light
-  LogGain built_ = LogGain::Zero();  // that the table is made for, or being made for
+  LightCells cells_ = LightCells::as_taught();
+  LogGain gain_ = LogGain::Zero();  // of the light
   LogGain before_jump_ = LogGain::Zero();
-  int patched_rows_ = ColorTable::side;                                      // of red; fewer while patching
-  std::array<std::array<std::uint8_t, ColorTable::side>, 3> taught_cell_{};  // of blue, green, red
   PictureSamples picture_, previous_, then_;  // this one, the one before, the last with a ball to learn from
   LogGain start_ = LogGain::Zero();           // the light when balls came in view, or jumped
   LogGain picture_change_ = LogGain::Zero();  // what the pictures have changed since

@@ -1,71 +1,100 @@
 #include "perception/morphology.hpp"
 
-#include <array>
-#include <opencv2/imgproc.hpp>
+#include <algorithm>
 
 namespace ballservo {
 namespace {
 
-// The bounding box of each class, so that each is filtered only where it occurs.
-std::array<cv::Rect, 256> class_boxes(const cv::Mat& classes) {
-  std::array<int, 256> left, right, top, bottom;
-  left.fill(classes.cols);
-  right.fill(-1);
-  top.fill(classes.rows);
-  bottom.fill(-1);
-  for (int v = 0; v < classes.rows; ++v) {
-    const std::uint8_t* row = classes.ptr<std::uint8_t>(v);
-    for (int u = 0; u < classes.cols; ++u) {
-      const std::uint8_t k = row[u];
-      if (k == 0) continue;
-      left[k] = std::min(left[k], u);
-      right[k] = std::max(right[k], u);
-      top[k] = std::min(top[k], v);
-      bottom[k] = v;
-    }
+// What lies outside the picture changes nothing in either.
+struct Erosion {
+  static constexpr std::uint64_t outside = ~std::uint64_t{0};
+  static std::uint64_t join(std::uint64_t a, std::uint64_t b) { return a & b; }
+};
+struct Dilation {
+  static constexpr std::uint64_t outside = 0;
+  static std::uint64_t join(std::uint64_t a, std::uint64_t b) { return a | b; }
+};
+
+// A word joined with its pixels' neighbours up to `reach` to the left and right.
+template <class Operation, int reach>
+std::uint64_t with_neighbors(std::uint64_t before, std::uint64_t here, std::uint64_t after) {
+  std::uint64_t joined = here;
+  for (int i = 1; i <= reach; ++i) {
+    const std::uint64_t left = here << i | before >> (BitPicture::word_bits - i);
+    const std::uint64_t right = here >> i | after << (BitPicture::word_bits - i);
+    joined = Operation::join(joined, Operation::join(left, right));
   }
-  std::array<cv::Rect, 256> boxes;
-  for (std::size_t k = 1; k < boxes.size(); ++k) {
-    if (right[k] >= 0) boxes[k] = cv::Rect(left[k], top[k], right[k] - left[k] + 1, bottom[k] - top[k] + 1);
-  }
-  return boxes;
+  return joined;
 }
 
-cv::Rect grown(const cv::Rect& box, int margin, const cv::Size& picture) {
-  return cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
-         cv::Rect({0, 0}, picture);
+template <class Operation, int reach>
+void along_row(const std::uint64_t* in, int words, std::uint64_t last_bits, std::uint64_t* out) {
+  const std::uint64_t last = (in[words - 1] & last_bits) | (Operation::outside & ~last_bits);
+  if (words == 1) {
+    out[0] = with_neighbors<Operation, reach>(Operation::outside, last, Operation::outside);
+    return;
+  }
+  for (int w = 1; w < words - 2; ++w) out[w] = with_neighbors<Operation, reach>(in[w - 1], in[w], in[w + 1]);
+  const std::uint64_t second = words == 2 ? last : in[1];
+  out[0] = with_neighbors<Operation, reach>(Operation::outside, in[0], second);
+  if (words > 2) out[words - 2] = with_neighbors<Operation, reach>(in[words - 3], in[words - 2], last);
+  out[words - 1] = with_neighbors<Operation, reach>(in[words - 2], last, Operation::outside);
+}
+
+// Every pixel joined with the square of `reach` around it. `rows` is room for the first step.
+template <class Operation, int reach>
+void squares(const BitPicture& in, BitPicture& rows, BitPicture& out) {
+  const int height = in.size().height, words = in.row_words();
+  rows.resize(in.size());
+  out.resize(in.size());
+  for (int v = 0; v < height; ++v)
+    along_row<Operation, reach>(in.row(v), words, in.last_word_bits(), rows.row(v));
+  for (int v = 0; v < height; ++v) {
+    std::uint64_t* const to = out.row(v);
+    std::copy_n(rows.row(v), words, to);
+    for (int other = std::max(0, v - reach); other <= std::min(height - 1, v + reach); ++other) {
+      const std::uint64_t* const from = rows.row(other);
+      for (int w = 0; w < words; ++w) to[w] = Operation::join(to[w], from[w]);
+    }
+    to[words - 1] &= in.last_word_bits();
+  }
+}
+
+template <class Change>
+void for_each_word(const BitPicture& picture, const Change& change) {
+  for (int v = 0; v < picture.size().height; ++v) {
+    for (int w = 0; w < picture.row_words(); ++w) change(v, w);
+  }
 }
 
 }  // namespace
 
-void ClassMorphology::open(const cv::Mat& classes, cv::Mat& opened, int class_count) {
-  opened.create(classes.size(), CV_8UC1);
-  opened.setTo(0);
-  const auto boxes = class_boxes(classes);
-  // The element of OpenCV's default, a 3x3 square; outside the picture counts as inside for erosion and
-  // outside for dilation, so that a ball cut by the border is not eaten from there.
-  for (int k = 1; k <= class_count; ++k) {
-    if (boxes[static_cast<std::size_t>(k)].empty()) continue;
-    const cv::Rect box = grown(boxes[static_cast<std::size_t>(k)], 2, classes.size());
-    cv::compare(classes(box), k, mask_, cv::CMP_EQ);
-    cv::erode(mask_, result_, cv::Mat());
-    cv::dilate(result_, mask_, cv::Mat());
-    opened(box).setTo(k, mask_);
+void ClassMorphology::open(const ClassPictures& classes, ClassPictures& opened) {
+  opened.resize(classes.size());
+  for (std::size_t k = 0; k < classes.size(); ++k) {
+    squares<Erosion, 1>(classes[k], rows_, eroded_);
+    squares<Dilation, 1>(eroded_, rows_, opened[k]);
   }
 }
 
-void ClassMorphology::close(const cv::Mat& opened, cv::Mat& closed, int class_count) {
-  opened.copyTo(closed);
-  const auto boxes = class_boxes(opened);
-  for (int k = 1; k <= class_count; ++k) {
-    if (boxes[static_cast<std::size_t>(k)].empty()) continue;
-    const cv::Rect box = grown(boxes[static_cast<std::size_t>(k)], 4, opened.size());
-    cv::compare(opened(box), k, mask_, cv::CMP_EQ);
-    cv::dilate(mask_, result_, cv::Mat(), cv::Point(-1, -1), 2);
-    cv::erode(result_, mask_, cv::Mat(), cv::Point(-1, -1), 2);
-    cv::compare(closed(box), 0, result_, cv::CMP_EQ);
-    cv::bitwise_and(mask_, result_, mask_);
-    closed(box).setTo(k, mask_);
+void ClassMorphology::close(const ClassPictures& opened, ClassPictures& closed) {
+  closed.resize(opened.size());
+  for (std::size_t k = 0; k < opened.size(); ++k) {
+    squares<Dilation, 2>(opened[k], rows_, dilated_);
+    squares<Erosion, 2>(dilated_, rows_, closed[k]);
+  }
+  if (opened.size() < 2) return;
+  // Taken: by a class of its own, or by an earlier class that closed over it.
+  taken_ = opened[0];
+  for (std::size_t k = 1; k < opened.size(); ++k) {
+    for_each_word(taken_, [&](int v, int w) { taken_.row(v)[w] |= opened[k].row(v)[w]; });
+  }
+  for (std::size_t k = 0; k < opened.size(); ++k) {
+    for_each_word(taken_, [&](int v, int w) {
+      const std::uint64_t added = closed[k].row(v)[w] & ~taken_.row(v)[w];
+      closed[k].row(v)[w] = opened[k].row(v)[w] | added;
+      taken_.row(v)[w] |= added;
+    });
   }
 }
 

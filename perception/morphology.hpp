@@ -1,19 +1,22 @@
-// Stage 2: noise removal and hole filling on the class picture (paper, figures 2c and 4).
+// Stage 2: noise removal and hole filling in the class pictures (paper, figures 2c and 4).
 #pragma once
 
-#include <opencv2/core.hpp>
+#include "perception/bit_picture.hpp"
 
 namespace ballservo {
 
-/// Opening (3x3) of every class on its own: specks thinner than three pixels go. CV_8UC1 in and out.
+/// Outside the picture counts as inside for erosion and as outside for dilation, so that a ball cut by the
+/// border is not eaten from there.
 class ClassMorphology {
  public:
-  void open(const cv::Mat& classes, cv::Mat& opened, int class_count);
-  /// Closing (5x5) of every class on its own; a pixel that already has a class keeps it.
-  void close(const cv::Mat& opened, cv::Mat& closed, int class_count);
+  /// Opening (3x3) of every class on its own: specks thinner than three pixels go.
+  void open(const ClassPictures& classes, ClassPictures& opened);
+  /// Closing (5x5) of every class on its own; a pixel that already has a class keeps it, and the first class
+  /// has it that closes over it.
+  void close(const ClassPictures& opened, ClassPictures& closed);
 
  private:
-  cv::Mat mask_, result_;  // reused between frames
+  BitPicture rows_, eroded_, dilated_, taken_;  // reused between frames
 };
 
 }  // namespace ballservo

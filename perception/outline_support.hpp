@@ -7,8 +7,8 @@
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/color/color_table.hpp"
+#include "perception/bit_picture.hpp"
 #include "perception/edge_points.hpp"
-#include "perception/regions.hpp"
 
 namespace ballservo {
 
@@ -39,22 +39,17 @@ struct OutlineSectors {
 /// stretches.
 OutlineSectors edge_sectors(const OutlineEdges& edges, const ConeFit& fit, double tolerance_px);
 
-/// The pixels that have a ball's colour: of one class in the closed class picture of a window, or absorbed by
-/// the ball's region.
+/// The pixels that have a ball's colour, in a window of the picture: of its class, or absorbed by a region of
+/// it.
 struct ColoredPixels {
-  const cv::Mat& classes;
+  ClassIndex color_class;
+  const BitPicture& pixels;
   cv::Point window;  ///< top-left pixel
-  const RegionMap& regions;
-  int region;
 
   bool knows(int u_px, int v_px) const {
-    return cv::Rect(window, classes.size()).contains(cv::Point(u_px, v_px));
+    return cv::Rect(window, pixels.size()).contains(cv::Point(u_px, v_px));
   }
-  bool at(int u_px, int v_px) const {
-    const int u = u_px - window.x, v = v_px - window.y;
-    return classes.at<ClassIndex>(v, u) == regions.regions()[static_cast<std::size_t>(region)].color_class ||
-           regions.region_at(u, v) == region;
-  }
+  bool at(int u_px, int v_px) const { return pixels.at(u_px - window.x, v_px - window.y); }
 };
 
 /// How the sectors with an edge and the colour inside and around the cone speak for a ball.

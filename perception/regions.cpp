@@ -1,111 +1,137 @@
 #include "perception/regions.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace ballservo {
+namespace {
 
-int RegionMap::find(int component) {
-  auto& parent = parent_;
-  while (parent[static_cast<std::size_t>(component)] != component) {
-    int& up = parent[static_cast<std::size_t>(component)];
-    up = parent[static_cast<std::size_t>(up)];
-    component = up;
+std::size_t place(int i) { return static_cast<std::size_t>(i); }
+
+bool share_an_edge(const Run& a, const Run& b) { return a.begin < b.end && b.begin < a.end; }
+
+}  // namespace
+
+void RegionMap::update(ClassPictures& classes, cv::Size size) {
+  runs_.cut(classes, size);
+  reserve(runs_.capacity());
+  join_runs();
+  number_components();
+  for (Region& region : regions_) {
+    const cv::Rect& box = region.box;
+    region.touches_border = box.x == 0 || box.y == 0 || box.br().x == size.width || box.br().y == size.height;
   }
-  return component;
+  list_neighbors();
+  absorb_enclosed();
+  list_runs(classes);
 }
 
-void RegionMap::update(const cv::Mat& classes) {
-  CV_Assert(classes.type() == CV_8UC1);
-  runs_.clear();
-  parent_.clear();
+// Of n runs, no more than 2 n pairs share an edge between rows, and n in a row.
+void RegionMap::reserve(std::size_t runs) {
+  for (std::vector<int>* of_runs : {&parent_, &next_run_, &first_run_, &neighbors_end_, &seen_})
+    of_runs->reserve(runs + 1);
+  regions_.reserve(runs);
+  touching_.reserve(3 * runs);
+  neighbors_.reserve(2 * 3 * runs);
+}
+
+int RegionMap::component_of(int run) {
+  while (parent_[place(run)] != run) {
+    int& up = parent_[place(run)];
+    up = parent_[place(up)];
+    run = up;
+  }
+  return run;
+}
+
+// Each run joins those of its class that it touches in the row above; a component is named by its first run.
+void RegionMap::join_runs() {
+  const int count = runs_.size();
+  parent_.resize(place(count));
+  for (int i = 0; i < count; ++i) parent_[place(i)] = i;
   touching_.clear();
+  int above = 0;
+  for (int i = 0; i < count; ++i) {
+    const Run& run = runs_[i];
+    const int row_begin = runs_.row_begin(run.v);
+    if (i > row_begin) touching_.emplace_back(i - 1, i);
+    if (run.v == 0) continue;
+    if (i == row_begin) above = runs_.row_begin(run.v - 1);
+    while (above < row_begin && runs_[above].end < run.begin) ++above;
+    for (int j = above; j < row_begin && runs_[j].begin <= run.end; ++j) {
+      const bool edge = share_an_edge(runs_[j], run);
+      if (runs_[j].color_class != run.color_class) {
+        if (edge) touching_.emplace_back(j, i);
+      } else if (edge || run.color_class != no_class) {
+        const int a = component_of(i), b = component_of(j);
+        parent_[place(std::max(a, b))] = std::min(a, b);
+      }
+    }
+  }
+}
+
+void RegionMap::number_components() {
   regions_.clear();
-
-  // Runs of equal class, row by row; each joins the runs of its class that it touches in the row above.
-  std::vector<std::size_t> row_begin(static_cast<std::size_t>(classes.rows) + 1);
-  for (int v = 0; v < classes.rows; ++v) {
-    row_begin[static_cast<std::size_t>(v)] = runs_.size();
-    const ClassIndex* row = classes.ptr<ClassIndex>(v);
-    for (int begin = 0; begin < classes.cols;) {
-      int end = begin + 1;
-      while (end < classes.cols && row[end] == row[begin]) ++end;
-      const int component = static_cast<int>(parent_.size());
-      parent_.push_back(component);
-      runs_.push_back({begin, end, component, row[begin]});
-      begin = end;
+  for (int i = 0; i < runs_.size(); ++i) {
+    const Run& run = runs_[i];
+    int& region = parent_[place(i)];  // every earlier run's is its region's number by now
+    if (region == i) {
+      region = static_cast<int>(regions_.size());
+      regions_.push_back({});
+      regions_.back().color_class = run.color_class;
+    } else {
+      region = parent_[place(region)];
     }
-    row_begin[static_cast<std::size_t>(v) + 1] = runs_.size();
-    if (v == 0) continue;
-    std::size_t above = row_begin[static_cast<std::size_t>(v) - 1];
-    const std::size_t above_end = row_begin[static_cast<std::size_t>(v)];
-    for (std::size_t i = above_end; i < runs_.size(); ++i) {
-      const Run& run = runs_[i];
-      while (above < above_end && runs_[above].end < run.begin) ++above;
-      for (std::size_t j = above; j < above_end && runs_[j].begin <= run.end; ++j) {
-        const bool overlap = runs_[j].begin < run.end && run.begin < runs_[j].end;
-        const bool joined =
-            runs_[j].color_class == run.color_class && (overlap || run.color_class != no_class);
-        if (joined) {
-          const int a = find(run.component), b = find(runs_[j].component);
-          parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-        }
-      }
-    }
+    Region& whole = regions_[place(region)];
+    whole.pixels += run.end - run.begin;
+    whole.box |= cv::Rect(run.begin, run.v, run.end - run.begin, 1);
   }
-
-  // Number the components in raster order, gather their figures, paint them.
-  std::vector<int> number(parent_.size(), -1);
-  labels_.create(classes.size());
-  for (int v = 0; v < classes.rows; ++v) {
-    int* labels = labels_[v];
-    for (std::size_t i = row_begin[static_cast<std::size_t>(v)];
-         i < row_begin[static_cast<std::size_t>(v) + 1]; ++i) {
-      Run& run = runs_[i];
-      int& label = number[static_cast<std::size_t>(find(run.component))];
-      if (label < 0) {
-        label = static_cast<int>(regions_.size());
-        regions_.push_back({});
-        regions_.back().color_class = run.color_class;
-      }
-      run.component = label;
-      Region& region = regions_[static_cast<std::size_t>(label)];
-      region.pixels += run.end - run.begin;
-      region.box |= cv::Rect(run.begin, v, run.end - run.begin, 1);
-      region.touches_border |= v == 0 || v == classes.rows - 1 || run.begin == 0 || run.end == classes.cols;
-      std::fill(labels + run.begin, labels + run.end, label);
-    }
+  for (auto& [a, b] : touching_) {
+    a = parent_[place(a)];
+    b = parent_[place(b)];
   }
+}
 
-  // Neighbours: consecutive runs of a row, and overlapping runs of consecutive rows.
-  const auto touch = [this](const Run& a, const Run& b) {
-    if (a.component != b.component) {
-      touching_.emplace_back(a.component, b.component);
-      touching_.emplace_back(b.component, a.component);
-    }
-  };
-  for (int v = 0; v < classes.rows; ++v) {
-    const std::size_t begin = row_begin[static_cast<std::size_t>(v)],
-                      end = row_begin[static_cast<std::size_t>(v) + 1];
-    for (std::size_t i = begin; i + 1 < end; ++i) touch(runs_[i], runs_[i + 1]);
-    if (v == 0) continue;
-    std::size_t j = row_begin[static_cast<std::size_t>(v) - 1];
-    for (std::size_t i = begin; i < end; ++i) {
-      while (runs_[j].end <= runs_[i].begin) ++j;
-      for (std::size_t k = j; k < begin && runs_[k].begin < runs_[i].end; ++k) touch(runs_[i], runs_[k]);
-    }
+// Sorted by counting, then each once.
+void RegionMap::list_neighbors() {
+  neighbors_end_.assign(regions_.size() + 1, 0);
+  for (const auto& [a, b] : touching_) {
+    ++neighbors_end_[place(a) + 1];
+    ++neighbors_end_[place(b) + 1];
   }
-  std::sort(touching_.begin(), touching_.end());
-  touching_.erase(std::unique(touching_.begin(), touching_.end()), touching_.end());
-  for (const auto& [a, b] : touching_) regions_[static_cast<std::size_t>(a)].neighbors.push_back(b);
+  for (std::size_t i = 1; i < neighbors_end_.size(); ++i) neighbors_end_[i] += neighbors_end_[i - 1];
+  neighbors_.resize(2 * touching_.size());
+  for (const auto& [a, b] : touching_) {
+    neighbors_[place(neighbors_end_[place(a)]++)] = b;
+    neighbors_[place(neighbors_end_[place(b)]++)] = a;
+  }
+  seen_.assign(regions_.size(), -1);
+  int kept = 0, begin = 0;
+  for (int region = 0; region < static_cast<int>(regions_.size()); ++region) {
+    const int end = neighbors_end_[place(region)];
+    for (int i = begin; i < end; ++i) {
+      const int other = neighbors_[place(i)];
+      if (seen_[place(other)] == region) continue;
+      seen_[place(other)] = region;
+      neighbors_[place(kept++)] = other;
+    }
+    begin = end;
+    neighbors_end_[place(region)] = kept;
+  }
+}
 
-  // What a single region of a class encloses belongs to it.
-  root_.resize(regions_.size());
-  for (std::size_t i = 0; i < regions_.size(); ++i) {
-    Region& region = regions_[i];
-    root_[i] = static_cast<int>(i);
-    if (region.touches_border || region.neighbors.size() != 1) continue;
-    Region& around = regions_[static_cast<std::size_t>(region.neighbors[0])];
+RegionNumbers RegionMap::neighbors(int region) const {
+  const int begin = region > 0 ? neighbors_end_[place(region) - 1] : 0;
+  return {neighbors_.data() + begin, neighbors_.data() + neighbors_end_[place(region)]};
+}
+
+// What a single region of a class encloses belongs to it. What absorbs is never absorbed itself: it has a
+// second neighbour, or is the outer one of two.
+void RegionMap::absorb_enclosed() {
+  for (int i = 0; i < static_cast<int>(regions_.size()); ++i) {
+    Region& region = regions_[place(i)];
+    const RegionNumbers around_it = neighbors(i);
+    if (region.touches_border || around_it.size() != 1) continue;
+    Region& around = regions_[place(*around_it.begin())];
     // Two regions can be each other's only neighbour: the larger box is the outer one. A region of another
     // class is absorbed only as a speck, for it may be a ball in front of a larger one.
     const bool speck = region.color_class == no_class || region.pixels * 20 < around.pixels;
@@ -113,51 +139,42 @@ void RegionMap::update(const cv::Mat& classes) {
         around.box.area() <= region.box.area()) {
       continue;
     }
-    region.absorbed_by = region.neighbors[0];
-    root_[i] = region.absorbed_by;
+    region.absorbed_by = *around_it.begin();
     around.pixels += region.pixels;
   }
-  for (int& root : root_) {
-    while (regions_[static_cast<std::size_t>(root)].absorbed_by >= 0)
-      root = regions_[static_cast<std::size_t>(root)].absorbed_by;
+}
+
+void RegionMap::list_runs(ClassPictures& classes) {
+  first_run_.assign(regions_.size(), -1);
+  next_run_.resize(place(runs_.size()));
+  for (int i = runs_.size() - 1; i >= 0; --i) {
+    int region = parent_[place(i)];
+    if (const int absorbed_by = regions_[place(region)].absorbed_by; absorbed_by >= 0) {
+      region = absorbed_by;
+      const std::size_t k = regions_[place(region)].color_class;
+      classes[k - 1].fill(runs_[i].v, runs_[i].begin, runs_[i].end, true);
+    }
+    next_run_[place(i)] = first_run_[place(region)];
+    first_run_[place(region)] = i;
   }
 }
 
-void RegionMap::boundary(int region, std::vector<BoundaryPixel>& boundary) const {
-  boundary.clear();
-  const cv::Rect& box = regions_[static_cast<std::size_t>(region)].box;
-  static constexpr std::array<std::array<int, 2>, 4> steps{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
-  for (int v = std::max(box.y, 1); v < std::min(box.br().y, labels_.rows - 1); ++v) {
-    for (int u = std::max(box.x, 1); u < std::min(box.br().x, labels_.cols - 1); ++u) {
-      if (region_at(u, v) != region) continue;
-      Eigen::Vector2f outward(0, 0);
-      bool is_boundary = false;
-      for (const auto& [du, dv] : steps) {
-        if (region_at(u + du, v + dv) == region) continue;
-        is_boundary = true;
-        outward += Eigen::Vector2f(static_cast<float>(du), static_cast<float>(dv));
-      }
-      if (!is_boundary) continue;
-      const float length = outward.norm();
-      if (length > 0) outward /= length;
-      boundary.push_back({u, v, outward});
-    }
+int choose_regions(const std::vector<Region>& regions, double min_pixels, int max_regions,
+                   std::vector<int>& chosen) {
+  chosen.clear();
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    if (regions[i].color_class != no_class && regions[i].absorbed_by < 0 && regions[i].pixels >= min_pixels)
+      chosen.push_back(static_cast<int>(i));
   }
-}
-
-Eigen::Vector2f outward_normal(const cv::Mat& classes, const BoundaryPixel& pixel) {
-  const ClassIndex color_class = classes.at<ClassIndex>(pixel.v_px, pixel.u_px);
-  int sum_u = 0, sum_v = 0;
-  for (int dv = -3; dv <= 3; ++dv) {
-    const int v = std::clamp(pixel.v_px + dv, 0, classes.rows - 1);
-    const ClassIndex* row = classes.ptr<ClassIndex>(v);
-    for (int du = -3; du <= 3; ++du) {
-      const int u = std::clamp(pixel.u_px + du, 0, classes.cols - 1);
-      if (row[u] == color_class) sum_u += du, sum_v += dv;
-    }
-  }
-  if (sum_u == 0 && sum_v == 0) return {0, 0};
-  return -Eigen::Vector2f(static_cast<float>(sum_u), static_cast<float>(sum_v)).normalized();
+  const int left_out = static_cast<int>(chosen.size()) - max_regions;
+  if (left_out <= 0) return 0;
+  std::nth_element(chosen.begin(), chosen.begin() + max_regions, chosen.end(), [&](int a, int b) {
+    const int pixels_a = regions[place(a)].pixels, pixels_b = regions[place(b)].pixels;
+    return pixels_a != pixels_b ? pixels_a > pixels_b : a < b;
+  });
+  chosen.resize(place(max_regions));
+  std::sort(chosen.begin(), chosen.end());
+  return left_out;
 }
 
 }  // namespace ballservo

@@ -1,12 +1,15 @@
-// Stage 3: connected components of the class picture and how they neighbour each other (paper,
-// "Segmentation").
+// Stage 3: connected components of the class pictures and how they neighbour each other (paper,
+// "Segmentation"), from runs of equal pixels: its cost is a look at every word and grows with the runs.
 #pragma once
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
+#include "perception/bit_picture.hpp"
+#include "perception/runs.hpp"
 
 namespace ballservo {
 
@@ -16,8 +19,7 @@ struct Region {
   int pixels = 0;  ///< with what it has absorbed
   cv::Rect box;
   bool touches_border = false;
-  int absorbed_by = -1;        ///< the region that encloses it and took it in (a highlight in a ball), or -1
-  std::vector<int> neighbors;  ///< regions that share an edge with it, ascending
+  int absorbed_by = -1;  ///< the region that encloses it and took it in (a highlight in a ball), or -1
 };
 
 /// A pixel of a region with a neighbour outside it.
@@ -27,38 +29,63 @@ struct BoundaryPixel {
                           0};  ///< unit vector from the pixel towards what lies outside (four-neighbourhood)
 };
 
-/// All components of a class picture. Buffers are reused between frames.
+/// Numbers of regions, in no order.
+struct RegionNumbers {
+  const int* first = nullptr;
+  const int* last = nullptr;
+  const int* begin() const { return first; }
+  const int* end() const { return last; }
+  std::size_t size() const { return static_cast<std::size_t>(last - first); }
+};
+
+/// All components of the class pictures. Takes memory at first and for larger pictures alone.
 class RegionMap {
  public:
-  /// Finds the components (8-connected within a class, 4-connected in the background), their neighbours, and
-  /// absorbs every region that is enclosed by a single region of a class and smaller than it.
-  void update(const cv::Mat& classes);
+  /// See Runs::cut for what becomes of a picture of more runs: noise, a fine pattern of a class's colour.
+  explicit RegionMap(int max_runs = 1 << 16) : runs_(max_runs) {}
 
+  /// Finds the components (8-connected within a class, 4-connected in the background), their neighbours, and
+  /// absorbs every region that is enclosed by a single region of a class and smaller than it: its pixels
+  /// become that class's too, in `classes`. Those are pictures of `size`.
+  void update(ClassPictures& classes, cv::Size size);
+
+  /// In raster order of their first pixels.
   const std::vector<Region>& regions() const { return regions_; }
-  /// The region that a pixel belongs to after absorption.
-  int region_at(int u_px, int v_px) const { return root_[static_cast<std::size_t>(labels_(v_px, u_px))]; }
+  /// The regions that share an edge with this one.
+  RegionNumbers neighbors(int region) const;
+  /// Runs of a class shorter than this counted as background; 1 where the picture had not too many.
+  int shortest_run_px() const { return runs_.shortest(); }
 
   /// The outline of a region: its pixels with a four-neighbour of another region, without those at the
-  /// picture's border, which cuts but does not bound. In raster order.
-  void boundary(int region, std::vector<BoundaryPixel>& boundary) const;
+  /// picture's border, which cuts but does not bound. In raster order. `classes` as `update` left them.
+  void boundary(int region, const ClassPictures& classes, std::vector<BoundaryPixel>& boundary) const;
 
  private:
-  struct Run {
-    int begin, end, component;
-    ClassIndex color_class;
-  };
-  int find(int component);
+  void reserve(std::size_t runs);
+  int component_of(int run);
+  void join_runs();
+  void number_components();
+  void list_neighbors();
+  void absorb_enclosed();
+  void list_runs(ClassPictures& classes);
 
-  cv::Mat1i labels_;         // component numbers
-  std::vector<int> parent_;  // union-find over provisional components
-  std::vector<int> root_;    // component -> region after absorption
-  std::vector<Run> runs_;
-  std::vector<std::pair<int, int>> touching_;
+  Runs runs_;
   std::vector<Region> regions_;
+  std::vector<int> parent_;  // of a run: union-find while they are joined, then the region
+  std::vector<int>
+      next_run_;  // of a run: the next one of the same region, with what that has absorbed, or -1
+  std::vector<int> first_run_;                         // of a region, with what it has absorbed
+  std::vector<std::pair<int, int>> touching_;          // runs, then regions, that share an edge
+  std::vector<int> neighbors_, neighbors_end_, seen_;  // one region's after the other's; where each ends
 };
+
+/// The regions in which balls may be: of a class, not absorbed, of at least `min_pixels`; the largest
+/// `max_regions` of them, in raster order. Returns how many more there are.
+int choose_regions(const std::vector<Region>& regions, double min_pixels, int max_regions,
+                   std::vector<int>& chosen);
 
 /// The unit normal of a class's outline at one of its boundary pixels, outwards: away from the middle of its
 /// pixels in a 7x7 window, good to about 5 degrees on a straight outline; (0, 0) where they lie all around.
-Eigen::Vector2f outward_normal(const cv::Mat& classes, const BoundaryPixel& pixel);
+Eigen::Vector2f outward_normal(const BitPicture& colored, const BoundaryPixel& pixel);
 
 }  // namespace ballservo

@@ -47,7 +47,7 @@ void TrackerOptions::validate() const {
 Tracker::Tracker(Detector detector, const TrackerOptions& options)
     : detector_(std::move(detector)), options_(options), newcomer_quality_(detector_.options().min_quality) {
   options_.validate();
-  if (!options_.fixed_colors) light_.emplace(detector_.shared_colors(), options_.light);
+  if (!options_.fixed_colors) light_.emplace(options_.light);
   detector_.set_min_quality(std::min(newcomer_quality_, options_.expected_quality));
 }
 
@@ -57,7 +57,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   for (Followed& followed : followed_) followed.filter.predict(time_s);
   if (light_) {
     light_->begin(bgr);
-    choose_table();
+    choose_light();
   }
 
   look(bgr, stages);
@@ -98,10 +98,12 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
 
 // Where no ball is known, the light may be the one that was last seen or, if the picture says so, the taught
 // one again: they take turns until one of them shows a ball.
-void Tracker::choose_table() {
+void Tracker::choose_light() {
   if (followed_.empty()) taught_light_ = !taught_light_ && light_->may_be_taught_light();
-  detector_.set_colors(taught_light_ ? light_->taught() : light_->adapted());
+  set_light();
 }
+
+void Tracker::set_light() { detector_.set_light(taught_light_ ? LightCells::as_taught() : light_->cells()); }
 
 // A confirmed ball is missing: perhaps the light has changed at once.
 void Tracker::look_under_another_light(const cv::Mat& bgr) {
@@ -111,6 +113,7 @@ void Tracker::look_under_another_light(const cv::Mat& bgr) {
   std::size_t missing = 0;
   while (missing < followed_.size() && !is_missing(missing)) ++missing;
   if (missing == followed_.size() || !light_->assume_change()) return;
+  set_light();
   look(bgr, nullptr);
   match();
   const auto found = std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(missing));
@@ -119,6 +122,7 @@ void Tracker::look_under_another_light(const cv::Mat& bgr) {
       seen_[static_cast<std::size_t>(found - match_of_seen_.begin())].quality >= newcomer_quality_;
   light_->settle_change(is_there);
   if (is_there) return;
+  set_light();
   look(bgr, nullptr);
   match();
 }

@@ -63,7 +63,8 @@ class Tracker {
     double seen_s = 0;
     BallLight light{};
   };
-  void choose_table();
+  void choose_light();
+  void set_light();
   void look_under_another_light(const cv::Mat& bgr);
   void learn_light(const cv::Mat& bgr);
   bool is_matched(std::size_t followed) const;
@@ -79,7 +80,7 @@ class Tracker {
   TrackerOptions options_;
   double newcomer_quality_;
   std::optional<LightAdaptation> light_;
-  bool taught_light_ = false;  // looks with the taught table, though the adapted one differs
+  bool taught_light_ = false;  // looks under the taught light, though another is believed
   std::vector<Followed> followed_;
   std::vector<BallObservation> seen_;  // balls of this picture
   std::vector<int> match_of_seen_;     // index into followed_, or -1

@@ -7,6 +7,7 @@
 
 #include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
+#include "app/commands/left_out_warning.hpp"
 #include "app/io/ball_rows.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
@@ -57,6 +58,7 @@ int run_detect(const DetectOptions& options) {
   long pictures = 0, balls_found = 0, total = 0;
   for (const auto& sequence : sequences) total += sequence->length();
   Progress progress("detect", total, options.common.quiet);
+  LeftOutWarning left_out;
   bool interrupted = false;
   for (const auto& sequence : sequences) {
     while (const auto frame = sequence->next()) {
@@ -73,6 +75,7 @@ int run_detect(const DetectOptions& options) {
       DetectionStages stages;
       const std::vector<BallObservation>& balls =
           detector.detect(frame->bgr, {}, stages_folder ? &stages : nullptr);
+      left_out.add(detector.left_out(), frame->source, frame->index);
       nlohmann::json listed = nlohmann::json::array();
       for (const BallObservation& ball : balls) {
         const std::string& name =
@@ -112,6 +115,7 @@ int run_detect(const DetectOptions& options) {
     }
     if (interrupted) break;
   }
+  left_out.say();
   if (overlay_folder) overlay_folder->commit();
   if (stages_folder) stages_folder->commit();
   if (balls_found == 0 && !interrupted) {

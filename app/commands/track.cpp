@@ -6,6 +6,7 @@
 
 #include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
+#include "app/commands/left_out_warning.hpp"
 #include "app/io/ball_rows.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
@@ -86,6 +87,7 @@ int run_track(const TrackOptions& options) {
   long total = 0;
   for (const auto& sequence : sequences) total += sequence->length();
   Progress progress("track", total, options.common.quiet);
+  LeftOutWarning left_out;
   bool interrupted = false;
   for (const auto& sequence : sequences) {
     std::optional<Tracker> tracker;
@@ -100,6 +102,7 @@ int run_track(const TrackOptions& options) {
       DetectionStages stages;
       const std::vector<Track>& tracks =
           tracker->update(frame->bgr, frame->time_s, staged ? &stages : nullptr);
+      left_out.add(tracker->detector().left_out(), frame->source, frame->index);
       bool with_ball = false;
       for (const Track& track : tracks) {
         const std::string& name =
@@ -129,6 +132,7 @@ int run_track(const TrackOptions& options) {
     totals.tracks += last_id;
     if (interrupted) break;
   }
+  left_out.say();
   if (stages_folder) stages_folder->commit();
   if (video) video->commit();
   if (totals.seen == 0 && !interrupted) {

@@ -103,24 +103,29 @@ Method copy(const BenchSet&) {
   };
 }
 
-Method classify_frame(const BenchSet& set) {
-  return [colors = set.colors, classes = cv::Mat()](const cv::Mat& bgr, double) mutable {
-    classify(bgr, *colors, classes);
-    return Candidates{};
+MakeMethod classify_with(ClassificationKernel kernel) {
+  return [kernel](const BenchSet& set) -> Method {
+    return [kernel, colors = ColorLookup(set.colors), classes = ClassPictures()](const cv::Mat& bgr,
+                                                                                 double) mutable {
+      classify(bgr, colors, classes, kernel);
+      return Candidates{};
+    };
   };
 }
 
 Method segment(const BenchSet& set) {
   struct State {
-    cv::Mat classes, opened, closed;
+    ColorLookup colors;
+    ClassPictures classes, opened, closed;
     ClassMorphology morphology;
     RegionMap regions;
   };
-  return [colors = set.colors, state = std::make_shared<State>()](const cv::Mat& bgr, double) {
-    classify(bgr, *colors, state->classes);
-    state->morphology.open(state->classes, state->opened, 1);
-    state->morphology.close(state->opened, state->closed, 1);
-    state->regions.update(state->closed);
+  return [state = std::make_shared<State>(State{ColorLookup(set.colors), {}, {}, {}, {}, RegionMap()})](
+             const cv::Mat& bgr, double) {
+    classify(bgr, state->colors, state->classes);
+    state->morphology.open(state->classes, state->opened);
+    state->morphology.close(state->opened, state->closed);
+    state->regions.update(state->closed, bgr.size());
     return Candidates{};
   };
 }
@@ -233,7 +238,7 @@ void run_adapt(benchmark::State& state, ImageSize size, bool cold) {
     const double turn = 6.283185307179586 * static_cast<double>(i) / static_cast<double>(count);
     dimmed.push_back(frame.bgr * std::exp(0.3 * std::cos(turn) - 0.3));
   }
-  LightAdaptation adaptation(frames.set.colors);
+  LightAdaptation adaptation;
   BallObservation ball;
   ball.outline = frame.truth;
   ball.quality = ball.support.fill = 1;
@@ -252,7 +257,7 @@ void register_all() {
   const std::vector<std::pair<std::string, std::pair<MakeMethod, bool>>> methods{
       {"read", {read, false}},
       {"memcpy", {copy, false}},
-      {"classify", {classify_frame, false}},
+      {"classify", {classify_with(ClassificationKernel::fastest), false}},
       {"segment", {segment, false}},
       {"detect", {detect(BallFit::sphere), true}},
       {"detect_paper", {detect(BallFit::paper), true}},

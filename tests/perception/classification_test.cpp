@@ -2,57 +2,170 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/files/random.hpp"
-#include "perception/morphology.hpp"
+#include <array>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "calibration/files/fault.hpp"
+#include "perception/yuyv.hpp"
+#include "tests/perception/class_pictures.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {
 namespace {
 
-TEST(Classification, IsTheTablesAnswerForEveryPixel) {
-  const auto colors = test::red_and_green();
+/// Blocks of fifteen classes and single cells of them everywhere, the darkest too.
+std::shared_ptr<const ColorTable> scattered_table() {
+  auto colors = std::make_shared<ColorTable>();
+  colors->classes.resize(max_classes);
+  auto engine = random_stream(2, "classification_test");
+  for (int i = 0; i < ColorTable::entries; ++i) {
+    const int block = ((i >> 15) * 5 + (i >> 8) % 16 + i % 64 / 12) % 23;
+    const bool alone = uniform_index(engine, 50) == 0;
+    const std::uint32_t found = alone                 ? uniform_index(engine, max_classes + 1)
+                                : block > max_classes ? 0
+                                                      : block;
+    colors->table[static_cast<std::size_t>(i)] = static_cast<ClassIndex>(found);
+  }
+  return colors;
+}
+
+LightCells some_light() {
+  LightCells light = LightCells::as_taught();
+  for (std::size_t cell = 0; cell < ColorTable::side; ++cell) {
+    light.taught_cell[0][cell] = static_cast<std::uint8_t>(std::min<std::size_t>(63, cell + cell / 3 + 1));
+    light.taught_cell[1][cell] = static_cast<std::uint8_t>(cell / 2);
+    light.taught_cell[2][cell] = static_cast<std::uint8_t>(63 - cell);
+  }
+  return light;
+}
+
+/// What the classification is to be, by its definition.
+ClassIndex expected_class(const ColorTable& colors, const LightCells& light, const std::uint8_t* bgr) {
+  std::array<std::size_t, 3> cell;
+  for (std::size_t c = 0; c < 3; ++c) cell[c] = bgr[c] / 4;
+  const bool dark = cell[0] < 3 && cell[1] < 3 && cell[2] < 3;
+  for (std::size_t c = 0; c < 3 && !dark; ++c) cell[c] = light.taught_cell[c][cell[c]];
+  return colors.table[(cell[2] * 64 + cell[1]) * 64 + cell[0]];
+}
+
+class EveryKernel : public testing::TestWithParam<ClassificationKernel> {
+ protected:
+  void SetUp() override {
+    if (!runs_here(GetParam())) GTEST_SKIP() << "this processor has not the instructions";
+  }
+};
+
+std::string name_of(const testing::TestParamInfo<ClassificationKernel>& info) {
+  const std::array<std::string, 4> names{"fastest", "portable", "avx2", "avx512"};
+  return names[static_cast<std::size_t>(info.param)];
+}
+
+INSTANTIATE_TEST_SUITE_P(Classification, EveryKernel,
+                         testing::Values(ClassificationKernel::portable, ClassificationKernel::avx2,
+                                         ClassificationKernel::avx512, ClassificationKernel::fastest),
+                         name_of);
+
+TEST_P(EveryKernel, GivesTheTablesAnswerForAllColours) {
+  cv::Mat colors_of_a_red(256, 256, CV_8UC3);
+  for (const auto& table : {test::red_and_green(), scattered_table()}) {
+    ColorLookup lookup(table);
+    for (const LightCells& light : {LightCells::as_taught(), some_light()}) {
+      lookup.set_light(light);
+      ClassPictures classes;
+      long wrong = 0;
+      for (int red = 0; red < 256; ++red) {
+        for (int i = 0; i < 256 * 256; ++i) {
+          colors_of_a_red.at<cv::Vec3b>(i / 256, i % 256) =
+              cv::Vec3b(static_cast<std::uint8_t>(i % 256), static_cast<std::uint8_t>(i / 256),
+                        static_cast<std::uint8_t>(red));
+        }
+        classify(colors_of_a_red, lookup, classes, GetParam());
+        const cv::Mat numbers = class_numbers(classes, colors_of_a_red.size());
+        for (int i = 0; i < 256 * 256; ++i) {
+          wrong += numbers.at<ClassIndex>(i / 256, i % 256) !=
+                   expected_class(*table, light, colors_of_a_red.ptr(i / 256) + 3 * (i % 256));
+        }
+      }
+      EXPECT_EQ(wrong, 0);
+    }
+  }
+}
+
+TEST_P(EveryKernel, TakesRowsOfAnyWidthAnywhere) {
+  const ColorLookup lookup(scattered_table());
   auto engine = random_stream(1, "classification_test");
-  cv::Mat big(37, 53, CV_8UC3);
-  for (int v = 0; v < big.rows; ++v) {
-    for (int u = 0; u < big.cols; ++u) {
-      for (int c = 0; c < 3; ++c)
-        big.at<cv::Vec3b>(v, u)[c] = static_cast<std::uint8_t>(uniform_index(engine, 256));
-    }
-  }
-  // A view whose rows do not follow each other in memory, of odd width.
-  const cv::Mat view = big(cv::Rect(3, 5, 41, 29));
-  cv::Mat classes;
-  classify(view, *colors, classes);
-  for (int v = 0; v < view.rows; ++v) {
-    for (int u = 0; u < view.cols; ++u) {
-      const cv::Vec3b& p = view.at<cv::Vec3b>(v, u);
-      ASSERT_EQ(classes.at<ClassIndex>(v, u), colors->classify(p[0], p[1], p[2]));
+  ClassPictures classes;
+  for (int width = 1; width < 200; width += width < 70 ? 1 : 7) {
+    // Rows end where their memory ends; in the window they begin anywhere and do not follow each other.
+    cv::Mat whole(5, width + 3, CV_8UC3);
+    for (int i = 0; i < 5 * 3 * (width + 3); ++i)
+      whole.data[i] = static_cast<std::uint8_t>(uniform_index(engine, 256));
+    for (const cv::Rect& window :
+         {cv::Rect(0, 0, width + 3, 5), cv::Rect(3, 1, width, 4), cv::Rect(1, 2, width, 1)}) {
+      const cv::Mat bgr = whole(window);
+      classify(bgr, lookup, classes, GetParam());
+      ASSERT_TRUE(test::ends_are_clear(classes));
+      const cv::Mat numbers = class_numbers(classes, bgr.size());
+      for (int v = 0; v < bgr.rows; ++v) {
+        for (int u = 0; u < bgr.cols; ++u) {
+          const cv::Vec3b& p = bgr.at<cv::Vec3b>(v, u);
+          ASSERT_EQ(numbers.at<ClassIndex>(v, u), lookup.colors().classify(p[0], p[1], p[2])) << width;
+        }
+      }
     }
   }
 }
 
-TEST(Morphology, OpeningDropsSpecksAndClosingFillsPinholes) {
-  cv::Mat classes = cv::Mat::zeros(60, 80, CV_8UC1), opened, closed;
-  cv::rectangle(classes, {20, 20}, {50, 45}, 1, cv::FILLED);
-  classes.at<std::uint8_t>(5, 5) = 1;    // a speck
-  classes.at<std::uint8_t>(30, 30) = 0;  // pinholes
-  classes.at<std::uint8_t>(35, 40) = 2;
-  ClassMorphology morphology;
-  morphology.open(classes, opened, 2);
-  EXPECT_EQ(opened.at<std::uint8_t>(5, 5), 0);
-  EXPECT_EQ(opened.at<std::uint8_t>(35, 40), 0);
-  morphology.close(opened, closed, 2);
-  EXPECT_EQ(closed.at<std::uint8_t>(30, 30), 1);
-  EXPECT_EQ(cv::countNonZero(closed == 1), 31 * 26);
+TEST_P(EveryKernel, ClassifiesYuyvAsItsBgr) {
+  const ColorLookup lookup(test::red_and_green());
+  auto engine = random_stream(3, "classification_test");
+  ClassPictures direct, converted;
+  for (const int width : {2, 62, 64, 66, 130, 1022, 1024, 1090, 2050}) {
+    cv::Mat yuyv(3, width, CV_8UC2), bgr;
+    for (int i = 0; i < 3 * 2 * width; ++i)
+      yuyv.data[i] = static_cast<std::uint8_t>(uniform_index(engine, 256));
+    cv::cvtColor(yuyv, bgr, cv::COLOR_YUV2BGR_YUY2);
+    classify_yuyv(yuyv, lookup, direct, GetParam());
+    classify(bgr, lookup, converted, GetParam());
+    EXPECT_TRUE(test::ends_are_clear(direct));
+    EXPECT_EQ(cv::norm(class_numbers(direct, bgr.size()), class_numbers(converted, bgr.size())), 0) << width;
+  }
 }
 
-TEST(Morphology, KeepsABallAtThePicturesBorder) {
-  cv::Mat classes = cv::Mat::zeros(40, 40, CV_8UC1), opened, closed;
-  cv::rectangle(classes, {0, 10}, {8, 25}, 1, cv::FILLED);
-  ClassMorphology morphology;
-  morphology.open(classes, opened, 1);
-  morphology.close(opened, closed, 1);
-  EXPECT_EQ(cv::countNonZero(closed), cv::countNonZero(classes));
+TEST(Yuyv, ConvertsEveryColourAsOpenCVDoes) {
+  cv::Mat yuyv(128, 256, CV_8UC2), bgr, ours(128, 256, CV_8UC3);
+  for (int u = 0; u < 256; ++u) {
+    for (int row = 0; row < 128; ++row) {
+      for (int v = 0; v < 256; v += 2) {
+        for (int k = 0; k < 2; ++k)
+          yuyv.at<cv::Vec2b>(row, v + k)[0] = static_cast<std::uint8_t>(2 * row + k);
+        yuyv.at<cv::Vec2b>(row, v)[1] = static_cast<std::uint8_t>(u);
+        yuyv.at<cv::Vec2b>(row, v + 1)[1] = static_cast<std::uint8_t>(v + (u & 1));
+      }
+    }
+    cv::cvtColor(yuyv, bgr, cv::COLOR_YUV2BGR_YUY2);
+    for (int row = 0; row < 128; ++row) yuyv_to_bgr(yuyv.ptr(row), 256, ours.ptr(row));
+    ASSERT_EQ(cv::norm(bgr, ours, cv::NORM_INF), 0) << "u " << u;
+  }
+}
+
+TEST(Classification, RefusesWhatIsNotColour) {
+  const ColorLookup lookup(test::red_and_green());
+  ClassPictures classes;
+  EXPECT_THROW(classify(cv::Mat(8, 8, CV_8UC1), lookup, classes), InputError);
+  EXPECT_THROW(classify(cv::Mat(8, 8, CV_16UC3), lookup, classes), InputError);
+  EXPECT_THROW(classify_yuyv(cv::Mat(8, 8, CV_8UC3), lookup, classes), InputError);
+  EXPECT_THROW(classify_yuyv(cv::Mat(8, 7, CV_8UC2), lookup, classes), InputError);
+}
+
+TEST(ColorLookup, RefusesATableOfClassesThatItDoesNotList) {
+  auto colors = std::make_shared<ColorTable>(*test::red_and_green());
+  colors->table[5] = 3;
+  EXPECT_THROW(ColorLookup{colors}, InputError);
+  colors->classes.resize(16);
+  EXPECT_THROW(ColorLookup{colors}, InputError);
+  EXPECT_EQ(ColorLookup(std::make_shared<ColorTable>()).classes(), 0);
 }
 
 }  // namespace

@@ -225,7 +225,7 @@ TEST(LightAdaptation, KeepsTheLightWhileNoBallIsThereAndFindsTheWayBack) {
 TEST(LightAdaptation, StaysWithinItsBoundsAndForgets) {
   LightAdaptationOptions options;
   options.forget_s = 10;
-  LightAdaptation adaptation(orange_table(), options);
+  LightAdaptation adaptation(options);
   BallObservation ball;
   ball.outline = {middle, radius_px};
   ball.quality = ball.support.fill = 1;
@@ -238,22 +238,22 @@ TEST(LightAdaptation, StaysWithinItsBoundsAndForgets) {
     adaptation.finish(k * dt_s);
   }
   EXPECT_LT((adaptation.gain() - options.bounds.confine(adaptation.gain())).abs().maxCoeff(), 1e-9);
-  EXPECT_NE(adaptation.adapted()->table, adaptation.taught()->table);
+  EXPECT_NE(adaptation.cells(), LightCells::as_taught());
   for (int k = 0; k < 20; ++k) {
     adaptation.begin(cv::Mat(120, 200, CV_8UC3, wall));
     adaptation.finish(30 + k * dt_s);
   }
   EXPECT_TRUE((adaptation.gain() == 0).all());
-  EXPECT_EQ(adaptation.adapted()->table, adaptation.taught()->table);
+  EXPECT_EQ(adaptation.cells(), LightCells::as_taught());
 }
 
 TEST(LightAdaptation, RefusesOptionsWithoutSense) {
   LightAdaptationOptions options;
   options.follow_s = -1;
   options.min_quality = std::nan("");
-  options.slices = 0;
+  options.trust = 0;
   try {
-    LightAdaptation(orange_table(), options);
+    LightAdaptation adaptation(options);
     FAIL();
   } catch (const InputError& error) {
     EXPECT_EQ(error.faults().size(), 3u);

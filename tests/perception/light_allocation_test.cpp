@@ -17,7 +17,7 @@ TEST(LightAllocation, FollowingTheLightTakesNoMemory) {
   ball.outline = outline;
   ball.quality = ball.support.fill = 1;
   BallLight memory;
-  LightAdaptation adaptation(test::red_and_green());
+  LightAdaptation adaptation;
   const long before = test::allocations();
   double time_s = 0;
   for (int k = 0; k < 60; ++k) {
@@ -37,7 +37,7 @@ TEST(LightAllocation, FollowingTheLightTakesNoMemory) {
 
 TEST(LightAllocation, TheCounterCounts) {
   const long before = test::allocations();
-  LightAdaptation adaptation(test::red_and_green());
+  const auto colors = test::red_and_green();
   EXPECT_GT(test::allocations() - before, 0);
 }
 
