@@ -76,47 +76,75 @@ struct NormalEquations {
   double squares = 0;
 };
 
+// Four samples' Phi, phi, F and F', each in one vector.
+struct BasisOfFour {
+  Float4 step, density, root, root_slope;
+};
+
+BasisOfFour look_up_four(const BasisTable& table, Float4 x) {
+  using Choice = int __attribute__((vector_size(16)));
+  const Float4 a = look_up(table, x[0]), b = look_up(table, x[1]), c = look_up(table, x[2]),
+               d = look_up(table, x[3]);
+  const Float4 low_ab = __builtin_shuffle(a, b, Choice{0, 4, 1, 5}),
+               high_ab = __builtin_shuffle(a, b, Choice{2, 6, 3, 7}),
+               low_cd = __builtin_shuffle(c, d, Choice{0, 4, 1, 5}),
+               high_cd = __builtin_shuffle(c, d, Choice{2, 6, 3, 7});
+  return {__builtin_shuffle(low_ab, low_cd, Choice{0, 1, 4, 5}),
+          __builtin_shuffle(low_ab, low_cd, Choice{2, 3, 6, 7}),
+          __builtin_shuffle(high_ab, high_cd, Choice{0, 1, 4, 5}),
+          __builtin_shuffle(high_ab, high_cd, Choice{2, 3, 6, 7})};
+}
+
+double total(Float4 x) {
+  return static_cast<double>(x[0]) + static_cast<double>(x[1]) + static_cast<double>(x[2]) +
+         static_cast<double>(x[3]);
+}
+
 // Of the whole profile at p; the limb turns away over `radius_px`.
-NormalEquations normal_equations(const EdgeSample* samples, std::size_t count, const Vector& p,
-                                 double radius_px) {
+NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, double radius_px) {
   const BasisTable& table = basis_table();
-  const auto s = static_cast<float>(std::exp(p(5))), inverse = 1 / s, root_scale = std::sqrt(s);
+  const auto s = static_cast<float>(std::exp(p(5)));
   const Eigen::Matrix<float, parameters, 1> q = p.cast<float>();
-  const auto turn = static_cast<float>(0.25 / radius_px);
-  // Rows of J'J and J'r: of the first four unknowns with the first four and with (t0, log s, residual), and
-  // of the latter among themselves.
-  Float4 level_level[4] = {}, level_edge[4] = {}, edge_edge[3] = {};
-  for (std::size_t i = 0; i < count; ++i) {
-    const float x = (q[4] - samples[i].distance_px) * inverse;
-    const Float4 basis = look_up(table, x);
-    const float step = basis[0], density = basis[1];
-    const float ramp = s * (x * step + density);
-    const float limb = 1 - std::min(0.5f, turn * ramp);
-    const float root_factor = root_scale * limb;
-    const float root = root_factor * basis[2];
-    const float slope_x = q[1] * density + q[2] * root_factor * basis[3] + q[3] * s * step;
-    const float residual = q[0] + q[1] * step + q[2] * root + q[3] * ramp - samples[i].intensity;
-    const Float4 level{1, step, root, ramp};
-    const Float4 edge{slope_x * inverse, 0.5f * q[2] * root + q[3] * ramp - x * slope_x, residual, 0};
-    for (int k = 0; k < 4; ++k) {
-      level_level[k] += all(level[k]) * level;
-      level_edge[k] += all(level[k]) * edge;
+  const Float4 inverse = all(1 / s), root_scale = all(std::sqrt(s)), width = all(s);
+  const Float4 turn = all(static_cast<float>(0.25 / radius_px));
+  // The row of the Jacobian and, last, the residual; their products by pairs are summed.
+  constexpr int columns = parameters + 1;
+  Float4 sums[columns][columns] = {};
+  const Float4 lane{0, 1, 2, 3};
+  for (int i = 0; i < samples.count; i += 4) {
+    const auto at = static_cast<std::size_t>(i);
+    const Float4 distance{samples.distance_px[at], samples.distance_px[at + 1], samples.distance_px[at + 2],
+                          samples.distance_px[at + 3]};
+    const Float4 intensity{samples.intensity[at], samples.intensity[at + 1], samples.intensity[at + 2],
+                           samples.intensity[at + 3]};
+    const Float4 counts =
+        lane + all(static_cast<float>(i)) < all(static_cast<float>(samples.count)) ? all(1) : all(0);
+    const Float4 x = (all(q[4]) - distance) * inverse;
+    const BasisOfFour basis = look_up_four(table, x);
+    const Float4 ramp = width * (x * basis.step + basis.density);
+    const Float4 bend = turn * ramp;
+    const Float4 root_factor = root_scale * (all(1) - (bend < all(0.5f) ? bend : all(0.5f)));
+    const Float4 root = root_factor * basis.root;
+    const Float4 slope = all(q[1]) * basis.density + all(q[2]) * root_factor * basis.root_slope +
+                         all(q[3]) * width * basis.step;
+    const Float4 value = all(q[0]) + all(q[1]) * basis.step + all(q[2]) * root + all(q[3]) * ramp;
+    const Float4 row[columns] = {counts,
+                                 counts * basis.step,
+                                 counts * root,
+                                 counts * ramp,
+                                 counts * slope * inverse,
+                                 counts * (all(0.5f * q[2]) * root + all(q[3]) * ramp - x * slope),
+                                 counts * (value - intensity)};
+    for (int k = 0; k < columns; ++k) {
+      for (int l = k; l < columns; ++l) sums[k][l] += row[k] * row[l];
     }
-    for (int k = 0; k < 3; ++k) edge_edge[k] += all(edge[k]) * edge;
   }
   NormalEquations normal;
-  for (int i = 0; i < 4; ++i) {
-    for (int k = 0; k < 4; ++k) normal.matrix(i, k) = static_cast<double>(level_level[i][k]);
-    for (int k = 0; k < 2; ++k) {
-      normal.matrix(i, 4 + k) = normal.matrix(4 + k, i) = static_cast<double>(level_edge[i][k]);
-    }
-    normal.right(i) = -static_cast<double>(level_edge[i][2]);
+  for (int k = 0; k < parameters; ++k) {
+    for (int l = k; l < parameters; ++l) normal.matrix(k, l) = normal.matrix(l, k) = total(sums[k][l]);
+    normal.right(k) = -total(sums[k][parameters]);
   }
-  for (int i = 0; i < 2; ++i) {
-    for (int k = 0; k < 2; ++k) normal.matrix(4 + i, 4 + k) = static_cast<double>(edge_edge[i][k]);
-    normal.right(4 + i) = -static_cast<double>(edge_edge[i][2]);
-  }
-  normal.squares = static_cast<double>(edge_edge[2][2]);
+  normal.squares = total(sums[parameters][parameters]);
   return normal;
 }
 
@@ -129,17 +157,17 @@ BlurredBasis blurred_basis(double x) {
   return {step, density, static_cast<double>(basis[2]), static_cast<double>(basis[3]), ramp, step};
 }
 
-std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSample* samples, std::size_t count,
-                                               double start_offset_px, const EdgeProfilePrior& prior,
+std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, double start_offset_px,
+                                               const EdgeProfilePrior& prior,
                                                const EdgeProfileOptions& options) {
-  if (count < 2 * parameters) return std::nullopt;
+  if (samples.count < 2 * parameters) return std::nullopt;
   float inside = 0, outside = 0;
   int inside_count = 0, outside_count = 0;
   const auto clear = static_cast<float>(1.5 * prior.blur_px), start = static_cast<float>(start_offset_px);
-  for (std::size_t i = 0; i < count; ++i) {
-    const float t = samples[i].distance_px - start;
-    if (t < -clear) inside += samples[i].intensity, ++inside_count;
-    if (t > clear) outside += samples[i].intensity, ++outside_count;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(samples.count); ++i) {
+    const float t = samples.distance_px[i] - start;
+    if (t < -clear) inside += samples.intensity[i], ++inside_count;
+    if (t > clear) outside += samples.intensity[i], ++outside_count;
   }
   if (inside_count < 4 || outside_count < 4) return std::nullopt;
   const double outside_level = static_cast<double>(outside) / outside_count;
@@ -151,8 +179,8 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSample* samples, std::s
   double noise = 0;
   Matrix information = Matrix::Zero();
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
-    NormalEquations normal = normal_equations(samples, count, p, prior.radius_px);
-    const double freedom = static_cast<double>(count) - parameters;
+    NormalEquations normal = normal_equations(samples, p, prior.radius_px);
+    const double freedom = samples.count - parameters;
     noise = std::sqrt(normal.squares / std::max(1.0, freedom));
     // Priors count as measurements in units of the noise; a floor stands for quantisation.
     const double variance = std::max(noise * noise, 0.04);

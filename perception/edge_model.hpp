@@ -6,7 +6,7 @@
 // sqrt(depth) + O(depth), so the square root and the ramp carry the shading, and t0 stays the geometric edge.
 #pragma once
 
-#include <cstddef>
+#include <array>
 #include <optional>
 
 namespace ballservo {
@@ -23,10 +23,18 @@ struct BlurredBasis {
 /// By table, to 1e-5 (tested against quadrature).
 BlurredBasis blurred_basis(double x);
 
-/// One pixel near the outline, seen from a stretch of it.
-struct EdgeSample {
-  float distance_px;  ///< outside the assumed outline, negative inside
-  float intensity;
+/// The pixels near one stretch of the outline.
+struct EdgeSamples {
+  static constexpr int most = 192;
+  std::array<float, most> distance_px{};  ///< outside the assumed outline, negative inside
+  std::array<float, most> intensity{};    ///< grey levels
+  int count = 0;
+
+  void add(float distance, float level) {  ///< more than `most` are not needed
+    if (count == most) return;
+    distance_px[static_cast<std::size_t>(count)] = distance;
+    intensity[static_cast<std::size_t>(count++)] = level;
+  }
 };
 
 struct EdgeProfileOptions {
@@ -52,10 +60,9 @@ struct EdgeProfileFit {
   double residual = 0;  ///< RMS, grey levels
 };
 
-/// Fits the profile to `count` samples by damped Gauss-Newton; nothing where there is no clear edge within
-/// reach.
-std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSample* samples, std::size_t count,
-                                               double start_offset_px, const EdgeProfilePrior& prior,
+/// Fits the profile by damped Gauss-Newton; nothing where there is no clear edge within reach.
+std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, double start_offset_px,
+                                               const EdgeProfilePrior& prior,
                                                const EdgeProfileOptions& options);
 
 }  // namespace ballservo

@@ -97,9 +97,10 @@ double EdgeMeter::coarse_offset(double reach_px) const {
   constexpr int bins = 32;
   std::array<float, bins + 1> sum{};
   std::array<int, bins + 1> count{};
-  for (const EdgeSample& sample : samples_) {
-    const auto bin = static_cast<std::size_t>(std::clamp(2 * (sample.distance_px + 8), 0.0f, bins - 1.0f));
-    sum[bin + 1] += sample.intensity;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(samples_.count); ++i) {
+    const auto bin =
+        static_cast<std::size_t>(std::clamp(2 * (samples_.distance_px[i] + 8), 0.0f, bins - 1.0f));
+    sum[bin + 1] += samples_.intensity[i];
     ++count[bin + 1];
   }
   for (std::size_t i = 0; i < bins; ++i) sum[i + 1] += sum[i], count[i + 1] += count[i];
@@ -131,13 +132,13 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_stretch(double half_width_px, const
   const float contrast = difference.norm();
   if (!(static_cast<double>(contrast) >= options_.min_contrast)) return std::nullopt;
   const Eigen::Vector3f direction = difference / contrast;
-  samples_.clear();
-  for (const StretchPixel& pixel : pixels_) samples_.push_back({pixel.distance_px, direction.dot(pixel.bgr)});
+  samples_.count = 0;
+  for (const StretchPixel& pixel : pixels_) samples_.add(pixel.distance_px, direction.dot(pixel.bgr));
   EdgeProfileOptions profile;
   profile.min_contrast = options_.min_contrast;
   profile.max_offset_px = options_.max_offset_px;
   const double reach_px = std::min(options_.max_offset_px, half_width_px - 2);
-  return fit_edge_profile(samples_.data(), samples_.size(), coarse_offset(reach_px), prior, profile);
+  return fit_edge_profile(samples_, coarse_offset(reach_px), prior, profile);
 }
 
 void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,

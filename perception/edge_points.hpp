@@ -65,7 +65,7 @@ class EdgeMeter {
   EdgeRingOptions options_;
   std::vector<Station> stations_;
   std::vector<StretchPixel> pixels_;  // of one stretch
-  std::vector<EdgeSample> samples_;
+  EdgeSamples samples_;
   std::vector<double> blurs_;
 };
 

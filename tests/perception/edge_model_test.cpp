@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <optional>
-#include <vector>
 
 #include "calibration/files/random.hpp"
 
@@ -42,20 +40,15 @@ TEST(BlurredBasis, SlopesAreDerivatives) {
   }
 }
 
-std::optional<EdgeProfileFit> fit_samples(const std::vector<EdgeSample>& samples, double start_offset_px) {
-  return fit_edge_profile(samples.data(), samples.size(), start_offset_px, {}, {});
-}
-
-std::vector<EdgeSample> profile(double offset_px, double blur_px, double root, double noise,
-                                std::uint64_t seed = 0) {
+EdgeSamples profile(double offset_px, double blur_px, double root, double noise, std::uint64_t seed = 0) {
   auto engine = random_stream(seed, "edge_model_test");
-  std::vector<EdgeSample> samples;
+  EdgeSamples samples;
   for (int i = 0; i < 60; ++i) {
     const double t = -5 + 10.0 * i / 59;
     const BlurredBasis basis = blurred_basis((offset_px - t) / blur_px);
     const double intensity =
         60 + 90 * basis.step + root * std::sqrt(blur_px) * basis.root + noise * standard_normal(engine);
-    samples.push_back({static_cast<float>(t), static_cast<float>(intensity)});
+    samples.add(static_cast<float>(t), static_cast<float>(intensity));
   }
   return samples;
 }
@@ -63,7 +56,7 @@ std::vector<EdgeSample> profile(double offset_px, double blur_px, double root, d
 TEST(EdgeProfile, FindsAnEdgeOfUnknownBlurAndShading) {
   for (const double offset_px : {-1.3, 0.0, 0.8}) {
     for (const double blur_px : {0.5, 1.0, 1.8}) {
-      const auto fit = fit_samples(profile(offset_px, blur_px, 12, 0), std::round(offset_px));
+      const auto fit = fit_edge_profile(profile(offset_px, blur_px, 12, 0), std::round(offset_px), {}, {});
       ASSERT_TRUE(fit);
       EXPECT_NEAR(fit->offset_px, offset_px, 0.02) << "blur " << blur_px;
       EXPECT_NEAR(fit->blur_px, blur_px, 0.1);
@@ -75,7 +68,7 @@ TEST(EdgeProfile, SigmaIsTheSpread) {
   double squares = 0, predicted = 0;
   constexpr int trials = 300;
   for (int i = 0; i < trials; ++i) {
-    const auto fit = fit_samples(profile(0.2, 0.8, 0, 3, static_cast<std::uint64_t>(i)), 0);
+    const auto fit = fit_edge_profile(profile(0.2, 0.8, 0, 3, static_cast<std::uint64_t>(i)), 0, {}, {});
     ASSERT_TRUE(fit);
     squares += std::pow(fit->offset_px - 0.2, 2) / trials;
     predicted += fit->sigma_px * fit->sigma_px / trials;
@@ -84,12 +77,12 @@ TEST(EdgeProfile, SigmaIsTheSpread) {
 }
 
 TEST(EdgeProfile, NoEdgeHasNoFit) {
-  std::vector<EdgeSample> flat = profile(0, 0.8, 0, 0);
-  for (EdgeSample& sample : flat) sample.intensity = 80;
-  EXPECT_FALSE(fit_samples(flat, 0));
-  EXPECT_FALSE(fit_samples({}, 0));
-  for (EdgeSample& sample : flat) sample.intensity = std::nanf("");
-  EXPECT_FALSE(fit_samples(flat, 0));
+  EdgeSamples flat = profile(0, 0.8, 0, 0);
+  flat.intensity.fill(80);
+  EXPECT_FALSE(fit_edge_profile(flat, 0, {}, {}));
+  EXPECT_FALSE(fit_edge_profile({}, 0, {}, {}));
+  flat.intensity.fill(std::nanf(""));
+  EXPECT_FALSE(fit_edge_profile(flat, 0, {}, {}));
 }
 
 }  // namespace
