@@ -9,6 +9,8 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calibration/camera/corner_refinement.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -77,27 +79,27 @@ float smallest_spacing(const Grid& grid) {
   return smallest;
 }
 
-/// Refines the corners, and leaves out those whose window the picture's border cuts off: it would pull them
-/// inwards.
+/// Refines the corners, and leaves out those whose window the picture's border cuts off and those about which
+/// the picture shows no crossing.
 BoardView refined_corners(const cv::Mat& gray, Grid grid, const Board& board) {
   constexpr double window_share = 0.33;
   const int half = std::max(2, static_cast<int>(std::lround(window_share * smallest_spacing(grid))));
-  const auto inside = [&](const cv::Point2f& p) {
-    return p.x >= half && p.y >= half && p.x <= gray.cols - 1 - half && p.y <= gray.rows - 1 - half;
-  };
   for (cv::Point2f& p : grid.points) {
     p.x = std::clamp(p.x, 0.0f, static_cast<float>(gray.cols - 1));
     p.y = std::clamp(p.y, 0.0f, static_cast<float>(gray.rows - 1));
   }
   cv::cornerSubPix(gray, grid.points, cv::Size(half, half), cv::Size(-1, -1),
-                   cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-4));
+                   cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 1e-2));
+  CornerGrid found{grid.columns, grid.rows, {}};
+  for (const cv::Point2f& p : grid.points) found.corners_px.emplace_back(p.x, p.y);
+  const auto corners = refine_corners(gray, found);
   BoardView view;
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
-      const cv::Point2f& p = grid.at(row, column);
-      if (!inside(p)) continue;
+      const auto& corner = corners[static_cast<std::size_t>(row * grid.columns + column)];
+      if (!corner) continue;
       view.points_m.emplace_back(board.square_m * column, board.square_m * row, 0);
-      view.corners_px.emplace_back(p.x, p.y);
+      view.corners_px.push_back(*corner);
     }
   }
   return view;
@@ -230,8 +232,8 @@ BoardFinding find_board(const cv::Mat& picture, const Board& board) {
   const cv::Mat gray = gray_of(picture);
   if (gray.cols < least_side_px || gray.rows < least_side_px)
     return {std::nullopt, fmt::format("it is smaller than {} pixels", least_side_px), std::nullopt};
-  // OpenCV's finders draw from the thread's own random numbers (trees of neighbours, clustering): whatever came
-  // before, a picture gives the same corners.
+  // OpenCV's finders draw from the thread's own random numbers (trees of neighbours, clustering): whatever
+  // came before, a picture gives the same corners.
   cv::setRNGSeed(0);
   try {
     return board.pattern == BoardPattern::chessboard ? find_chessboard(gray, board)

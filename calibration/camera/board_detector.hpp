@@ -24,10 +24,10 @@ struct BoardFinding {
 /// part is placed at the board frame's origin. Both of OpenCV's chessboard finders are tried, at several
 /// scales.
 ///
-/// Chessboard corners are refined where the edges around them meet (cornerSubPix), in a window whose half is
-/// a third of the smallest distance of corners in this picture: a larger one takes in the neighbours' edges
-/// (11 px on OpenCV's own pictures doubles the error), a fixed one fits no other board. Corners so near the
-/// border that their window is cut off are left out.
+/// Chessboard corners are refined to where the edges around them cross: first roughly (cornerSubPix, in a
+/// window whose half is a third of the smallest distance of corners in this picture), then with a model of
+/// the crossing (corner_refinement.hpp). Corners so near the border that their window is cut off are left
+/// out.
 BoardFinding find_board(const cv::Mat& picture, const Board& board);
 
 }  // namespace ballservo

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/camera/board_bend.hpp"
 #include "calibration/files/random.hpp"
 
 namespace ballservo {
@@ -13,6 +14,8 @@ constexpr int starts = 5, max_rounds = 8;
 // Splitting the pictures of one camera at will lowers it too: by up to a fifth in real sets of 8 to 20
 // pictures, whose boards are not quite flat.
 constexpr double least_error_ratio = 1.35;
+// Pictures that either camera explains about as well; where they are many, the cameras are made up.
+constexpr double most_undecided = 0.1, clear_error_ratio = 1.5;
 constexpr double floor_px2 = 0.05 * 0.05;  // below it no error tells anything: no finder is that good
 
 struct Group {
@@ -49,7 +52,8 @@ struct Split {
   std::vector<bool> second;
   CameraParameters first_camera, second_camera;
   double error_px2 = 0;
-  std::vector<double> errors_px2;  // of each view
+  std::vector<double> errors_px2;        // of each view
+  std::vector<double> other_errors_px2;  // under the other camera
 };
 
 std::optional<Split> improve(const std::vector<BoardView>& views, const BoardAdjustment& together,
@@ -64,11 +68,12 @@ std::optional<Split> improve(const std::vector<BoardView>& views, const BoardAdj
     const auto by_a = errors_px2(views, together, fit_a->parameters);
     const auto by_b = errors_px2(views, together, fit_b->parameters);
     if (!by_a || !by_b) return std::nullopt;
-    split = Split{second, fit_a->parameters, fit_b->parameters, 0, {}};
+    split = Split{second, fit_a->parameters, fit_b->parameters, 0, {}, {}};
     std::vector<bool> better(views.size());
     for (std::size_t v = 0; v < views.size(); ++v) {
       better[v] = (*by_b)[v] < (*by_a)[v];
       split->errors_px2.push_back(second[v] ? (*by_b)[v] : (*by_a)[v]);
+      split->other_errors_px2.push_back(second[v] ? (*by_a)[v] : (*by_b)[v]);
       split->error_px2 += split->errors_px2.back();
     }
     if (better == second) break;
@@ -80,9 +85,13 @@ std::optional<Split> improve(const std::vector<BoardView>& views, const BoardAdj
 }  // namespace
 
 std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& all_views,
-                                                const BoardAdjustment& together, std::size_t least_views) {
+                                                const BoardAdjustment& flat, std::size_t least_views) {
   if (all_views.size() < 2 * least_views) return std::nullopt;
-  const std::vector<BoardView> views = believed_corners(all_views, together);
+  // A bent board is the commonest other reason why no one camera fits: what it explains is no second camera.
+  const auto bent = bend_boards(believed_corners(all_views, flat), flat);
+  if (!bent) return std::nullopt;
+  const std::vector<BoardView>& views = bent->views;
+  const BoardAdjustment& together = bent->adjustment;
   RandomEngine engine = random_stream(0, "mixed cameras");
   std::optional<Split> best;
   for (int start = 0; start < starts; ++start) {
@@ -94,16 +103,17 @@ std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& al
     if (split && (!best || split->error_px2 < best->error_px2)) best = split;
   }
   if (!best) return std::nullopt;
-  double corners = 0, log_ratio = 0;
+  double corners = 0, log_ratio = 0, undecided = 0;
+  const auto count = static_cast<double>(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
-    const auto count = static_cast<double>(views[v].size());
-    corners += count;
-    log_ratio += std::log((std::pow(together.corners[v].rms_px(), 2) + floor_px2) /
-                          (best->errors_px2[v] / count + floor_px2)) /
-                 static_cast<double>(views.size());
+    const auto points = static_cast<double>(views[v].size());
+    const double apart_px2 = best->errors_px2[v] / points + floor_px2;
+    corners += points;
+    log_ratio += std::log((std::pow(together.corners[v].rms_px(), 2) + floor_px2) / apart_px2) / count;
+    undecided += best->other_errors_px2[v] / points + floor_px2 < clear_error_ratio * apart_px2;
   }
-  if (!(std::exp(log_ratio) > least_error_ratio)) return std::nullopt;
-  return CameraMixture{best->second, best->first_camera, best->second_camera, together.rms_px,
+  if (!(std::exp(log_ratio) > least_error_ratio) || undecided > most_undecided * count) return std::nullopt;
+  return CameraMixture{best->second, best->first_camera, best->second_camera, flat.rms_px,
                        std::sqrt(best->error_px2 / corners)};
 }
 

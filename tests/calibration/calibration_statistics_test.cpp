@@ -151,7 +151,7 @@ TEST(CalibrationStatistics, AWideFisheyeFromPaintedBoards) {
   std::vector<BoardView> views;
   for (const test::PlacedBoard& board : boards_in_view(truth, 40, 3, 0.25, 0.6, 8)) {
     const auto view =
-        find_board(test::photographed(test::painted_chessboard(truth, chessboard, board, 4), 1, engine),
+        find_board(test::photographed(test::painted_chessboard(truth, chessboard, board, 12), 1, engine),
                    chessboard)
             .view;
     if (view) views.push_back(*view);
@@ -163,9 +163,9 @@ TEST(CalibrationStatistics, AWideFisheyeFromPaintedBoards) {
   const CameraDifference difference = compare_cameras(truth, {}, Camera(fit->parameters), {});
   std::printf("RMS of the corners %.4f px; over the picture %.4f px, at most %.4f px\n", fit->rms_px,
               difference.shift_px.rms, difference.shift_px.max);
-  // What is left is the finder's own error of some 0.05 px a corner, extrapolated beyond the boards.
-  EXPECT_LT(fit->rms_px, 0.1);
-  EXPECT_LT(difference.shift_px.rms, 0.2);
+  // Corners good to some thousandths of a pixel; a painted edge's own place is wrong by as much.
+  EXPECT_LT(fit->rms_px, 0.015);
+  EXPECT_LT(difference.shift_px.rms, 0.02);
 }
 
 /// How far the camera that a choice among lenses finds is from the one that made the boards.

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -202,32 +203,55 @@ TEST(BoardDetector, PicturesWithoutABoard) {
     }
 }
 
-TEST(BoardDetector, PaintedCornersToATenthOfAPixel) {
-  // Squares of 40 px whose corners lie between pixels, painted 8 times larger and averaged down.
-  constexpr int square = 40, factor = 8;
-  cv::Mat large(480 * factor, 640 * factor, CV_8UC3, cv::Scalar::all(230));
-  for (int row = 0; row < 7; ++row)
-    for (int column = 0; column < 10; ++column)
-      if ((row + column) % 2 == 0)
-        cv::rectangle(large,
-                      cv::Rect((80 + square * column) * factor, (80 + square * row) * factor, square * factor,
-                               square * factor),
-                      cv::Scalar::all(30), cv::FILLED);
-  cv::Mat image;
-  cv::resize(large, image, {}, 1.0 / factor, 1.0 / factor, cv::INTER_AREA);
-  const BoardFinding finding = find_board(image, chessboard);
-  ASSERT_TRUE(finding.view);
-  for (const Eigen::Vector2d& corner : finding.view->corners_px) {
-    // The first inner corner is at the edge between pixels 119 and 120.
-    const Eigen::Vector2d steps = (corner - Eigen::Vector2d(119.5, 119.5)) / square;
-    EXPECT_LT((steps - Eigen::Vector2d(std::round(steps.x()), std::round(steps.y()))).norm() * square, 0.1);
+/// The distances (px) of the corners found in a painted picture from the true ones, each from the nearest.
+std::vector<double> corner_errors_px(const Camera& camera, const test::PlacedBoard& placed,
+                                     const cv::Mat& painted) {
+  RandomEngine engine = random_stream(0, "painted corners");
+  const auto view = find_board(test::photographed(painted, 1, engine), chessboard).view;
+  std::vector<double> errors;
+  if (!view) return errors;
+  for (const Eigen::Vector2d& corner : view->corners_px) {
+    double nearest = HUGE_VAL;
+    for (const Eigen::Vector3d& point : chessboard.points())
+      nearest = std::min(nearest, (*camera.project(placed.R_CB * point + placed.p_CB) - corner).norm());
+    errors.push_back(nearest);
+  }
+  std::sort(errors.begin(), errors.end());
+  return errors;
+}
+
+TEST(BoardDetector, CornersOfTiltedAndBentBoardsToAHundredthOfAPixel) {
+  // Straight on, tilted, and at the side of a wide lens; sharp and blurred. (Along the pixels' own rows the
+  // painted edges would all be wrong by the same part of a sample.)
+  const Camera barrel(camera_parameters(LensModel::brown, 533, {-0.28, 0.05, 1e-3, -5e-4, 0.09}));
+  const Camera wide(camera_parameters(LensModel::kannala_brandt, 236, {-0.02, 0.003, -0.001, 0.0001}));
+  test::PlacedBoard straight, tilted, aside;
+  straight.R_CB = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  straight.p_CB = {-0.1, -0.0625, 0.4};
+  tilted.R_CB = (Eigen::AngleAxisd(0.6, Eigen::Vector3d(0.6, -0.8, 0)) *
+                 Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()))
+                    .toRotationMatrix();
+  tilted.p_CB = {-0.08, -0.04, 0.35};
+  aside.R_CB = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  aside.p_CB = {0.12, -0.06, 0.19};
+  for (const auto& [camera, placed] :
+       {std::make_pair(barrel, straight), std::make_pair(barrel, tilted), std::make_pair(wide, aside)}) {
+    const cv::Mat sharp = test::painted_chessboard(camera, chessboard, placed, 10);
+    cv::Mat blurred;
+    cv::GaussianBlur(sharp, blurred, {}, 0.7);
+    for (const cv::Mat& picture : {sharp, blurred}) {
+      const std::vector<double> errors = corner_errors_px(camera, placed, picture);
+      ASSERT_EQ(errors.size(), 54u);
+      EXPECT_LT(errors[27], 0.015);
+      EXPECT_LT(errors.back(), 0.1);
+    }
   }
 }
 
 TEST(RealBoards, OfABoardCutOffByTheBorderThePartThatIsSeenIsUsed) {
   const auto folder = test::shared_data_dir();
   if (!folder) GTEST_SKIP() << "the pictures of others are not here";
-  for (const char* name : {"calibration1.jpg", "calibration4.jpg", "calibration5.jpg"}) {
+  for (const char* name : {"calibration1.jpg", "calibration5.jpg"}) {
     const auto view = find_board(read_color_image(*folder / "calib_carnd_lane" / name), chessboard).view;
     ASSERT_TRUE(view) << name;
     EXPECT_LT(view->size(), 54u) << name;
@@ -266,9 +290,9 @@ TEST(RealBoards, OpenCvsLeftCamera) {
   const auto views = views_of(*folder, names, chessboard);
   ASSERT_EQ(views.size(), 13u);
   const auto brown = calibrate_from_boards({640, 480}, views, only(LensModel::brown));
-  EXPECT_LE(brown.rms_px, 0.185);
+  EXPECT_LE(brown.rms_px, 0.165);
   EXPECT_NEAR(brown.camera.parameters().fx_px, 533.1, 1);
-  EXPECT_LT(brown.held_out_rms_px, 0.2);
+  EXPECT_LT(brown.held_out_rms_px, 0.17);
   double sum = 0;
   for (const CornerResiduals& corners : brown.corners) sum += corners.rms_px() * corners.rms_px();
   EXPECT_NEAR(std::sqrt(sum / 13), brown.rms_px, 1e-12);
@@ -292,7 +316,7 @@ TEST(RealBoards, CirclesAndFactoryFigures) {
   for (int i = 1; i <= 8; ++i) names.push_back("franka_image-" + std::to_string(i) + ".png");
   const auto franka = calibrate_from_boards({640, 480}, views_of(*folder / "calib_visp_franka", names, board),
                                             only(LensModel::brown));
-  EXPECT_LT(franka.rms_px, 0.26);
+  EXPECT_LT(franka.rms_px, 0.24);
   EXPECT_NEAR(franka.camera.parameters().fx_px, 602.4, 1);
 }
 

@@ -24,6 +24,7 @@ using test::chessboard;
 using test::only;
 using test::random_views;
 using testing::HasSubstr;
+using testing::Not;
 
 const CameraParameters barrel = camera_parameters(LensModel::brown, 533, {-0.28, 0.05, 1e-3, -5e-4, 0.09});
 
@@ -125,6 +126,49 @@ TEST(Refusals, TwoCamerasAreTold) {
   EXPECT_THAT(text, HasSubstr("board 32.5"));
   for (const std::uint64_t seed : {41u, 42u, 43u, 44u})
     EXPECT_EQ(refusal_of(random_views(Camera(barrel), 14, 0.15, seed), only(LensModel::brown)), "") << seed;
+}
+
+TEST(Refusals, ALensWithRipplesIsNotTakenForTwo) {
+  // Ripples of the size of the corners' noise and above, which no model has.
+  for (const double ripple_px : {0.1, 0.3}) {
+    for (const std::uint64_t seed : {61u, 62u}) {
+      auto views = random_views(Camera(barrel), 14, 0.1, seed);
+      for (BoardView& view : views)
+        for (Eigen::Vector2d& corner : view.corners_px)
+          corner += ripple_px * Eigen::Vector2d(std::sin(corner.y() / 25), std::sin(corner.x() / 30));
+      EXPECT_THAT(refusal_of(views, only(LensModel::brown)), Not(HasSubstr("two cameras")))
+          << ripple_px << " px, " << seed;
+    }
+  }
+}
+
+TEST(Refusals, ABentBoardIsNotTakenForTwoCameras) {
+  // Bent by a millimetre over its half-length, 10 cm.
+  for (const std::uint64_t seed : {71u, 72u}) {
+    RandomEngine engine = random_stream(seed, "bent boards");
+    const Camera camera(barrel);
+    std::vector<BoardView> views;
+    for (int i = 0; i < 14; ++i) {
+      const auto placed = test::random_place(camera, chessboard, engine, 0.6, 0.15, 0.6, 12);
+      BoardView view = test::noisy_view(camera, chessboard, placed, 0, engine, "board");
+      for (std::size_t k = 0; k < view.size(); ++k) {
+        const Eigen::Vector3d& point = view.points_m[k];
+        const Eigen::Vector3d raised(point.x(), point.y(), 0.1 * std::pow(point.x() - 0.1, 2));
+        view.corners_px[k] = *camera.project(placed.R_CB * raised + placed.p_CB) +
+                             0.05 * Eigen::Vector2d(standard_normal(engine), standard_normal(engine));
+      }
+      views.push_back(view);
+    }
+    EXPECT_THAT(refusal_of(views, only(LensModel::brown)), Not(HasSubstr("two cameras"))) << seed;
+  }
+}
+
+TEST(Refusals, APrincipalPointOutsideThePicture) {
+  // As of a picture cut out of a larger one.
+  CameraParameters cut = barrel;
+  cut.cx_px = -10;
+  EXPECT_THAT(refusal_of(random_views(Camera(cut), 30, 0.02, 81), only(LensModel::brown)),
+              HasSubstr("principal point outside the picture (-"));
 }
 
 TEST(Refusals, SayWhetherAngleOrDistanceIsMissing) {
