@@ -14,13 +14,13 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <opencv2/imgproc.hpp>
 
 #include "perception/classification.hpp"
 #include "perception/detector.hpp"
 #include "perception/light_adaptation.hpp"
 #include "perception/tracker.hpp"
 #include "tests/bench/bench_frames.hpp"
+#include "tests/bench/peers.hpp"
 
 namespace ballservo::bench {
 namespace {
@@ -132,42 +132,13 @@ Method segment(const BenchSet& set) {
 
 // OpenCV's circles, told the radius to within a half.
 Method hough_gradient(const BenchSet& set) {
-  const double radius_px = set.frames[0].truth.radius_px;
-  return
-      [radius_px, grey = cv::Mat(), circles = std::vector<cv::Vec3f>()](const cv::Mat& bgr, double) mutable {
-        cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
-        cv::GaussianBlur(grey, grey, {5, 5}, 1.2);
-        cv::HoughCircles(grey, circles, cv::HOUGH_GRADIENT, 1, radius_px, 100, 20,
-                         static_cast<int>(0.5 * radius_px), static_cast<int>(1.5 * radius_px));
-        Candidates candidates;
-        for (const cv::Vec3f& circle : circles) candidates.push_back({{circle[0], circle[1]}, circle[2]});
-        return candidates;
-      };
+  return [peer = std::make_shared<HoughGradient>(set.frames[0].truth.radius_px)](const cv::Mat& bgr, double) {
+    return peer->find(bgr);
+  };
 }
 
-// The recipe of countless tutorials: range in HSV, opening and closing, contours, smallest enclosing circle.
 Method hsv_contour(const BenchSet&) {
-  struct State {
-    cv::Mat hsv, mask, other;
-    std::vector<std::vector<cv::Point>> contours;
-  };
-  return [state = std::make_shared<State>()](const cv::Mat& bgr, double) {
-    cv::cvtColor(bgr, state->hsv, cv::COLOR_BGR2HSV);
-    cv::inRange(state->hsv, cv::Scalar(0, 120, 30), cv::Scalar(10, 255, 255), state->mask);
-    cv::inRange(state->hsv, cv::Scalar(170, 120, 30), cv::Scalar(180, 255, 255), state->other);
-    cv::bitwise_or(state->mask, state->other, state->mask);
-    cv::morphologyEx(state->mask, state->mask, cv::MORPH_OPEN, cv::Mat());
-    cv::morphologyEx(state->mask, state->mask, cv::MORPH_CLOSE, cv::Mat());
-    cv::findContours(state->mask, state->contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
-    Candidates candidates;
-    for (const auto& contour : state->contours) {
-      cv::Point2f center;
-      float radius = 0;
-      cv::minEnclosingCircle(contour, center, radius);
-      if (radius >= 3) candidates.push_back({{center.x, center.y}, radius});
-    }
-    return candidates;
-  };
+  return [peer = std::make_shared<HsvContour>(0)](const cv::Mat& bgr, double) { return peer->find(bgr); };
 }
 
 double median(std::vector<double>& values) {

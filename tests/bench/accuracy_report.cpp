@@ -1,0 +1,200 @@
+#include "tests/bench/accuracy_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "app/report/page.hpp"
+#include "app/report/svg_plot.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo::bench {
+namespace {
+
+std::string figure(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "-";
+}
+
+bool has_covariance(AccuracyMethod method) {
+  return method == AccuracyMethod::sphere || method == AccuracyMethod::paper;
+}
+
+std::vector<std::string> cells(const ConditionScores& scores, AccuracyMethod method) {
+  const MethodSummary s = summarize(scores, method);
+  const bool covariance = has_covariance(method),
+             bound = method == AccuracyMethod::sphere && s.bound_rms_mm > 0;
+  return {method == AccuracyMethod::sphere ? scores.condition->name : "",
+          accuracy_method_name(method),
+          s.balls > 0 ? fmt::format("{}/{}", s.found, s.balls) : fmt::format("-/{}", s.frames),
+          std::to_string(s.false_balls),
+          figure(s.center_median_px, 3),
+          figure(s.radius_median_px, 3),
+          figure(s.position_median_mm, 2),
+          figure(s.position_p90_mm, 2),
+          figure(s.position_rms_mm, 2),
+          covariance ? figure(s.mean_nees, 2) : "",
+          covariance ? figure(100 * s.within_95, 1) : "",
+          bound ? figure(s.bound_rms_mm, 3) : "",
+          bound ? figure(s.nuisance_bound_rms_mm, 3) : ""};
+}
+
+std::vector<std::string> headings() {
+  return {"condition", "method", "found",     "false",     "centre px", "radius px",     "3-D median mm",
+          "90 % mm",   "RMS mm", "mean NEES", "% in 95 %", "bound mm",  "with nuisances"};
+}
+
+std::string line(const std::vector<std::string>& texts) {
+  constexpr std::array<int, 13> widths{18, 15, 9, 6, 10, 10, 14, 9, 9, 10, 10, 9, 14};
+  std::string text;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    text += i < 2 ? fmt::format("{:<{}}", texts[i], widths[i]) : fmt::format("{:>{}}", texts[i], widths[i]);
+  }
+  return text + "\n";
+}
+
+const std::map<std::string, std::string>& sweep_labels() {
+  static const std::map<std::string, std::string> labels{
+      {"distance_m", "distance (m)"},
+      {"hidden", "hidden part of the outline's area"},
+      {"blur_px", "blur, sigma (px)"},
+      {"noise", "noise, sigma (grey levels)"},
+      {"angle_deg", "angle off the axis (deg), f = 500 px"}};
+  return labels;
+}
+
+Svg sweep_plot(const std::vector<ConditionScores>& all, const std::string& sweep, const std::string& label) {
+  std::vector<PlotSeries> series;
+  for (const AccuracyMethod method : all_accuracy_methods) {
+    PlotSeries curve;
+    curve.name = accuracy_method_name(method);
+    curve.style = SeriesStyle::line_and_points;
+    for (const ConditionScores& scores : all) {
+      if (scores.condition->sweep != sweep) continue;
+      curve.x.push_back(scores.condition->sweep_value);
+      curve.y.push_back(summarize(scores, method).position_median_mm);
+    }
+    series.push_back(std::move(curve));
+  }
+  PlotOptions options;
+  options.x.label = label;
+  options.y = {"3-D error, median (mm)", true, {}, {}};
+  return line_plot(series, options);
+}
+
+void add_sweeps(Page& page, const std::vector<ConditionScores>& all) {
+  std::vector<PageFigure> figures;
+  for (const auto& [sweep, label] : sweep_labels()) {
+    const bool ran = std::any_of(all.begin(), all.end(), [&, &name = sweep](const ConditionScores& scores) {
+      return scores.condition->sweep == name;
+    });
+    if (ran) figures.push_back(drawing(sweep_plot(all, sweep, label), "Frames in which it was found."));
+  }
+  if (figures.empty()) return;
+  page.heading("Error against distance, occlusion, blur, noise, angle");
+  page.figures(figures);
+}
+
+void add_pictures(Page& page, const std::vector<ConditionScores>& all) {
+  page.heading("The pictures");
+  page.paragraph("The first frame of each condition, with what was found in it.");
+  std::vector<PageFigure> figures;
+  for (const ConditionScores& scores : all) {
+    if (scores.condition->sweep.empty())
+      figures.push_back(photo(scores.example, scores.condition->name + ": " + scores.condition->words));
+  }
+  page.figures(figures);
+  page.heading("What went wrong");
+  page.paragraph(
+      "The first frames of each condition in which the ball was missed or something else taken for one.");
+  for (const ConditionScores& scores : all) {
+    if (scores.failures.empty()) continue;
+    page.begin_details(scores.condition->name);
+    std::vector<PageFigure> wrong;
+    for (const auto& [index, picture] : scores.failures)
+      wrong.push_back(photo(picture, fmt::format("frame {}", index)));
+    page.figures(wrong);
+    page.end_details();
+  }
+}
+
+}  // namespace
+
+std::string accuracy_table_heading() { return line(headings()); }
+
+std::string accuracy_table(const ConditionScores& scores) {
+  std::string text;
+  for (const AccuracyMethod method : all_accuracy_methods) text += line(cells(scores, method));
+  return text;
+}
+
+std::string accuracy_csv(const std::vector<ConditionScores>& all) {
+  std::string csv =
+      "condition,method,frames,balls,found,false,center_median_px,radius_median_px,position_median_mm,"
+      "position_p90_mm,position_rms_mm,mean_nees,within_95,bound_rms_mm,nuisance_bound_rms_mm\n";
+  for (const ConditionScores& scores : all) {
+    for (const AccuracyMethod method : all_accuracy_methods) {
+      const MethodSummary s = summarize(scores, method);
+      csv += fmt::format("{},{},{},{},{},{}", scores.condition->name, accuracy_method_name(method), s.frames,
+                         s.balls, s.found, s.false_balls);
+      const bool covariance = has_covariance(method), bound = method == AccuracyMethod::sphere;
+      for (const double value :
+           {s.center_median_px, s.radius_median_px, s.position_median_mm, s.position_p90_mm,
+            s.position_rms_mm, covariance ? s.mean_nees : std::nan(""),
+            covariance ? s.within_95 : std::nan(""), bound ? s.bound_rms_mm : std::nan(""),
+            bound ? s.nuisance_bound_rms_mm : std::nan("")}) {
+        csv += std::isfinite(value) ? ',' + number_text(value) : ",";
+      }
+      csv += '\n';
+    }
+  }
+  return csv;
+}
+
+std::string accuracy_frames_csv(const std::vector<ConditionScores>& all) {
+  std::string csv =
+      "condition,frame,method,found,false,center_error_px,radius_error_px,ex_m,ey_m,ez_m,nees,sigma_depth_m,"
+      "quality,residual_px,blur_px,arc\n";
+  for (const ConditionScores& scores : all) {
+    for (std::size_t k = 0; k < scores.frames.size(); ++k) {
+      for (const AccuracyMethod method : all_accuracy_methods) {
+        const FrameScore& s = scores.frames[k][static_cast<std::size_t>(method)];
+        csv += fmt::format("{},{},{},{},{}", scores.condition->name, k, accuracy_method_name(method),
+                           s.found ? 1 : 0, s.false_balls);
+        for (const double value : {s.center_px, s.radius_px, s.error_C.x(), s.error_C.y(), s.error_C.z(),
+                                   s.nees, s.sigma_depth_m, s.quality, s.residual_px, s.blur_px, s.arc}) {
+          csv += s.found ? ',' + number_text(value) : ",";
+        }
+        csv += '\n';
+      }
+    }
+  }
+  return csv;
+}
+
+std::string accuracy_report_html(const std::vector<ConditionScores>& all, const std::string& command) {
+  Page page("How accurate", "Ours and the peers on the same frames, a new scene each");
+  page.paragraph(
+      "A ball of 7 cm in pictures of 640x480. Found: centre within 0.2 r and radius within 20 %; the nearest "
+      "candidate counts, for ours and the peers alike, everything else that is reported is false. Errors are "
+      "over the frames in which "
+      "the ball was found. The peers are told the radius to within a half (hough_gradient) or the hue "
+      "(hsv_contour); their circles become positions by the paper's formula. NEES: squared Mahalanobis error "
+      "of the position, 3 where the covariance is true, below 7.81 in 95 % of the frames.");
+  page.code(command);
+  PageTable table;
+  table.heading = headings();
+  table.number_columns.assign(table.heading.size(), true);
+  table.number_columns[0] = table.number_columns[1] = false;
+  for (const ConditionScores& scores : all) {
+    if (!scores.condition->sweep.empty()) continue;
+    for (const AccuracyMethod method : all_accuracy_methods) table.rows.push_back(cells(scores, method));
+  }
+  page.table(table);
+  add_sweeps(page, all);
+  add_pictures(page, all);
+  return page.html();
+}
+
+}  // namespace ballservo::bench
