@@ -7,6 +7,7 @@
 #include "calibration/files/fault.hpp"
 #include "calibration/files/numbers.hpp"
 #include "perception/ball_position.hpp"
+#include "perception/ball_shading.hpp"
 #include "perception/classification.hpp"
 
 namespace ballservo {
@@ -61,6 +62,9 @@ void DetectorOptions::validate() const {
   fraction("min_fill", min_fill);
   fraction("max_leak", max_leak);
   fraction("min_quality", min_quality);
+  fraction("max_hidden", max_hidden);
+  fraction("min_shading", min_shading);
+  fraction("min_shading_explained", min_shading_explained);
   if (!(min_radius_px >= 2))
     faults.add("min_radius_px", number_text(min_radius_px), "a number of at least 2 (px)");
   if (max_balls_per_region < 1)
@@ -178,7 +182,7 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
   const TangentCone cone = rough_cone(*voted);
   Candidate candidate;
   candidate.support =
-      outline_support(boundary_sectors(points_, cone, camera.focal_px()), colored, camera, cone);
+      outline_support(boundary_sectors(points_, cone, camera.focal_px()), {}, 0, colored, camera, cone);
   candidate.reason = early_rejection(candidate.support);
   if (candidate.reason) return candidate;
 
@@ -188,10 +192,16 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
     return candidate;
   }
   BallObservation& ball = *candidate.ball;
-  if (options_.fit == BallFit::paper) sectors_ = boundary_sectors(points_, ball.cone, camera.focal_px());
-  candidate.support = ball.support = outline_support(sectors_, colored, camera, ball.cone);
+  if (options_.fit == BallFit::paper) {
+    sectors_ = boundary_sectors(points_, ball.cone, camera.focal_px());
+    offsets_.count = 0;
+  }
+  candidate.support = ball.support =
+      outline_support(sectors_, offsets_, ball.blur_px, colored, camera, ball.cone);
   ball.quality = ball.support.quality();
   candidate.reason = rejection(ball);
+  if (!candidate.reason && !shows_a_sphere(bgr, colored, ball))
+    candidate.reason = "half of it is hidden, and the rest is not shaded as a sphere";
   return candidate;
 }
 
@@ -253,6 +263,15 @@ const char* Detector::rejection(const BallObservation& ball) const {
   if (ball.support.leak > options_.max_leak) return "the colour runs on around it";
   if (ball.quality < options_.min_quality) return "outline and colour together are too weak";
   return nullptr;
+}
+
+// Half a disc looks like a half-hidden ball, but for its shading.
+bool Detector::shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored,
+                              const BallObservation& ball) const {
+  if (ball.support.hidden <= options_.max_hidden) return true;
+  const BallShading shading =
+      ball_shading(bgr, colored, *rays_, ball.cone, ball.outline);
+  return shading.strength >= options_.min_shading && shading.explained >= options_.min_shading_explained;
 }
 
 std::optional<BallObservation> Detector::refine(const cv::Mat& bgr, ClassIndex color_class,
@@ -349,7 +368,8 @@ std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, Class
   ball.step_px = fit->step_px;
   ball.edges_used = fit->used;
   ball.blur_px = edges_.blur_px;
-  sectors_ = edge_sectors(edges_, *fit, tolerance_px(circle.radius_px));
+  offsets_ = edge_offsets(edges_, *fit);
+  sectors_ = edge_sectors(offsets_, tolerance_px(circle.radius_px));
   ball.position = position(color_class, *fit);
   return ball;
 }

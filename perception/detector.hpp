@@ -28,9 +28,12 @@ struct DetectorOptions {
   int max_regions = 256;   ///< that are looked at for balls; the largest
   int max_runs = 1 << 16;  ///< that a picture is cut into (see Runs::cut)
   double min_arc = 0.3;    ///< of the outline must have an edge on it
-  double min_fill = 0.4;   ///< of the disc must have the ball's colour
+  double min_fill = 0.25;  ///< of the disc must have the ball's colour
   double max_leak = 0.55;  ///< of the rim may have it
-  double min_quality = 0.42;
+  /// Where more of the outline than this is hidden, what is seen must be shaded as a sphere is: so strongly
+  /// (a part of the mean brightness), and so much of its shading must be that. A half-hidden disc is flat.
+  double max_hidden = 0.45, min_shading = 0.35, min_shading_explained = 0.4;
+  double min_quality = 0.36;
   /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
   double oval_fraction = 0;
   std::uint64_t seed = 0;
@@ -138,6 +141,7 @@ class Detector {
   std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
                                               const UndistortedCircle& circle, RefinementInput* input);
   const char* rejection(const BallObservation& ball) const;
+  bool shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored, const BallObservation& ball) const;
   void drop_repeated();
 
   std::shared_ptr<const RayTable> rays_;
@@ -153,6 +157,7 @@ class Detector {
   EdgeMeter edge_meter_;
   OutlineEdges edges_;
   OutlineSectors sectors_;
+  EdgeOffsets offsets_;
   std::vector<EdgePoint> boundary_edges_;
   std::vector<Eigen::Vector3d> boundary_rays_;
   RobustWeights robust_weights_;

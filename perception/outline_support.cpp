@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ballservo {
 namespace {
@@ -20,10 +21,18 @@ struct Share {
   }
 };
 
+SectorColor sector_color(const Share& inside, const Share& outside) {
+  if (inside.pixels == 0 || outside.pixels == 0) return SectorColor::unseen;
+  if (inside.fraction(0) < 0.5) return SectorColor::covered;
+  return outside.fraction(0) > 0.5 ? SectorColor::leaking : SectorColor::bounded;
+}
+
 }  // namespace
 
 double OutlineSupport::quality() const {
-  return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak) * (1 - leak);
+  // An edge that mostly leaves the outline, or leaves it as a straight line, is another thing's.
+  const double round = std::min(1.0, 1.3 * shape.match * (1 - shape.straight));
+  return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak) * (1 - leak) * round;
 }
 
 void OutlineSectors::see(double angle_rad) {
@@ -51,17 +60,28 @@ double OutlineSectors::fraction_in_arcs() const {
   return count > 0 ? static_cast<double>(in_arcs) / count : 0;
 }
 
-OutlineSectors edge_sectors(const OutlineEdges& edges, const ConeFit& fit, double tolerance_px) {
-  OutlineSectors sectors;
-  sectors.count = std::min(edges.stretches, OutlineSectors::most);
+EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit) {
+  EdgeOffsets offsets;
+  offsets.count = std::min(edges.stretches, most_outline_sectors);
+  offsets.values.fill(std::numeric_limits<float>::quiet_NaN());
   for (const EdgePoint& edge : edges.points) {
-    if (std::abs(angle_outside(fit, edge.ray)) * edge.px_per_rad <= tolerance_px) sectors.see(edge.angle_rad);
+    const int sector = static_cast<int>(edge.angle_rad / (2 * pi) * offsets.count);
+    offsets[std::clamp(sector, 0, offsets.count - 1)] =
+        static_cast<float>(angle_outside(fit, edge.ray) * edge.px_per_rad);
   }
+  return offsets;
+}
+
+OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px) {
+  OutlineSectors sectors;
+  sectors.count = offsets.count;
+  for (int i = 0; i < offsets.count; ++i)
+    sectors.seen[static_cast<std::size_t>(i)] = std::abs(static_cast<double>(offsets[i])) <= tolerance_px;
   return sectors;
 }
 
-OutlineSupport outline_support(const OutlineSectors& edges, const ColoredPixels& colored,
-                               const Camera& camera, const TangentCone& cone) {
+OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& offsets, double blur_px,
+                               const ColoredPixels& colored, const Camera& camera, const TangentCone& cone) {
   OutlineSupport support;
   const auto middle = camera.project(cone.axis);
   if (!middle || edges.count == 0) return support;
@@ -70,6 +90,10 @@ OutlineSupport outline_support(const OutlineSectors& edges, const ColoredPixels&
   Share disc, rim;
   OutlineSectors supported;
   supported.count = edges.count;
+  SectorColors colors;
+  colors.count = edges.count;
+  int covered = 0, in_picture = 0;
+  double radius_sum_px = 0;
   for (int i = 0; i < edges.count; ++i) {
     const double angle = 2 * pi * (i + 0.5) / edges.count;
     const Eigen::Vector3d outward = basis * Eigen::Vector2d(std::cos(angle), std::sin(angle));
@@ -93,6 +117,10 @@ OutlineSupport outline_support(const OutlineSectors& edges, const ColoredPixels&
     }
     rim.pixels += outside.pixels;
     rim.colored += outside.colored;
+    colors[i] = sector_color(inside, outside);
+    covered += colors[i] == SectorColor::covered ? 1 : 0;
+    in_picture += colors[i] == SectorColor::unseen ? 0 : 1;
+    radius_sum_px += radius_px.norm();
     for (const double height : {0.24, 0.31}) look(rim, 1 + clear + height);
     supported.seen[static_cast<std::size_t>(i)] =
         edges.seen[static_cast<std::size_t>(i)] && inside.fraction(1) >= 0.5 && outside.fraction(0) <= 0.5;
@@ -100,6 +128,9 @@ OutlineSupport outline_support(const OutlineSectors& edges, const ColoredPixels&
   support.arc = supported.fraction_in_arcs();
   support.fill = disc.fraction(0);
   support.leak = rim.fraction(0);
+  if (in_picture > 0) support.hidden = static_cast<double>(covered) / in_picture;
+  if (offsets.count == edges.count)
+    support.shape = outline_shape(offsets, colors, radius_sum_px / edges.count, blur_px);
   return support;
 }
 

@@ -9,6 +9,7 @@
 #include "calibration/color/color_table.hpp"
 #include "perception/bit_picture.hpp"
 #include "perception/edge_points.hpp"
+#include "perception/outline_shape.hpp"
 
 namespace ballservo {
 
@@ -17,7 +18,9 @@ struct OutlineSupport {
   double arc = 0;  ///< of the outline: lies on an arc of edges with the colour on their inner side
   double fill =
       0;  ///< of the disc (its part in the picture): of the ball's colour, or absorbed by its region
-  double leak = 0;  ///< of a rim around the disc: of the ball's colour, as where a bar runs on
+  double leak = 0;     ///< of a rim around the disc: of the ball's colour, as where a bar runs on
+  double hidden = 0;   ///< of the outline's part in the picture: another colour lies just inside it
+  OutlineShape shape;  ///< how the measured edge follows the outline
 
   /// 1 for a whole ball of one colour before another background.
   double quality() const;
@@ -25,8 +28,7 @@ struct OutlineSupport {
 
 /// Which sectors of the outline (of equal angle, counted as EdgePoint::angle_rad) have something on them.
 struct OutlineSectors {
-  static constexpr int most = 72;
-  std::array<bool, most> seen{};
+  std::array<bool, most_outline_sectors> seen{};
   int count = 0;
 
   void see(double angle_rad);  ///< 0 to 2 pi
@@ -35,9 +37,11 @@ struct OutlineSectors {
   double fraction_in_arcs() const;
 };
 
-/// The sectors in which an edge lies within `tolerance_px` of the fitted outline; as many as there are
-/// stretches.
-OutlineSectors edge_sectors(const OutlineEdges& edges, const ConeFit& fit, double tolerance_px);
+/// How far outside the fitted outline the edges lie; as many sectors as there are stretches.
+EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit);
+
+/// The sectors in which an edge lies within `tolerance_px` of the fitted outline.
+OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px);
 
 /// The pixels that have a ball's colour, in a window of the picture: of its class, or absorbed by a region of
 /// it.
@@ -52,8 +56,9 @@ struct ColoredPixels {
   bool at(int u_px, int v_px) const { return pixels.at(u_px - window.x, v_px - window.y); }
 };
 
-/// How the sectors with an edge and the colour inside and around the cone speak for a ball.
-OutlineSupport outline_support(const OutlineSectors& edges, const ColoredPixels& colored,
-                               const Camera& camera, const TangentCone& cone);
+/// How the sectors with an edge and the colour inside and around the cone speak for a ball. The edges'
+/// offsets are of the same sectors, or of none where no edge was measured.
+OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& offsets, double blur_px,
+                               const ColoredPixels& colored, const Camera& camera, const TangentCone& cone);
 
 }  // namespace ballservo

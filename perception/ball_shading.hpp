@@ -1,0 +1,25 @@
+// Does what is seen of a ball look like a part of a sphere? Light falls on a sphere by its normals, on a flat
+// thing evenly.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "calibration/camera/ray_table.hpp"
+#include "calibration/camera/sphere_outline.hpp"
+#include "perception/cone_fit.hpp"
+#include "perception/outline_support.hpp"
+
+namespace ballservo {
+
+/// Least squares of the brightness I = a + b . n over a sphere's normals n (Lambert, any number of lamps that
+/// reach the whole of what is seen).
+struct BallShading {
+  double strength = 0;   ///< |b| as a part of the mean brightness
+  double explained = 0;  ///< of the brightness's variance, 0 to 1
+};
+
+/// Over the ball's pixels inside the cone. Zeros where there are too few.
+BallShading ball_shading(const cv::Mat& bgr, const ColoredPixels& colored, const RayTable& rays,
+                         const TangentCone& cone, const OutlineEllipse& outline);
+
+}  // namespace ballservo
