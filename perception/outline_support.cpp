@@ -40,6 +40,10 @@ void OutlineSectors::see(double angle_rad) {
   if (sector >= 0 && count > 0) seen[static_cast<std::size_t>(std::min(sector, count - 1))] = true;
 }
 
+double OutlineSectors::fraction() const {
+  return count > 0 ? static_cast<double>(std::count(seen.begin(), seen.begin() + count, true)) / count : 0;
+}
+
 double OutlineSectors::fraction_in_arcs() const {
   const auto is_seen = [&](int i) { return seen[static_cast<std::size_t>((i + count) % count)]; };
   int in_arcs = 0, gaps = 0;
@@ -55,9 +59,8 @@ double OutlineSectors::fraction_in_arcs() const {
     if (6 * length >= count) in_arcs += seen_in_it;
     ++gaps;
   }
-  if (count > 0 && gaps == 0)
-    in_arcs = static_cast<int>(std::count(seen.begin(), seen.begin() + count, true));
-  return count > 0 ? static_cast<double>(in_arcs) / count : 0;
+  if (gaps == 0) return fraction();
+  return static_cast<double>(in_arcs) / count;
 }
 
 EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit) {
@@ -125,7 +128,8 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
     supported.seen[static_cast<std::size_t>(i)] =
         edges.seen[static_cast<std::size_t>(i)] && inside.fraction(1) >= 0.5 && outside.fraction(0) <= 0.5;
   }
-  support.arc = supported.fraction_in_arcs();
+  support.arc = supported.fraction();
+  support.arc_in_runs = supported.fraction_in_arcs();
   support.fill = disc.fraction(0);
   support.leak = rim.fraction(0);
   if (in_picture > 0) support.hidden = static_cast<double>(covered) / in_picture;

@@ -15,7 +15,8 @@ namespace ballservo {
 
 /// Fractions from 0 to 1.
 struct OutlineSupport {
-  double arc = 0;  ///< of the outline: lies on an arc of edges with the colour on their inner side
+  double arc = 0;          ///< of the outline: an edge lies on it, with the colour on its inner side
+  double arc_in_runs = 0;  ///< the same, where such edges stand side by side (see fraction_in_arcs)
   double fill =
       0;  ///< of the disc (its part in the picture): of the ball's colour, or absorbed by its region
   double leak = 0;     ///< of a rim around the disc: of the ball's colour, as where a bar runs on
@@ -32,6 +33,7 @@ struct OutlineSectors {
   int count = 0;
 
   void see(double angle_rad);  ///< 0 to 2 pi
+  double fraction() const;
   /// The fraction in stretches of at least a sixth of the turn, in which single sectors may be missing: a
   /// polygon touches its inscribed circle in many short ones.
   double fraction_in_arcs() const;
