@@ -67,6 +67,19 @@ inline void paint_disc(cv::Mat& bgr, const Eigen::Vector2d& center_px, double ra
   paint(bgr, color, [&](const Eigen::Vector2d& p) { return (p - center_px).norm() <= radius_px; });
 }
 
+/// Darkens what lies inside the circle as a sphere lit from above and from the left.
+inline void shade_as_sphere(cv::Mat& bgr, const Eigen::Vector2d& center_px, double radius_px) {
+  const Eigen::Vector3d to_light = Eigen::Vector3d(-0.5, -0.6, 0.62).normalized();
+  for (int v = 0; v < bgr.rows; ++v) {
+    for (int u = 0; u < bgr.cols; ++u) {
+      const Eigen::Vector2d n = (Eigen::Vector2d(u, v) - center_px) / radius_px;
+      if (n.squaredNorm() > 1) continue;
+      const double lit = to_light.dot(Eigen::Vector3d(n.x(), n.y(), std::sqrt(1 - n.squaredNorm())));
+      bgr.at<cv::Vec3b>(v, u) *= 0.4 + 0.6 * std::max(0.0, lit);
+    }
+  }
+}
+
 /// A flat ball, exactly where the camera sees it.
 inline void paint_ball(cv::Mat& bgr, const Camera& camera, const Eigen::Vector3d& p_C, double radius_m,
                        const cv::Vec3b& color) {
