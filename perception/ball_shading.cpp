@@ -25,8 +25,7 @@ cv::Rect box_around(const OutlineEllipse& outline, cv::Size size) {
 
 BallShading ball_shading(const cv::Mat& bgr, const ColoredPixels& colored, const RayTable& rays,
                          const TangentCone& cone, const OutlineEllipse& outline) {
-  const cv::Rect box =
-      box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size());
+  const cv::Rect box = box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size());
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
   const int step = std::max(1, static_cast<int>(outline.radius_px / 20));
   // Within the blur of the outline the background shines in.

@@ -271,8 +271,7 @@ const char* Detector::rejection(const BallObservation& ball) const {
 bool Detector::shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored,
                               const BallObservation& ball) const {
   if (ball.support.hidden <= options_.max_hidden) return true;
-  const BallShading shading =
-      ball_shading(bgr, colored, *rays_, ball.cone, ball.outline);
+  const BallShading shading = ball_shading(bgr, colored, *rays_, ball.cone, ball.outline);
   return shading.strength >= options_.min_shading && shading.explained >= options_.min_shading_explained;
 }
 

@@ -167,8 +167,11 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
 
   // The ring must leave a core for the level inside, also of a small ball.
   const double half_width_px = std::clamp(0.6 * radius_px, 2.5, options_.half_width_px);
+  // A small ball's stretches overlap, for each needs pixels enough; what they share counts once.
   const double half_turn_rad =
-      std::min(pi / edges.stretches, 0.5 * options_.max_stretch_length_px / radius_px);
+      std::min(std::max(pi / edges.stretches, 0.5 * options_.stretch_length_px / radius_px),
+               0.5 * options_.max_stretch_length_px / radius_px);
+  const double overlap = std::max(1.0, half_turn_rad * edges.stretches / pi);
   EdgeProfilePrior prior;
   prior.radius_px = radius_px;
   blurs_.clear();
@@ -184,7 +187,7 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
     EdgePoint point;
     point.ray = outline.axis * std::cos(edge_rad) + station.outward * std::sin(edge_rad);
     point.px_per_rad = station.px_per_rad;
-    point.sigma_px = std::hypot(fit->sigma_px, sigma_floor_px);
+    point.sigma_px = std::hypot(fit->sigma_px * std::sqrt(overlap), sigma_floor_px);
     point.angle_rad = 2 * pi * (static_cast<double>(i) + 0.5) / edges.stretches;
     point.contrast = std::abs(fit->step);
     edges.points.push_back(point);

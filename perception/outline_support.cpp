@@ -95,7 +95,7 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
   supported.count = edges.count;
   SectorColors colors;
   colors.count = edges.count;
-  int covered = 0, in_picture = 0;
+  int hidden = 0;
   double radius_sum_px = 0;
   for (int i = 0; i < edges.count; ++i) {
     const double angle = 2 * pi * (i + 0.5) / edges.count;
@@ -121,8 +121,7 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
     rim.pixels += outside.pixels;
     rim.colored += outside.colored;
     colors[i] = sector_color(inside, outside);
-    covered += colors[i] == SectorColor::covered ? 1 : 0;
-    in_picture += colors[i] == SectorColor::unseen ? 0 : 1;
+    hidden += colors[i] == SectorColor::covered || colors[i] == SectorColor::unseen ? 1 : 0;
     radius_sum_px += radius_px.norm();
     for (const double height : {0.24, 0.31}) look(rim, 1 + clear + height);
     supported.seen[static_cast<std::size_t>(i)] =
@@ -132,7 +131,7 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
   support.arc_in_runs = supported.fraction_in_arcs();
   support.fill = disc.fraction(0);
   support.leak = rim.fraction(0);
-  if (in_picture > 0) support.hidden = static_cast<double>(covered) / in_picture;
+  support.hidden = static_cast<double>(hidden) / edges.count;
   if (offsets.count == edges.count)
     support.shape = outline_shape(offsets, colors, radius_sum_px / edges.count, blur_px);
   return support;

@@ -20,7 +20,7 @@ struct OutlineSupport {
   double fill =
       0;  ///< of the disc (its part in the picture): of the ball's colour, or absorbed by its region
   double leak = 0;     ///< of a rim around the disc: of the ball's colour, as where a bar runs on
-  double hidden = 0;   ///< of the outline's part in the picture: another colour lies just inside it
+  double hidden = 0;   ///< of the outline: outside the picture, or another colour lies just inside it
   OutlineShape shape;  ///< how the measured edge follows the outline
 
   /// 1 for a whole ball of one colour before another background.
