@@ -64,16 +64,18 @@ double straight_share(const EdgeOffsets& offsets, const SectorColors& colors, do
 
 }  // namespace
 
+bool is_on_outline(float offset_px, double radius_px, double blur_px) {
+  return std::abs(static_cast<double>(offset_px)) <= 0.25 + 0.01 * radius_px + std::max(0.0, blur_px - 1);
+}
+
 OutlineShape outline_shape(const EdgeOffsets& offsets, const SectorColors& colors, double radius_px,
                            double blur_px) {
-  const double tolerance_px = 0.25 + 0.01 * radius_px + std::max(0.0, blur_px - 1);
   int confirmed = 0, told = 0;
   for (int i = 0; i < offsets.count; ++i) {
     if (!is_own(colors[i])) continue;
-    const bool leaks = colors[i] == SectorColor::leaking;
-    if (!leaks && std::isnan(offsets[i])) continue;
+    if (colors[i] != SectorColor::leaking && std::isnan(offsets[i])) continue;
     ++told;
-    if (!leaks && std::abs(static_cast<double>(offsets[i])) <= tolerance_px) ++confirmed;
+    if (is_on_outline(offsets[i], radius_px, blur_px)) ++confirmed;
   }
   OutlineShape shape;
   if (told > 0) shape.match = static_cast<double>(confirmed) / told;

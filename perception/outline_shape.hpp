@@ -44,6 +44,9 @@ struct OutlineShape {
   double straight = 0;
 };
 
+/// Whether an edge at that offset lies on the outline, as a ball's does.
+bool is_on_outline(float offset_px, double radius_px, double blur_px);
+
 /// `offsets` and `colors` are of the same sectors. `blur_px`: the more an edge is blurred (by motion, say),
 /// the further it may lie from the outline, and the less its curvature means.
 OutlineShape outline_shape(const EdgeOffsets& offsets, const SectorColors& colors, double radius_px,

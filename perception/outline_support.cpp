@@ -118,14 +118,19 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
       look(inside, 1 - clear - depth);
       look(outside, 1 + clear + depth);
     }
+    const bool sharp = i < offsets.count && is_on_outline(offsets[i], radius_px.norm(), blur_px);
+    // Where the ball stands before a thing of its own colour, the edge between the two speaks for it.
+    const bool runs_on = outside.fraction(0) > 0.5 && !sharp;
     rim.pixels += outside.pixels;
-    rim.colored += outside.colored;
+    if (!sharp) rim.colored += outside.colored;
     colors[i] = sector_color(inside, outside);
     hidden += colors[i] == SectorColor::covered || colors[i] == SectorColor::unseen ? 1 : 0;
     radius_sum_px += radius_px.norm();
-    for (const double height : {0.24, 0.31}) look(rim, 1 + clear + height);
+    if (!sharp) {
+      for (const double height : {0.24, 0.31}) look(rim, 1 + clear + height);
+    }
     supported.seen[static_cast<std::size_t>(i)] =
-        edges.seen[static_cast<std::size_t>(i)] && inside.fraction(1) >= 0.5 && outside.fraction(0) <= 0.5;
+        edges.seen[static_cast<std::size_t>(i)] && inside.fraction(1) >= 0.5 && !runs_on;
   }
   support.arc = supported.fraction();
   support.arc_in_runs = supported.fraction_in_arcs();
