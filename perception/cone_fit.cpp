@@ -14,7 +14,7 @@ namespace {
 // What the model of the edge leaves out (a terminator near the limb, a lamp from one side, texture) moves the
 // outline as a whole, which the scatter of its points cannot show; the less the limb bends, the less. Times
 // the radius (px), of each unknown: measured on rendered and painted balls in lights from all sides.
-constexpr double common_error_px2 = 0.43;
+constexpr double common_error_px2 = 0.38;
 constexpr int reweightings = 6;
 constexpr double tukey = 4.685;  // 95 % efficient for Gaussian residuals
 

@@ -13,7 +13,7 @@
 namespace ballservo {
 namespace {
 
-constexpr int failures_per_region = 2;
+constexpr int failures_per_region = 3;
 constexpr std::size_t max_boundary_points = 256;
 constexpr double long_step_px = 1;
 // Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.

@@ -32,7 +32,7 @@ struct DetectorOptions {
   double max_leak = 0.55;  ///< of the rim may have it
   /// Where more of the outline than this is hidden, what is seen must be shaded as a sphere is: so strongly
   /// (a part of the mean brightness), and so much of its shading must be that. A half-hidden disc is flat.
-  double max_hidden = 0.45, min_shading = 0.4, min_shading_explained = 0.77;
+  double max_hidden = 0.45, min_shading = 0.4, min_shading_explained = 0.7;
   double min_quality = 0.36;
   /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
   double oval_fraction = 0;

@@ -12,7 +12,7 @@ constexpr double two_pi = 6.283185307179586;
 // The window in which a curvature is told: so far (rad) to each side.
 constexpr double reach_rad = 0.35;
 // Edges of clean pictures are less blurred than this; above, their shape means less and less (px).
-constexpr double sharp_px = 1.5, smeared_px = 2;
+constexpr double sharp_px = 2, smeared_px = 2.4;
 
 bool is_own(SectorColor color) { return color == SectorColor::bounded || color == SectorColor::leaking; }
 
@@ -65,7 +65,10 @@ double straight_share(const EdgeOffsets& offsets, const SectorColors& colors, do
 }  // namespace
 
 bool is_on_outline(float offset_px, double radius_px, double blur_px) {
-  return std::abs(static_cast<double>(offset_px)) <= 0.25 + 0.01 * radius_px + std::max(0.0, blur_px - 1);
+  // A box of a few pixels differs from a disc by less than a large one.
+  const double tolerance_px =
+      std::min(0.25 + 0.01 * radius_px, 0.08 + 0.03 * radius_px) + std::max(0.0, blur_px - 1.4);
+  return std::abs(static_cast<double>(offset_px)) <= tolerance_px;
 }
 
 OutlineShape outline_shape(const EdgeOffsets& offsets, const SectorColors& colors, double radius_px,

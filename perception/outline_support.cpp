@@ -8,6 +8,7 @@ namespace ballservo {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
+constexpr double least_radius_before_own_color_px = 12;
 
 // How many of a zone's pixels have the ball's colour.
 struct Share {
@@ -118,8 +119,10 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
       look(inside, 1 - clear - depth);
       look(outside, 1 + clear + depth);
     }
-    const bool sharp = i < offsets.count && is_on_outline(offsets[i], radius_px.norm(), blur_px);
-    // Where the ball stands before a thing of its own colour, the edge between the two speaks for it.
+    // Where the ball stands before a thing of its own colour, the edge between the two speaks for it; of a
+    // ball of a few pixels it could as well be a corner's.
+    const bool sharp = i < offsets.count && radius_px.norm() >= least_radius_before_own_color_px &&
+                       is_on_outline(offsets[i], radius_px.norm(), blur_px);
     const bool runs_on = outside.fraction(0) > 0.5 && !sharp;
     rim.pixels += outside.pixels;
     if (!sharp) rim.colored += outside.colored;

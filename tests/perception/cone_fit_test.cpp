@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "calibration/camera/sphere_outline.hpp"
@@ -107,6 +108,39 @@ TEST(ConeFit, CovarianceGrowsWithNoiseAndDistance) {
   };
   EXPECT_GT(sigma_m(2, 0.1), 3 * sigma_m(1, 0.1));
   EXPECT_GT(sigma_m(1, 0.5), 1.5 * sigma_m(1, 0.1));
+}
+
+// Mean squared Mahalanobis distance of the centre over many sets of edges whose neighbours err alike by
+// `rho`.
+double mean_nees(double rho) {
+  const Eigen::Vector3d p_C(0.1, -0.05, 1);
+  const auto truth = *TangentCone::of_sphere(p_C, 0.035);
+  const auto exact = edges_of(p_C, 0.035, 60, 1500);
+  RandomEngine engine = random_stream(5, "correlated_edges");
+  double sum = 0;
+  constexpr int sets = 400;
+  for (int k = 0; k < sets; ++k) {
+    auto edges = exact;
+    double error_px = 0.1 * standard_normal(engine);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      error_px = rho * error_px + 0.1 * std::sqrt(1 - rho * rho) * standard_normal(engine);
+      const Eigen::Vector3d out = (edges[i].ray - truth.axis * truth.axis.dot(edges[i].ray)).normalized();
+      edges[i].ray = (edges[i].ray + out * (error_px / 1500)).normalized();
+      edges[i].angle_rad = 6.283185307179586 * (static_cast<double>(i) + 0.5) / 60;
+    }
+    const auto fit = one_gauss_newton_step(truth, edges);
+    if (!fit) return -1;
+    const Eigen::Vector3d error = fit->cone.center(0.035) - p_C;
+    sum += error.dot(center_covariance(*fit, 0.035, 0).inverse() * error);
+  }
+  return sum / sets;
+}
+
+TEST(ConeFit, CovarianceIsTrueAlsoWhereNeighbouringEdgesErrAlike) {
+  for (const double rho : {0.0, 0.3, 0.6}) {
+    EXPECT_GT(mean_nees(rho), 1.5) << rho;
+    EXPECT_LT(mean_nees(rho), 6) << rho;
+  }
 }
 
 TEST(ConeFit, ADiameterInDoubtIsADepthInDoubt) {

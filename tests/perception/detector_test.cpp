@@ -77,20 +77,53 @@ TEST(Detector, SeparatesBallsThatTouch) {
   }
 }
 
-// Only its shading tells half a ball from half a disc.
-TEST(Detector, FindsAHalfHiddenBallButNoHalfHiddenDisc) {
-  for (const bool sphere : {true, false}) {
-    cv::Mat bgr = test::grey_picture();
-    test::paint_disc(bgr, {160, 120}, 30, test::red);
-    if (sphere) test::shade_as_sphere(bgr, {160, 120}, 30);
-    cv::rectangle(bgr, {160, 60}, {230, 180}, cv::Scalar(90, 100, 95), cv::FILLED);
-    Detector detector = test::detector_for(long_lens_camera(size));
-    const auto& balls = detector.detect(bgr);
-    ASSERT_EQ(balls.size(), sphere ? 1u : 0u);
-    if (!sphere) continue;
-    EXPECT_LT((balls[0].outline.center_px - Eigen::Vector2d(160, 120)).norm(), 1);
-    EXPECT_NEAR(balls[0].outline.radius_px, 30, 1);
+TEST(Detector, FindsAHalfHiddenBall) {
+  cv::Mat bgr = test::grey_picture();
+  test::paint_shaded_disc(bgr, {160, 120}, 30, test::red);
+  cv::rectangle(bgr, {160, 60}, {230, 180}, cv::Scalar(90, 100, 95), cv::FILLED);
+  Detector detector = test::detector_for(long_lens_camera(size));
+  const auto& balls = detector.detect(bgr);
+  ASSERT_EQ(balls.size(), 1u);
+  EXPECT_LT((balls[0].outline.center_px - Eigen::Vector2d(160, 120)).norm(), 1);
+  EXPECT_NEAR(balls[0].outline.radius_px, 30, 1);
+}
+
+TEST(Detector, HalfAFlatDiscIsNoBall) {
+  cv::Mat bgr = test::grey_picture();
+  test::paint_disc(bgr, {160, 120}, 30, test::red);
+  cv::rectangle(bgr, {160, 60}, {230, 180}, cv::Scalar(90, 100, 95), cv::FILLED);
+  Detector detector = test::detector_for(long_lens_camera(size));
+  EXPECT_TRUE(detector.detect(bgr).empty());
+}
+
+TEST(Detector, DoesNotTakeBoxesForBalls) {
+  for (const double half_px : {8.0, 15.0, 25.0, 45.0}) {
+    for (const double shape : {0.7, 1.0}) {
+      for (const double turn_rad : {0.0, 0.3, 0.785}) {
+        cv::Mat bgr = test::grey_picture();
+        const Eigen::Vector2d along(std::cos(turn_rad), std::sin(turn_rad)), across(-along.y(), along.x());
+        test::paint(bgr, test::red, [&](const Eigen::Vector2d& p) {
+          const Eigen::Vector2d q = p - Eigen::Vector2d(160, 120);
+          return std::abs(q.dot(along)) < half_px && std::abs(q.dot(across)) < shape * half_px;
+        });
+        cv::GaussianBlur(bgr, bgr, {}, 0.7);
+        Detector detector = test::detector_for(long_lens_camera(size));
+        EXPECT_TRUE(detector.detect(bgr).empty())
+            << "half a side " << half_px << " px, sides " << shape << ", turned " << turn_rad;
+      }
+    }
   }
+}
+
+TEST(Detector, FindsABallOfEightPixels) {
+  cv::Mat bgr = test::grey_picture();
+  test::paint_disc(bgr, {160.3, 119.6}, 4, test::red);
+  cv::GaussianBlur(bgr, bgr, {}, 0.7);
+  Detector detector = test::detector_for(long_lens_camera(size));
+  const auto& balls = detector.detect(bgr);
+  ASSERT_EQ(balls.size(), 1u);
+  EXPECT_LT((balls[0].outline.center_px - Eigen::Vector2d(160.3, 119.6)).norm(), 0.1);
+  EXPECT_NEAR(balls[0].outline.radius_px, 4, 0.15);
 }
 
 TEST(Detector, DoesNotTakeBarsForBalls) {

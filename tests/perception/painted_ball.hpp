@@ -67,15 +67,25 @@ inline void paint_disc(cv::Mat& bgr, const Eigen::Vector2d& center_px, double ra
   paint(bgr, color, [&](const Eigen::Vector2d& p) { return (p - center_px).norm() <= radius_px; });
 }
 
-/// Darkens what lies inside the circle as a sphere lit from above and from the left.
-inline void shade_as_sphere(cv::Mat& bgr, const Eigen::Vector2d& center_px, double radius_px) {
-  const Eigen::Vector3d to_light = Eigen::Vector3d(-0.5, -0.6, 0.62).normalized();
+/// A sphere in a far camera's eye, lit from the left above.
+inline void paint_shaded_disc(cv::Mat& bgr, const Eigen::Vector2d& center_px, double radius_px,
+                              const cv::Vec3b& color) {
+  cv::Mat flat = bgr.clone();
+  paint_disc(flat, center_px, radius_px, color);
   for (int v = 0; v < bgr.rows; ++v) {
     for (int u = 0; u < bgr.cols; ++u) {
       const Eigen::Vector2d n = (Eigen::Vector2d(u, v) - center_px) / radius_px;
-      if (n.squaredNorm() > 1) continue;
-      const double lit = to_light.dot(Eigen::Vector3d(n.x(), n.y(), std::sqrt(1 - n.squaredNorm())));
-      bgr.at<cv::Vec3b>(v, u) *= 0.4 + 0.6 * std::max(0.0, lit);
+      if (n.norm() > 1.1) continue;
+      const double depth = std::sqrt(std::max(0.0, 1 - n.squaredNorm()));
+      const double light =
+          0.5 +
+          0.5 * std::max(0.0, Eigen::Vector3d(n.x(), n.y(), depth).dot(Eigen::Vector3d(-0.5, -0.5, 0.7071)));
+      const double inside = (flat.at<cv::Vec3b>(v, u)[2] - bgr.at<cv::Vec3b>(v, u)[2]) /
+                            std::max(1.0, static_cast<double>(color[2] - bgr.at<cv::Vec3b>(v, u)[2]));
+      for (int c = 0; c < 3; ++c) {
+        std::uint8_t& level = bgr.at<cv::Vec3b>(v, u)[c];
+        level = cv::saturate_cast<std::uint8_t>(level + inside * (light * color[c] - level));
+      }
     }
   }
 }
