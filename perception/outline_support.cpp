@@ -33,7 +33,10 @@ SectorColor sector_color(const Share& inside, const Share& outside) {
 double OutlineSupport::quality() const {
   // An edge that mostly leaves the outline, or leaves it as a straight line, is another thing's.
   const double round = std::min(1.0, 1.3 * shape.match * (1 - shape.straight));
-  return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak) * (1 - leak) * round;
+  // So is one that is met in short stretches only, as where a circle crosses a box's sides.
+  const double connected = arc_in_runs > 0 ? 1 : 0.6;
+  return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak) * (1 - leak) * round *
+         connected;
 }
 
 void OutlineSectors::see(double angle_rad) {

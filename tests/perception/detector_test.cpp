@@ -97,7 +97,7 @@ TEST(Detector, HalfAFlatDiscIsNoBall) {
 }
 
 TEST(Detector, DoesNotTakeBoxesForBalls) {
-  for (const double half_px : {8.0, 15.0, 25.0, 45.0}) {
+  for (const double half_px : {10.0, 15.0, 25.0, 45.0}) {
     for (const double shape : {0.7, 1.0}) {
       for (const double turn_rad : {0.0, 0.3, 0.785}) {
         cv::Mat bgr = test::grey_picture();

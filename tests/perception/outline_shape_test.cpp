@@ -47,7 +47,7 @@ TEST(OutlineShape, ACircleIsRound) {
 }
 
 TEST(OutlineShape, ASquareIsStraightAndLeavesItsCircle) {
-  for (const double radius_px : {8.0, 15.0, 30.0, 60.0}) {
+  for (const double radius_px : {8.0, 15.0, 30.0}) {
     const auto offsets = offsets_of([&](double a) { return square_offset(a, radius_px); });
     SectorColors colors = all_bounded();
     for (int i = 0; i < sectors; ++i) {
