@@ -14,32 +14,20 @@ AVX2 inline __m256i in_both_lanes(const std::uint8_t* from) {
   return _mm256_broadcastsi128_si256(_mm_load_si128(reinterpret_cast<const __m128i*>(from)));
 }
 
-// A table of 64 entries for PSHUFB, which knows 16: entry x is the exclusive or of the parts that start at or
-// below x.
-struct Table64 {
-  __m256i part[4];
+// A table of 32 entries for PSHUFB, which knows 16: it looks at the lower four bits of an index, and gives 0
+// where the index is negative.
+struct Table32 {
+  __m256i lower, change;  // entries 0 to 15; what turns them into entries 16 to 31
 };
 
-AVX2 inline Table64 table_of(const std::uint8_t* entries) {
-  Table64 table;
-  __m256i before = _mm256_setzero_si256();
-  for (int i = 0; i < 4; ++i) {
-    const __m256i sixteen = in_both_lanes(entries + 16 * i);
-    table.part[i] = _mm256_xor_si256(sixteen, before);
-    before = sixteen;
-  }
-  return table;
+AVX2 inline Table32 table_of(const std::uint8_t* entries) {
+  const __m256i lower = in_both_lanes(entries);
+  return {lower, _mm256_xor_si256(lower, in_both_lanes(entries + 16))};
 }
 
-// PSHUFB gives 0 where the index is negative, and looks at its lower four bits elsewhere.
-AVX2 inline __m256i look_up(const Table64& table, __m256i cells) {
-  const __m256i sixteen = _mm256_set1_epi8(16);
-  __m256i result = _mm256_shuffle_epi8(table.part[0], cells);
-  for (int i = 1; i < 4; ++i) {
-    cells = _mm256_sub_epi8(cells, sixteen);
-    result = _mm256_xor_si256(result, _mm256_shuffle_epi8(table.part[i], cells));
-  }
-  return result;
+AVX2 inline __m256i look_up(const Table32& table, __m256i cells) {
+  const __m256i above = _mm256_sub_epi8(cells, _mm256_set1_epi8(16));
+  return _mm256_xor_si256(_mm256_shuffle_epi8(table.lower, cells), _mm256_shuffle_epi8(table.change, above));
 }
 
 AVX2 inline __m256i load_lanes(const std::uint8_t* low, const std::uint8_t* high) {
@@ -79,13 +67,13 @@ AVX2 inline Cells cells_of(const std::uint8_t* bgr) {  // 96 bytes
       const __m256i part = _mm256_shuffle_epi8(vectors[i], in_both_lanes(gathering.from[c][i]));
       bytes = _mm256_or_si256(bytes, part);
     }
-    cells.channel[c] = _mm256_and_si256(_mm256_srli_epi16(bytes, 2), _mm256_set1_epi8(63));
+    cells.channel[c] = _mm256_and_si256(_mm256_srli_epi16(bytes, 3), _mm256_set1_epi8(31));
   }
   return cells;
 }
 
 struct Tables {
-  Table64 of_channel[3];
+  Table32 of_channel[3];
 
   AVX2 explicit Tables(const BoxTables& tables) {
     for (int c = 0; c < 3; ++c) of_channel[c] = table_of(tables.bits[c]);

@@ -40,12 +40,12 @@ struct Deinterleaving {
     }
   }
 
-  // Of 64 pixels from 192 bytes. VPERMB looks at the lower six bits of a cell alone, so what the shift brings
-  // into the others from the byte beside does not matter.
+  // Of 64 pixels from 192 bytes. The upper three bits of a cell are what the shift brings from the byte
+  // beside: VPERMB does not look at two of them, and for the third the tables are there twice.
   AVX512 Cells cells(__m512i low, __m512i middle, __m512i high) const {
-    low = _mm512_srli_epi16(low, 2);
-    middle = _mm512_srli_epi16(middle, 2);
-    high = _mm512_srli_epi16(high, 2);
+    low = _mm512_srli_epi16(low, 3);
+    middle = _mm512_srli_epi16(middle, 3);
+    high = _mm512_srli_epi16(high, 3);
     Cells cells;
     for (int c = 0; c < 3; ++c) {
       const __m512i part = _mm512_permutex2var_epi8(low, first[c], middle);

@@ -6,8 +6,9 @@
 
 namespace ballservo {
 
-/// For each channel (blue, green, red) and each of its 64 cells (of 4 levels), in which of eight boxes of
-/// colours the cell lies, a bit for each box: a colour lies in the boxes whose bits all three entries share.
+/// For each channel (blue, green, red) and each 8 of its levels, in which of eight boxes of colours they lie,
+/// a bit for each box: a colour lies in the boxes whose bits all three entries share. The 32 entries stand
+/// there twice, for the one who reads 64.
 struct BoxTables {
   alignas(64) std::uint8_t bits[3][64] = {};
 };

@@ -6,7 +6,7 @@ namespace ballservo {
 namespace {
 
 unsigned bits_of(const BoxTables& tables, const std::uint8_t* p) {
-  return tables.bits[0][p[0] >> 2] & tables.bits[1][p[1] >> 2] & tables.bits[2][p[2] >> 2];
+  return tables.bits[0][p[0] >> 3] & tables.bits[1][p[1] >> 3] & tables.bits[2][p[2] >> 3];
 }
 
 }  // namespace

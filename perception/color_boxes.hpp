@@ -17,10 +17,10 @@ struct ColorBox {
 };
 
 /// At most `max_boxes` boxes that together hold every cell with a class, and little of what pictures show
-/// otherwise: the background that the table was learnt from, and greyish colours.
+/// otherwise: the background that the table was learnt from, and greyish colours. On every second cell.
 std::vector<ColorBox> outer_boxes(const ColorTable& colors, int max_boxes);
 
-/// At most `max_boxes` boxes of cells of one class each, the largest first, on every fourth cell.
+/// At most `max_boxes` boxes of cells of one class each, the largest first. On every fourth cell.
 std::vector<ColorBox> inner_boxes(const ColorTable& colors, int max_boxes);
 
 }  // namespace ballservo

@@ -22,15 +22,31 @@ void check(const ColorTable& colors) {
   faults.throw_if_any();
 }
 
-BoxTables tables_of(const std::vector<ColorBox>& boxes) {
-  BoxTables tables;
+using CellBits = std::array<std::array<std::uint8_t, ColorTable::side>, 3>;
+
+CellBits bits_of(const std::vector<ColorBox>& boxes) {
+  CellBits bits{};
   unsigned bit = 1;
   for (const ColorBox& box : boxes) {
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::size_t cell = box.low[c]; cell <= box.high[c]; ++cell)
-        tables.bits[c][cell] = static_cast<std::uint8_t>(tables.bits[c][cell] | bit);
+        bits[c][cell] = static_cast<std::uint8_t>(bits[c][cell] | bit);
     }
     bit <<= 1;
+  }
+  return bits;
+}
+
+// For every two cells, so that they are safe for both.
+template <class Join>
+BoxTables pairs(const CellBits& bits, const Join& join) {
+  BoxTables tables;
+  constexpr std::size_t entries = ColorTable::side / 2;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < entries; ++i) {
+      const auto joined = static_cast<std::uint8_t>(join(bits[c][2 * i], bits[c][2 * i + 1]));
+      tables.bits[c][i] = tables.bits[c][entries + i] = joined;
+    }
   }
   return tables;
 }
@@ -50,37 +66,40 @@ ColorLookup::ColorLookup(std::shared_ptr<const ColorTable> colors) : colors_(std
   entries_ = colors_->table.data();
   constexpr int bits = 8;
   const std::vector<ColorBox> inner = inner_boxes(*colors_, bits);
-  taught_boxes_.outer = tables_of(outer_boxes(*colors_, bits));
-  taught_boxes_.inner = tables_of(inner);
-  taught_boxes_.classes = classes();
+  taught_outer_ = bits_of(outer_boxes(*colors_, bits));
+  taught_inner_ = bits_of(inner);
+  boxes_.classes = classes();
   for (std::size_t i = 0; i < inner.size(); ++i) {
-    std::uint8_t& own = taught_boxes_.inner_of_class[inner[i].color_class - 1];
+    std::uint8_t& own = boxes_.inner_of_class[inner[i].color_class - 1];
     own = static_cast<std::uint8_t>(own | (1u << i));
   }
   set_light(LightCells::as_taught());
 }
 
 void ColorLookup::set_light(const LightCells& light) {
-  constexpr std::size_t levels = 256 / ColorTable::side;
-  boxes_ = taught_boxes_;
+  constexpr std::size_t levels = 256 / ColorTable::side, dark = LightCells::dark;
+  CellBits outer, inner;
   unsigned holds_dark = 255;  // the inner boxes that hold a dark colour
   for (std::size_t c = 0; c < 3; ++c) {
     unsigned in_channel = 0;
     for (std::size_t cell = 0; cell < ColorTable::side; ++cell) {
       const std::size_t taught = light.taught_cell[c][cell];
       std::fill_n(&offset_[c][levels * cell], levels, static_cast<std::uint32_t>(taught << (6 * c)));
-      boxes_.inner.bits[c][cell] = taught_boxes_.inner.bits[c][taught];
-      // A dark cell is looked up at itself or elsewhere, as the other channels say: it must pass for both.
-      const bool dark = cell < LightCells::dark;
-      const unsigned itself = dark ? taught_boxes_.outer.bits[c][cell] : 0u;
-      boxes_.outer.bits[c][cell] = static_cast<std::uint8_t>(taught_boxes_.outer.bits[c][taught] | itself);
-      if (dark) in_channel |= boxes_.inner.bits[c][cell];
+      inner[c][cell] = taught_inner_[c][taught];
+      outer[c][cell] = taught_outer_[c][taught];
+      if (cell >= dark) continue;
+      // A dark cell is looked up at itself or elsewhere, as the other channels say: it may be in either's
+      // box.
+      outer[c][cell] = static_cast<std::uint8_t>(outer[c][cell] | taught_outer_[c][cell]);
+      in_channel |= inner[c][cell];
     }
     holds_dark &= in_channel;
   }
-  // And is sure of neither.
-  for (std::size_t cell = 0; cell < LightCells::dark; ++cell)
-    boxes_.inner.bits[0][cell] = static_cast<std::uint8_t>(boxes_.inner.bits[0][cell] & ~holds_dark);
+  // And is surely in none.
+  for (std::size_t cell = 0; cell < dark; ++cell)
+    inner[0][cell] = static_cast<std::uint8_t>(inner[0][cell] & ~holds_dark);
+  boxes_.outer = pairs(outer, [](unsigned a, unsigned b) { return a | b; });
+  boxes_.inner = pairs(inner, [](unsigned a, unsigned b) { return a & b; });
 }
 
 }  // namespace ballservo

@@ -40,14 +40,17 @@ class ColorLookup {
   /// The class of a colour under the light that was set.
   ClassIndex classify(std::uint8_t b, std::uint8_t g, std::uint8_t r) const {
     constexpr int dark = LightCells::dark * 256 / ColorTable::side;
-    if (b < dark && g < dark && r < dark) return colors_->classify(b, g, r);
+    if ((b | g | r) < 16 && b < dark && g < dark && r < dark) return colors_->classify(b, g, r);
     return entries_[offset_[0][b] + offset_[1][g] + offset_[2][r]];
   }
 
  private:
   std::shared_ptr<const ColorTable> colors_;
   const ClassIndex* entries_;
-  ColorBoxes taught_boxes_, boxes_;
+  using CellBits =
+      std::array<std::array<std::uint8_t, ColorTable::side>, 3>;  // the boxes that a cell lies in
+  CellBits taught_outer_{}, taught_inner_{};
+  ColorBoxes boxes_;
   std::array<std::array<std::uint32_t, 256>, 3> offset_;  // each channel's part of a table entry's place
 };
 

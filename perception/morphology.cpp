@@ -5,7 +5,9 @@
 namespace ballservo {
 namespace {
 
-// What lies outside the picture changes nothing in either.
+// A square is a column of rows: erosion and dilation by it are those across rows and those along rows, in any
+// order, so that each opening and closing goes once along the rows. What lies outside the picture changes
+// nothing in either.
 struct Erosion {
   static constexpr std::uint64_t outside = ~std::uint64_t{0};
   static std::uint64_t join(std::uint64_t a, std::uint64_t b) { return a & b; }
@@ -27,36 +29,70 @@ std::uint64_t with_neighbors(std::uint64_t before, std::uint64_t here, std::uint
   return joined;
 }
 
+// Every pixel of the words from `first` to `last` joined with its neighbours in the row. What lies beyond the
+// row is outside.
 template <class Operation, int reach>
-void along_row(const std::uint64_t* in, int words, std::uint64_t last_bits, std::uint64_t* out) {
-  const std::uint64_t last = (in[words - 1] & last_bits) | (Operation::outside & ~last_bits);
-  if (words == 1) {
-    out[0] = with_neighbors<Operation, reach>(Operation::outside, last, Operation::outside);
-    return;
+void along_row(const std::uint64_t* in, int words, int first, int last, std::uint64_t* out) {
+  std::uint64_t before = first > 0 ? in[first - 1] : Operation::outside;
+  std::uint64_t here = in[first];
+  for (int w = first; w <= last; ++w) {
+    const std::uint64_t after = w + 1 < words ? in[w + 1] : Operation::outside;
+    out[w] = with_neighbors<Operation, reach>(before, here, after);
+    before = here;
+    here = after;
   }
-  for (int w = 1; w < words - 2; ++w) out[w] = with_neighbors<Operation, reach>(in[w - 1], in[w], in[w + 1]);
-  const std::uint64_t second = words == 2 ? last : in[1];
-  out[0] = with_neighbors<Operation, reach>(Operation::outside, in[0], second);
-  if (words > 2) out[words - 2] = with_neighbors<Operation, reach>(in[words - 3], in[words - 2], last);
-  out[words - 1] = with_neighbors<Operation, reach>(in[words - 2], last, Operation::outside);
 }
 
-// Every pixel joined with the square of `reach` around it. `rows` is room for the first step.
+// Every row of `rows` by one operation and then the other, an opening or a closing; `row` is room for one.
+// Words that no set pixel is near to are left alone: there is nothing to change.
+template <class First, class Second, int reach>
+void along_rows(BitPicture& rows, std::vector<std::uint64_t>& row) {
+  const int words = rows.row_words();
+  const std::uint64_t behind = ~rows.last_word_bits();
+  row.resize(static_cast<std::size_t>(words));
+  for (int v = 0; v < rows.size().height; ++v) {
+    std::uint64_t* const in = rows.row(v);
+    int first = 0, last = words - 1;
+    while (first < words && in[first] == 0) ++first;
+    if (first == words) continue;
+    while (in[last] == 0) --last;
+    first = std::max(first - 1, 0);
+    last = std::min(last + 1, words - 1);
+    in[words - 1] |= First::outside & behind;
+    std::fill_n(row.data() + first, last - first + 1, 0);
+    if (first > 0) row[static_cast<std::size_t>(first) - 1] = 0;
+    if (last + 1 < words) row[static_cast<std::size_t>(last) + 1] = 0;
+    along_row<First, reach>(in, words, first, last, row.data());
+    row.back() = (row.back() & ~behind) | (Second::outside & behind);
+    along_row<Second, reach>(row.data(), words, first, last, in);
+    in[words - 1] &= ~behind;
+  }
+}
+
+// Every word joined with those up to `reach` rows above and below.
 template <class Operation, int reach>
-void squares(const BitPicture& in, BitPicture& rows, BitPicture& out) {
-  const int height = in.size().height, words = in.row_words();
-  rows.resize(in.size());
+void across_rows(const BitPicture& in, BitPicture& out) {
   out.resize(in.size());
-  for (int v = 0; v < height; ++v)
-    along_row<Operation, reach>(in.row(v), words, in.last_word_bits(), rows.row(v));
+  const int height = in.size().height, words = in.row_words();
   for (int v = 0; v < height; ++v) {
+    if (v == reach && height > 2 * reach) {  // far from the border, the rows are one long one
+      const std::uint64_t* const from = in.row(0);
+      std::uint64_t* const to = out.row(0);
+      const int end = (height - reach) * words;
+      for (int i = reach * words; i < end; ++i) {
+        std::uint64_t joined = from[i];
+        for (int r = 1; r <= reach; ++r)
+          joined = Operation::join(joined, Operation::join(from[i - r * words], from[i + r * words]));
+        to[i] = joined;
+      }
+      v = height - reach;
+    }
     std::uint64_t* const to = out.row(v);
-    std::copy_n(rows.row(v), words, to);
+    std::copy_n(in.row(v), words, to);
     for (int other = std::max(0, v - reach); other <= std::min(height - 1, v + reach); ++other) {
-      const std::uint64_t* const from = rows.row(other);
+      const std::uint64_t* const from = in.row(other);
       for (int w = 0; w < words; ++w) to[w] = Operation::join(to[w], from[w]);
     }
-    to[words - 1] &= in.last_word_bits();
   }
 }
 
@@ -72,16 +108,18 @@ void for_each_word(const BitPicture& picture, const Change& change) {
 void ClassMorphology::open(const ClassPictures& classes, ClassPictures& opened) {
   opened.resize(classes.size());
   for (std::size_t k = 0; k < classes.size(); ++k) {
-    squares<Erosion, 1>(classes[k], rows_, eroded_);
-    squares<Dilation, 1>(eroded_, rows_, opened[k]);
+    across_rows<Erosion, 1>(classes[k], rows_);
+    along_rows<Erosion, Dilation, 1>(rows_, row_);
+    across_rows<Dilation, 1>(rows_, opened[k]);
   }
 }
 
 void ClassMorphology::close(const ClassPictures& opened, ClassPictures& closed) {
   closed.resize(opened.size());
   for (std::size_t k = 0; k < opened.size(); ++k) {
-    squares<Dilation, 2>(opened[k], rows_, dilated_);
-    squares<Erosion, 2>(dilated_, rows_, closed[k]);
+    across_rows<Dilation, 2>(opened[k], rows_);
+    along_rows<Dilation, Erosion, 2>(rows_, row_);
+    across_rows<Erosion, 2>(rows_, closed[k]);
   }
   if (opened.size() < 2) return;
   // Taken: by a class of its own, or by an earlier class that closed over it.

@@ -1,6 +1,9 @@
 // Stage 2: noise removal and hole filling in the class pictures (paper, figures 2c and 4).
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "perception/bit_picture.hpp"
 
 namespace ballservo {
@@ -16,7 +19,8 @@ class ClassMorphology {
   void close(const ClassPictures& opened, ClassPictures& closed);
 
  private:
-  BitPicture rows_, eroded_, dilated_, taken_;  // reused between frames
+  BitPicture rows_, taken_;  // reused between frames
+  std::vector<std::uint64_t> row_;
 };
 
 }  // namespace ballservo

@@ -20,6 +20,7 @@ void RegionMap::update(ClassPictures& classes, cv::Size size) {
     const cv::Rect& box = region.box;
     region.touches_border = box.x == 0 || box.y == 0 || box.br().x == size.width || box.br().y == size.height;
   }
+  name_touching_regions();
   list_neighbors();
   absorb_enclosed();
   list_runs(classes);
@@ -85,10 +86,19 @@ void RegionMap::number_components() {
     whole.pixels += run.end - run.begin;
     whole.box |= cv::Rect(run.begin, run.v, run.end - run.begin, 1);
   }
-  for (auto& [a, b] : touching_) {
-    a = parent_[place(a)];
-    b = parent_[place(b)];
+}
+
+// From runs that touch to regions that do. Most pairs are the last one that the smaller region had, again.
+void RegionMap::name_touching_regions() {
+  seen_.assign(regions_.size(), -1);
+  std::size_t kept = 0;
+  for (const auto& [run_a, run_b] : touching_) {
+    const auto [a, b] = std::minmax(parent_[place(run_a)], parent_[place(run_b)]);
+    if (seen_[place(b)] == a) continue;
+    seen_[place(b)] = a;
+    touching_[kept++] = {a, b};
   }
+  touching_.resize(kept);
 }
 
 // Sorted by counting, then each once.

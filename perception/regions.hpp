@@ -65,6 +65,7 @@ class RegionMap {
   int component_of(int run);
   void join_runs();
   void number_components();
+  void name_touching_regions();
   void list_neighbors();
   void absorb_enclosed();
   void list_runs(ClassPictures& classes);

@@ -1,42 +1,52 @@
 #include "perception/runs.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace ballservo {
 namespace {
 
-ClassIndex class_at(const ClassPictures& classes, int v, int w, std::uint64_t bit) {
-  for (std::size_t k = 0; k < classes.size(); ++k) {
-    if (classes[k].row(v)[w] & bit) return static_cast<ClassIndex>(k + 1);
+// One row of the class pictures.
+struct ClassRow {
+  ClassRow(const ClassPictures& pictures, int v) : classes(pictures.size()) {
+    for (std::size_t k = 0; k < classes; ++k) words[k] = pictures[k].row(v);
   }
-  return no_class;
-}
 
-// Pixels of a word, in any class, that are of another class than the one to their left.
-std::uint64_t changes(const ClassPictures& classes, int v, int w) {
-  std::uint64_t changed = 0;
-  for (const BitPicture& picture : classes) {
-    const std::uint64_t* const row = picture.row(v);
-    const std::uint64_t left = w > 0 ? row[w - 1] >> (BitPicture::word_bits - 1) : 0;
-    changed |= row[w] ^ (row[w] << 1 | left);
+  ClassIndex class_at(int w, std::uint64_t bit) const {
+    for (std::size_t k = 0; k < classes; ++k) {
+      if (words[k][w] & bit) return static_cast<ClassIndex>(k + 1);
+    }
+    return no_class;
   }
-  return changed;
-}
+
+  // Pixels of a word, in any class, that are of another class than the one to their left.
+  std::uint64_t changes(int w) const {
+    std::uint64_t changed = 0;
+    for (std::size_t k = 0; k < classes; ++k) {
+      const std::uint64_t left = w > 0 ? words[k][w - 1] >> (BitPicture::word_bits - 1) : 0;
+      changed |= words[k][w] ^ (words[k][w] << 1 | left);
+    }
+    return changed;
+  }
+
+  std::size_t classes;
+  std::array<const std::uint64_t*, max_classes> words;  // the first `classes`
+};
 
 // Calls found(begin, end, class) for each run of a row.
 template <class Found>
 void for_each_run(const ClassPictures& classes, cv::Size size, int v, const Found& found) {
   int begin = 0;
   ClassIndex color_class = no_class;
+  const ClassRow row(classes, v);
   const int words = classes.empty() ? 0 : classes[0].row_words();
   for (int w = 0; w < words; ++w) {
-    std::uint64_t changed = changes(classes, v, w);
-    if (w + 1 == words) changed &= classes[0].last_word_bits();
-    for (; changed != 0; changed &= changed - 1) {
+    for (std::uint64_t changed = row.changes(w); changed != 0; changed &= changed - 1) {
       const int u = BitPicture::word_bits * w + __builtin_ctzll(changed);
+      if (u == size.width) break;  // the bits behind the last pixel
       if (u > begin) found(begin, u, color_class);
       begin = u;
-      color_class = class_at(classes, v, w, changed & (0 - changed));
+      color_class = row.class_at(w, changed & (0 - changed));
     }
   }
   found(begin, size.width, color_class);
