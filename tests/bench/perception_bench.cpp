@@ -2,9 +2,11 @@
 // well.
 //
 // warm: the same frame again and again. cold: frames cycled through more memory than the caches hold.
+// read is a sum of the frame's bytes by the widest instructions that the processor has; classify the fastest
+// of classify_portable, classify_avx2 and classify_avx512.
 // adapt is what following the light adds to a tracked frame: warm in steady light, cold in a light that
-// changes all the time, so that the table is being patched in every frame. Counters: found (of the frames,
-// centre within 0.2 r and radius within 20 %), center_px and radius_px (median errors of those found).
+// changes all the time. Counters: found (of the frames, centre within 0.2 r and radius within 20 %),
+// center_px and radius_px (median errors of those found).
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -20,6 +22,7 @@
 #include "perception/light_adaptation.hpp"
 #include "perception/tracker.hpp"
 #include "tests/bench/bench_frames.hpp"
+#include "tests/bench/memory_read.hpp"
 #include "tests/bench/peers.hpp"
 
 namespace ballservo::bench {
@@ -84,10 +87,8 @@ Method track(const BenchSet& set) {
 Method read(const BenchSet&) {
   return [](const cv::Mat& bgr, double) {
     std::uint64_t sum = 0;
-    for (int v = 0; v < bgr.rows; ++v) {
-      const std::uint8_t* row = bgr.ptr(v);
-      for (int i = 0; i < 3 * bgr.cols; ++i) sum += row[i];
-    }
+    for (int v = 0; v < bgr.rows; ++v)
+      sum += sum_of_bytes(bgr.ptr(v), 3 * static_cast<std::size_t>(bgr.cols));
     benchmark::DoNotOptimize(sum);
     return Candidates{};
   };
@@ -199,6 +200,36 @@ void run_track(benchmark::State& state, ImageSize size, bool cold) {
   }
 }
 
+// A quick conversion, good enough for a benchmark: the colours of every second pixel are dropped. An odd last
+// column is left out.
+cv::Mat to_yuyv(const cv::Mat& bgr) {
+  cv::Mat yuv, yuyv(bgr.rows, bgr.cols / 2 * 2, CV_8UC2);
+  cv::cvtColor(bgr, yuv, cv::COLOR_BGR2YUV);
+  for (int v = 0; v < bgr.rows; ++v) {
+    for (int u = 0; u < yuyv.cols; ++u) {
+      const cv::Vec3b &own = yuv.at<cv::Vec3b>(v, u), &pair = yuv.at<cv::Vec3b>(v, u / 2 * 2);
+      yuyv.at<cv::Vec2b>(v, u) =
+          cv::Vec2b(cv::saturate_cast<std::uint8_t>(16 + own[0] * 219 / 255), pair[1 + u % 2]);
+    }
+  }
+  return yuyv;
+}
+
+// The same frames as a camera sends them: two bytes a pixel.
+void run_yuyv(benchmark::State& state, ImageSize size, bool cold) {
+  const Frames& frames = frames_of(size);
+  static std::map<int, std::vector<cv::Mat>> sent;
+  std::vector<cv::Mat>& yuyv = sent[size.width_px];
+  for (std::size_t i = yuyv.size(); i < frames.cycled.size(); ++i) yuyv.push_back(to_yuyv(frames.cycled[i]));
+  const ColorLookup colors(frames.set.colors);
+  ClassPictures classes;
+  std::size_t next = 0;
+  for (auto _ : state) {
+    classify_yuyv(yuyv[cold ? next++ % yuyv.size() : 0], colors, classes);
+    benchmark::DoNotOptimize(classes.data());
+  }
+}
+
 void run_adapt(benchmark::State& state, ImageSize size, bool cold) {
   const Frames& frames = frames_of(size);
   const BenchFrame& frame = frames.set.frames[0];
@@ -225,16 +256,21 @@ void run_adapt(benchmark::State& state, ImageSize size, bool cold) {
 }
 
 void register_all() {
-  const std::vector<std::pair<std::string, std::pair<MakeMethod, bool>>> methods{
+  std::vector<std::pair<std::string, std::pair<MakeMethod, bool>>> methods{
       {"read", {read, false}},
       {"memcpy", {copy, false}},
       {"classify", {classify_with(ClassificationKernel::fastest), false}},
+      {"classify_portable", {classify_with(ClassificationKernel::portable), false}},
       {"segment", {segment, false}},
       {"detect", {detect(BallFit::sphere), true}},
       {"detect_paper", {detect(BallFit::paper), true}},
       {"hough_gradient", {hough_gradient, true}},
       {"hsv_contour", {hsv_contour, true}},
   };
+  if (runs_here(ClassificationKernel::avx2))
+    methods.push_back({"classify_avx2", {classify_with(ClassificationKernel::avx2), false}});
+  if (runs_here(ClassificationKernel::avx512))
+    methods.push_back({"classify_avx512", {classify_with(ClassificationKernel::avx512), false}});
   for (const ImageSize size : {ImageSize{640, 480}, ImageSize{1024, 683}, ImageSize{1920, 1080}}) {
     for (const bool cold : {false, true}) {
       const std::string suffix =
@@ -247,6 +283,9 @@ void register_all() {
       }
       benchmark::RegisterBenchmark(("track" + suffix).c_str(), [size, cold](benchmark::State& state) {
         run_track(state, size, cold);
+      })->Unit(benchmark::kMicrosecond);
+      benchmark::RegisterBenchmark(("classify_yuyv" + suffix).c_str(), [size, cold](benchmark::State& state) {
+        run_yuyv(state, size, cold);
       })->Unit(benchmark::kMicrosecond);
       benchmark::RegisterBenchmark(("adapt" + suffix).c_str(), [size, cold](benchmark::State& state) {
         run_adapt(state, size, cold);

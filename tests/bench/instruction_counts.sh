@@ -1,0 +1,33 @@
+#!/bin/sh
+# usage: instruction_counts.sh PROGRAM FIGURES [--update]
+# Counts the instructions of each stage named in FIGURES (lines "STAGE COUNT"), under callgrind: the same whatever else
+# the machine does. Fails where one needs over 10 % more than its figure; --update writes the figures anew. Callgrind
+# knows no AVX-512, so that `segment`, `detect` and `track` classify with AVX2.
+set -u
+program=$1 figures=$2 update=${3:-}
+if ! command -v valgrind >/dev/null; then
+  echo "skipped: valgrind is not installed"
+  exit 77
+fi
+if ! grep -qw avx2 /proc/cpuinfo; then
+  echo "skipped: the figures are for a processor with AVX2"
+  exit 77
+fi
+
+count() {
+  valgrind --tool=callgrind --callgrind-out-file=/dev/null --collect-atstart=no --toggle-collect=counted_stage \
+    "$program" "$1" 2>&1 </dev/null | sed -n 's/.*Collected : *\([0-9]*\).*/\1/p'
+}
+
+new=$(while read -r stage figure; do
+  counted=$(count "$stage")
+  echo "$stage ${counted:-0} $figure"
+done <"$figures")
+if [ "$update" = --update ]; then
+  echo "$new" | cut -d " " -f 1,2 | tee "$figures"
+  exit
+fi
+echo "$new" | awk '
+  BEGIN { form = "%-20s %12s %12s %6s\n"; printf form, "stage", "instructions", "figure", "ratio" }
+  { printf form, $1, $2, $3, $3 ? sprintf("%.3f", $2 / $3) : "-"; bad += !$2 || $2 > 1.1 * $3 }
+  END { exit bad > 0 }'
