@@ -16,6 +16,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <opencv2/imgproc.hpp>
 
 #include "perception/classification.hpp"
 #include "perception/detector.hpp"
