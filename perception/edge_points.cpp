@@ -168,9 +168,9 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
   // The ring must leave a core for the level inside, also of a small ball.
   const double half_width_px = std::clamp(0.6 * radius_px, 2.5, options_.half_width_px);
   // A small ball's stretches overlap, for each needs pixels enough; what they share counts once.
-  const double half_turn_rad =
-      std::min(std::max(pi / edges.stretches, 0.5 * options_.stretch_length_px / radius_px),
-               0.5 * options_.max_stretch_length_px / radius_px);
+  const double least_length_px = options_.stretch_length_px * std::max(1.0, 6 / radius_px);
+  const double half_turn_rad = std::min(std::max(pi / edges.stretches, 0.5 * least_length_px / radius_px),
+                                        0.5 * options_.max_stretch_length_px / radius_px);
   const double overlap = std::max(1.0, half_turn_rad * edges.stretches / pi);
   EdgeProfilePrior prior;
   prior.radius_px = radius_px;

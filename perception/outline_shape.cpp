@@ -82,7 +82,13 @@ OutlineShape outline_shape(const EdgeOffsets& offsets, const SectorColors& color
   }
   OutlineShape shape;
   if (told > 0) shape.match = static_cast<double>(confirmed) / told;
-  const double trust = std::clamp((smeared_px - blur_px) / (smeared_px - sharp_px), 0.0, 1.0);
+  // Any blob of a few pixels meets a circle in half of its sectors.
+  const double blob = std::clamp((7 - radius_px) / 2, 0.0, 1.0);
+  shape.match -= blob * (1 - shape.match);
+  shape.match = std::max(0.0, shape.match);
+  // Nor can a line be told from an arc of a few pixels.
+  const double trust = std::clamp((smeared_px - blur_px) / (smeared_px - sharp_px), 0.0, 1.0) *
+                       std::clamp(radius_px - 4.5, 0.0, 1.0);
   if (trust > 0) shape.straight = trust * straight_share(offsets, colors, radius_px);
   return shape;
 }
