@@ -1,19 +1,21 @@
-// usage: counted_stages STAGE
-// Runs one stage of the perception on fixed frames, for instruction_counts.sh: what is counted happens in
-// counted_stage(), after a warm-up. No chance and no clock in it, and no threads.
+// Runs every stage of the perception on fixed frames, for instruction_counts.sh, and names them in the order
+// in which it does: what is counted happens in one call of counted_stage() each, after a warm-up. No chance
+// and no clock in it, and no threads.
+#include <array>
 #include <cstdio>
 #include <functional>
-#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "calibration/files/random.hpp"
 #include "perception/classification.hpp"
 #include "perception/detector.hpp"
 #include "perception/tracker.hpp"
 
-extern "C" [[gnu::noinline]] void counted_stage(const std::function<void()>& stage) { stage(); }
+extern "C" [[gnu::noipa]] void counted_stage(const std::function<void()>& stage) { stage(); }
 
 namespace ballservo {
 namespace {
@@ -118,7 +120,7 @@ Stage track_stage() {
   };
 }
 
-const std::map<std::string, Stage (*)()> stages{
+const std::vector<std::pair<const char*, Stage (*)()>> stages{
     {"classify_portable", [] { return classify_stage(ClassificationKernel::portable); }},
     {"classify_avx2", [] { return classify_stage(ClassificationKernel::avx2); }},
     {"segment", segment_stage},
@@ -126,25 +128,25 @@ const std::map<std::string, Stage (*)()> stages{
     {"track", track_stage},
 };
 
-int run(const std::string& name) {
-  const auto found = stages.find(name);
-  if (found == stages.end()) {
-    std::fprintf(stderr, "usage: counted_stages STAGE; no stage is called \"%s\"\n", name.c_str());
-    return 2;
+void run() {
+  std::vector<cv::Mat> frames;
+  for (int i = 0; i < warm_up + counted; ++i) frames.push_back(frame(i));
+  for (const auto& [name, make] : stages) {
+    const Stage stage = make();
+    const auto look = [&](int first, int end) {
+      for (int i = first; i < end; ++i) stage(frames[static_cast<std::size_t>(i)], i);
+    };
+    look(0, warm_up);
+    counted_stage([&] { look(warm_up, warm_up + counted); });
+    std::printf("%s\n", name);
   }
-  const Stage stage = found->second();
-  for (int i = 0; i < warm_up; ++i) stage(frame(i), i);
-  for (int i = warm_up; i < warm_up + counted; ++i) {
-    const cv::Mat bgr = frame(i);
-    counted_stage([&] { stage(bgr, i); });
-  }
-  return 0;
 }
 
 }  // namespace
 }  // namespace ballservo
 
-int main(int argc, char** argv) {
+int main() {
   cv::setNumThreads(1);
-  return ballservo::run(argc == 2 ? argv[1] : "");
+  ballservo::run();
+  return 0;
 }

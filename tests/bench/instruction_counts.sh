@@ -1,8 +1,8 @@
 #!/bin/sh
 # usage: instruction_counts.sh PROGRAM FIGURES [--update]
-# Counts the instructions of each stage named in FIGURES (lines "STAGE COUNT"), under callgrind: the same whatever else
-# the machine does. Fails where one needs over 10 % more than its figure; --update writes the figures anew. Callgrind
-# knows no AVX-512, so that `segment`, `detect` and `track` classify with AVX2.
+# Counts the instructions of the stages that PROGRAM runs, under callgrind: the same whatever else the machine does.
+# FIGURES has a line "STAGE COUNT" for each. Fails where one needs over 10 % more than its figure; --update writes the
+# figures anew. Callgrind knows no AVX-512, so that `segment`, `detect` and `track` classify with AVX2.
 set -u
 program=$1 figures=$2 update=${3:-}
 if ! command -v valgrind >/dev/null; then
@@ -14,15 +14,18 @@ if ! grep -qw avx2 /proc/cpuinfo; then
   exit 77
 fi
 
-count() {
-  valgrind --tool=callgrind --callgrind-out-file=/dev/null --collect-atstart=no --toggle-collect=counted_stage \
-    "$program" "$1" 2>&1 </dev/null | sed -n 's/.*Collected : *\([0-9]*\).*/\1/p'
-}
+dumps=$(mktemp -d) || exit 1
+trap 'rm -rf "$dumps"' EXIT
+valgrind --tool=callgrind --callgrind-out-file="$dumps/dump" --collect-atstart=no --toggle-collect=counted_stage \
+  --dump-after=counted_stage "$program" >"$dumps/stages" 2>"$dumps/log" </dev/null || { cat "$dumps/log"; exit 1; }
 
-new=$(while read -r stage figure; do
-  counted=$(count "$stage")
-  echo "$stage ${counted:-0} $figure"
-done <"$figures")
+i=0
+new=$(while read -r stage; do
+  i=$((i + 1))
+  counted=$(sed -n 's/^totals: *//p' "$dumps/dump.$i")
+  figure=$(sed -n "s/^$stage //p" "$figures")
+  echo "$stage ${counted:-0} ${figure:-0}"
+done <"$dumps/stages")
 if [ "$update" = --update ]; then
   echo "$new" | cut -d " " -f 1,2 | tee "$figures"
   exit
