@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
 #include "perception/ball_position.hpp"
 #include "perception/ball_shading.hpp"
 #include "perception/classification.hpp"
@@ -47,40 +46,7 @@ OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const 
   return sectors;
 }
 
-std::vector<Eigen::Vector2d> picture_outline(const Camera& camera, const TangentCone& cone) {
-  return project_outline(camera, cone.axis, std::sin(cone.alpha_rad), 128);
-}
-
 }  // namespace
-
-void DetectorOptions::validate() const {
-  FaultList faults;
-  const auto fraction = [&](const char* name, double value) {
-    if (!(value >= 0 && value <= 1)) faults.add(name, number_text(value), "a number from 0 to 1");
-  };
-  fraction("min_arc", min_arc);
-  fraction("min_fill", min_fill);
-  fraction("max_leak", max_leak);
-  fraction("min_quality", min_quality);
-  fraction("max_hidden", max_hidden);
-  fraction("min_shading", min_shading);
-  fraction("min_shading_explained", min_shading_explained);
-  if (!(min_radius_px >= 2))
-    faults.add("min_radius_px", number_text(min_radius_px), "a number of at least 2 (px)");
-  if (max_balls_per_region < 1)
-    faults.add("max_balls_per_region", std::to_string(max_balls_per_region), "at least 1");
-  if (max_regions < 1) faults.add("max_regions", std::to_string(max_regions), "at least 1");
-  if (max_runs < 1) faults.add("max_runs", std::to_string(max_runs), "at least 1");
-  for (const BallRadius& radius : radii) {
-    if (!(radius.radius_m >= 0) || !std::isfinite(radius.radius_m))
-      faults.add("radii", number_text(radius.radius_m), "a positive length (m), or 0 where unknown");
-    if (!(radius.sigma_m >= 0) || !std::isfinite(radius.sigma_m))
-      faults.add("radii", number_text(radius.sigma_m), "a sigma of 0 or more (m)");
-  }
-  if (!(oval_fraction >= 0 && oval_fraction <= 0.3))
-    faults.add("oval_fraction", number_text(oval_fraction), "a number from 0 to 0.3");
-  faults.throw_if_any();
-}
 
 Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const ColorTable> colors,
                    const DetectorOptions& options)
@@ -233,30 +199,6 @@ bool Detector::take_away(const CircleEstimate& vote, bool is_ball, DetectionStag
   points_.resize(kept);
   remaining_.resize(kept);
   return taken;
-}
-
-void Detector::record(int region, const CircleEstimate& vote, const Candidate& candidate,
-                      const RefinementInput& input, DetectionStages& stages) const {
-  DetectionStages::Candidate shown;
-  shown.region = region;
-  shown.color_class = regions_.regions()[static_cast<std::size_t>(region)].color_class;
-  shown.outline = remaining_;
-  shown.votes = voter_.histogram();
-  shown.radius_votes = voter_.radius_histogram();
-  shown.estimate = vote;
-  shown.accepted = !candidate.reason;
-  shown.reason = candidate.reason ? candidate.reason : "";
-  shown.support = candidate.support;
-  const Camera& camera = rays_->camera();
-  if (const auto cone = cone_near_circle({vote.center_px, vote.radius_px}, camera.focal_px()))
-    shown.estimate_outline_px = picture_outline(camera, *cone);
-  for (const RingPixel& pixel : input.ring) shown.ring_px.emplace_back(pixel.u_px, pixel.v_px);
-  for (const EdgePoint& edge : input.edges) {
-    if (const auto pixel = camera.project(edge.ray); pixel && edge.weight > 0)
-      shown.ring_px.push_back(*pixel);
-  }
-  if (candidate.ball) shown.refined_outline_px = picture_outline(camera, candidate.ball->cone);
-  stages.candidates.push_back(std::move(shown));
 }
 
 const char* Detector::rejection(const BallObservation& ball) const {

@@ -1,0 +1,39 @@
+// The stages of one picture, kept for those who want to see them.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "calibration/color/color_table.hpp"
+#include "perception/circle_vote.hpp"
+#include "perception/outline_support.hpp"
+#include "perception/regions.hpp"
+
+namespace ballservo {
+
+/// What the stages of one picture looked like, for those who want to see (paper, figures 2 to 4).
+struct DetectionStages {
+  cv::Rect window;
+  cv::Mat classified, opened, closed;  ///< class numbers, CV_8UC1, of the window
+  struct Candidate {
+    int region = 0;
+    ClassIndex color_class = no_class;
+    std::vector<BoundaryPixel>
+        outline;  ///< of the region, as far as no earlier circle took it away (picture px)
+    std::vector<BoundaryPixel> removed;  ///< what this circle takes away
+    VoteHistogram votes;                 ///< over undistorted px, relative to the principal point
+    std::vector<std::uint16_t> radius_votes;
+    CircleEstimate estimate;
+    std::vector<Eigen::Vector2d> estimate_outline_px;  ///< the voted circle in the picture as given
+    std::vector<Eigen::Vector2d> ring_px;              ///< pixels or edge points that the refinement used
+    std::vector<Eigen::Vector2d> refined_outline_px;
+    OutlineSupport support;
+    bool accepted = false;
+    const char* reason = "";  ///< why it was not accepted
+  };
+  std::vector<Candidate> candidates;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,40 @@
+#include "perception/detector_options.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo {
+
+void DetectorOptions::validate() const {
+  FaultList faults;
+  const auto fraction = [&](const char* name, double value) {
+    if (!(value >= 0 && value <= 1)) faults.add(name, number_text(value), "a number from 0 to 1");
+  };
+  fraction("min_arc", min_arc);
+  fraction("min_fill", min_fill);
+  fraction("max_leak", max_leak);
+  fraction("min_quality", min_quality);
+  fraction("max_hidden", max_hidden);
+  fraction("min_shading", min_shading);
+  fraction("min_shading_explained", min_shading_explained);
+  if (!(min_radius_px >= 2))
+    faults.add("min_radius_px", number_text(min_radius_px), "a number of at least 2 (px)");
+  if (max_balls_per_region < 1)
+    faults.add("max_balls_per_region", std::to_string(max_balls_per_region), "at least 1");
+  if (max_regions < 1) faults.add("max_regions", std::to_string(max_regions), "at least 1");
+  if (max_runs < 1) faults.add("max_runs", std::to_string(max_runs), "at least 1");
+  for (const BallRadius& radius : radii) {
+    if (!(radius.radius_m >= 0) || !std::isfinite(radius.radius_m))
+      faults.add("radii", number_text(radius.radius_m), "a positive length (m), or 0 where unknown");
+    if (!(radius.sigma_m >= 0) || !std::isfinite(radius.sigma_m))
+      faults.add("radii", number_text(radius.sigma_m), "a sigma of 0 or more (m)");
+  }
+  if (!(oval_fraction >= 0 && oval_fraction <= 0.3))
+    faults.add("oval_fraction", number_text(oval_fraction), "a number from 0 to 0.3");
+  faults.throw_if_any();
+}
+
+}  // namespace ballservo

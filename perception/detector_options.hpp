@@ -1,0 +1,40 @@
+// What a detector may be told.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perception/ball_observation.hpp"
+#include "perception/circle_vote.hpp"
+#include "perception/edge_points.hpp"
+#include "perception/paper_refinement.hpp"
+
+namespace ballservo {
+
+struct DetectorOptions {
+  BallFit fit = BallFit::sphere;
+  /// The radius of each class's balls; class k is entry k - 1. Empty or 0: not known, no position in 3-D.
+  std::vector<BallRadius> radii;
+  double min_radius_px = 3;
+  int max_balls_per_region = 8;
+  int max_regions = 256;   ///< that are looked at for balls; the largest
+  int max_runs = 1 << 16;  ///< that a picture is cut into (see Runs::cut)
+  double min_arc = 0.3;    ///< of the outline must have an edge on it
+  double min_fill = 0.25;  ///< of the disc must have the ball's colour
+  double max_leak = 0.55;  ///< of the rim may have it
+  /// Where more of the outline than this is hidden, what is seen must be shaded as a sphere is: so strongly
+  /// (a part of the mean brightness), and so much of its shading must be that. A half-hidden disc is flat.
+  double max_hidden = 0.45, min_shading = 0.4, min_shading_explained = 0.7;
+  double min_quality = 0.36;
+  /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
+  double oval_fraction = 0;
+  std::uint64_t seed = 0;
+  CircleVoteOptions vote;
+  EdgeRingOptions edges;
+  RingOptions ring;
+
+  /// Throws InputError naming every value that makes no sense.
+  void validate() const;
+};
+
+}  // namespace ballservo
