@@ -20,7 +20,7 @@ struct TrackerOptions {
   int newcomers_every =
       3;  ///< pictures between two looks at the whole picture while all balls are being found
   double expected_quality =
-      0.25;  ///< suffices for a ball where a confirmed track expects it; elsewhere the detector's own
+      0.17;  ///< suffices for a ball where a confirmed track expects it; elsewhere the detector's own
   TrackFilterOptions filter;
   bool fixed_colors = false;  ///< looks with the taught colours alone, whatever the light does
   LightAdaptationOptions light;
