@@ -23,8 +23,7 @@ bool has_covariance(AccuracyMethod method) {
 
 std::vector<std::string> cells(const ConditionScores& scores, AccuracyMethod method) {
   const MethodSummary s = summarize(scores, method);
-  const bool covariance = has_covariance(method),
-             bound = method == AccuracyMethod::sphere && s.bound_rms_mm > 0;
+  const bool covariance = has_covariance(method);
   return {method == AccuracyMethod::sphere ? scores.condition->name : "",
           accuracy_method_name(method),
           s.balls > 0 ? fmt::format("{}/{}", s.found, s.balls) : fmt::format("-/{}", s.frames),
@@ -35,18 +34,16 @@ std::vector<std::string> cells(const ConditionScores& scores, AccuracyMethod met
           figure(s.position_p90_mm, 2),
           figure(s.position_rms_mm, 2),
           covariance ? figure(s.mean_nees, 2) : "",
-          covariance ? figure(100 * s.within_95, 1) : "",
-          bound ? figure(s.bound_rms_mm, 3) : "",
-          bound ? figure(s.nuisance_bound_rms_mm, 3) : ""};
+          covariance ? figure(100 * s.within_95, 1) : ""};
 }
 
 std::vector<std::string> headings() {
-  return {"condition", "method", "found",     "false",     "centre px", "radius px",     "3-D median mm",
-          "90 % mm",   "RMS mm", "mean NEES", "% in 95 %", "bound mm",  "with nuisances"};
+  return {"condition",     "method",  "found",  "false",     "centre px", "radius px",
+          "3-D median mm", "90 % mm", "RMS mm", "mean NEES", "% in 95 %"};
 }
 
 std::string line(const std::vector<std::string>& texts) {
-  constexpr std::array<int, 13> widths{18, 15, 9, 6, 10, 10, 14, 9, 9, 10, 10, 9, 14};
+  constexpr std::array<int, 11> widths{18, 15, 9, 6, 10, 10, 14, 9, 9, 10, 10};
   std::string text;
   for (std::size_t i = 0; i < texts.size(); ++i) {
     text += i < 2 ? fmt::format("{:<{}}", texts[i], widths[i]) : fmt::format("{:>{}}", texts[i], widths[i]);
@@ -132,18 +129,17 @@ std::string accuracy_table(const ConditionScores& scores) {
 std::string accuracy_csv(const std::vector<ConditionScores>& all) {
   std::string csv =
       "condition,method,frames,balls,found,false,center_median_px,radius_median_px,position_median_mm,"
-      "position_p90_mm,position_rms_mm,mean_nees,within_95,bound_rms_mm,nuisance_bound_rms_mm\n";
+      "position_p90_mm,position_rms_mm,mean_nees,within_95\n";
   for (const ConditionScores& scores : all) {
     for (const AccuracyMethod method : all_accuracy_methods) {
       const MethodSummary s = summarize(scores, method);
       csv += fmt::format("{},{},{},{},{},{}", scores.condition->name, accuracy_method_name(method), s.frames,
                          s.balls, s.found, s.false_balls);
-      const bool covariance = has_covariance(method), bound = method == AccuracyMethod::sphere;
+      const bool covariance = has_covariance(method);
       for (const double value :
            {s.center_median_px, s.radius_median_px, s.position_median_mm, s.position_p90_mm,
             s.position_rms_mm, covariance ? s.mean_nees : std::nan(""),
-            covariance ? s.within_95 : std::nan(""), bound ? s.bound_rms_mm : std::nan(""),
-            bound ? s.nuisance_bound_rms_mm : std::nan("")}) {
+            covariance ? s.within_95 : std::nan("")}) {
         csv += std::isfinite(value) ? ',' + number_text(value) : ",";
       }
       csv += '\n';

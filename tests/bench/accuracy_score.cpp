@@ -140,7 +140,7 @@ ConditionScores score_condition(const AccuracyCondition& condition, std::uint64_
 MethodSummary summarize(const ConditionScores& scores, AccuracyMethod method) {
   MethodSummary summary;
   std::vector<double> center_px, radius_px, position_mm;
-  double squares_mm2 = 0, nees = 0, bound2 = 0, nuisance2 = 0;
+  double squares_mm2 = 0, nees = 0;
   int within = 0;
   for (const auto& frame : scores.frames) {
     const FrameScore& score = frame[static_cast<std::size_t>(method)];
@@ -154,8 +154,6 @@ MethodSummary summarize(const ConditionScores& scores, AccuracyMethod method) {
     squares_mm2 += position_mm.back() * position_mm.back();
     nees += score.nees;
     within += score.nees < chi2_95_of_3 ? 1 : 0;
-    bound2 += score.bound_m * score.bound_m;
-    nuisance2 += score.nuisance_bound_m * score.nuisance_bound_m;
   }
   summary.balls = scores.condition->neighbour == Neighbour::no_ball ? 0 : summary.frames;
   summary.center_median_px = quantile(center_px, 0.5);
@@ -166,8 +164,6 @@ MethodSummary summarize(const ConditionScores& scores, AccuracyMethod method) {
   summary.position_rms_mm = std::sqrt(squares_mm2 / found);
   summary.mean_nees = nees / found;
   summary.within_95 = within / found;
-  summary.bound_rms_mm = 1000 * std::sqrt(bound2 / found);
-  summary.nuisance_bound_rms_mm = 1000 * std::sqrt(nuisance2 / found);
   return summary;
 }
 

@@ -26,8 +26,6 @@ struct FrameScore {
   double nees = 0;                      ///< squared Mahalanobis distance of the position (sphere, paper)
   double sigma_depth_m = 0;             ///< what the covariance says of the distance
   double quality = 0, residual_px = 0, blur_px = 0, arc = 0;
-  double bound_m = 0;  ///< Cramer-Rao bound of this frame (RMS), see accuracy_bound.hpp; 0 where none
-  double nuisance_bound_m = 0;  ///< the same with its nuisances unknown
 };
 
 /// All frames of a condition: scores[frame][method].
@@ -49,7 +47,6 @@ struct MethodSummary {
   double position_median_mm = 0, position_p90_mm = 0, position_rms_mm = 0;
   double mean_nees = 0;  ///< 3 degrees of freedom: about 3 where the covariance is true
   double within_95 = 0;  ///< fraction of the frames with a NEES below 7.81
-  double bound_rms_mm = 0, nuisance_bound_rms_mm = 0;
 };
 MethodSummary summarize(const ConditionScores& scores, AccuracyMethod method);
 
