@@ -1,7 +1,6 @@
 #include "perception/ball_position.hpp"
 
 #include <cmath>
-#include <vector>
 
 #include "calibration/camera/sphere_outline.hpp"
 
@@ -25,12 +24,12 @@ Eigen::Matrix3d paper_position_jacobian(const UndistortedCircle& circle, double 
 
 std::optional<TangentCone> cone_near_circle(const UndistortedCircle& circle, double focal_px) {
   constexpr int count = 16;
-  std::vector<Eigen::Vector3d> rays;
+  Eigen::Matrix<double, 3, count> rays;
   for (int i = 0; i < count; ++i) {
     const double angle = 2 * 3.14159265358979323846 * i / count;
     const Eigen::Vector2d p =
         circle.center_px + circle.radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    rays.push_back(Eigen::Vector3d(p.x(), p.y(), focal_px).normalized());
+    rays.col(i) = Eigen::Vector3d(p.x(), p.y(), focal_px).normalized();
   }
   const auto center = sphere_from_rays(rays, 1);
   if (!center) return std::nullopt;

@@ -53,7 +53,7 @@ class NormalEquations {
   std::optional<Row> solve() const {
     if (used_ < unknowns_) return std::nullopt;
     const Eigen::LDLT<Matrix> ldlt(matrix_.topLeftCorner(unknowns_, unknowns_));
-    const Eigen::VectorXd d = ldlt.vectorD();
+    const auto d = ldlt.vectorD();
     if (!(d.minCoeff() > 1e-9 * d.maxCoeff())) return std::nullopt;
     Row step = Row::Zero();
     step.head(unknowns_) = ldlt.solve(right_.head(unknowns_));

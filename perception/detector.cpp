@@ -360,8 +360,12 @@ BallRadius Detector::radius_of(ClassIndex color_class) const {
 }
 
 void Detector::drop_repeated() {
-  std::stable_sort(balls_.begin(), balls_.end(),
-                   [](const BallObservation& a, const BallObservation& b) { return a.quality > b.quality; });
+  // The best first, equals as they were found (std::stable_sort takes memory).
+  for (auto ball = balls_.begin(); ball != balls_.end(); ++ball)
+    std::rotate(std::upper_bound(
+                    balls_.begin(), ball, *ball,
+                    [](const BallObservation& a, const BallObservation& b) { return a.quality > b.quality; }),
+                ball, ball + 1);
   // A circle whose centre lies well inside a better one of its class is the same ball seen through another
   // region of it.
   std::size_t kept = 0;

@@ -72,23 +72,27 @@ void TrackFilter::predict(double time_s) {
   const double radius = std::exp(-axis_[2].state.x());
   Eigen::Matrix2d transition;
   transition << 1, dt, 0, 1;
-  const Eigen::Vector2d gain(0.5 * dt * dt, dt);
+  Eigen::Matrix2d growth;
+  growth << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
   for (int i = 0; i < 3; ++i) {
     const double acceleration =
         i < 2 ? options_.acceleration_radii_s2 * radius : options_.size_acceleration_s2;
     axis_[i].state = transition * axis_[i].state;
-    axis_[i].covariance = transition * axis_[i].covariance * transition.transpose() +
-                          acceleration * acceleration * gain * gain.transpose();
+    axis_[i].covariance = (transition * axis_[i].covariance * transition.transpose()).eval() +
+                          acceleration * acceleration * options_.acceleration_lasts_s * growth;
   }
 }
 
 double TrackFilter::distance2(const BallFeatures& measured) const {
-  double sum = 0;
-  for (int i = 0; i < 3; ++i) {
-    const double innovation = measured.value(i) - axis_[i].state.x();
-    sum += innovation * innovation / (axis_[i].covariance(0, 0) + measured.sigma(i) * measured.sigma(i));
-  }
-  return sum;
+  return (measured.value - value()).cwiseAbs2().cwiseQuotient(innovation_variance(measured)).sum();
+}
+
+double TrackFilter::unlikeliness(const BallFeatures& measured) const {
+  return distance2(measured) + innovation_variance(measured).array().log().sum();
+}
+
+Eigen::Vector3d TrackFilter::innovation_variance(const BallFeatures& measured) const {
+  return variance() + measured.sigma.cwiseAbs2();
 }
 
 void TrackFilter::correct(const BallFeatures& measured) {

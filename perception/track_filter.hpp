@@ -25,15 +25,19 @@ BallPosition position_of(const Eigen::Vector3d& features, const Eigen::Vector3d&
                          const BallRadius& radius);
 
 struct TrackFilterOptions {
-  double acceleration_radii_s2 = 60;  ///< process noise: sigma of the acceleration, ball radii per s^2
-  double size_acceleration_s2 = 3;    ///< the same of log distance, 1/s^2
-  double velocity_radii_s = 20;       ///< sigma of the velocity at first sight
+  /// Process noise: sigma of an acceleration that is another one every `acceleration_lasts_s`, ball radii per
+  /// s^2.
+  double acceleration_radii_s2 = 60;
+  double size_acceleration_s2 = 3;  ///< the same of log distance, 1/s^2
+  double acceleration_lasts_s = 1.0 / 30;
+  double velocity_radii_s = 20;  ///< sigma of the velocity at first sight
   double size_velocity_s = 1;
   double sigma_floor_radii = 0.03;
 };
 
-/// Three independent constant-velocity Kalman filters (Bar-Shalom, Li and Kirubarajan 2001, sec. 6.2: white
-/// noise acceleration, constant within each interval).
+/// Three independent constant-velocity Kalman filters (Bar-Shalom, Li and Kirubarajan 2001, sec. 6.2.2: white
+/// noise acceleration in continuous time, of density acceleration^2 times how long it lasts). Whatever the
+/// rate of the pictures, the prediction for a later time has the same covariance.
 class TrackFilter {
  public:
   TrackFilter(const BallFeatures& first, double time_s, const TrackFilterOptions& options);
@@ -41,6 +45,9 @@ class TrackFilter {
   void predict(double time_s);  ///< a time that is not later changes nothing
   /// Squared Mahalanobis distance of a measurement from the prediction (3 degrees of freedom).
   double distance2(const BallFeatures& measured) const;
+  /// -2 log likelihood of a measurement, but for a constant: the squared distance, and the log of the
+  /// predicted covariance's determinant, without which the least certain prediction would be the nearest.
+  double unlikeliness(const BallFeatures& measured) const;
   void correct(const BallFeatures& measured);
   /// Takes the measured place as it is and forgets the velocity (after a jump).
   void restart(const BallFeatures& measured);
@@ -55,6 +62,8 @@ class TrackFilter {
     Eigen::Vector2d state;  // value, velocity
     Eigen::Matrix2d covariance;
   };
+  Eigen::Vector3d innovation_variance(const BallFeatures& measured) const;
+
   Axis axis_[3];
   double time_s_;
   TrackFilterOptions options_;

@@ -181,34 +181,33 @@ bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball
              options_.gate_distance2;
 }
 
-// The nearest pair first, confirmed tracks before tentative ones: a ball belongs to one track and a track has
-// one ball.
+// The likeliest pair first, confirmed tracks before tentative ones: a ball belongs to one track and a track
+// has one ball.
 void Tracker::match() {
   match_of_seen_.assign(seen_.size(), -1);
-  std::vector<std::tuple<bool, double, std::size_t, std::size_t>> pairs;
+  pairs_.clear();
   for (std::size_t i = 0; i < followed_.size(); ++i) {
     for (std::size_t k = 0; k < seen_.size(); ++k) {
       if (!is_plausible(followed_[i], seen_[k])) continue;
-      const double distance2 =
-          followed_[i].filter.distance2(features_of(seen_[k], options_.filter.sigma_floor_radii));
-      pairs.emplace_back(followed_[i].track.state == Track::State::tentative, distance2, i, k);
+      const BallFeatures features = features_of(seen_[k], options_.filter.sigma_floor_radii);
+      const double unlikeliness = followed_[i].filter.unlikeliness(features);
+      pairs_.push_back({followed_[i].track.state == Track::State::tentative, unlikeliness, i, k});
     }
   }
-  std::sort(pairs.begin(), pairs.end());
-  std::vector<bool> taken(followed_.size(), false);
-  for (const auto& [tentative, distance2, i, k] : pairs) {
-    if (taken[i] || match_of_seen_[k] >= 0) continue;
-    taken[i] = true;
-    match_of_seen_[k] = static_cast<int>(i);
-  }
+  std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) {
+    return std::tie(a.tentative, a.unlikeliness, a.followed, a.seen) <
+           std::tie(b.tentative, b.unlikeliness, b.followed, b.seen);
+  });
+  for (const Pair& pair : pairs_)
+    if (match_of_seen_[pair.seen] < 0 && !is_matched(pair.followed))
+      match_of_seen_[pair.seen] = static_cast<int>(pair.followed);
 }
 
 // A throw or a knock outruns the filter: where one unmatched ball lies near one unmatched track, it is the
 // same ball.
 void Tracker::continue_jumps() {
   for (std::size_t i = 0; i < followed_.size(); ++i) {
-    if (std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(i)) != match_of_seen_.end())
-      continue;
+    if (is_matched(i)) continue;
     const TangentCone expected = cone_of(followed_[i].filter.value());
     const auto near = [&](const BallObservation& ball) {
       const double ratio = ball.cone.alpha_rad / expected.alpha_rad;

@@ -63,6 +63,11 @@ class Tracker {
     double seen_s = 0;
     BallLight light{};
   };
+  struct Pair {
+    bool tentative;
+    double unlikeliness;
+    std::size_t followed, seen;
+  };
   void choose_light();
   void set_light();
   void look_under_another_light(const cv::Mat& bgr);
@@ -84,6 +89,7 @@ class Tracker {
   std::vector<Followed> followed_;
   std::vector<BallObservation> seen_;  // balls of this picture
   std::vector<int> match_of_seen_;     // index into followed_, or -1
+  std::vector<Pair> pairs_;            // of a track and a ball that may belong together; reused
   std::vector<Track> tracks_;
   int next_id_ = 1;
   long pictures_ = 0;

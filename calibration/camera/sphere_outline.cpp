@@ -95,22 +95,32 @@ std::optional<OutlineEllipse> project_sphere(const Camera& camera, const Eigen::
 }
 
 std::optional<Eigen::Vector3d> sphere_from_rays(const std::vector<Eigen::Vector3d>& rays, double radius_m) {
-  if (rays.size() < 3 || !(radius_m > 0)) return std::nullopt;
+  if (rays.empty()) return std::nullopt;
+  return sphere_from_rays(
+      Eigen::Map<const Eigen::Matrix3Xd>(rays.front().data(), 3, static_cast<Eigen::Index>(rays.size())),
+      radius_m);
+}
+
+std::optional<Eigen::Vector3d> sphere_from_rays(const Eigen::Ref<const Eigen::Matrix3Xd>& rays,
+                                                double radius_m) {
+  if (rays.cols() < 3 || !(radius_m > 0)) return std::nullopt;
   // Rays of a small ball are nearly parallel: solve around their mean direction m, n = a m + B t, so that
   // the columns of the system are of like size. u.n = 1 becomes (u.m) a + (B' u).t = 1.
   Eigen::Vector3d mean(0, 0, 0);
-  for (const Eigen::Vector3d& ray : rays) mean += ray;
+  for (Eigen::Index i = 0; i < rays.cols(); ++i) mean += rays.col(i);
   if (!mean.allFinite() || mean.norm() < 1e-12) return std::nullopt;
   mean.normalize();
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(mean);
   double spread = 0;
-  for (const Eigen::Vector3d& ray : rays) spread = std::max(spread, (basis.transpose() * ray).norm());
+  for (Eigen::Index i = 0; i < rays.cols(); ++i)
+    spread = std::max(spread, (basis.transpose() * rays.col(i)).norm());
   if (!(spread > 0)) return std::nullopt;
   // With q = basis' u (size of the spread) and 1 - u.m = q^2 / (1 + u.m):
   // a - 1 =: e spread^2, t =: f spread; e spread^2 (u.m) + f.q spread = q^2 / (1 + u.m); divide by spread^2.
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& ray : rays) {
+  for (Eigen::Index i = 0; i < rays.cols(); ++i) {
+    const Eigen::Vector3d ray = rays.col(i);
     const Eigen::Vector2d q = basis.transpose() * ray / spread;
     const Eigen::Vector3d row(ray.dot(mean), q.x(), q.y());
     normal += row * row.transpose();

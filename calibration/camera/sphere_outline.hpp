@@ -41,8 +41,10 @@ std::vector<Eigen::Vector2d> project_outline(const Camera& camera, const Eigen::
 /// The centre of the sphere of the given radius (m) whose tangent cone passes closest to the unit rays, in
 /// the sense of the linear system u.n = 1 with n = C / sqrt(|C|^2 - R^2) (so that |n| = 1/cos(alpha)). Exact
 /// for exact rays; biased on short noisy arcs: a start for a fit of angles. Nothing for fewer than 3 rays or
-/// a degenerate set.
+/// a degenerate set. Takes nothing from the heap.
 std::optional<Eigen::Vector3d> sphere_from_rays(const std::vector<Eigen::Vector3d>& rays, double radius_m);
+std::optional<Eigen::Vector3d> sphere_from_rays(const Eigen::Ref<const Eigen::Matrix3Xd>& rays,
+                                                double radius_m);
 
 /// The same from points of its outline in a picture (px); nothing too where one of them has no ray.
 std::optional<Eigen::Vector3d> sphere_from_outline(const Camera& camera,

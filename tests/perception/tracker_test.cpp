@@ -89,29 +89,5 @@ TEST(Tracker, IgnoresRepeatedAndBackwardTimes) {
               0.1);
 }
 
-TEST(TrackFilter, MeasurementsOfAStandstillGiveItsPlaceAndNoVelocity) {
-  BallFeatures features{{0.2, -0.1, 3}, {0.001, 0.001, 0.01}};
-  TrackFilter filter(features, 0, {});
-  for (int k = 1; k < 60; ++k) {
-    filter.predict(k * dt_s);
-    EXPECT_LT(filter.distance2(features), 1);
-    filter.correct(features);
-  }
-  EXPECT_LT((filter.value() - features.value).norm(), 1e-6);
-  EXPECT_LT(filter.velocity().norm(), 1e-4);
-  EXPECT_GT(filter.variance().minCoeff(), 0);
-}
-
-TEST(TrackFilter, FeaturesAndConeAreTheSameThing) {
-  BallObservation ball;
-  ball.cone = *TangentCone::of_sphere({0.3, -0.2, 1.1}, 0.05);
-  const BallFeatures features = features_of(ball, 0.02);
-  const TangentCone cone = cone_of(features.value);
-  EXPECT_LT((cone.axis - ball.cone.axis).norm(), 1e-12);
-  EXPECT_NEAR(cone.alpha_rad, ball.cone.alpha_rad, 1e-12);
-  EXPECT_LT((position_of(features.value, {0, 0, 0}, {0.05, 0}).p_C - Eigen::Vector3d(0.3, -0.2, 1.1)).norm(),
-            1e-12);
-}
-
 }  // namespace
 }  // namespace ballservo
