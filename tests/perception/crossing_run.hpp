@@ -39,7 +39,8 @@ inline bool keeps_identities(Meeting meeting, std::uint64_t seed) {
   return before[0] > 0 && before[1] > 0 && before[0] != before[1] && before == after;
 }
 
-/// One ball that a wall hides for a quarter to half a second; whether it has its id again at the end.
+/// One ball that a wall hides for a quarter to half a second; whether it has its id again at the end, or when
+/// it leaves the picture.
 inline bool is_known_again(std::uint64_t seed) {
   constexpr double radius_m = 0.05, rate_hz = 30;
   const Camera camera = pinhole({320, 240}, 330);
@@ -64,7 +65,11 @@ inline bool is_known_again(std::uint64_t seed) {
     const auto& tracks = tracker.update(bgr, time_s);
     const int id = id_at(tracks, p_C, radius_m / p_C.norm());
     if (time_s < reaches_s - 0.1 && id > 0) before = id;
-    after = id;
+    const Eigen::Vector2d center_px = *camera.project(p_C);
+    const double margin_px = 330 * radius_m / p_C.z() + 2;
+    const bool in_view =
+        center_px.x() < 320 - margin_px && center_px.y() > margin_px && center_px.y() < 240 - margin_px;
+    if (in_view) after = id;
   }
   return before > 0 && after == before;
 }
