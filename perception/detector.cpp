@@ -27,8 +27,7 @@ Eigen::Vector3d ray_of(const BoundaryPoint& p, double focal_px) {
       .normalized();
 }
 
-// The sectors of the cone's outline on which a boundary point lies, with its normal outwards: 48, or as many
-// as it has pixels.
+// The sectors of the cone's outline on which a boundary point lies: 48, or as many as it has pixels.
 OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
                                 double focal_px) {
   const double radius_px = cone.alpha_rad * focal_px;
