@@ -88,23 +88,32 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
   return balls_;
 }
 
-// The region's boundary points: undistorted, half a pixel outward, between the region's last pixel and the
-// first beyond it. Of a long boundary only so many as tell where its circles are.
+// The region's boundary points, but for straight sides: undistorted, half a pixel outward, between the
+// region's last pixel and the first beyond it. Of a long boundary only so many as tell where its circles are.
 void Detector::collect_boundary(const ColoredPixels& colored, int region) {
   regions_.boundary(region, closed_, boundary_);
+  chain_.order(boundary_, colored.pixels.size());
   const std::size_t stride = (boundary_.size() + max_boundary_points - 1) / max_boundary_points;
   points_.clear();
   remaining_.clear();
   for (std::size_t i = 0; i < boundary_.size(); i += stride) {
-    BoundaryPixel pixel = boundary_[i];
-    pixel.outward = outward_normal(colored.pixels, pixel);
-    pixel.u_px += colored.window.x;
-    pixel.v_px += colored.window.y;
-    const auto position = rays_->undistorted_px(pixel.u_px, pixel.v_px);
+    const BoundaryPixel& pixel = boundary_[i];
+    const auto position = rays_->undistorted_px(pixel.u_px + colored.window.x, pixel.v_px + colored.window.y);
     if (!position) continue;
-    points_.push_back({*position + 0.5f * pixel.outward, pixel.outward});
+    points_.push_back({*position, {0, 0}});
     remaining_.push_back(pixel);
   }
+  const std::vector<char>& straight = sides_.find(points_);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (straight[i]) continue;
+    BoundaryPixel& pixel = remaining_[kept] = remaining_[i];
+    const Eigen::Vector2f outward = outward_normal(colored.pixels, pixel);
+    points_[kept++] = {points_[i].position_px + 0.5f * outward, outward};
+    pixel = {pixel.u_px + colored.window.x, pixel.v_px + colored.window.y, outward};
+  }
+  points_.resize(kept);
+  remaining_.resize(kept);
 }
 
 void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region_index,

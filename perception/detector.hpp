@@ -10,6 +10,7 @@
 
 #include "calibration/camera/ray_table.hpp"
 #include "perception/ball_observation.hpp"
+#include "perception/boundary_chain.hpp"
 #include "perception/circle_vote.hpp"
 #include "perception/color_lookup.hpp"
 #include "perception/detection_stages.hpp"
@@ -18,6 +19,7 @@
 #include "perception/morphology.hpp"
 #include "perception/paper_refinement.hpp"
 #include "perception/regions.hpp"
+#include "perception/straight_sides.hpp"
 
 namespace ballservo {
 
@@ -106,6 +108,8 @@ class Detector {
   std::vector<int> chosen_;  // regions
   ClassMorphology morphology_;
   RegionMap regions_;
+  BoundaryChain chain_;
+  StraightSides sides_;
   CircleVoter voter_;
   EdgeMeter edge_meter_;
   OutlineEdges edges_;
