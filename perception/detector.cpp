@@ -15,6 +15,9 @@ namespace {
 constexpr int failures_per_region = 3;
 constexpr std::size_t max_boundary_points = 256;
 constexpr double long_step_px = 1;
+constexpr double pi = 3.14159265358979323846;
+// A disc of 12 px radius: a smaller one's edges before its own colour tell nothing (see outline_support).
+constexpr double least_unexplained_px2 = pi * 12 * 12;
 // Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.
 constexpr double robust_floor_px = 0.06;
 
@@ -121,8 +124,22 @@ void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region
   const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
   const ColoredPixels colored{region.color_class, closed_[region.color_class - 1u], window.tl()};
   collect_boundary(colored, region_index);
-  const std::uint64_t place = (static_cast<std::uint64_t>(region.box.x + window.x) << 32) ^
-                              (static_cast<std::uint64_t>(region.box.y + window.y) << 16) ^
+  whole_boundary_ = points_;
+  const std::size_t before = balls_.size();
+  vote_for_balls(bgr, colored, region_index, stages);
+  // What the balls found leave over may hide another one, if it is large enough for one to be told from it.
+  double unexplained_px2 = region.pixels;
+  for (std::size_t i = before; i < balls_.size(); ++i)
+    unexplained_px2 -= pi * balls_[i].outline.radius_px * balls_[i].outline.radius_px;
+  if (unexplained_px2 > least_unexplained_px2) look_inside(bgr, colored, region_index, before, stages);
+}
+
+// By votes of the region's boundary.
+void Detector::vote_for_balls(const cv::Mat& bgr, const ColoredPixels& colored, int region_index,
+                              DetectionStages* stages) {
+  const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
+  const std::uint64_t place = (static_cast<std::uint64_t>(region.box.x + colored.window.x) << 32) ^
+                              (static_cast<std::uint64_t>(region.box.y + colored.window.y) << 16) ^
                               static_cast<std::uint64_t>(region.pixels);
   RandomEngine engine = random_stream(options_.seed, "circle_vote", place);
 
@@ -146,9 +163,38 @@ void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region
   }
 }
 
+// By edges inside the region: a ball before a thing of its own colour.
+void Detector::look_inside(const cv::Mat& bgr, const ColoredPixels& colored, int region_index,
+                           std::size_t first_known, DetectionStages* stages) {
+  const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
+  inner_edges_.find(bgr, colored, *rays_, region.box + colored.window, region.pixels, inside_);
+  const auto is_known = [&](const auto& edge) {
+    return std::any_of(balls_.begin() + static_cast<std::ptrdiff_t>(first_known), balls_.end(),
+                       [&](const BallObservation& ball) {
+                         const double distance_px =
+                             (edge.position_px.template cast<double>() - ball.vote.center_px).norm();
+                         return distance_px < ball.vote.radius_px + tolerance_px(ball.vote.radius_px);
+                       });
+  };
+  while (static_cast<int>(balls_.size() - first_known) < options_.max_balls_per_region) {
+    whole_boundary_.erase(std::remove_if(whole_boundary_.begin(), whole_boundary_.end(), is_known),
+                          whole_boundary_.end());
+    inside_.erase(std::remove_if(inside_.begin(), inside_.end(), is_known), inside_.end());
+    const InnerCircle* const circle = inner_circles_.find(bgr, rays_->camera(), whole_boundary_, inside_);
+    if (!circle) return;
+    points_ = circle->outline.points;
+    remaining_.clear();
+    RefinementInput input;
+    Candidate candidate = judge(bgr, colored, circle->circle, stages ? &input : nullptr, true);
+    if (stages) record(region_index, circle->circle, candidate, input, *stages);
+    if (candidate.reason) return;
+    balls_.push_back(*candidate.ball);
+  }
+}
+
 // Is the voted circle a ball? The cheap questions first: most circles are none.
 Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& colored,
-                                    const CircleEstimate& vote, RefinementInput* input) {
+                                    const CircleEstimate& vote, RefinementInput* input, bool inside_region) {
   if (vote.radius_px < options_.min_radius_px) return {std::nullopt, {}, "too small"};
   const Camera& camera = rays_->camera();
   const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, camera.focal_px());
@@ -158,7 +204,7 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
   candidate.support =
       outline_support(boundary_sectors(points_, cone, camera.focal_px()), {}, 0, colored, camera, cone);
   candidate.reason = early_rejection(candidate.support);
-  if (candidate.reason) return candidate;
+  if (candidate.reason && !inside_region) return candidate;
 
   candidate.ball = refine(bgr, colored.color_class, vote, points_, options_.fit, input);
   if (!candidate.ball) {

@@ -16,6 +16,8 @@
 #include "perception/detection_stages.hpp"
 #include "perception/detector_options.hpp"
 #include "perception/edge_points.hpp"
+#include "perception/inner_circles.hpp"
+#include "perception/inner_edges.hpp"
 #include "perception/morphology.hpp"
 #include "perception/paper_refinement.hpp"
 #include "perception/regions.hpp"
@@ -80,11 +82,14 @@ class Detector {
   };
   void collect_boundary(const ColoredPixels& colored, int region);
   Candidate judge(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
-                  RefinementInput* input);
+                  RefinementInput* input, bool inside_region = false);
   const char* early_rejection(const OutlineSupport& support) const;
   bool take_away(const CircleEstimate& vote, bool is_ball, DetectionStages* stages);
   void record(int region, const CircleEstimate& vote, const Candidate& candidate,
               const RefinementInput& input, DetectionStages& stages) const;
+  void vote_for_balls(const cv::Mat& bgr, const ColoredPixels& colored, int region, DetectionStages* stages);
+  void look_inside(const cv::Mat& bgr, const ColoredPixels& colored, int region, std::size_t first_known,
+                   DetectionStages* stages);
   void find_balls(const cv::Mat& bgr, const cv::Rect& window, int region, DetectionStages* stages);
   std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
                                                const UndistortedCircle& circle,
@@ -111,6 +116,8 @@ class Detector {
   BoundaryChain chain_;
   StraightSides sides_;
   CircleVoter voter_;
+  InnerEdges inner_edges_;
+  InnerCircles inner_circles_;
   EdgeMeter edge_meter_;
   OutlineEdges edges_;
   OutlineSectors sectors_;
@@ -120,7 +127,8 @@ class Detector {
   RobustWeights robust_weights_;
   std::vector<RingPixel> ring_;
   std::vector<BoundaryPixel> boundary_, remaining_;
-  std::vector<BoundaryPoint> points_;
+  std::vector<BoundaryPoint> points_, whole_boundary_;
+  std::vector<InnerEdge> inside_;
   std::vector<BallObservation> balls_;
 };
 

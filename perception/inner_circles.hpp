@@ -1,0 +1,73 @@
+// Circles that edges inside a region speak for, together with what the region's boundary has of them.
+//
+// Each edge votes for every centre on the line across it (Hough's transform with the gradient's direction);
+// the circles around the fullest places are held against the picture.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perception/circle_vote.hpp"
+#include "perception/inner_edges.hpp"
+#include "perception/outline_scout.hpp"
+
+namespace ballservo {
+
+struct InnerCircleOptions {
+  /// Of a smaller circle, edges before its own colour do not tell (see outline_support).
+  double min_radius_px = 12;
+  int least_edges = 8;  ///< inside the region, and on a circle
+  int peaks = 8;        ///< of the votes, whose circles are compared
+  int scouted = 4;      ///< of those, the best, held against the picture
+  OutlineScoutOptions scout;
+};
+
+struct InnerCircle {
+  CircleEstimate circle;  ///< undistorted px; its votes and points are those of the fullest cells
+  ScoutedOutline outline;
+};
+
+/// Keeps its buffers between calls.
+class InnerCircles {
+ public:
+  explicit InnerCircles(const InnerCircleOptions& options = {});
+
+  /// The circle in a region of the picture that has most votes for its length and an edge all along it; none
+  /// where there is no such one. `boundary` are the region's boundary points, `edges` those inside it. Valid
+  /// until the next call.
+  const InnerCircle* find(const cv::Mat& bgr, const Camera& camera,
+                          const std::vector<BoundaryPoint>& boundary, const std::vector<InnerEdge>& edges);
+
+ private:
+  struct Point {
+    Eigen::Vector2f position_px{0, 0}, across{0, 0};
+    bool either_way = false;  // the direction's sign means nothing; otherwise it is outwards
+  };
+  struct Proposal {
+    Eigen::Vector2f center_px{0, 0};
+    float radius_px = 0;
+    int votes = 0, points = 0;
+    float score = 0;
+  };
+  bool vote();
+  void vote_along(const Eigen::Vector2f& from_px, const Eigen::Vector2f& direction);
+  void smooth_votes();
+  void propose();
+  template <class F>
+  void for_each_agreeing(const Eigen::Vector2f& center_px, const F& f) const;
+  void vote_radius(Proposal& proposal);
+  void fit_circle(Proposal& proposal) const;
+  bool is_supported(const cv::Mat& bgr, const Camera& camera, const Proposal& proposal);
+
+  InnerCircleOptions options_;
+  Eigen::Vector2f origin_px_{0, 0};
+  float cell_px_ = 1, max_radius_px_ = 0;
+  int columns_ = 0, rows_ = 0;
+  std::vector<Point> points_;
+  std::vector<std::uint16_t> votes_, smooth_;
+  std::vector<int> radii_;
+  std::vector<Proposal> proposals_;
+  InnerCircle found_;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,33 @@
+// Is there an edge all along a supposed outline? A quick look, whole pixels and no model of the edge: for
+// proposals that most often are wrong.
+#pragma once
+
+#include <array>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "calibration/camera/ray_table.hpp"
+#include "perception/circle_vote.hpp"
+#include "perception/cone_fit.hpp"
+
+namespace ballservo {
+
+struct OutlineScoutOptions {
+  int min_step = 12;         ///< sum over the channels of the grey levels across the outline
+  double min_support = 0.6;  ///< of the sectors must have such a step on the outline
+};
+
+/// An outline with an edge on it.
+struct ScoutedOutline {
+  TangentCone cone;                   ///< moved onto the edge
+  double support = 0;                 ///< fraction of the sectors with the edge on it
+  std::vector<BoundaryPoint> points;  ///< where they have it: undistorted px, no normals, in order around it
+};
+
+/// Moves the cone to the edges within 5 px of its outline in the picture, and says where they lie on it in
+/// the end. False, and `found` of no meaning, where fewer sectors than asked for have one.
+bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& start,
+                   const OutlineScoutOptions& options, ScoutedOutline& found);
+
+}  // namespace ballservo
