@@ -23,8 +23,8 @@ cv::Rect box_around(const OutlineEllipse& outline, cv::Size size) {
 
 }  // namespace
 
-BallShading ball_shading(const cv::Mat& bgr, const ColoredPixels& colored, const RayTable& rays,
-                         const TangentCone& cone, const OutlineEllipse& outline) {
+BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
+                         const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline) {
   const cv::Rect box = box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size());
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
   const int step = std::max(1, static_cast<int>(outline.radius_px / 20));
@@ -45,7 +45,8 @@ BallShading ball_shading(const cv::Mat& bgr, const ColoredPixels& colored, const
       const Eigen::Vector2d n = across / std::sin(cone.alpha_rad);
       const Eigen::Vector4d terms(1, n.x(), n.y(), std::sqrt(std::max(0.0, 1 - n.squaredNorm())));
       const cv::Vec3b& c = row[u];
-      const double brightness = c[0] + c[1] + c[2];
+      const double brightness =
+          static_cast<double>(response.light[c[0]] + response.light[c[1]] + response.light[c[2]]);
       normal += terms * terms.transpose();
       right += terms * brightness;
       squares += brightness * brightness;

@@ -6,6 +6,7 @@
 
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
+#include "perception/camera_response.hpp"
 #include "perception/cone_fit.hpp"
 #include "perception/outline_support.hpp"
 
@@ -19,7 +20,7 @@ struct BallShading {
 };
 
 /// Over the ball's pixels inside the cone. Zeros where there are too few.
-BallShading ball_shading(const cv::Mat& bgr, const ColoredPixels& colored, const RayTable& rays,
-                         const TangentCone& cone, const OutlineEllipse& outline);
+BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
+                         const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline);
 
 }  // namespace ballservo

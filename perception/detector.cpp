@@ -86,9 +86,42 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
   left_out_.shorter_px = regions_.shortest_run_px() > 1 ? regions_.shortest_run_px() : 0;
   left_out_.regions = choose_regions(regions_.regions(), 2 * options_.min_radius_px * options_.min_radius_px,
                                      options_.max_regions, chosen_);
-  for (const int region : chosen_) find_balls(bgr, window, region, stages);
-  drop_repeated();
+  find_balls(bgr, window, stages);
+  if (learn_response(bgr)) find_balls(bgr, window, stages);
   return balls_;
+}
+
+void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, DetectionStages* stages) {
+  balls_.clear();
+  if (stages) stages->candidates.clear();
+  for (const int region : chosen_) find_balls_in(bgr, window, region, stages);
+  drop_repeated();
+}
+
+const CameraResponse& Detector::response() const {
+  switch (options_.response) {
+    case ResponseChoice::linear:
+      return CameraResponse::linear();
+    case ResponseChoice::srgb:
+      return CameraResponse::srgb();
+    case ResponseChoice::by_edges:
+      break;
+  }
+  return response_.likelier();
+}
+
+// Whether the camera's response is believed to be another now, after a look at the edges of the balls found.
+bool Detector::learn_response(const cv::Mat& bgr) {
+  if (options_.response != ResponseChoice::by_edges || options_.fit != BallFit::sphere) return false;
+  const CameraResponse& before = response();
+  for (const BallObservation& ball : balls_) {
+    if (!response_.open()) break;
+    edge_meter_.measure(bgr, *rays_, ball.cone, before, edges_);
+    robust_weights_.set(ball.cone, edges_.points, robust_floor_px, options_.oval_fraction);
+    response_.add(edge_meter_.evidence(bgr, *rays_, ball.cone, edges_.points, CameraResponse::srgb(),
+                                       CameraResponse::linear()));
+  }
+  return &response() != &before;
 }
 
 // The region's boundary points, but for straight sides: undistorted, half a pixel outward, between the
@@ -119,8 +152,8 @@ void Detector::collect_boundary(const ColoredPixels& colored, int region) {
   remaining_.resize(kept);
 }
 
-void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, int region_index,
-                          DetectionStages* stages) {
+void Detector::find_balls_in(const cv::Mat& bgr, const cv::Rect& window, int region_index,
+                             DetectionStages* stages) {
   const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
   const ColoredPixels colored{region.color_class, closed_[region.color_class - 1u], window.tl()};
   collect_boundary(colored, region_index);
@@ -268,7 +301,7 @@ const char* Detector::rejection(const BallObservation& ball) const {
 bool Detector::shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored,
                               const BallObservation& ball) const {
   if (ball.support.hidden <= options_.max_hidden) return true;
-  const BallShading shading = ball_shading(bgr, colored, *rays_, ball.cone, ball.outline);
+  const BallShading shading = ball_shading(bgr, response(), colored, *rays_, ball.cone, ball.outline);
   return shading.strength >= options_.min_shading && shading.explained >= options_.min_shading_explained;
 }
 
@@ -348,7 +381,7 @@ std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, Class
   TangentCone cone = cone_of_boundary(*voted, boundary).value_or(*voted);
   std::optional<ConeFit> fit;
   for (int pass = 0; pass < 2; ++pass) {
-    edge_meter_.measure(bgr, *rays_, cone, edges_);
+    edge_meter_.measure(bgr, *rays_, cone, response(), edges_);
     robust_weights_.set(cone, edges_.points, robust_floor_px, options_.oval_fraction);
     if (input) {
       input->start = cone;

@@ -58,6 +58,8 @@ class Detector {
   const ColorTable& colors() const { return colors_.colors(); }
   /// Looks colours up for another light than the taught one.
   void set_light(const LightCells& light) { colors_.set_light(light); }
+  /// The next picture may be another camera's: what was learnt of this one's response is forgotten.
+  void start_anew() { response_ = {}; }
   /// What there was too much of in the last picture to be looked at.
   const LeftOut& left_out() const { return left_out_; }
 
@@ -90,7 +92,8 @@ class Detector {
   void vote_for_balls(const cv::Mat& bgr, const ColoredPixels& colored, int region, DetectionStages* stages);
   void look_inside(const cv::Mat& bgr, const ColoredPixels& colored, int region, std::size_t first_known,
                    DetectionStages* stages);
-  void find_balls(const cv::Mat& bgr, const cv::Rect& window, int region, DetectionStages* stages);
+  void find_balls(const cv::Mat& bgr, const cv::Rect& window, DetectionStages* stages);
+  void find_balls_in(const cv::Mat& bgr, const cv::Rect& window, int region, DetectionStages* stages);
   std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
                                                const UndistortedCircle& circle,
                                                const std::vector<BoundaryPoint>& boundary,
@@ -103,11 +106,14 @@ class Detector {
   const char* rejection(const BallObservation& ball) const;
   bool shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored, const BallObservation& ball) const;
   void drop_repeated();
+  bool learn_response(const cv::Mat& bgr);
+  const CameraResponse& response() const;
 
   std::shared_ptr<const RayTable> rays_;
   ColorLookup colors_;
   DetectorOptions options_;
   LeftOut left_out_;
+  ResponseBelief response_;
   // Reused between pictures.
   ClassPictures classified_, opened_, closed_;
   std::vector<int> chosen_;  // regions

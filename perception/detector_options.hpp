@@ -11,8 +11,12 @@
 
 namespace ballservo {
 
+/// How the camera's grey levels follow the light: stated, or told by how the balls' edges look.
+enum class ResponseChoice { by_edges, linear, srgb };
+
 struct DetectorOptions {
   BallFit fit = BallFit::sphere;
+  ResponseChoice response = ResponseChoice::by_edges;
   /// The radius of each class's balls; class k is entry k - 1. Empty or 0: not known, no position in 3-D.
   std::vector<BallRadius> radii;
   double min_radius_px = 3;

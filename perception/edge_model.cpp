@@ -117,8 +117,10 @@ NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, do
                           samples.distance_px[at + 3]};
     const Float4 intensity{samples.intensity[at], samples.intensity[at + 1], samples.intensity[at + 2],
                            samples.intensity[at + 3]};
+    const Float4 weight{samples.weight[at], samples.weight[at + 1], samples.weight[at + 2],
+                        samples.weight[at + 3]};
     const Float4 counts =
-        lane + all(static_cast<float>(i)) < all(static_cast<float>(samples.count)) ? all(1) : all(0);
+        lane + all(static_cast<float>(i)) < all(static_cast<float>(samples.count)) ? weight : all(0);
     const Float4 x = (all(q[4]) - distance) * inverse;
     const BasisOfFour basis = look_up_four(table, x);
     const Float4 ramp = width * (x * basis.step + basis.density);

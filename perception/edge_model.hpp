@@ -28,12 +28,15 @@ struct EdgeSamples {
   static constexpr int most = 192;
   std::array<float, most> distance_px{};  ///< outside the assumed outline, negative inside
   std::array<float, most> intensity{};    ///< grey levels
+  std::array<float, most> weight{};       ///< 1 / noise, where that differs from pixel to pixel
   int count = 0;
 
-  void add(float distance, float level) {  ///< more than `most` are not needed
+  void add(float distance, float level, float one_over_noise = 1) {  ///< more than `most` are not needed
     if (count == most) return;
-    distance_px[static_cast<std::size_t>(count)] = distance;
-    intensity[static_cast<std::size_t>(count++)] = level;
+    const auto i = static_cast<std::size_t>(count++);
+    distance_px[i] = distance;
+    intensity[i] = level;
+    weight[i] = one_over_noise;
   }
 };
 

@@ -15,6 +15,8 @@ constexpr double pi = 3.14159265358979323846;
 constexpr double sigma_floor_px = 0.01;
 // What is surely inside or outside for the colours to be compared: clear of the blur.
 constexpr float clear_px = 1.5f;
+// Of the camera's response a texture may seem to say much: one stretch counts no more than this.
+constexpr double most_of_a_stretch = 4, clearly_the_balls = 0.5;
 
 int to_pixel(double position, int last) {
   return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(last)));
@@ -44,11 +46,11 @@ EdgeMeter::Station EdgeMeter::station_at(const Camera& camera, const TangentCone
   return station;
 }
 
-// The pixels within `half_width_px` of the outline and `half_turn_rad` of the station, with their distances
-// from it.
+// The pixels of the ring near one station, with their distances from the outline.
 void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
-                       std::size_t stretch, double half_turn_rad, double half_width_px) {
+                       std::size_t stretch) {
   pixels_.clear();
+  const double half_turn_rad = ring_.half_turn_rad, half_width_px = ring_.half_width_px;
   const std::size_t count = stations_.size();
   const Station& station = stations_[stretch];
   const Station &before = stations_[(stretch + count - 1) % count], &after = stations_[(stretch + 1) % count];
@@ -84,8 +86,7 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
       const double px_per_rad = station.px_per_rad + turn * (turn < 0 ? slope_before : slope_after);
       const double distance_px = (sine_outside + sine_outside * sine_outside * sine_outside / 6) * px_per_rad;
       if (!(std::abs(distance_px) <= half_width_px)) continue;
-      const cv::Vec3b& color = row[u];
-      pixels_.push_back({static_cast<float>(distance_px), Eigen::Vector3f(color[0], color[1], color[2])});
+      pixels_.push_back({static_cast<float>(distance_px), row[u]});
     }
   }
 }
@@ -118,77 +119,124 @@ double EdgeMeter::coarse_offset(double reach_px) const {
   return best;
 }
 
-std::optional<EdgeProfileFit> EdgeMeter::fit_stretch(double half_width_px, const EdgeProfilePrior& prior) {
-  Eigen::Vector3f inside(0, 0, 0), outside(0, 0, 0);
+// The gathered pixels' intensities: along the line in colour space from what is outside to what is inside,
+// in units of the light that has the grey levels' scale in this stretch, so that noise and contrast stay
+// those of grey levels. False where inside and outside do not differ.
+bool EdgeMeter::take_samples(const CameraResponse& response) {
+  Eigen::Vector3f inside(0, 0, 0), outside(0, 0, 0), slope_inside(0, 0, 0), slope_outside(0, 0, 0);
   int inside_count = 0, outside_count = 0;
-  for (const StretchPixel& pixel : pixels_) {
-    if (pixel.distance_px < -clear_px) inside += pixel.bgr, ++inside_count;
-    if (pixel.distance_px > clear_px) outside += pixel.bgr, ++outside_count;
+  for (const RingColor& pixel : pixels_) {
+    const auto of = [&](const std::array<float, 256>& curve) {
+      return Eigen::Vector3f(curve[pixel.bgr[0]], curve[pixel.bgr[1]], curve[pixel.bgr[2]]);
+    };
+    if (pixel.distance_px < -clear_px)
+      inside += of(response.light), slope_inside += of(response.slope), ++inside_count;
+    if (pixel.distance_px > clear_px)
+      outside += of(response.light), slope_outside += of(response.slope), ++outside_count;
   }
-  if (inside_count < 3 || outside_count < 3) return std::nullopt;
-  // The step is looked at along the line in colour space from what is outside to what is inside.
+  if (inside_count < 3 || outside_count < 3) return false;
+  slope_inside /= static_cast<float>(inside_count);
+  slope_outside /= static_cast<float>(outside_count);
+  const Eigen::Vector3f scale = (0.5f * (slope_inside + slope_outside)).cwiseInverse();
   const Eigen::Vector3f difference =
-      inside / static_cast<float>(inside_count) - outside / static_cast<float>(outside_count);
+      (inside / static_cast<float>(inside_count) - outside / static_cast<float>(outside_count))
+          .cwiseProduct(scale);
   const float contrast = difference.norm();
-  if (!(static_cast<double>(contrast) >= options_.min_contrast)) return std::nullopt;
-  const Eigen::Vector3f direction = difference / contrast;
+  if (!(static_cast<double>(contrast) >= options_.min_contrast)) return false;
+  const Eigen::Vector3f direction = (difference / contrast).cwiseProduct(scale);
   samples_.count = 0;
-  for (const StretchPixel& pixel : pixels_) samples_.add(pixel.distance_px, direction.dot(pixel.bgr));
+  for (const RingColor& pixel : pixels_) {
+    const Eigen::Vector3f light(response.light[pixel.bgr[0]], response.light[pixel.bgr[1]],
+                                response.light[pixel.bgr[2]]);
+    // The noise at the colour that is expected there: the pixel's own holds noise itself.
+    const float mixed = std::clamp(0.5f - 0.5f * pixel.distance_px, 0.0f, 1.0f);
+    const Eigen::Vector3f noise =
+        direction.cwiseProduct(slope_outside + mixed * (slope_inside - slope_outside));
+    samples_.add(pixel.distance_px, direction.dot(light), 1 / noise.norm());
+  }
+  return true;
+}
+
+std::optional<EdgeProfileFit> EdgeMeter::fit_stretch(const CameraResponse& response) {
+  if (!take_samples(response)) return std::nullopt;
   EdgeProfileOptions profile;
   profile.min_contrast = options_.min_contrast;
   profile.max_offset_px = options_.max_offset_px;
-  const double reach_px = std::min(options_.max_offset_px, half_width_px - 2);
-  return fit_edge_profile(samples_, coarse_offset(reach_px), prior, profile);
+  const double reach_px = std::min(options_.max_offset_px, ring_.half_width_px - 2);
+  return fit_edge_profile(samples_, coarse_offset(reach_px), ring_.prior, profile);
+}
+
+// The ring around the outline, cut into stretches by the outline's length; false where no stretch is in the
+// picture.
+bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCone& outline) {
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(outline.axis);
+  ring_ = {};
+  const Station first = station_at(camera, outline, basis, 0);
+  if (!first.visible) return false;
+  ring_.radius_px = std::sin(outline.alpha_rad) * first.px_per_rad;
+  ring_.stretches = std::clamp(static_cast<int>(2 * pi * ring_.radius_px / options_.stretch_length_px),
+                               options_.min_stretches, options_.max_stretches);
+  stations_.clear();
+  for (int i = 0; i < ring_.stretches; ++i) {
+    stations_.push_back(station_at(camera, outline, basis, 2 * pi * (i + 0.5) / ring_.stretches));
+    const Eigen::Vector2d& p = stations_.back().pixel_px;
+    if (stations_.back().visible && p.minCoeff() >= 1 && p.x() <= size.width - 2 && p.y() <= size.height - 2)
+      ++ring_.stretches_in_picture;
+  }
+  // The ring must leave a core for the level inside, also of a small ball.
+  ring_.half_width_px = std::clamp(0.6 * ring_.radius_px, 2.5, options_.half_width_px);
+  // A small ball's stretches overlap, for each needs pixels enough; what they share counts once.
+  const double least_length_px = options_.stretch_length_px * std::max(1.0, 6 / ring_.radius_px);
+  ring_.half_turn_rad = std::min(std::max(pi / ring_.stretches, 0.5 * least_length_px / ring_.radius_px),
+                                 0.5 * options_.max_stretch_length_px / ring_.radius_px);
+  ring_.prior.radius_px = ring_.radius_px;
+  return ring_.stretches_in_picture > 0;
+}
+
+double EdgeMeter::evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
+                           const std::vector<EdgePoint>& points, const CameraResponse& a,
+                           const CameraResponse& b) {
+  if (!place_ring(bgr.size(), rays.camera(), outline)) return 0;
+  double sum = 0;
+  for (const EdgePoint& point : points) {
+    if (point.weight < clearly_the_balls) continue;
+    gather(bgr, rays, outline, static_cast<std::size_t>(point.angle_rad / (2 * pi) * ring_.stretches));
+    const auto by_a = fit_stretch(a), by_b = fit_stretch(b);
+    if (!by_a || !by_b) continue;
+    const auto values = 3 * static_cast<double>(pixels_.size());
+    const double rounding = values / 12;  // of whole grey levels
+    const double left_a = squares_left(pixels_, *by_a, a), left_b = squares_left(pixels_, *by_b, b);
+    sum += std::clamp(0.5 * values * std::log((left_b + rounding) / (left_a + rounding)), -most_of_a_stretch,
+                      most_of_a_stretch);
+  }
+  return sum;
 }
 
 void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
-                        OutlineEdges& edges) {
+                        const CameraResponse& response, OutlineEdges& edges) {
   CV_Assert(bgr.type() == CV_8UC3 && bgr.cols == rays.size().width_px && bgr.rows == rays.size().height_px);
   edges.points.clear();
-  edges.stretches = edges.stretches_in_picture = 0;
   edges.blur_px = 0;
-  const Camera& camera = rays.camera();
-  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(outline.axis);
-
-  // How many stretches: by the length of the outline.
-  const Station first = station_at(camera, outline, basis, 0);
-  if (!first.visible) return;
-  const double radius_px = std::sin(outline.alpha_rad) * first.px_per_rad;
-  edges.stretches = std::clamp(static_cast<int>(2 * pi * radius_px / options_.stretch_length_px),
-                               options_.min_stretches, options_.max_stretches);
-  stations_.clear();
-  for (int i = 0; i < edges.stretches; ++i) {
-    stations_.push_back(station_at(camera, outline, basis, 2 * pi * (i + 0.5) / edges.stretches));
-    const Eigen::Vector2d& p = stations_.back().pixel_px;
-    if (stations_.back().visible && p.minCoeff() >= 1 && p.x() <= bgr.cols - 2 && p.y() <= bgr.rows - 2)
-      ++edges.stretches_in_picture;
-  }
-  if (edges.stretches_in_picture == 0) return;
-
-  // The ring must leave a core for the level inside, also of a small ball.
-  const double half_width_px = std::clamp(0.6 * radius_px, 2.5, options_.half_width_px);
-  // A small ball's stretches overlap, for each needs pixels enough; what they share counts once.
-  const double least_length_px = options_.stretch_length_px * std::max(1.0, 6 / radius_px);
-  const double half_turn_rad = std::min(std::max(pi / edges.stretches, 0.5 * least_length_px / radius_px),
-                                        0.5 * options_.max_stretch_length_px / radius_px);
-  const double overlap = std::max(1.0, half_turn_rad * edges.stretches / pi);
-  EdgeProfilePrior prior;
-  prior.radius_px = radius_px;
+  const bool in_picture = place_ring(bgr.size(), rays.camera(), outline);
+  edges.stretches = ring_.stretches;
+  edges.stretches_in_picture = ring_.stretches_in_picture;
+  if (!in_picture) return;
+  const double overlap = std::max(1.0, ring_.half_turn_rad * ring_.stretches / pi);
   blurs_.clear();
   for (std::size_t i = 0; i < stations_.size(); ++i) {
-    gather(bgr, rays, outline, i, half_turn_rad, half_width_px);
-    const auto fit = fit_stretch(half_width_px, prior);
+    gather(bgr, rays, outline, i);
+    const auto fit = fit_stretch(response);
     if (!fit) continue;
     const Station& station = stations_[i];
     // A blurred disc's half level lies inside its edge by s^2 / 2r, the mean curvature's share of the
     // diffusion.
-    const double distance_px = fit->offset_px + fit->blur_px * fit->blur_px / (2 * radius_px);
+    const double distance_px = fit->offset_px + fit->blur_px * fit->blur_px / (2 * ring_.radius_px);
     const double edge_rad = outline.alpha_rad + distance_px / station.px_per_rad;
     EdgePoint point;
     point.ray = outline.axis * std::cos(edge_rad) + station.outward * std::sin(edge_rad);
     point.px_per_rad = station.px_per_rad;
     point.sigma_px = std::hypot(fit->sigma_px * std::sqrt(overlap), sigma_floor_px);
-    point.angle_rad = 2 * pi * (static_cast<double>(i) + 0.5) / edges.stretches;
+    point.angle_rad = 2 * pi * (static_cast<double>(i) + 0.5) / ring_.stretches;
     point.contrast = std::abs(fit->step);
     edges.points.push_back(point);
     blurs_.push_back(fit->blur_px);

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
+#include "perception/camera_response.hpp"
+#include "perception/channel_mix.hpp"
 #include "perception/cone_fit.hpp"
 #include "perception/edge_model.hpp"
 
@@ -38,9 +40,16 @@ class EdgeMeter {
  public:
   explicit EdgeMeter(const EdgeRingOptions& options = {}) : options_(options) {}
 
-  /// `bgr` is the picture (CV_8UC3) that `rays` belongs to. Empty points for a cone that is not in the
+  /// `bgr` is the picture (CV_8UC3) that `rays` belongs to, its grey levels `response` to the light: a
+  /// blur mixes light, so that is where an edge has its shape. Empty points for a cone that is not in the
   /// picture.
-  void measure(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, OutlineEdges& edges);
+  void measure(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
+               const CameraResponse& response, OutlineEdges& edges);
+
+  /// How much better the edges that `measure` found are explained by response `a` than by `b`: the logarithm
+  /// of their likelihoods' ratio, the noise of each stretch unknown. Counts points of some weight.
+  double evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
+                  const std::vector<EdgePoint>& points, const CameraResponse& a, const CameraResponse& b);
 
  private:
   // How the outline runs at one angle.
@@ -51,20 +60,24 @@ class EdgeMeter {
     double px_per_rad = 0;         // how fast the outline moves when the cone opens
     bool visible = false;
   };
-  struct StretchPixel {
-    float distance_px;
-    Eigen::Vector3f bgr;
+  // What all stretches share.
+  struct Ring {
+    double radius_px = 0, half_width_px = 0, half_turn_rad = 0;
+    int stretches = 0, stretches_in_picture = 0;
+    EdgeProfilePrior prior;
   };
   static Station station_at(const Camera& camera, const TangentCone& cone,
                             const Eigen::Matrix<double, 3, 2>& basis, double angle);
-  void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t stretch,
-              double half_turn_rad, double half_width_px);
-  std::optional<EdgeProfileFit> fit_stretch(double half_width_px, const EdgeProfilePrior& prior);
+  bool place_ring(cv::Size size, const Camera& camera, const TangentCone& outline);
+  void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t stretch);
+  bool take_samples(const CameraResponse& response);
+  std::optional<EdgeProfileFit> fit_stretch(const CameraResponse& response);
   double coarse_offset(double reach_px) const;
 
   EdgeRingOptions options_;
+  Ring ring_;
   std::vector<Station> stations_;
-  std::vector<StretchPixel> pixels_;  // of one stretch
+  std::vector<RingColor> pixels_;  // of one stretch
   EdgeSamples samples_;
   std::vector<double> blurs_;
 };

@@ -71,6 +71,12 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
                   "sphere: the exact outline of a ball; paper: a circle and the paper's formula")
       ->check(CLI::IsMember({"sphere", "paper"}))
       ->capture_default_str();
+  command
+      .add_option("--response", options.response,
+                  "How grey levels follow the light: linear, srgb (as of pictures made to be looked at), or "
+                  "auto: told by the balls' edges")
+      ->check(CLI::IsMember({"auto", "linear", "srgb"}))
+      ->capture_default_str();
 }
 
 void check_not_an_input(const std::filesystem::path& output, const BallOptions& options,
@@ -146,6 +152,9 @@ DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed)
     options_.oval_fraction = 0.04;
   }
   options_.fit = options.fit == "paper" ? BallFit::paper : BallFit::sphere;
+  options_.response = options.response == "linear" ? ResponseChoice::linear
+                      : options.response == "srgb" ? ResponseChoice::srgb
+                                                   : ResponseChoice::by_edges;
   options_.seed = seed;
 }
 

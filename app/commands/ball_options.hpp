@@ -15,10 +15,10 @@
 namespace ballservo {
 
 struct BallOptions {
-  std::string colors, camera, diameter, fit = "sphere";
+  std::string colors, camera, diameter, fit = "sphere", response = "auto";
 };
 
-/// Adds --colors, --camera, --diameter and --fit.
+/// Adds --colors, --camera, --diameter, --fit and --response.
 void add_ball_options(CLI::App& command, BallOptions& options);
 
 /// Throws InputError where an output is one of the files that the command reads (--force would destroy it).

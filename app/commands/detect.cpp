@@ -61,6 +61,7 @@ int run_detect(const DetectOptions& options) {
   LeftOutWarning left_out;
   bool interrupted = false;
   for (const auto& sequence : sequences) {
+    for (auto& [size, detector] : detectors) detector.start_anew();
     while (const auto frame = sequence->next()) {
       interrupted = interrupt_requested();
       if (interrupted) break;

@@ -176,16 +176,19 @@ struct Choice {
 
 Choice choice_for(const Camera& truth, double noise_px, std::uint64_t seed) {
   const auto candidates =
-      lens_candidates(test::random_views(truth, 25, noise_px, seed), truth.size(),
+      lens_candidates(test::random_views(truth, 40, noise_px, seed), truth.size(),
                       {LensModel::pinhole, LensModel::visp, LensModel::brown, LensModel::kannala_brandt}, 4);
   const CameraParameters& found = candidates[choose_lens(candidates)].adjustment.parameters;
   return {found.model == truth.parameters().model,
           compare_cameras(truth, {}, Camera(found), {}).shift_px.rms};
 }
 
+// As of the corners found in painted boards (AWideFisheyeFromPaintedBoards).
+constexpr double finder_noise_px = 0.006;
+
 TEST(CalibrationStatistics, AutoFindsTheLensAndTheNoiseLimitsTheRest) {
   constexpr std::uint64_t sets_a_lens = 5;
-  for (const double noise_px : {0.05, 0.005}) {
+  for (const double noise_px : {0.05, finder_noise_px}) {
     int sets = 0, right = 0, near = 0;
     for (const auto& example : test::camera_examples()) {
       if (example.parameters.model == LensModel::brown8) continue;
@@ -201,8 +204,8 @@ TEST(CalibrationStatistics, AutoFindsTheLensAndTheNoiseLimitsTheRest) {
         "sets\n",
         noise_px, right, near, sets);
     EXPECT_GE(right, 0.9 * sets);
-    if (noise_px < 0.01) {
-      EXPECT_GE(near, 0.8 * sets);
+    if (noise_px == finder_noise_px) {
+      EXPECT_GE(near, 0.95 * sets);
     }
   }
 }

@@ -95,7 +95,8 @@ BallShading shading_of(bool shaded, int cut_px) {
   TangentCone cone;
   cone.axis = *camera.unproject(center_px);
   cone.alpha_rad = std::acos(std::min(1.0, cone.axis.dot(edge)));
-  return ball_shading(bgr, {1, pixels, {0, 0}}, RayTable(camera), cone, {center_px, 30});
+  return ball_shading(bgr, CameraResponse::linear(), {1, pixels, {0, 0}}, RayTable(camera), cone,
+                      {center_px, 30});
 }
 
 TEST(BallShading, TellsASphereFromADisc) {

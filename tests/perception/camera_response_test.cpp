@@ -1,0 +1,90 @@
+#include "perception/camera_response.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "calibration/files/random.hpp"
+#include "tests/perception/painted_ball.hpp"
+
+namespace ballservo {
+namespace {
+
+TEST(CameraResponse, RisesFromDarkToWhiteWithItsSlope) {
+  for (const CameraResponse* response : {&CameraResponse::linear(), &CameraResponse::srgb()}) {
+    EXPECT_EQ(response->light[0], 0);
+    EXPECT_NEAR(response->light[255], 255, 1e-3);
+    for (std::size_t k = 1; k < 255; ++k) {
+      const float difference = (response->light[k + 1] - response->light[k - 1]) / 2;
+      EXPECT_NEAR(response->slope[k], difference, 0.01 * difference + 0.02) << k;
+    }
+  }
+}
+
+TEST(ResponseBelief, TakesGreyLevelsForLightUntilTheEdgesSayOtherwise) {
+  ResponseBelief belief;
+  EXPECT_EQ(&belief.likelier(), &CameraResponse::linear());
+  belief.add(3);
+  EXPECT_EQ(&belief.likelier(), &CameraResponse::linear());
+  EXPECT_TRUE(belief.open());
+  belief.add(1e9);  // one ball, however loud, does not settle it
+  EXPECT_EQ(&belief.likelier(), &CameraResponse::srgb());
+  EXPECT_TRUE(belief.open());
+  belief.add(10);
+  EXPECT_FALSE(belief.open());
+}
+
+TEST(ResponseBelief, AsksNoLongerWhereNothingIsToldForLong) {
+  ResponseBelief belief;
+  for (int i = 0; i < 1000 && belief.open(); ++i) belief.add(i % 2 == 0 ? 1 : -1);
+  EXPECT_FALSE(belief.open());
+}
+
+// What a camera makes of this light.
+cv::Mat taken(const cv::Mat& light, const CameraResponse& response, std::uint64_t seed) {
+  RandomEngine engine = random_stream(seed, "camera_response_test");
+  cv::Mat blurred, bgr(light.size(), CV_8UC3);
+  light.convertTo(blurred, CV_32FC3);
+  cv::GaussianBlur(blurred, blurred, {}, 0.8);
+  for (int v = 0; v < bgr.rows; ++v) {
+    for (int u = 0; u < bgr.cols; ++u) {
+      for (int c = 0; c < 3; ++c) {
+        const float level = blurred.at<cv::Vec3f>(v, u)[c];
+        const auto above = std::lower_bound(response.light.begin(), response.light.end(), level);
+        const auto grey = static_cast<double>(above - response.light.begin());
+        bgr.at<cv::Vec3b>(v, u)[c] = cv::saturate_cast<std::uint8_t>(grey + 2 * standard_normal(engine));
+      }
+    }
+  }
+  return bgr;
+}
+
+double radius_error_px(const cv::Mat& bgr, ResponseChoice choice) {
+  const Camera camera = test::pinhole({120, 120}, 500);
+  DetectorOptions options;
+  options.response = choice;
+  Detector detector(std::make_shared<const RayTable>(camera), test::red_and_green(), options);
+  const auto& balls = detector.detect(bgr);
+  EXPECT_EQ(balls.size(), 1u);
+  const auto truth = project_sphere(camera, {0.004, 0.002, 0.6}, 0.035);
+  return balls.empty() ? NAN : balls[0].outline.radius_px - truth->radius_px;
+}
+
+TEST(CameraResponse, IsToldByTheEdgesOfABall) {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    cv::Mat light(120, 120, CV_8UC3, cv::Scalar(20.0 + 10 * static_cast<double>(seed), 50, 25));
+    test::paint_ball(light, test::pinhole({120, 120}, 500), {0.004, 0.002, 0.6}, 0.035, {12, 15, 160});
+    const cv::Mat linear = taken(light, CameraResponse::linear(), seed),
+                  srgb = taken(light, CameraResponse::srgb(), seed);
+    EXPECT_NEAR(radius_error_px(linear, ResponseChoice::by_edges), 0, 0.02);
+    EXPECT_NEAR(radius_error_px(srgb, ResponseChoice::by_edges), 0, 0.02);
+    // Taken for the other, it is not: the pictures can tell.
+    EXPECT_GT(std::abs(radius_error_px(srgb, ResponseChoice::linear)), 0.05);
+    EXPECT_GT(std::abs(radius_error_px(linear, ResponseChoice::srgb)), 0.05);
+  }
+}
+
+}  // namespace
+}  // namespace ballservo
