@@ -120,4 +120,20 @@ std::vector<BallTruth> ball_truth(const Camera& camera, const World& world, cons
   return truths;
 }
 
+cv::Mat unhidden_pixels(const Camera& camera, const World& world, const CameraView& view, std::size_t index,
+                        const cv::Rect& box) {
+  const Scene scene(world, view.time_s);
+  const cv::Size size(camera.size().width_px, camera.size().height_px);
+  cv::Mat unhidden = cv::Mat::zeros(size, CV_8UC1);
+  const cv::Rect inside = box & cv::Rect({0, 0}, size);
+  for (int v = inside.y; v < inside.y + inside.height; ++v) {
+    for (int u = inside.x; u < inside.x + inside.width; ++u) {
+      const auto ray = camera.unproject({u, v});
+      if (ray && !hidden(scene, view.X_WC.translation(), view.X_WC.linear() * *ray, index))
+        unhidden.at<std::uint8_t>(v, u) = 255;
+    }
+  }
+  return unhidden;
+}
+
 }  // namespace ballservo

@@ -25,4 +25,9 @@ struct BallTruth {
 /// which is integrated over 64 rows of the outline (to about 0.01).
 std::vector<BallTruth> ball_truth(const Camera& camera, const World& world, const CameraView& view);
 
+/// Where ball `index` hides what is behind it, or would: CV_8UC1 of the camera's size, 0 where something
+/// stands nearer than the ball's middle, and outside `box` (px), which bounds the cost.
+cv::Mat unhidden_pixels(const Camera& camera, const World& world, const CameraView& view, std::size_t index,
+                        const cv::Rect& box);
+
 }  // namespace ballservo

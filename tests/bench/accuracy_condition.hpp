@@ -45,6 +45,8 @@ struct AccuracyFrame {
   std::optional<OutlineEllipse> truth;  ///< nothing: there is no ball in it
   Eigen::Vector3d p_CB{0, 0, 0};        ///< m
   double visible_fraction = 0;
+  cv::Mat clean_bgr;  ///< the same without noise
+  cv::Mat unhidden;   ///< as BoundScene has it
 };
 
 constexpr double accuracy_ball_radius_m = 0.035;

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/offline/comparison_statistics.hpp"
+#include "app/offline/position_bound.hpp"
 #include "app/report/overlay.hpp"
 #include "perception/ball_position.hpp"
 #include "perception/detector.hpp"
@@ -81,6 +82,13 @@ cv::Mat shown(const AccuracyFrame& frame, const std::vector<BallObservation>& ba
   return picture;
 }
 
+double bound_m(const AccuracyCondition& condition, const Camera& camera, const AccuracyFrame& frame) {
+  if (!frame.truth) return std::nan("");
+  const auto covariance = position_bound({camera, frame.p_CB, accuracy_ball_radius_m, condition.blur_px,
+                                          condition.noise, 0, frame.clean_bgr, frame.unhidden});
+  return covariance ? std::sqrt(covariance->trace()) : std::nan("");
+}
+
 class Methods {
  public:
   explicit Methods(const AccuracyCondition& condition)
@@ -124,9 +132,11 @@ ConditionScores score_condition(const AccuracyCondition& condition, std::uint64_
   ConditionScores scores;
   scores.condition = &condition;
   Methods methods(condition);
+  const Camera camera = accuracy_camera(condition);
   for (int k = 0; k < frames; ++k) {
     const AccuracyFrame frame = make_accuracy_frame(condition, seed, k);
     scores.frames.push_back(methods.run(frame));
+    scores.bounds_m.push_back(bound_m(condition, camera, frame));
     const FrameScore& ours = scores.frames.back().front();
     if (k == 0) scores.example = methods.picture(frame);
     const bool wrong = (frame.truth && !ours.found) || ours.false_balls > 0;
@@ -141,9 +151,10 @@ MethodSummary summarize(const ConditionScores& scores, AccuracyMethod method) {
   MethodSummary summary;
   std::vector<double> center_px, radius_px, position_mm;
   double squares_mm2 = 0, nees = 0;
-  int within = 0;
-  for (const auto& frame : scores.frames) {
-    const FrameScore& score = frame[static_cast<std::size_t>(method)];
+  double bounded_squares_mm2 = 0, bound_squares_mm2 = 0;  // of the frames with a bound
+  int within = 0, bounded = 0;
+  for (std::size_t k = 0; k < scores.frames.size(); ++k) {
+    const FrameScore& score = scores.frames[k][static_cast<std::size_t>(method)];
     ++summary.frames;
     summary.false_balls += score.false_balls;
     if (!score.found) continue;
@@ -152,6 +163,11 @@ MethodSummary summarize(const ConditionScores& scores, AccuracyMethod method) {
     radius_px.push_back(std::abs(score.radius_px));
     position_mm.push_back(1000 * score.error_C.norm());
     squares_mm2 += position_mm.back() * position_mm.back();
+    if (const double bound_mm = 1000 * scores.bounds_m[k]; std::isfinite(bound_mm)) {
+      ++bounded;
+      bounded_squares_mm2 += position_mm.back() * position_mm.back();
+      bound_squares_mm2 += bound_mm * bound_mm;
+    }
     nees += score.nees;
     within += score.nees < chi2_95_of_3 ? 1 : 0;
   }
@@ -164,6 +180,8 @@ MethodSummary summarize(const ConditionScores& scores, AccuracyMethod method) {
   summary.position_rms_mm = std::sqrt(squares_mm2 / found);
   summary.mean_nees = nees / found;
   summary.within_95 = within / found;
+  summary.bound_rms_mm = std::sqrt(bound_squares_mm2 / (bounded > 0 ? bounded : std::nan("")));
+  summary.rms_over_bound = std::sqrt(bounded_squares_mm2 / bound_squares_mm2);
   return summary;
 }
 

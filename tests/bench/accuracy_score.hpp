@@ -32,6 +32,10 @@ struct FrameScore {
 struct ConditionScores {
   const AccuracyCondition* condition = nullptr;
   std::vector<std::array<FrameScore, all_accuracy_methods.size()>> frames;
+  /// The least sigma (m) of the position that any unbiased estimator can have in each frame
+  /// (position_bound.hpp, all its nuisances unknown); NaN without a ball, and where the picture does not
+  /// determine it.
+  std::vector<double> bounds_m;
   cv::Mat example;                                ///< the first frame around the ball, with what was found
   std::vector<std::pair<int, cv::Mat>> failures;  ///< the first frames that ours missed or saw falsely
 };
@@ -45,8 +49,10 @@ struct MethodSummary {
   int frames = 0, balls = 0, found = 0, false_balls = 0;
   double center_median_px = 0, radius_median_px = 0;
   double position_median_mm = 0, position_p90_mm = 0, position_rms_mm = 0;
-  double mean_nees = 0;  ///< 3 degrees of freedom: about 3 where the covariance is true
-  double within_95 = 0;  ///< fraction of the frames with a NEES below 7.81
+  double mean_nees = 0;       ///< 3 degrees of freedom: about 3 where the covariance is true
+  double within_95 = 0;       ///< fraction of the frames with a NEES below 7.81
+  double bound_rms_mm = 0;    ///< of the frames in which the ball was found
+  double rms_over_bound = 0;  ///< 1 for an efficient estimator
 };
 MethodSummary summarize(const ConditionScores& scores, AccuracyMethod method);
 

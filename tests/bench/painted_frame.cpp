@@ -103,6 +103,15 @@ void paint(cv::Mat& picture, const PaintedShape& shape, const ColorField& colors
   }
 }
 
+cv::Mat pixels_outside(const PaintedShape& shape, const cv::Size& size) {
+  cv::Mat outside(size, CV_8UC1);
+  for (int v = 0; v < size.height; ++v) {
+    for (int u = 0; u < size.width; ++u)
+      outside.at<std::uint8_t>(v, u) = shape.distance_px(u, v) > 0.5 ? 255 : 0;
+  }
+  return outside;
+}
+
 PaintedShape random_shape(const cv::Size& size, double low_px, double high_px, RandomEngine& engine) {
   PaintedShape shape;
   shape.center_px = {uniform(engine, 0, size.width), uniform(engine, 0, size.height)};
@@ -212,17 +221,21 @@ void paint_contact_shadow(cv::Mat& picture, const OutlineEllipse& ball, RandomEn
   }
 }
 
-cv::Mat exposed(const cv::Mat& light, const AccuracyCondition& condition, RandomEngine& engine) {
+// With noise, and in `clean` without.
+cv::Mat exposed(const cv::Mat& light, const AccuracyCondition& condition, RandomEngine& engine,
+                cv::Mat& clean) {
   cv::Mat blurred;
   cv::GaussianBlur(light, blurred, {}, condition.blur_px);
   cv::Mat bgr(light.size(), CV_8UC3);
+  clean.create(light.size(), CV_32FC3);
   for (int v = 0; v < light.rows; ++v) {
     for (int u = 0; u < light.cols; ++u) {
       for (int c = 0; c < 3; ++c) {
         const double level = std::clamp<double>(blurred.at<Color>(v, u)[c], 0.0, 1.0);
-        const double grey = 255 * (condition.gamma == 1 ? level : std::pow(level, 1 / condition.gamma)) +
-                            condition.noise * standard_normal(engine);
-        bgr.at<cv::Vec3b>(v, u)[c] = cv::saturate_cast<uchar>(grey);
+        const double grey = 255 * (condition.gamma == 1 ? level : std::pow(level, 1 / condition.gamma));
+        clean.at<cv::Vec3f>(v, u)[c] = static_cast<float>(grey);
+        bgr.at<cv::Vec3b>(v, u)[c] =
+            cv::saturate_cast<uchar>(grey + condition.noise * standard_normal(engine));
       }
     }
   }
@@ -285,9 +298,10 @@ AccuracyFrame painted_frame(const AccuracyCondition& condition, RandomEngine& en
       card.half_px = {half_px, half_px};
       card.turn_rad = turn;
       paint(picture, card, field(muted_color(engine)));
+      frame.unhidden = pixels_outside(card, size);
     }
   }
-  frame.bgr = exposed(picture, condition, engine);
+  frame.bgr = exposed(picture, condition, engine, frame.clean_bgr);
   return frame;
 }
 

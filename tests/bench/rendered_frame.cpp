@@ -188,6 +188,13 @@ void add_lamp(Stage& stage, const Eigen::Vector2d& occluder_side, RandomEngine& 
   stage.world.ambient = Rgb::Constant(uniform(engine, 0.35, 0.5));
 }
 
+// Twice as far from the centre as the outline goes.
+cv::Rect neighbourhood(const OutlineEllipse& ball) {
+  const int reach = static_cast<int>(2 * ball.radius_px) + 20;
+  return {static_cast<int>(ball.center_px.x()) - reach, static_cast<int>(ball.center_px.y()) - reach,
+          2 * reach, 2 * reach};
+}
+
 }  // namespace
 
 AccuracyFrame rendered_frame(const AccuracyCondition& condition, RandomEngine& engine) {
@@ -231,9 +238,14 @@ AccuracyFrame rendered_frame(const AccuracyCondition& condition, RandomEngine& e
     frame.truth = stage.ball;
     frame.p_CB = stage.p_CB;
     frame.visible_fraction = ball_truth(stage.camera, stage.world, view).front().visible_fraction;
+    const cv::Rect box = neighbourhood(*stage.ball);
+    if (condition.hidden > 0) frame.unhidden = unhidden_pixels(stage.camera, stage.world, view, 0, box);
   }
   const CameraRenderer renderer(stage.camera, std::move(stage.world), sensor);
-  frame.bgr = renderer.render({view}, engine(), 0);
+  const cv::Mat light = renderer.radiance({view});
+  frame.bgr = expose(light, sensor, engine(), 0);
+  sensor.read_noise = 0;
+  frame.clean_bgr = expose(light, sensor, 0, 0);
   return frame;
 }
 
