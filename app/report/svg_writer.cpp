@@ -184,6 +184,12 @@ void SvgWriter::arrow(const Eigen::Vector2d& from, const Eigen::Vector2d& to, do
   polygon({to, base + 0.4 * head * side, base - 0.4 * head * side}, filled);
 }
 
+void SvgWriter::drawing(const Eigen::Vector2d& corner, const Svg& drawing) {
+  if (!drawable(corner)) return;
+  body_ += fmt::format("<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">\n{}</svg>\n", px(corner.x()),
+                       px(corner.y()), drawing.width_px_, drawing.height_px_, drawing.body_);
+}
+
 // A nested <svg> clips without an identifier, which would have to be unique over the whole page.
 void SvgWriter::begin_clip(const Eigen::Vector2d& corner, const Eigen::Vector2d& size) {
   body_ += fmt::format(

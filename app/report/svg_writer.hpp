@@ -31,6 +31,8 @@ class SvgWriter {
             double opacity = 1);
   /// A shaft and a filled head of `head_px`.
   void arrow(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double head_px, const SvgStyle& style);
+  /// A whole drawing, its upper left corner at `corner`.
+  void drawing(const Eigen::Vector2d& corner, const Svg& drawing);
   /// What follows is clipped to a rectangle, in the drawing's coordinates as before.
   void begin_clip(const Eigen::Vector2d& corner, const Eigen::Vector2d& size);
   void end_clip();

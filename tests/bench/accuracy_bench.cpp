@@ -72,6 +72,7 @@ int run(const Settings& settings, const std::string& command) {
   if (folder) {
     folder->write("accuracy.csv", accuracy_csv(all));
     folder->write("frames.csv", accuracy_frames_csv(all));
+    if (const std::string svg = accuracy_sweeps_svg(all); !svg.empty()) folder->write("sweeps.svg", svg);
     folder->write("report.html", accuracy_report_html(all, command));
     folder->commit();
   }

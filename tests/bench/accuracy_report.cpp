@@ -8,6 +8,7 @@
 
 #include "app/offline/comparison_statistics.hpp"
 #include "app/report/page.hpp"
+#include "app/report/svg_grid.hpp"
 #include "app/report/svg_plot.hpp"
 #include "calibration/files/numbers.hpp"
 
@@ -100,17 +101,24 @@ Svg sweep_plot(const std::vector<ConditionScores>& all, const std::string& sweep
   PlotOptions options;
   options.x.label = label;
   options.y = {"3-D error, median (mm)", true, {}, {}};
+  options.width_px = 460;
   return line_plot(series, options);
 }
 
-void add_sweeps(Page& page, const std::vector<ConditionScores>& all) {
-  std::vector<PageFigure> figures;
+std::vector<Svg> sweep_plots(const std::vector<ConditionScores>& all) {
+  std::vector<Svg> plots;
   for (const auto& [sweep, label] : sweep_labels()) {
     const bool ran = std::any_of(all.begin(), all.end(), [&, &name = sweep](const ConditionScores& scores) {
       return scores.condition->sweep == name;
     });
-    if (ran) figures.push_back(drawing(sweep_plot(all, sweep, label), "Frames in which it was found."));
+    if (ran) plots.push_back(sweep_plot(all, sweep, label));
   }
+  return plots;
+}
+
+void add_sweeps(Page& page, const std::vector<ConditionScores>& all) {
+  std::vector<PageFigure> figures;
+  for (const Svg& plot : sweep_plots(all)) figures.push_back(drawing(plot, "Frames in which it was found."));
   if (figures.empty()) return;
   page.heading("Error against distance, occlusion, blur, noise, angle");
   page.figures(figures);
@@ -191,6 +199,12 @@ std::string accuracy_frames_csv(const std::vector<ConditionScores>& all) {
     }
   }
   return csv;
+}
+
+std::string accuracy_sweeps_svg(const std::vector<ConditionScores>& all) {
+  const std::vector<Svg> plots = sweep_plots(all);
+  if (plots.empty()) return "";
+  return svg_grid(plots, 2, "3-D error against distance, occlusion, blur, noise, angle").standalone();
 }
 
 std::string accuracy_report_html(const std::vector<ConditionScores>& all, const std::string& command) {

@@ -15,6 +15,8 @@ std::string accuracy_table_heading();
 std::string accuracy_csv(const std::vector<ConditionScores>& all);
 /// One row per condition, frame and method.
 std::string accuracy_frames_csv(const std::vector<ConditionScores>& all);
+/// The plots of the sweeps that ran, as the contents of an SVG file; empty where none did.
+std::string accuracy_sweeps_svg(const std::vector<ConditionScores>& all);
 /// `command` is what makes these figures again.
 std::string accuracy_report_html(const std::vector<ConditionScores>& all, const std::string& command);
 

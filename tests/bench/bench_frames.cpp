@@ -1,5 +1,6 @@
 #include "tests/bench/bench_frames.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibration/files/random.hpp"
@@ -30,9 +31,37 @@ World cluttered_room(RandomEngine& engine) {
   return world;
 }
 
+Ball red_ball(const Eigen::Vector3d& position_m) {
+  Ball ball;
+  ball.diameter_m = 2 * ball_radius_m;
+  ball.material.texture.color = Rgb(0.8, 0.08, 0.05);
+  ball.position_m = position_m;
+  return ball;
+}
+
+// At about 1 m, as far as there is room.
+void add_crowd(World& world, const Eigen::Isometry3d& X_WC, const BenchCrowd& crowd, RandomEngine& engine) {
+  for (int k = 0; k < crowd.more_boxes; ++k) {
+    Obstacle box;
+    box.shape = BoxShape{{0.05, uniform(engine, 0.02, 0.12), uniform(engine, 0.02, 0.12)}};
+    box.center_m = X_WC * Eigen::Vector3d(uniform(engine, -0.45, 0.45), uniform(engine, -0.3, 0.3),
+                                          uniform(engine, 1.25, 1.6));
+    box.material.texture.color = Rgb(0.7, 0.1, 0.08);
+    world.obstacles.push_back(box);
+  }
+  for (int attempt = 0; attempt < 2000 && static_cast<int>(world.balls.size()) < crowd.balls; ++attempt) {
+    const Eigen::Vector3d place =
+        X_WC * Eigen::Vector3d(uniform(engine, -0.32, 0.32), uniform(engine, -0.22, 0.22), 1);
+    const bool free = std::all_of(world.balls.begin(), world.balls.end(), [&](const Ball& other) {
+      return (other.position_m - place).norm() > 2.4 * ball_radius_m;
+    });
+    if (free) world.balls.push_back(red_ball(place));
+  }
+}
+
 }  // namespace
 
-BenchSet make_frames(ImageSize size, double focal_px, int count) {
+BenchSet make_frames(ImageSize size, double focal_px, int count, const BenchCrowd& crowd) {
   CameraParameters parameters;
   parameters.size = size;
   parameters.fx_px = parameters.fy_px = focal_px;
@@ -65,11 +94,8 @@ BenchSet make_frames(ImageSize size, double focal_px, int count) {
     World world = cluttered_room(engine);
     BenchFrame frame;
     frame.p_CB = {uniform(engine, -0.2, 0.2), uniform(engine, -0.12, 0.12), uniform(engine, 0.98, 1.02)};
-    Ball ball;
-    ball.diameter_m = 2 * ball_radius_m;
-    ball.material.texture.color = Rgb(0.8, 0.08, 0.05);
-    ball.position_m = X_WC * frame.p_CB;
-    world.balls.push_back(ball);
+    if (crowd.balls > 0) world.balls.push_back(red_ball(X_WC * frame.p_CB));
+    add_crowd(world, X_WC, crowd, engine);
     frame.truth = *project_sphere(camera, frame.p_CB, ball_radius_m);
     frame.bgr = CameraRenderer(camera, world, sensor).render({{X_WC, 0}}, 11, static_cast<std::uint64_t>(k));
     set.frames.push_back(frame);

@@ -27,7 +27,13 @@ struct BenchSet {
 
 constexpr double ball_radius_m = 0.035;
 
-/// `focal_px` sets the ball's size: 2 * 0.035 * focal_px pixels across.
-BenchSet make_frames(ImageSize size, double focal_px, int count);
+/// What is in the scenes besides: balls like the first one, apart from each other, and boxes of nearly their
+/// colour behind them.
+struct BenchCrowd {
+  int balls = 1, more_boxes = 0;
+};
+
+/// `focal_px` sets the ball's size: 2 * 0.035 * focal_px pixels across. The truth is that of the first ball.
+BenchSet make_frames(ImageSize size, double focal_px, int count, const BenchCrowd& crowd = {});
 
 }  // namespace ballservo::bench

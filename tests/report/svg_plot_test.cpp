@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "app/report/svg_canvas.hpp"
+#include "app/report/svg_grid.hpp"
 #include "app/report/ticks.hpp"
 #include "tests/report/markup_check.hpp"
 
@@ -194,6 +195,26 @@ TEST(Ticks, LogTicksHoldEveryDecade) {
   for (const Tick& tick : ticks)
     decades += tick.label == "1" || tick.label == "10" || tick.label == "100" || tick.label == "1000";
   EXPECT_EQ(decades, 4);
+}
+
+TEST(SvgGrid, HoldsEveryDrawingOnceAndNoneOverlap) {
+  PlotOptions wide, tall;
+  wide.width_px = 300;
+  tall.width_px = 200;
+  tall.height_px = 400;
+  wide.height_px = 200;
+  wide.title = "the wide one";
+  tall.title = "the tall one";
+  const Svg a = line_plot({}, wide), b = line_plot({}, tall);
+  const Svg grid = svg_grid({a, b, a}, 2, "three");
+  expect_sound(grid);
+  EXPECT_EQ(grid.width_px(), 2 * 300);
+  EXPECT_EQ(grid.height_px(), 2 * 400);
+  EXPECT_EQ(test::occurrences(grid.markup(), "the wide one"), 2);
+  EXPECT_EQ(test::occurrences(grid.markup(), "the tall one"), 1);
+  EXPECT_EQ(test::occurrences(grid.markup(), "<svg x=\"300\" y=\"0\" width=\"200\" height=\"400\">"), 1);
+  EXPECT_EQ(test::occurrences(grid.markup(), "<svg x=\"0\" y=\"400\" width=\"300\" height=\"200\">"), 1);
+  expect_sound(svg_grid({}, 3, "nothing"));
 }
 
 }  // namespace
