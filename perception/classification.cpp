@@ -98,6 +98,18 @@ void resize(ClassPictures& classes, const ColorLookup& colors, cv::Size size) {
   for (BitPicture& picture : classes) picture.resize(size);
 }
 
+template <class Row>
+void for_rows(int rows, RowTeam* team, const Row& row) {
+  const auto band = [&](int first, int end) {
+    for (int v = first; v < end; ++v) row(v);
+  };
+  if (team) {
+    team->run(rows, band);
+  } else {
+    band(0, rows);
+  }
+}
+
 }  // namespace
 
 bool runs_here(ClassificationKernel kernel) {
@@ -118,22 +130,22 @@ bool runs_here(ClassificationKernel kernel) {
 }
 
 void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& classes,
-              ClassificationKernel kernel) {
+              ClassificationKernel kernel, RowTeam* team) {
   require_type(bgr, CV_8UC3, "8-bit BGR");
   const BoxKernel kernel_function = function_of(kernel);
   resize(classes, colors, bgr.size());
   if (classes.empty()) return;
-  for (int v = 0; v < bgr.rows; ++v) {
+  for_rows(bgr.rows, team, [&](int v) {
     RowOfClass rows = rows_of(classes, v);
     for (int u = 0; u < bgr.cols; u += stretch) {
       classify_stretch(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(stretch, bgr.cols - u), colors,
                        kernel_function, rows);
     }
-  }
+  });
 }
 
 void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures& classes,
-                   ClassificationKernel kernel) {
+                   ClassificationKernel kernel, RowTeam* team) {
   require_type(yuyv, CV_8UC2, "YUYV: two 8-bit channels");
   if (yuyv.cols % 2 != 0)
     throw InputError("picture", std::to_string(yuyv.cols) + " px wide", "an even width");
@@ -141,15 +153,15 @@ void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures
   resize(classes, colors, yuyv.size());
   if (classes.empty()) return;
   const YuyvKernel to_bgr = yuyv_function_of(kernel);
-  std::array<std::uint8_t, 3 * stretch + yuyv_slack> bgr;
-  for (int v = 0; v < yuyv.rows; ++v) {
+  for_rows(yuyv.rows, team, [&](int v) {
+    std::array<std::uint8_t, 3 * stretch + yuyv_slack> bgr;
     RowOfClass rows = rows_of(classes, v);
     for (int u = 0; u < yuyv.cols; u += stretch) {
       const int pixels = std::min(stretch, yuyv.cols - u);
       to_bgr(yuyv.ptr<std::uint8_t>(v) + 2 * u, pixels, bgr.data());
       classify_stretch(bgr.data(), pixels, colors, kernel_function, rows);
     }
-  }
+  });
 }
 
 cv::Mat class_numbers(const ClassPictures& classes, cv::Size size) {

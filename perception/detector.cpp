@@ -12,6 +12,7 @@
 namespace ballservo {
 namespace {
 
+constexpr int worth_sharing_px = 100000;  // below, threads cost more to wake than they save
 constexpr int failures_per_region = 3;
 constexpr std::size_t max_boundary_points = 256;
 constexpr double long_step_px = 1;
@@ -59,6 +60,7 @@ Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const C
       voter_(options.vote),
       edge_meter_(options.edges) {
   options_.validate();
+  if (options_.threads > 1) team_ = std::make_unique<RowTeam>(options_.threads);
 }
 
 const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rect window,
@@ -75,7 +77,8 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
   window &= everywhere;
   if (window.empty()) return balls_;
 
-  classify(bgr(window), colors_, classified_);
+  classify(bgr(window), colors_, classified_, ClassificationKernel::fastest,
+           window.area() >= worth_sharing_px ? team_.get() : nullptr);
   morphology_.open(classified_, opened_);
   morphology_.close(opened_, closed_);
   if (stages) {

@@ -21,6 +21,7 @@
 #include "perception/morphology.hpp"
 #include "perception/paper_refinement.hpp"
 #include "perception/regions.hpp"
+#include "perception/row_team.hpp"
 #include "perception/straight_sides.hpp"
 
 namespace ballservo {
@@ -112,6 +113,7 @@ class Detector {
   std::shared_ptr<const RayTable> rays_;
   ColorLookup colors_;
   DetectorOptions options_;
+  std::unique_ptr<RowTeam> team_;  // nothing for one thread
   LeftOut left_out_;
   ResponseBelief response_;
   // Reused between pictures.

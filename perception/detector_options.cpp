@@ -25,6 +25,9 @@ void DetectorOptions::validate() const {
   if (max_balls_per_region < 1)
     faults.add("max_balls_per_region", std::to_string(max_balls_per_region), "at least 1");
   if (max_regions < 1) faults.add("max_regions", std::to_string(max_regions), "at least 1");
+  if (threads < 1 || threads > most_threads)
+    faults.add("threads", std::to_string(threads),
+               "a whole number from 1 to " + std::to_string(most_threads));
   if (max_runs < 1) faults.add("max_runs", std::to_string(max_runs), "at least 1");
   for (const BallRadius& radius : radii) {
     if (!(radius.radius_m >= 0) || !std::isfinite(radius.radius_m))

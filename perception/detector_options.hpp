@@ -33,6 +33,8 @@ struct DetectorOptions {
   /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
   double oval_fraction = 0;
   std::uint64_t seed = 0;
+  static constexpr int most_threads = 64;
+  int threads = 1;  ///< that share the rows of a picture (classification); the same result with any number
   CircleVoteOptions vote;
   EdgeRingOptions edges;
   RingOptions ring;

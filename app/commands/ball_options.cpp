@@ -131,7 +131,7 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
   return radii;
 }
 
-DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed) {
+DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed, int threads) {
   FaultList faults;
   faults.collect([&] { colors_ = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
   faults.collect([&] {
@@ -156,6 +156,7 @@ DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed)
                       : options.response == "srgb" ? ResponseChoice::srgb
                                                    : ResponseChoice::by_edges;
   options_.seed = seed;
+  options_.threads = std::clamp(threads, 1, DetectorOptions::most_threads);
 }
 
 Detector DetectorFactory::make(ImageSize size, const std::string& place) const {

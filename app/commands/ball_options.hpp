@@ -37,8 +37,8 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
 class DetectorFactory {
  public:
   /// Reads and checks the files; every fault of all options at once. `seed` is the source of the votes'
-  /// chance.
-  DetectorFactory(const BallOptions& options, std::uint64_t seed);
+  /// chance; `threads` share the rows of a picture (0: one does).
+  DetectorFactory(const BallOptions& options, std::uint64_t seed, int threads);
 
   /// A detector for pictures of that size; throws InputError (`place` names the picture) where the camera's
   /// differs.

@@ -42,7 +42,7 @@ std::string unused_name(std::set<std::string>& used, const std::string& name) {
 
 int run_detect(const DetectOptions& options) {
   check_not_an_input(options.output, options.balls, options.sources);
-  const DetectorFactory factory(options.balls, options.common.seed);
+  const DetectorFactory factory(options.balls, options.common.seed, options.common.threads);
   warn_of_repeated_names(options.sources);
   auto sequences = open_sources(options.sources, 30, options.common.max_pixels);
   std::optional<OutputFile> csv_file;

@@ -65,7 +65,7 @@ int run_track(const TrackOptions& options) {
   }
   check_not_an_input(options.output, options.balls, options.sources);
   check_not_an_input(options.video, options.balls, options.sources);
-  const DetectorFactory factory(options.balls, options.common.seed);
+  const DetectorFactory factory(options.balls, options.common.seed, options.common.threads);
   warn_of_repeated_names(options.sources);
   auto sequences = open_sources(options.sources, options.fps, options.common.max_pixels);
   std::optional<OutputFile> csv_file;
