@@ -16,14 +16,15 @@ struct Search {
 };
 
 ClassIndex class_of_block(const ColorTable& colors, std::size_t r, std::size_t g, std::size_t b) {
-  const auto at = [&](std::size_t i, std::size_t j, std::size_t k) {
-    return colors.table[((block * r + i) << 12) | ((block * g + j) << 6) | (block * b + k)];
-  };
-  const ClassIndex first = at(0, 0, 0);
-  for (std::size_t i = 0; i < block * block * block; ++i) {
-    if (at(i / (block * block), i / block % block, i % block) != first) return no_class;
+  const ClassIndex* const corner = &colors.table[(block * r << 12) | (block * g << 6) | (block * b)];
+  for (std::size_t i = 0; i < block; ++i) {
+    for (std::size_t j = 0; j < block; ++j) {
+      const ClassIndex* const cells = corner + (i << 12 | j << 6);
+      if (!std::all_of(cells, cells + block, [&](ClassIndex cell) { return cell == *corner; }))
+        return no_class;
+    }
   }
-  return first;
+  return *corner;
 }
 
 Search start(const ColorTable& colors) {
@@ -89,12 +90,16 @@ Found best_box(const Search& search, ClassIndex wanted) {
     Face face{};
     for (std::size_t r1 = r0; r1 < side; ++r1) {
       bool any = false;
+      int gain = 0;
       for (std::size_t g = 0; g < side; ++g) {
-        for (std::size_t b = 0; b < side; ++b)
-          any |= extend(face[g][b], search.classes[r1][g][b], wanted, search.gain[r1][g][b]);
+        for (std::size_t b = 0; b < side; ++b) {
+          if (!extend(face[g][b], search.classes[r1][g][b], wanted, search.gain[r1][g][b])) continue;
+          any = true;
+          gain += face[g][b].gain;
+        }
       }
       if (!any) break;
-      search_face(face, r0, r1, best);
+      if (gain > best.gain) search_face(face, r0, r1, best);
     }
   }
   return best;

@@ -1,5 +1,6 @@
 #include <algorithm>
-#include <utility>
+#include <array>
+#include <vector>
 
 #include "perception/color_boxes.hpp"
 
@@ -8,77 +9,77 @@ namespace {
 
 // The search is for boxes of blocks of 2 x 2 x 2 cells.
 constexpr std::size_t block = 2, side = ColorTable::side / block;
-using Block = std::array<std::uint8_t, 3>;  // blue, green, red
-using Blocks = std::vector<Block>;
 
-std::size_t block_of_cell(std::size_t cell) {
-  const std::size_t b = cell % 64 / block, g = cell / 64 % 64 / block, r = cell / (64 * 64) / block;
-  return (r * side + g) * side + b;
-}
+// Which blue, green and red coordinates some blocks have: bit i of a channel's word for coordinate i.
+using Extent = std::array<std::uint32_t, 3>;
 
-Block block_at(std::size_t number) {
-  return {static_cast<std::uint8_t>(number % side), static_cast<std::uint8_t>(number / side % side),
-          static_cast<std::uint8_t>(number / (side * side))};
-}
+Extent joined(const Extent& a, const Extent& b) { return {a[0] | b[0], a[1] | b[1], a[2] | b[2]}; }
 
-// Bounds of no block at all, to which blocks are joined.
-constexpr ColorBox no_blocks{{255, 255, 255}, {0, 0, 0}};
-
-ColorBox joined(const ColorBox& a, const ColorBox& b) {
+// The tightest box around blocks of that extent, which is not empty.
+ColorBox box_of(const Extent& extent) {
   ColorBox box;
   for (std::size_t c = 0; c < 3; ++c) {
-    box.low[c] = std::min(a.low[c], b.low[c]);
-    box.high[c] = std::max(a.high[c], b.high[c]);
+    box.low[c] = static_cast<std::uint8_t>(__builtin_ctz(extent[c]));
+    box.high[c] = static_cast<std::uint8_t>(31 - __builtin_clz(extent[c]));
   }
   return box;
 }
 
-ColorBox box_of(const Block& at) { return {at, at}; }
-
-// How many of a picture's pixels a box is expected to hold, from sums over all blocks below and left of a
-// corner.
+// How many of a picture's pixels a box is expected to hold (on some scale), from sums over all blocks below
+// and left of a corner.
 class ExpectedPixels {
  public:
   explicit ExpectedPixels(const ColorTable& colors) : sums_((side + 1) * (side + 1) * (side + 1), 0.0) {
-    const std::vector<double> share = shares(colors);
+    add_greys();
+    add_background(colors);
     for (std::size_t r = 0; r < side; ++r) {
       for (std::size_t g = 0; g < side; ++g) {
         double row = 0;
         for (std::size_t b = 0; b < side; ++b) {
-          row += share[(r * side + g) * side + b];
-          at(r + 1, g + 1, b + 1) = row + at(r, g + 1, b + 1) + at(r + 1, g, b + 1) - at(r, g, b + 1);
+          double& sum = at(r + 1, g + 1, b + 1);
+          row += sum;
+          sum = row + at(r, g + 1, b + 1) + at(r + 1, g, b + 1) - at(r, g, b + 1);
         }
       }
     }
   }
 
-  double in(const ColorBox& box) const {
-    if (box.low[0] > box.high[0]) return 0;
+  double in(const Extent& extent) const {
+    if (extent[0] == 0) return 0;
+    const ColorBox box = box_of(extent);
     const auto plane = [&](std::size_t r) {
       const std::size_t g0 = box.low[1], g1 = box.high[1] + 1u, b0 = box.low[0], b1 = box.high[0] + 1u;
       return at(r, g1, b1) - at(r, g0, b1) - at(r, g1, b0) + at(r, g0, b0);
     };
     return plane(box.high[2] + 1u) - plane(box.low[2]);
   }
+  double in_all() const { return at(side, side, side); }
 
  private:
-  static std::vector<double> shares(const ColorTable& colors) {
-    std::vector<double> share(side * side * side);
-    double all = 0;
-    for (std::size_t i = 0; i < share.size(); ++i) all += share[i] = greyness(block_at(i));
-    for (double& of_block : share) of_block /= all;
-    double background = 0;
-    for (const CellCount& cell : colors.background) background += cell.count;
-    for (const CellCount& cell : colors.background)
-      share[block_of_cell(cell.cell)] += cell.count / background;
-    return share;
-  }
-
   // Most of what pictures show is nearly grey: so much the less, the more the channels differ.
-  static double greyness(const Block& at) {
-    const auto [low, high] = std::minmax_element(at.begin(), at.end());
-    const double apart = (*high - *low) * (block / 3.0);
-    return 1 / ((1 + apart * apart) * (1 + apart * apart));
+  void add_greys() {
+    std::array<double, side> greyness;
+    for (std::size_t difference = 0; difference < side; ++difference) {
+      const double apart = static_cast<double>(difference) * block / 3.0;
+      greyness[difference] = 1 / ((1 + apart * apart) * (1 + apart * apart));
+    }
+    for (std::size_t r = 0; r < side; ++r) {
+      for (std::size_t g = 0; g < side; ++g) {
+        const std::size_t low = std::min(r, g), high = std::max(r, g);
+        for (std::size_t b = 0; b < side; ++b)
+          greys_ += at(r + 1, g + 1, b + 1) = greyness[std::max(high, b) - std::min(low, b)];
+      }
+    }
+  }
+  // As much again as all greys, if there was one.
+  void add_background(const ColorTable& colors) {
+    double pixels = 0;
+    for (const CellCount& cell : colors.background) pixels += cell.count;
+    for (const CellCount& cell : colors.background) {
+      const std::size_t b = cell.cell % 64 / block, g = cell.cell / 64 % 64 / block,
+                        r = cell.cell / 4096 / block;
+      at(r + 1, g + 1, b + 1) += greys_ * cell.count / pixels;
+    }
   }
 
   double& at(std::size_t r, std::size_t g, std::size_t b) {
@@ -89,82 +90,99 @@ class ExpectedPixels {
   }
 
   std::vector<double> sums_;
+  double greys_ = 0;
 };
 
-// Into two boxes: the blocks below `before` on `axis`, and the others.
-struct Cut {
-  std::size_t axis = 0;
-  int before = 0;
-  double saved = 0;
-};
-
-Cut best_cut(const Blocks& blocks, const ColorBox& whole, const ExpectedPixels& pixels) {
-  Cut best;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::array<ColorBox, side> slices;
-    slices.fill(no_blocks);
-    for (const Block& at : blocks) slices[at[axis]] = joined(slices[at[axis]], box_of(at));
-    std::array<ColorBox, side> upper = slices;
-    for (std::size_t i = side - 1; i > 0; --i) upper[i - 1] = joined(upper[i - 1], upper[i]);
-    ColorBox lower = no_blocks;
-    for (std::size_t i = 1; i < side; ++i) {
-      lower = joined(lower, slices[i - 1]);
-      const double saved = pixels.in(whole)-pixels.in(lower)-pixels.in(upper[i]);
-      if (saved > best.saved + 1e-9) best = {axis, static_cast<int>(i), saved};
-    }
-  }
-  return best;
-}
-
-struct Group {
-  Group(Blocks of_blocks, const ExpectedPixels& pixels) : blocks(std::move(of_blocks)), box(no_blocks) {
-    for (const Block& at : blocks) box = joined(box, box_of(at));
-    cut = best_cut(blocks, box, pixels);
-  }
-  Blocks blocks;
-  ColorBox box;
-  Cut cut;
-};
+// The blocks that hold a cell with a class: bit b of word [r][g].
+using Blocks = std::array<std::array<std::uint32_t, side>, side>;
 
 Blocks blocks_with_a_class(const ColorTable& colors) {
-  std::vector<bool> has_class(side * side * side, false);
-  for (std::size_t i = 0; i < colors.table.size(); ++i) {
-    if (colors.table[i] != no_class) has_class[block_of_cell(i)] = true;
-  }
-  Blocks blocks;
-  for (std::size_t i = 0; i < has_class.size(); ++i) {
-    if (has_class[i]) blocks.push_back(block_at(i));
+  Blocks blocks{};
+  for (std::size_t row = 0; row < ColorTable::side * ColorTable::side; ++row) {
+    std::uint32_t& bits = blocks[row / ColorTable::side / block][row % ColorTable::side / block];
+    const ClassIndex* const cells = &colors.table[row * ColorTable::side];
+    for (std::size_t b = 0; b < side; ++b)
+      bits |= static_cast<std::uint32_t>((cells[block * b] | cells[block * b + 1]) != 0) << b;
   }
   return blocks;
 }
+
+// The extent of the blocks in each slice of a box across one axis.
+using Slices = std::array<Extent, side>;
+
+// Across blue, green and red.
+std::array<Slices, 3> slices_of(const Blocks& blocks, const ColorBox& box) {
+  std::array<Slices, 3> slices{};
+  const std::uint32_t inside = ~std::uint32_t{0} << box.low[0] & ~std::uint32_t{0} >> (31 - box.high[0]);
+  for (std::size_t r = box.low[2]; r <= box.high[2]; ++r) {
+    for (std::size_t g = box.low[1]; g <= box.high[1]; ++g) {
+      const std::uint32_t bits = blocks[r][g] & inside;
+      if (bits == 0) continue;
+      const Extent extent{bits, std::uint32_t{1} << g, std::uint32_t{1} << r};
+      slices[1][g] = joined(slices[1][g], extent);
+      slices[2][r] = joined(slices[2][r], extent);
+    }
+  }
+  for (std::size_t b = 0; b < side; ++b) {
+    for (std::size_t i = 0; i < side; ++i) {
+      slices[0][b][1] |= (slices[1][i][0] >> b & 1) << i;
+      slices[0][b][2] |= (slices[2][i][0] >> b & 1) << i;
+    }
+    if (slices[0][b][1] != 0) slices[0][b][0] = std::uint32_t{1} << b;
+  }
+  return slices;
+}
+
+// Some of the blocks, and how best to make two groups of them.
+struct Group {
+  Group(const Blocks& blocks, const Extent& of_blocks, const ExpectedPixels& pixels) : extent(of_blocks) {
+    const std::array<Slices, 3> slices = slices_of(blocks, box_of(extent));
+    const double whole = pixels.in(extent), least = 1e-9 * pixels.in_all();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Slices upper = slices[axis];
+      for (std::size_t i = side - 1; i > 0; --i) upper[i - 1] = joined(upper[i - 1], upper[i]);
+      Extent lower{};
+      for (std::size_t i = 1; i < side; ++i) {
+        lower = joined(lower, slices[axis][i - 1]);
+        const double less = whole - pixels.in(lower)-pixels.in(upper[i]);
+        if (less > saved + least) {
+          saved = less;
+          parts = {lower, upper[i]};
+        }
+      }
+    }
+  }
+  Extent extent;
+  double saved = 0;  // by the cut; 0 where none saves anything
+  std::array<Extent, 2> parts{};
+};
 
 }  // namespace
 
 // Greedy: the box whose best cut saves most is cut, until there are enough.
 std::vector<ColorBox> outer_boxes(const ColorTable& colors, int max_boxes) {
-  Blocks all = blocks_with_a_class(colors);
-  if (all.empty()) return {};
+  const Blocks blocks = blocks_with_a_class(colors);
+  Extent all{};
+  const auto slices = slices_of(blocks, {{0, 0, 0}, {side - 1, side - 1, side - 1}});
+  for (const Extent& slice : slices[2]) all = joined(all, slice);
+  if (all[0] == 0) return {};
   const ExpectedPixels pixels(colors);
   std::vector<Group> groups;
-  groups.emplace_back(std::move(all), pixels);
+  groups.emplace_back(blocks, all, pixels);
   while (static_cast<int>(groups.size()) < max_boxes) {
-    const auto worst = std::max_element(groups.begin(), groups.end(), [](const Group& a, const Group& b) {
-      return a.cut.saved < b.cut.saved;
-    });
-    const Cut cut = worst->cut;
-    if (cut.before == 0) break;
-    Blocks blocks = std::move(worst->blocks);
-    const auto middle = std::partition(blocks.begin(), blocks.end(),
-                                       [&](const Block& at) { return at[cut.axis] < cut.before; });
-    *worst = Group({blocks.begin(), middle}, pixels);
-    groups.emplace_back(Blocks(middle, blocks.end()), pixels);
+    const auto worst = std::max_element(groups.begin(), groups.end(),
+                                        [](const Group& a, const Group& b) { return a.saved < b.saved; });
+    if (worst->saved == 0) break;
+    const std::array<Extent, 2> parts = worst->parts;
+    *worst = Group(blocks, parts[0], pixels);
+    groups.emplace_back(blocks, parts[1], pixels);
   }
   std::vector<ColorBox> boxes;
   for (const Group& group : groups) {
-    ColorBox box;
+    ColorBox box = box_of(group.extent);
     for (std::size_t c = 0; c < 3; ++c) {
-      box.low[c] = static_cast<std::uint8_t>(block * group.box.low[c]);
-      box.high[c] = static_cast<std::uint8_t>(block * group.box.high[c] + block - 1);
+      box.low[c] = static_cast<std::uint8_t>(block * box.low[c]);
+      box.high[c] = static_cast<std::uint8_t>(block * box.high[c] + block - 1);
     }
     boxes.push_back(box);
   }
