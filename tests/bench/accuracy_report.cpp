@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "app/offline/comparison_statistics.hpp"
 #include "app/report/page.hpp"
@@ -55,14 +54,18 @@ std::string line(const std::vector<std::string>& texts) {
   return text + "\n";
 }
 
-const std::map<std::string, std::string>& sweep_labels() {
-  static const std::map<std::string, std::string> labels{
-      {"distance_m", "distance (m)"},
-      {"hidden", "hidden part of the outline's area"},
-      {"blur_px", "blur, sigma (px)"},
-      {"noise", "noise, sigma (grey levels)"},
-      {"angle_deg", "angle off the axis (deg), f = 500 px"}};
-  return labels;
+struct SweepAxis {
+  std::string name, label;
+  bool log = false;
+};
+
+const std::vector<SweepAxis>& sweep_axes() {
+  static const std::vector<SweepAxis> axes{{"distance_m", "distance (m)", true},
+                                           {"hidden", "hidden part of the outline's area"},
+                                           {"blur_px", "blur, sigma (px)"},
+                                           {"noise", "noise, sigma (grey levels)", true},
+                                           {"angle_deg", "angle off the axis (deg), f = 500 px"}};
+  return axes;
 }
 
 // Half of the errors of an estimator that attains the bound are smaller than this: they are of the depth,
@@ -84,7 +87,10 @@ PlotSeries bound_curve(const std::vector<ConditionScores>& all, const std::strin
   return curve;
 }
 
-Svg sweep_plot(const std::vector<ConditionScores>& all, const std::string& sweep, const std::string& label) {
+// What `value` says of each method's frames, over a sweep.
+template <class Value>
+std::vector<PlotSeries> method_curves(const std::vector<ConditionScores>& all, const std::string& sweep,
+                                      const Value& value) {
   std::vector<PlotSeries> series;
   for (const AccuracyMethod method : all_accuracy_methods) {
     PlotSeries curve;
@@ -93,46 +99,68 @@ Svg sweep_plot(const std::vector<ConditionScores>& all, const std::string& sweep
     for (const ConditionScores& scores : all) {
       if (scores.condition->sweep != sweep) continue;
       curve.x.push_back(scores.condition->sweep_value);
-      curve.y.push_back(summarize(scores, method).position_median_mm);
+      curve.y.push_back(value(summarize(scores, method)));
     }
     series.push_back(std::move(curve));
   }
-  series.push_back(bound_curve(all, sweep));
+  return series;
+}
+
+constexpr int plot_width_px = 460;
+
+Svg error_plot(const std::vector<ConditionScores>& all, const SweepAxis& axis) {
+  std::vector<PlotSeries> series =
+      method_curves(all, axis.name, [](const MethodSummary& s) { return s.position_median_mm; });
+  series.push_back(bound_curve(all, axis.name));
   PlotOptions options;
-  options.x.label = label;
-  options.y = {"3-D error, median (mm)", true, {}, {}};
-  options.width_px = 460;
+  options.x = {axis.label, axis.log, {}, {}};
+  options.y = {"3-D error where found, median (mm)", true, {}, {}};
+  options.width_px = plot_width_px;
   return line_plot(series, options);
+}
+
+Svg found_plot(const std::vector<ConditionScores>& all, const SweepAxis& axis) {
+  PlotOptions options;
+  options.x = {axis.label, axis.log, {}, {}};
+  options.y = {"found, part of the frames", false, 0.0, 1.05};
+  options.width_px = plot_width_px;
+  return line_plot(
+      method_curves(all, axis.name, [](const MethodSummary& s) { return 1.0 * s.found / s.balls; }), options);
 }
 
 std::vector<Svg> sweep_plots(const std::vector<ConditionScores>& all) {
   std::vector<Svg> plots;
-  for (const auto& [sweep, label] : sweep_labels()) {
-    const bool ran = std::any_of(all.begin(), all.end(), [&, &name = sweep](const ConditionScores& scores) {
-      return scores.condition->sweep == name;
+  for (const SweepAxis& axis : sweep_axes()) {
+    const bool ran = std::any_of(all.begin(), all.end(), [&](const ConditionScores& scores) {
+      return scores.condition->sweep == axis.name;
     });
-    if (ran) plots.push_back(sweep_plot(all, sweep, label));
+    if (!ran) continue;
+    plots.push_back(error_plot(all, axis));
+    if (axis.name == "hidden") plots.push_back(found_plot(all, axis));
   }
   return plots;
 }
 
 void add_sweeps(Page& page, const std::vector<ConditionScores>& all) {
   std::vector<PageFigure> figures;
-  for (const Svg& plot : sweep_plots(all)) figures.push_back(drawing(plot, "Frames in which it was found."));
+  for (const Svg& plot : sweep_plots(all)) figures.push_back(drawing(plot, ""));
   if (figures.empty()) return;
   page.heading("Error against distance, occlusion, blur, noise, angle");
+  page.paragraph("The bound is drawn where half of the errors of an estimator that attains it would lie.");
   page.figures(figures);
 }
 
 void add_pictures(Page& page, const std::vector<ConditionScores>& all) {
-  page.heading("The pictures");
-  page.paragraph("The first frame of each condition, with what was found in it.");
   std::vector<PageFigure> figures;
   for (const ConditionScores& scores : all) {
     if (scores.condition->sweep.empty())
       figures.push_back(photo(scores.example, scores.condition->name + ": " + scores.condition->words));
   }
-  page.figures(figures);
+  if (!figures.empty()) {
+    page.heading("The pictures");
+    page.paragraph("The first frame of each condition, with what was found in it.");
+    page.figures(figures);
+  }
   page.heading("What went wrong");
   page.paragraph(
       "The first frames of each condition in which the ball was missed or something else taken for one.");
@@ -230,7 +258,7 @@ std::string accuracy_report_html(const std::vector<ConditionScores>& all, const 
     if (!scores.condition->sweep.empty()) continue;
     for (const AccuracyMethod method : all_accuracy_methods) table.rows.push_back(cells(scores, method));
   }
-  page.table(table);
+  if (!table.rows.empty()) page.table(table);
   add_sweeps(page, all);
   add_pictures(page, all);
   return page.html();
