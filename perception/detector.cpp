@@ -204,12 +204,12 @@ void Detector::look_inside(const cv::Mat& bgr, const ColoredPixels& colored, int
                            std::size_t first_known, DetectionStages* stages) {
   const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
   inner_edges_.find(bgr, colored, *rays_, region.box + colored.window, region.pixels, inside_);
+  // What lies on or inside a ball that was found, as its terminator does, is that ball's.
   const auto is_known = [&](const auto& edge) {
     return std::any_of(balls_.begin() + static_cast<std::ptrdiff_t>(first_known), balls_.end(),
                        [&](const BallObservation& ball) {
-                         const double distance_px =
-                             (edge.position_px.template cast<double>() - ball.vote.center_px).norm();
-                         return distance_px < ball.vote.radius_px + tolerance_px(ball.vote.radius_px);
+                         const Eigen::Vector2d at_px = edge.position_px.template cast<double>();
+                         return (at_px - ball.vote.center_px).norm() < 1.1 * ball.vote.radius_px + 2;
                        });
   };
   while (static_cast<int>(balls_.size() - first_known) < options_.max_balls_per_region) {

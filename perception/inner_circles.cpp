@@ -10,7 +10,7 @@
 namespace ballservo {
 namespace {
 
-constexpr float cells_a_size = 48;  // along the region's larger side
+constexpr float cells_a_size = 80;  // along the region's larger side
 constexpr std::size_t max_boundary_points = 96;
 constexpr float few_px =
     10;  // so much longer an outline is taken to be, that few points do not make a small circle

@@ -16,9 +16,9 @@ namespace ballservo {
 struct InnerCircleOptions {
   /// Of a smaller circle, edges before its own colour do not tell (see outline_support).
   double min_radius_px = 12;
-  int least_edges = 8;  ///< inside the region, and on a circle
+  int least_edges = 6;  ///< inside the region, and on a circle
   int peaks = 8;        ///< of the votes, whose circles are compared
-  int scouted = 4;      ///< of those, the best, held against the picture
+  int scouted = 6;      ///< of those, the best, held against the picture
   OutlineScoutOptions scout;
 };
 

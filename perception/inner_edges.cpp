@@ -12,6 +12,7 @@ int difference(const std::uint8_t* a, const std::uint8_t* b) {
   return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
 }
 
+constexpr int shade_px = 3;
 constexpr int clear_px = 2;  // inside the region's boundary, whose own edge is known
 
 bool is_inside(const ColoredPixels& colored, int u, int v) {
@@ -75,9 +76,11 @@ void InnerEdges::look_along(const cv::Mat& bgr, const ColoredPixels& colored, cv
     steps_[static_cast<std::size_t>(i)] = step;
     ++histogram_[static_cast<std::size_t>(std::min(step, 255))];
   }
-  for (int i = 1; i + 1 < length; ++i) {
+  // An edge is over after three pixels; shade goes on.
+  for (int i = shade_px; i + shade_px < length; ++i) {
     const int* const step = &steps_[static_cast<std::size_t>(i)];
     if (*step < options_.min_step || *step <= step[-1] || *step < step[1]) continue;
+    if (*step < step[-shade_px] + step[shade_px]) continue;
     const int u = first.x + i * along.x, v = first.y + i * along.y;
     if (peaks_.size() < peaks_.capacity() && is_inside(colored, u, v)) peaks_.push_back({u, v, *step});
   }

@@ -19,6 +19,7 @@ std::vector<cv::Mat> pictures() {
     const bool hidden = k % 12 >= 8;
     if (k % 3 != 0) cv::rectangle(bgr, cv::Rect(200, 20, 70, 9), cv::Scalar(test::red), cv::FILLED);
     if (k % 4 == 1) cv::rectangle(bgr, cv::Rect(30, 150, 40, 50), cv::Scalar(test::green), cv::FILLED);
+    if (k % 3 == 2) cv::rectangle(bgr, cv::Rect(40, 60, 130, 90), cv::Scalar(24, 24, 130), cv::FILLED);
     if (!hidden) {
       test::paint_disc(bgr, {60.0 + 7 * k, 100}, 18, test::red);
       test::paint_disc(bgr, {90.0 + 5 * k, 130}, 15, test::red);
