@@ -188,7 +188,7 @@ void Detector::vote_for_balls(const cv::Mat& bgr, const ColoredPixels& colored, 
     if (stages) record(region_index, *vote, candidate, input, *stages);
     // Take away what this circle explains, found to be a ball or not, and look at the rest: of a ball also
     // what lies inside its outline, as its terminator does.
-    const bool nothing_taken = !take_away(*vote, !candidate.reason, stages);
+    const bool nothing_taken = !take_away(*vote, candidate.reason ? nullptr : &*candidate.ball, stages);
     if (!candidate.reason) {
       balls_.push_back(*candidate.ball);
       ++found;
@@ -263,22 +263,25 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
 
 // What the boundary says before any edge was measured, with room for what the edges may add.
 const char* Detector::early_rejection(const OutlineSupport& support) const {
-  if (support.arc < 0.6 * options_.min_arc) return "the region's outline follows no circle";
-  // The circle that fits into a box: touched in short stretches, with the colour all around or all inside.
-  if (support.arc_in_runs == 0 && (support.leak > 0.25 || (support.arc < 0.4 && support.fill > 0.9)))
+  if (support.arc < 0.7 * options_.min_arc) return "the region's outline follows no circle";
+  // A ball's outline goes on, where a thing's corners and bends only touch the circle here and there.
+  if (support.arc_in_runs < 0.7 * options_.min_arc && support.arc < 0.4)
     return "the region's outline follows no circle";
   if (support.fill < 0.8 * options_.min_fill) return "too little of the disc has the colour";
   if (support.leak > options_.max_leak + 0.1) return "the colour runs on around it";
   return nullptr;
 }
 
-bool Detector::take_away(const CircleEstimate& vote, bool is_ball, DetectionStages* stages) {
+bool Detector::take_away(const CircleEstimate& vote, const BallObservation* ball, DetectionStages* stages) {
   std::size_t kept = 0;
-  const double reach = 0.5 + tolerance_px(vote.radius_px);
+  const double reach_px = 0.5 + tolerance_px(vote.radius_px), focal_px = rays_->camera().focal_px();
+  const auto is_explained = [&](const BoundaryPoint& p) {
+    const double outside_px = (p.position_px.cast<double>() - vote.center_px).norm() - vote.radius_px;
+    if (!ball) return std::abs(outside_px) <= reach_px;
+    return outside_px <= reach_px || angle_outside(ball->cone, ray_of(p, focal_px)) * focal_px <= reach_px;
+  };
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const double distance = (points_[i].position_px.cast<double>() - vote.center_px).norm();
-    const double outside = distance - vote.radius_px;
-    if (outside <= reach && (is_ball || outside >= -reach)) {
+    if (is_explained(points_[i])) {
       if (stages) stages->candidates.back().removed.push_back(remaining_[i]);
       continue;
     }

@@ -87,7 +87,7 @@ class Detector {
   Candidate judge(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
                   RefinementInput* input, bool inside_region = false);
   const char* early_rejection(const OutlineSupport& support) const;
-  bool take_away(const CircleEstimate& vote, bool is_ball, DetectionStages* stages);
+  bool take_away(const CircleEstimate& vote, const BallObservation* ball, DetectionStages* stages);
   void record(int region, const CircleEstimate& vote, const Candidate& candidate,
               const RefinementInput& input, DetectionStages& stages) const;
   void vote_for_balls(const cv::Mat& bgr, const ColoredPixels& colored, int region, DetectionStages* stages);

@@ -22,6 +22,19 @@ int to_pixel(double position, int last) {
   return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(last)));
 }
 
+struct Interval {
+  double low, high;
+};
+
+// The x with |slope x + offset| <= limit.
+Interval where_within(double slope, double offset, double limit) {
+  constexpr double everything = 1e6;
+  if (std::abs(slope) * everything <= limit)
+    return std::abs(offset) <= limit ? Interval{-everything, everything} : Interval{everything, -everything};
+  const double a = (-limit - offset) / slope, b = (limit - offset) / slope;
+  return {std::min(a, b), std::max(a, b)};
+}
+
 }  // namespace
 
 EdgeMeter::Station EdgeMeter::station_at(const Camera& camera, const TangentCone& cone,
@@ -67,12 +80,19 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
   const Eigen::Vector2d reach = half_width_px * station.normal.cwiseAbs() +
                                 half_length_px * station.normal.reverse().cwiseAbs() + Eigen::Vector2d(1, 1);
   if (((c + reach).array() < 0).any() || c.x() - reach.x() > bgr.cols || c.y() - reach.y() > bgr.rows) return;
-  const int left = to_pixel(c.x() - reach.x(), bgr.cols - 1),
-            right = to_pixel(c.x() + reach.x() + 1, bgr.cols - 1);
   const int top = to_pixel(c.y() - reach.y(), bgr.rows - 1),
             bottom = to_pixel(c.y() + reach.y() + 1, bgr.rows - 1);
+  // Its sides slant: in each row only what lies between them, with room for the outline's bend.
+  const double room_px = 1 + 0.5 * half_length_px * half_length_px / (sine * station.px_per_rad);
   for (int v = top; v <= bottom; ++v) {
     const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
+    const double down = v - c.y();
+    const Interval across_it =
+        where_within(station.normal.x(), station.normal.y() * down, half_width_px + room_px);
+    const Interval along_it =
+        where_within(-station.normal.y(), station.normal.x() * down, half_length_px + room_px);
+    const int left = to_pixel(c.x() + std::max(across_it.low, along_it.low), bgr.cols - 1),
+              right = to_pixel(c.x() + std::min(across_it.high, along_it.high) + 1, bgr.cols - 1);
     for (int u = left; u <= right; ++u) {
       const Eigen::Vector3d* const ray = rays.pixel_ray(u, v);
       if (!ray) continue;
