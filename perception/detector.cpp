@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "calibration/files/fault.hpp"
 #include "perception/ball_position.hpp"
 #include "perception/ball_shading.hpp"
 #include "perception/classification.hpp"
+#include "perception/outline_steps.hpp"
 
 namespace ballservo {
 namespace {
@@ -237,8 +239,7 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
   if (!voted) return {std::nullopt, {}, "no ball makes this circle"};
   const TangentCone cone = rough_cone(*voted);
   Candidate candidate;
-  candidate.support =
-      outline_support(boundary_sectors(points_, cone, camera.focal_px()), {}, 0, colored, camera, cone);
+  candidate.support = early_support(bgr, colored, cone);
   candidate.reason = early_rejection(candidate.support);
   if (candidate.reason && !inside_region) return candidate;
 
@@ -261,6 +262,22 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
   return candidate;
 }
 
+// What the region's boundary says before any edge was measured, and a quick look at the picture where it has
+// none: as if every edge that may be there lay on the outline.
+OutlineSupport Detector::early_support(const cv::Mat& bgr, const ColoredPixels& colored,
+                                       const TangentCone& cone) const {
+  const Camera& camera = rays_->camera();
+  OutlineSectors sectors = boundary_sectors(points_, cone, camera.focal_px());
+  see_steps_in_own_color(bgr, colored, camera, cone, sectors);
+  EdgeOffsets offsets;
+  offsets.count = sectors.count;
+  for (int i = 0; i < offsets.count; ++i) {
+    const bool seen = sectors.seen[static_cast<std::size_t>(i)];
+    offsets[i] = seen ? 0 : std::numeric_limits<float>::quiet_NaN();
+  }
+  return outline_support(sectors, offsets, 0, colored, camera, cone);
+}
+
 // What the boundary says before any edge was measured, with room for what the edges may add.
 const char* Detector::early_rejection(const OutlineSupport& support) const {
   if (support.arc < 0.7 * options_.min_arc) return "the region's outline follows no circle";
@@ -269,6 +286,7 @@ const char* Detector::early_rejection(const OutlineSupport& support) const {
     return "the region's outline follows no circle";
   if (support.fill < 0.8 * options_.min_fill) return "too little of the disc has the colour";
   if (support.leak > options_.max_leak + 0.1) return "the colour runs on around it";
+  if (support.quality() < 0.75 * options_.min_quality) return "outline and colour together are too weak";
   return nullptr;
 }
 

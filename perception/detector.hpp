@@ -86,6 +86,8 @@ class Detector {
   void collect_boundary(const ColoredPixels& colored, int region);
   Candidate judge(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
                   RefinementInput* input, bool inside_region = false);
+  OutlineSupport early_support(const cv::Mat& bgr, const ColoredPixels& colored,
+                               const TangentCone& cone) const;
   const char* early_rejection(const OutlineSupport& support) const;
   bool take_away(const CircleEstimate& vote, const BallObservation* ball, DetectionStages* stages);
   void record(int region, const CircleEstimate& vote, const Candidate& candidate,
