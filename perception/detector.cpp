@@ -280,9 +280,9 @@ OutlineSupport Detector::early_support(const cv::Mat& bgr, const ColoredPixels& 
 
 // What the boundary says before any edge was measured, with room for what the edges may add.
 const char* Detector::early_rejection(const OutlineSupport& support) const {
-  if (support.arc < 0.7 * options_.min_arc) return "the region's outline follows no circle";
-  // A ball's outline goes on, where a thing's corners and bends only touch the circle here and there.
-  if (support.arc_in_runs < 0.7 * options_.min_arc && support.arc < 0.4)
+  if (support.arc < 0.6 * options_.min_arc) return "the region's outline follows no circle";
+  // The circle that fits into a box: touched in short stretches, with the colour all around or all inside.
+  if (support.arc_in_runs == 0 && (support.leak > 0.25 || (support.arc < 0.4 && support.fill > 0.9)))
     return "the region's outline follows no circle";
   if (support.fill < 0.8 * options_.min_fill) return "too little of the disc has the colour";
   if (support.leak > options_.max_leak + 0.1) return "the colour runs on around it";
