@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calibration/camera/sphere_outline.hpp"
+#include "perception/cone_fit.hpp"
 #include "perception/edge_model.hpp"
 
 namespace ballservo {
@@ -43,12 +44,7 @@ struct Stretch {
   int expected = 0;  // as many if nothing were hidden
 };
 
-// The angle (rad) of a unit ray outside the ball's cone.
-double angle_outside(const Eigen::Vector3d& ray, const Eigen::Vector3d& p_C, double radius_m) {
-  return std::atan2(ray.cross(p_C).norm(), ray.dot(p_C)) - std::asin(radius_m / p_C.norm());
-}
-
-std::optional<OutlinePixel> outline_pixel(const BoundScene& scene, int u, int v) {
+std::optional<OutlinePixel> outline_pixel(const BoundScene& scene, const TangentCone& cone, int u, int v) {
   const Eigen::Vector2d at(u, v);
   const auto ray = scene.camera.unproject(at);
   if (!ray) return std::nullopt;
@@ -57,22 +53,21 @@ std::optional<OutlinePixel> outline_pixel(const BoundScene& scene, int u, int v)
     const Eigen::Vector2d half = 0.5 * Eigen::Vector2d::Unit(axis);
     const auto low = scene.camera.unproject(at - half, *ray), high = scene.camera.unproject(at + half, *ray);
     if (!low || !high) return std::nullopt;
-    rad_per_px[axis] =
-        angle_outside(*high, scene.p_CB, scene.radius_m) - angle_outside(*low, scene.p_CB, scene.radius_m);
+    rad_per_px[axis] = angle_outside(cone, *high) - angle_outside(cone, *low);
   }
-  const double px_per_rad = 1 / rad_per_px.norm(), distance_m = scene.p_CB.norm();
-  const Eigen::Vector3d axis = scene.p_CB / distance_m;
-  const double cosine = ray->dot(axis), sine = ray->cross(axis).norm();
-  const double sin_alpha = scene.radius_m / distance_m;
-  const double tan_alpha = sin_alpha / std::sqrt(1 - sin_alpha * sin_alpha);
+  const double px_per_rad = 1 / rad_per_px.norm();
+  const double cosine = ray->dot(cone.axis), sine = ray->cross(cone.axis).norm();
   OutlinePixel pixel;
-  pixel.distance_px = px_per_rad * angle_outside(*ray, scene.p_CB, scene.radius_m);
-  if (sine > 0) pixel.slope = px_per_rad / distance_m * (tan_alpha * axis - (*ray - cosine * axis) / sine);
+  pixel.distance_px = px_per_rad * angle_outside(cone, *ray);
+  if (sine > 0)
+    pixel.slope = px_per_rad / scene.p_CB.norm() *
+                  (std::tan(cone.alpha_rad) * cone.axis - (*ray - cosine * cone.axis) / sine);
   return pixel;
 }
 
 // The ball's outline cut into stretches, with the pixels near each.
-std::vector<Stretch> collect(const BoundScene& scene, const OutlineEllipse& outline) {
+std::vector<Stretch> collect(const BoundScene& scene, const TangentCone& cone,
+                             const OutlineEllipse& outline) {
   const double reach_px = reach_sigmas * edge_width_px(scene) + beyond_px;
   const double inside_px = std::min(reach_px, reach_inside * outline.radius_px);
   const int count =
@@ -91,7 +86,7 @@ std::vector<Stretch> collect(const BoundScene& scene, const OutlineEllipse& outl
   const int u0 = static_cast<int>(outline.center_px.x()), v0 = static_cast<int>(outline.center_px.y());
   for (int v = v0 - around; v <= v0 + around; ++v) {
     for (int u = u0 - around; u <= u0 + around; ++u) {
-      auto pixel = outline_pixel(scene, u, v);
+      auto pixel = outline_pixel(scene, cone, u, v);
       if (!pixel || pixel->distance_px > reach_px || pixel->distance_px < -inside_px) continue;
       const Eigen::Vector2d across = basis.transpose() * *scene.camera.unproject({u, v});
       const double turn = std::atan2(across.y(), across.x()) / (2 * pi);
@@ -173,9 +168,10 @@ Eigen::Matrix4d information(const Stretch& stretch, const BoundScene& scene, con
 
 std::optional<Eigen::Matrix3d> position_bound(const BoundScene& scene, const BoundNuisances& unknown) {
   const auto outline = project_sphere(scene.camera, scene.p_CB, scene.radius_m);
-  if (!outline) return std::nullopt;
+  const auto cone = TangentCone::of_sphere(scene.p_CB, scene.radius_m);
+  if (!outline || !cone) return std::nullopt;
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
-  for (const Stretch& stretch : collect(scene, *outline)) {
+  for (const Stretch& stretch : collect(scene, *cone, *outline)) {
     if (static_cast<double>(stretch.pixels.size()) >= std::max(1.0, least_seen * stretch.expected))
       sum += information(stretch, scene, unknown);
   }
