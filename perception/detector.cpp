@@ -321,10 +321,15 @@ const char* Detector::rejection(const BallObservation& ball) const {
   return nullptr;
 }
 
-// Half a disc looks like a half-hidden ball, but for its shading.
+// Half a disc looks like a half-hidden ball, but for its shading. A ball half in shade, or cut by the
+// picture, has its edge all around in the picture even so.
 bool Detector::shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored,
                               const BallObservation& ball) const {
   if (ball.support.hidden <= options_.max_hidden) return true;
+  int on_outline = 0;
+  for (int i = 0; i < offsets_.count; ++i)
+    on_outline += is_on_outline(offsets_[i], ball.outline.radius_px, ball.blur_px) ? 1 : 0;
+  if (on_outline >= options_.min_whole * edges_.stretches_in_picture && on_outline > 0) return true;
   const BallShading shading = ball_shading(bgr, response(), colored, *rays_, ball.cone, ball.outline);
   return shading.strength >= options_.min_shading && shading.explained >= options_.min_shading_explained;
 }

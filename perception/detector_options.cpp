@@ -18,6 +18,7 @@ void DetectorOptions::validate() const {
   fraction("max_leak", max_leak);
   fraction("min_quality", min_quality);
   fraction("max_hidden", max_hidden);
+  fraction("min_whole", min_whole);
   fraction("min_shading", min_shading);
   fraction("min_shading_explained", min_shading_explained);
   if (!(min_radius_px >= 2))

@@ -29,6 +29,8 @@ struct DetectorOptions {
   /// Where more of the outline than this is hidden, what is seen must be shaded as a sphere is: so strongly
   /// (a part of the mean brightness), and so much of its shading must be that. A half-hidden disc is flat.
   double max_hidden = 0.45, min_shading = 0.4, min_shading_explained = 0.7;
+  /// But where an edge follows so much of the outline in the picture, nothing hides the rest.
+  double min_whole = 0.9;
   double min_quality = 0.36;
   /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
   double oval_fraction = 0;
