@@ -17,39 +17,9 @@ namespace {
 constexpr int worth_sharing_px = 100000;  // below, threads cost more to wake than they save
 constexpr int failures_per_region = 3;
 constexpr std::size_t max_boundary_points = 256;
-constexpr double long_step_px = 1;
 constexpr double pi = 3.14159265358979323846;
 // A disc of 12 px radius: a smaller one's edges before its own colour tell nothing (see outline_support).
 constexpr double least_unexplained_px2 = pi * 12 * 12;
-// Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.
-constexpr double robust_floor_px = 0.06;
-
-// How far an edge or a boundary pixel may lie from a ball's outline and still speak for it.
-double tolerance_px(double radius_px) { return 0.5 + 0.025 * radius_px; }
-
-Eigen::Vector3d ray_of(const BoundaryPoint& p, double focal_px) {
-  return Eigen::Vector3d(static_cast<double>(p.position_px.x()), static_cast<double>(p.position_px.y()),
-                         focal_px)
-      .normalized();
-}
-
-// The sectors of the cone's outline on which a boundary point lies: 48, or as many as it has pixels.
-OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
-                                double focal_px) {
-  const double radius_px = cone.alpha_rad * focal_px;
-  const double tolerance_rad = (0.5 + tolerance_px(radius_px)) / focal_px;
-  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
-  OutlineSectors sectors;
-  sectors.count = static_cast<int>(std::clamp(6.28 * radius_px, 8.0, 48.0));
-  for (const BoundaryPoint& p : points) {
-    const Eigen::Vector3d ray = ray_of(p, focal_px);
-    if (std::abs(angle_outside(cone, ray)) > tolerance_rad) continue;
-    const Eigen::Vector2d across = basis.transpose() * ray;
-    const double angle = std::atan2(across.y(), across.x());
-    sectors.see(angle < 0 ? angle + 6.283185307179586 : angle);
-  }
-  return sectors;
-}
 
 }  // namespace
 
@@ -60,7 +30,7 @@ Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const C
       options_(options),
       regions_(options.max_runs),
       voter_(options.vote),
-      edge_meter_(options.edges) {
+      fitter_(rays_, options) {
   options_.validate();
   if (options_.threads > 1) team_ = std::make_unique<RowTeam>(options_.threads);
 }
@@ -92,7 +62,7 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
   left_out_.regions = choose_regions(regions_.regions(), 2 * options_.min_radius_px * options_.min_radius_px,
                                      options_.max_regions, chosen_);
   find_balls(bgr, window, stages);
-  if (learn_response(bgr)) find_balls(bgr, window, stages);
+  if (fitter_.learn_response(bgr, balls_)) find_balls(bgr, window, stages);
   return balls_;
 }
 
@@ -101,32 +71,6 @@ void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, DetectionS
   if (stages) stages->candidates.clear();
   for (const int region : chosen_) find_balls_in(bgr, window, region, stages);
   drop_repeated();
-}
-
-const CameraResponse& Detector::response() const {
-  switch (options_.response) {
-    case ResponseChoice::linear:
-      return CameraResponse::linear();
-    case ResponseChoice::srgb:
-      return CameraResponse::srgb();
-    case ResponseChoice::by_edges:
-      break;
-  }
-  return response_.likelier();
-}
-
-// Whether the camera's response is believed to be another now, after a look at the edges of the balls found.
-bool Detector::learn_response(const cv::Mat& bgr) {
-  if (options_.response != ResponseChoice::by_edges || options_.fit != BallFit::sphere) return false;
-  const CameraResponse& before = response();
-  for (const BallObservation& ball : balls_) {
-    if (!response_.open()) break;
-    edge_meter_.measure(bgr, *rays_, ball.cone, before, edges_);
-    robust_weights_.set(ball.cone, edges_.points, robust_floor_px, options_.oval_fraction);
-    response_.add(edge_meter_.evidence(bgr, *rays_, ball.cone, edges_.points, CameraResponse::srgb(),
-                                       CameraResponse::linear()));
-  }
-  return &response() != &before;
 }
 
 // The region's boundary points, but for straight sides: undistorted, half a pixel outward, between the
@@ -237,24 +181,26 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
   const Camera& camera = rays_->camera();
   const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, camera.focal_px());
   if (!voted) return {std::nullopt, {}, "no ball makes this circle"};
-  const TangentCone cone = rough_cone(*voted);
+  const TangentCone cone = boundary_cone_.rough(*voted, points_, camera.focal_px());
   Candidate candidate;
   candidate.support = early_support(bgr, colored, cone);
   candidate.reason = early_rejection(candidate.support);
   if (candidate.reason && !inside_region) return candidate;
 
-  candidate.ball = refine(bgr, colored.color_class, vote, points_, options_.fit, input);
+  candidate.ball = fitter_.refine(bgr, colored.color_class, vote, points_, options_.fit, input);
   if (!candidate.ball) {
     candidate.reason = "no edge along the circle";
     return candidate;
   }
   BallObservation& ball = *candidate.ball;
-  if (options_.fit == BallFit::paper) {
-    sectors_ = boundary_sectors(points_, ball.cone, camera.focal_px());
-    offsets_.count = 0;
-  }
+  // The paper's fit measures no edges.
+  const bool with_edges = options_.fit == BallFit::sphere;
+  const OutlineSectors sectors = with_edges
+                                     ? edge_sectors(fitter_.offsets(), outline_tolerance_px(vote.radius_px))
+                                     : boundary_sectors(points_, ball.cone, camera.focal_px());
+  const EdgeOffsets offsets = with_edges ? fitter_.offsets() : EdgeOffsets{};
   candidate.support = ball.support =
-      outline_support(sectors_, offsets_, ball.blur_px, colored, camera, ball.cone);
+      outline_support(sectors, offsets, ball.blur_px, colored, camera, ball.cone);
   ball.quality = ball.support.quality();
   candidate.reason = rejection(ball);
   if (!candidate.reason && !shows_a_sphere(bgr, colored, ball))
@@ -292,7 +238,7 @@ const char* Detector::early_rejection(const OutlineSupport& support) const {
 
 bool Detector::take_away(const CircleEstimate& vote, const BallObservation* ball, DetectionStages* stages) {
   std::size_t kept = 0;
-  const double reach_px = 0.5 + tolerance_px(vote.radius_px), focal_px = rays_->camera().focal_px();
+  const double reach_px = 0.5 + outline_tolerance_px(vote.radius_px), focal_px = rays_->camera().focal_px();
   const auto is_explained = [&](const BoundaryPoint& p) {
     const double outside_px = (p.position_px.cast<double>() - vote.center_px).norm() - vote.radius_px;
     if (!ball) return std::abs(outside_px) <= reach_px;
@@ -326,153 +272,18 @@ const char* Detector::rejection(const BallObservation& ball) const {
 bool Detector::shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored,
                               const BallObservation& ball) const {
   if (ball.support.hidden <= options_.max_hidden) return true;
-  int on_outline = 0;
-  for (int i = 0; i < offsets_.count; ++i)
-    on_outline += is_on_outline(offsets_[i], ball.outline.radius_px, ball.blur_px) ? 1 : 0;
-  if (on_outline >= options_.min_whole * edges_.stretches_in_picture && on_outline > 0) return true;
-  const BallShading shading = ball_shading(bgr, response(), colored, *rays_, ball.cone, ball.outline);
+  if (options_.fit == BallFit::sphere && is_whole(ball)) return true;
+  const BallShading shading = ball_shading(bgr, fitter_.response(), colored, *rays_, ball.cone, ball.outline);
   return shading.strength >= options_.min_shading && shading.explained >= options_.min_shading_explained;
 }
 
-std::optional<BallObservation> Detector::refine(const cv::Mat& bgr, ClassIndex color_class,
-                                                const CircleEstimate& vote,
-                                                const std::vector<BoundaryPoint>& boundary, BallFit fit,
-                                                RefinementInput* input) {
-  const UndistortedCircle circle{vote.center_px, vote.radius_px};
-  if (input) input->vote = circle;
-  auto ball = fit == BallFit::sphere ? refine_sphere(bgr, color_class, circle, boundary, input)
-                                     : refine_paper(bgr, color_class, circle, input);
-  if (!ball) return std::nullopt;
-  const auto outline = project_sphere(rays_->camera(), ball->cone.axis, std::sin(ball->cone.alpha_rad));
-  if (!outline) return std::nullopt;
-  ball->outline = *outline;
-  ball->color_class = color_class;
-  ball->vote = vote;
-  return ball;
-}
-
-// The cone through the boundary points near the voted one: enough to ask whether a ball is likely.
-TangentCone Detector::rough_cone(const TangentCone& voted) {
-  const double focal_px = rays_->camera().focal_px();
-  TangentCone cone = voted;
-  for (int i = 0; i < 2; ++i) {
-    const double band_rad = 0.15 * cone.alpha_rad + 1 / focal_px;
-    const double cosine_inner = std::cos(std::max(0.0, cone.alpha_rad - band_rad)),
-                 cosine_outer = std::cos(cone.alpha_rad + band_rad);
-    boundary_rays_.clear();
-    for (const BoundaryPoint& p : points_) {
-      const Eigen::Vector3d ray = ray_of(p, focal_px);
-      const double cosine = cone.axis.dot(ray);
-      if (cosine <= cosine_inner && cosine >= cosine_outer) boundary_rays_.push_back(ray);
-    }
-    const auto center = sphere_from_rays(boundary_rays_, 1);
-    const auto found = center ? TangentCone::of_sphere(*center, 1) : std::nullopt;
-    if (!found || !(std::abs(found->alpha_rad / voted.alpha_rad - 1) < 0.3)) return voted;
-    cone = *found;
-  }
-  return cone;
-}
-
-// The votes look for a circle; a ball off the axis is none, and they may settle on a part of it. The cone
-// through the boundary pixels near the voted circle is the whole ball's.
-std::optional<TangentCone> Detector::cone_of_boundary(const TangentCone& start,
-                                                      const std::vector<BoundaryPoint>& boundary) {
-  const double focal_px = rays_->camera().focal_px();
-  TangentCone cone = start;
-  for (int i = 0; i < 3; ++i) {
-    const double band_rad = 0.15 * cone.alpha_rad + 1 / focal_px;
-    boundary_edges_.clear();
-    for (const BoundaryPoint& p : boundary) {
-      const Eigen::Vector3d ray = ray_of(p, focal_px);
-      if (std::abs(angle_outside(cone, ray)) > band_rad) continue;
-      EdgePoint edge;
-      edge.ray = ray;
-      edge.px_per_rad = focal_px;
-      edge.sigma_px = 0.5;
-      boundary_edges_.push_back(edge);
-    }
-    robust_weights_.set(cone, boundary_edges_, 0.3, options_.oval_fraction);
-    const auto fit = one_gauss_newton_step(cone, boundary_edges_, options_.oval_fraction);
-    if (!fit) return std::nullopt;
-    cone = fit->cone;
-  }
-  return cone;
-}
-
-std::optional<BallObservation> Detector::refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
-                                                       const UndistortedCircle& circle,
-                                                       const std::vector<BoundaryPoint>& boundary,
-                                                       RefinementInput* input) {
-  const auto voted = cone_near_circle(circle, rays_->camera().focal_px());
-  if (!voted) return std::nullopt;
-  // Measured around the boundary's cone and followed by one step; and once more where that step was long, so
-  // that the pixels were not those around the outline.
-  TangentCone cone = cone_of_boundary(*voted, boundary).value_or(*voted);
-  std::optional<ConeFit> fit;
-  for (int pass = 0; pass < 2; ++pass) {
-    edge_meter_.measure(bgr, *rays_, cone, response(), edges_);
-    robust_weights_.set(cone, edges_.points, robust_floor_px, options_.oval_fraction);
-    if (input) {
-      input->start = cone;
-      input->edges = edges_.points;
-    }
-    fit = one_gauss_newton_step(cone, edges_.points, options_.oval_fraction);
-    if (!fit) return std::nullopt;
-    cone = fit->cone;
-    if (fit->step_px < long_step_px) break;
-  }
-  BallObservation ball;
-  ball.cone = cone;
-  ball.cone_covariance_rad2 = fit->covariance_rad2;
-  ball.residual_px = fit->residual_px;
-  ball.step_px = fit->step_px;
-  ball.edges_used = fit->used;
-  ball.blur_px = edges_.blur_px;
-  offsets_ = edge_offsets(edges_, *fit);
-  sectors_ = edge_sectors(offsets_, tolerance_px(circle.radius_px));
-  ball.position = position(color_class, *fit);
-  return ball;
-}
-
-std::optional<BallObservation> Detector::refine_paper(const cv::Mat& bgr, ClassIndex color_class,
-                                                      const UndistortedCircle& circle,
-                                                      RefinementInput* input) {
-  select_ring_pixels(bgr, *rays_, circle, options_.ring, ring_);
-  if (input) input->ring = ring_;
-  const auto fit = one_gauss_newton_step(circle, ring_);
-  if (!fit) return std::nullopt;
-  const double focal_px = rays_->camera().focal_px();
-  const auto cone = cone_near_circle(fit->circle, focal_px);
-  if (!cone) return std::nullopt;
-  BallObservation ball;
-  ball.cone = *cone;
-  // Where the circle is small against the focal length, its centre and radius are the cone's turns and angle.
-  ball.cone_covariance_rad2 = fit->covariance_px2 / (focal_px * focal_px);
-  ball.residual_px = fit->residual_px;
-  ball.step_px = fit->step_px;
-  ball.edges_used = fit->used;
-  if (const BallRadius radius = radius_of(color_class); radius.radius_m > 0) {
-    const Eigen::Matrix3d jacobian = paper_position_jacobian(fit->circle, focal_px, radius.radius_m);
-    BallPosition position;
-    position.p_C = paper_position(fit->circle, focal_px, radius.radius_m);
-    const Eigen::Vector3d by_radius = position.p_C / radius.radius_m * radius.sigma_m;
-    position.covariance_m2 =
-        jacobian * fit->covariance_px2 * jacobian.transpose() + by_radius * by_radius.transpose();
-    ball.position = position;
-  }
-  return ball;
-}
-
-std::optional<BallPosition> Detector::position(ClassIndex color_class, const ConeFit& fit) const {
-  const BallRadius radius = radius_of(color_class);
-  if (!(radius.radius_m > 0)) return std::nullopt;
-  return BallPosition{fit.cone.center(radius.radius_m),
-                      center_covariance(fit, radius.radius_m, radius.sigma_m)};
-}
-
-BallRadius Detector::radius_of(ClassIndex color_class) const {
-  const std::size_t index = static_cast<std::size_t>(color_class) - 1;
-  return color_class != no_class && index < options_.radii.size() ? options_.radii[index] : BallRadius{};
+// Whether an edge lies on the outline nearly wherever that runs in the picture.
+bool Detector::is_whole(const BallObservation& ball) const {
+  const EdgeOffsets& offsets = fitter_.offsets();
+  int on_outline = 0;
+  for (int i = 0; i < offsets.count; ++i)
+    on_outline += is_on_outline(offsets[i], ball.outline.radius_px, ball.blur_px) ? 1 : 0;
+  return on_outline > 0 && on_outline >= options_.min_whole * fitter_.edges().stretches_in_picture;
 }
 
 void Detector::drop_repeated() {

@@ -9,31 +9,22 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
+#include "perception/ball_fitter.hpp"
 #include "perception/ball_observation.hpp"
 #include "perception/boundary_chain.hpp"
+#include "perception/boundary_cone.hpp"
 #include "perception/circle_vote.hpp"
 #include "perception/color_lookup.hpp"
 #include "perception/detection_stages.hpp"
 #include "perception/detector_options.hpp"
-#include "perception/edge_points.hpp"
 #include "perception/inner_circles.hpp"
 #include "perception/inner_edges.hpp"
 #include "perception/morphology.hpp"
-#include "perception/paper_refinement.hpp"
 #include "perception/regions.hpp"
 #include "perception/row_team.hpp"
 #include "perception/straight_sides.hpp"
 
 namespace ballservo {
-
-/// What the last refinement of a candidate started from and used: the material of one-step against converged
-/// fits.
-struct RefinementInput {
-  UndistortedCircle vote;        ///< the circle that the votes gave
-  std::vector<RingPixel> ring;   ///< fit paper: the pixels and weights of the step
-  TangentCone start;             ///< fit sphere: where the last step started
-  std::vector<EdgePoint> edges;  ///< fit sphere: the points and weights of the last step
-};
 
 /// What a picture had too much of, so that its cost is bounded: noise or a fine pattern of a ball's colour.
 struct LeftOut {
@@ -59,23 +50,12 @@ class Detector {
   const ColorTable& colors() const { return colors_.colors(); }
   /// Looks colours up for another light than the taught one.
   void set_light(const LightCells& light) { colors_.set_light(light); }
-  /// The next picture may be another camera's: what was learnt of this one's response is forgotten.
-  void start_anew() { response_ = {}; }
   /// What there was too much of in the last picture to be looked at.
   const LeftOut& left_out() const { return left_out_; }
 
-  /// Refines one voted circle as `detect` does, with the boundary points it was voted from;
-  /// nothing where there is no ball's edge. `input` receives what was used.
-  std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class,
-                                        const CircleEstimate& vote,
-                                        const std::vector<BoundaryPoint>& boundary, BallFit fit,
-                                        RefinementInput* input = nullptr);
-
-  /// The position in 3-D of a ball of that class with that cone, where camera and diameter are known.
-  std::optional<BallPosition> position(ClassIndex color_class, const ConeFit& fit) const;
-
-  /// The radius that the user stated for a class.
-  BallRadius radius_of(ClassIndex color_class) const;  ///< radius 0 where it is not known
+  /// Fits the balls, as `detect` does.
+  BallFitter& fitter() { return fitter_; }
+  const BallFitter& fitter() const { return fitter_; }
 
  private:
   struct Candidate {
@@ -97,27 +77,16 @@ class Detector {
                    DetectionStages* stages);
   void find_balls(const cv::Mat& bgr, const cv::Rect& window, DetectionStages* stages);
   void find_balls_in(const cv::Mat& bgr, const cv::Rect& window, int region, DetectionStages* stages);
-  std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
-                                               const UndistortedCircle& circle,
-                                               const std::vector<BoundaryPoint>& boundary,
-                                               RefinementInput* input);
-  TangentCone rough_cone(const TangentCone& voted);
-  std::optional<TangentCone> cone_of_boundary(const TangentCone& start,
-                                              const std::vector<BoundaryPoint>& boundary);
-  std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
-                                              const UndistortedCircle& circle, RefinementInput* input);
   const char* rejection(const BallObservation& ball) const;
   bool shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored, const BallObservation& ball) const;
+  bool is_whole(const BallObservation& ball) const;
   void drop_repeated();
-  bool learn_response(const cv::Mat& bgr);
-  const CameraResponse& response() const;
 
   std::shared_ptr<const RayTable> rays_;
   ColorLookup colors_;
   DetectorOptions options_;
   std::unique_ptr<RowTeam> team_;  // nothing for one thread
   LeftOut left_out_;
-  ResponseBelief response_;
   // Reused between pictures.
   ClassPictures classified_, opened_, closed_;
   std::vector<int> chosen_;  // regions
@@ -128,14 +97,8 @@ class Detector {
   CircleVoter voter_;
   InnerEdges inner_edges_;
   InnerCircles inner_circles_;
-  EdgeMeter edge_meter_;
-  OutlineEdges edges_;
-  OutlineSectors sectors_;
-  EdgeOffsets offsets_;
-  std::vector<EdgePoint> boundary_edges_;
-  std::vector<Eigen::Vector3d> boundary_rays_;
-  RobustWeights robust_weights_;
-  std::vector<RingPixel> ring_;
+  BallFitter fitter_;
+  BoundaryCone boundary_cone_;
   std::vector<BoundaryPixel> boundary_, remaining_;
   std::vector<BoundaryPoint> points_, whole_boundary_;
   std::vector<InnerEdge> inside_;

@@ -257,7 +257,7 @@ void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
   predicted.outline = *outline;
   if (track.ball.position) {
     predicted.position = position_of(followed.filter.value(), followed.filter.variance(),
-                                     detector_.radius_of(track.color_class));
+                                     detector_.fitter().radius_of(track.color_class));
   }
   track.ball = predicted;
 }

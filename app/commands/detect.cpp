@@ -61,7 +61,7 @@ int run_detect(const DetectOptions& options) {
   LeftOutWarning left_out;
   bool interrupted = false;
   for (const auto& sequence : sequences) {
-    for (auto& [size, detector] : detectors) detector.start_anew();
+    for (auto& [size, detector] : detectors) detector.fitter().forget_response();
     while (const auto frame = sequence->next()) {
       interrupted = interrupt_requested();
       if (interrupted) break;

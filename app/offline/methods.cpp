@@ -109,7 +109,7 @@ std::vector<std::optional<MethodFit>> run_methods(Detector& detector, const cv::
                                                   const std::vector<FitMethod>& methods) {
   std::vector<std::optional<MethodFit>> fits(methods.size());
   const Camera& camera = detector.rays().camera();
-  const double radius_m = detector.radius_of(color_class).radius_m;
+  const double radius_m = detector.fitter().radius_of(color_class).radius_m;
 
   DetectionStages stages;
   const Stopwatch detection;
@@ -131,7 +131,7 @@ std::vector<std::optional<MethodFit>> run_methods(Detector& detector, const cv::
 
   RefinementInput paper;
   const Stopwatch paper_step;
-  detector.refine(bgr, color_class, vote, boundary, BallFit::paper, &paper);
+  detector.fitter().refine(bgr, color_class, vote, boundary, BallFit::paper, &paper);
   const double paper_us = paper_step.us();
   if (const auto step = one_gauss_newton_step(paper.vote, paper.ring)) {
     auto fit = from_circle(camera, step->circle, radius_m);
@@ -147,7 +147,7 @@ std::vector<std::optional<MethodFit>> run_methods(Detector& detector, const cv::
 
   RefinementInput sphere;
   const Stopwatch sphere_step;
-  detector.refine(bgr, color_class, vote, boundary, BallFit::sphere, &sphere);
+  detector.fitter().refine(bgr, color_class, vote, boundary, BallFit::sphere, &sphere);
   const double sphere_us = sphere_step.us();
   if (const auto step = one_gauss_newton_step(sphere.start, sphere.edges)) {
     auto fit = from_cone(camera, step->cone, radius_m);

@@ -35,7 +35,7 @@ struct MethodFit {
 
 /// The answer of each method asked for, in their order; nothing where a method has none. The ball is the
 /// detector's best of class `color_class`; its radius must be among the detector's options. One step and
-/// converged fit share points, weights and start: those of `Detector::refine`.
+/// converged fit share points, weights and start: those of `BallFitter::refine`.
 std::vector<std::optional<MethodFit>> run_methods(Detector& detector, const cv::Mat& bgr,
                                                   ClassIndex color_class,
                                                   const std::vector<FitMethod>& methods);

@@ -1,0 +1,143 @@
+#include "perception/ball_fitter.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "perception/ball_position.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr double long_step_px = 1;
+// Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.
+constexpr double robust_floor_px = 0.06;
+
+}  // namespace
+
+BallFitter::BallFitter(std::shared_ptr<const RayTable> rays, const DetectorOptions& options)
+    : rays_(std::move(rays)), options_(options), edge_meter_(options.edges) {}
+
+std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex color_class,
+                                                  const CircleEstimate& vote,
+                                                  const std::vector<BoundaryPoint>& boundary, BallFit fit,
+                                                  RefinementInput* input) {
+  const UndistortedCircle circle{vote.center_px, vote.radius_px};
+  if (input) input->vote = circle;
+  auto ball = fit == BallFit::sphere ? refine_sphere(bgr, color_class, circle, boundary, input)
+                                     : refine_paper(bgr, color_class, circle, input);
+  if (!ball) return std::nullopt;
+  const auto outline = project_sphere(rays_->camera(), ball->cone.axis, std::sin(ball->cone.alpha_rad));
+  if (!outline) return std::nullopt;
+  ball->outline = *outline;
+  ball->color_class = color_class;
+  ball->vote = vote;
+  return ball;
+}
+
+std::optional<BallObservation> BallFitter::refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
+                                                         const UndistortedCircle& circle,
+                                                         const std::vector<BoundaryPoint>& boundary,
+                                                         RefinementInput* input) {
+  const auto voted = cone_near_circle(circle, rays_->camera().focal_px());
+  if (!voted) return std::nullopt;
+  // Measured around the boundary's cone and followed by one step; and once more where that step was long, so
+  // that the pixels were not those around the outline.
+  TangentCone cone =
+      boundary_cone_.robust(*voted, boundary, rays_->camera().focal_px(), options_.oval_fraction)
+          .value_or(*voted);
+  std::optional<ConeFit> fit;
+  for (int pass = 0; pass < 2; ++pass) {
+    measure(bgr, cone);
+    if (input) {
+      input->start = cone;
+      input->edges = edges_.points;
+    }
+    fit = one_gauss_newton_step(cone, edges_.points, options_.oval_fraction);
+    if (!fit) return std::nullopt;
+    cone = fit->cone;
+    if (fit->step_px < long_step_px) break;
+  }
+  BallObservation ball;
+  ball.cone = cone;
+  ball.cone_covariance_rad2 = fit->covariance_rad2;
+  ball.residual_px = fit->residual_px;
+  ball.step_px = fit->step_px;
+  ball.edges_used = fit->used;
+  ball.blur_px = edges_.blur_px;
+  offsets_ = edge_offsets(edges_, *fit);
+  ball.position = position(color_class, *fit);
+  return ball;
+}
+
+std::optional<BallObservation> BallFitter::refine_paper(const cv::Mat& bgr, ClassIndex color_class,
+                                                        const UndistortedCircle& circle,
+                                                        RefinementInput* input) {
+  select_ring_pixels(bgr, *rays_, circle, options_.ring, ring_);
+  if (input) input->ring = ring_;
+  const auto fit = one_gauss_newton_step(circle, ring_);
+  if (!fit) return std::nullopt;
+  const double focal_px = rays_->camera().focal_px();
+  const auto cone = cone_near_circle(fit->circle, focal_px);
+  if (!cone) return std::nullopt;
+  BallObservation ball;
+  ball.cone = *cone;
+  // Where the circle is small against the focal length, its centre and radius are the cone's turns and angle.
+  ball.cone_covariance_rad2 = fit->covariance_px2 / (focal_px * focal_px);
+  ball.residual_px = fit->residual_px;
+  ball.step_px = fit->step_px;
+  ball.edges_used = fit->used;
+  if (const BallRadius radius = radius_of(color_class); radius.radius_m > 0) {
+    const Eigen::Matrix3d jacobian = paper_position_jacobian(fit->circle, focal_px, radius.radius_m);
+    BallPosition position;
+    position.p_C = paper_position(fit->circle, focal_px, radius.radius_m);
+    const Eigen::Vector3d by_radius = position.p_C / radius.radius_m * radius.sigma_m;
+    position.covariance_m2 =
+        jacobian * fit->covariance_px2 * jacobian.transpose() + by_radius * by_radius.transpose();
+    ball.position = position;
+  }
+  return ball;
+}
+
+// The edges around a cone, and how far each is believed.
+void BallFitter::measure(const cv::Mat& bgr, const TangentCone& cone) {
+  edge_meter_.measure(bgr, *rays_, cone, response(), edges_);
+  robust_weights_.set(cone, edges_.points, robust_floor_px, options_.oval_fraction);
+}
+
+std::optional<BallPosition> BallFitter::position(ClassIndex color_class, const ConeFit& fit) const {
+  const BallRadius radius = radius_of(color_class);
+  if (!(radius.radius_m > 0)) return std::nullopt;
+  return BallPosition{fit.cone.center(radius.radius_m),
+                      center_covariance(fit, radius.radius_m, radius.sigma_m)};
+}
+
+BallRadius BallFitter::radius_of(ClassIndex color_class) const {
+  const std::size_t index = static_cast<std::size_t>(color_class) - 1;
+  return color_class != no_class && index < options_.radii.size() ? options_.radii[index] : BallRadius{};
+}
+
+const CameraResponse& BallFitter::response() const {
+  switch (options_.response) {
+    case ResponseChoice::linear:
+      return CameraResponse::linear();
+    case ResponseChoice::srgb:
+      return CameraResponse::srgb();
+    case ResponseChoice::by_edges:
+      break;
+  }
+  return belief_.likelier();
+}
+
+bool BallFitter::learn_response(const cv::Mat& bgr, const std::vector<BallObservation>& balls) {
+  if (options_.response != ResponseChoice::by_edges || options_.fit != BallFit::sphere) return false;
+  const CameraResponse& before = response();
+  for (const BallObservation& ball : balls) {
+    if (!belief_.open()) break;
+    measure(bgr, ball.cone);
+    belief_.add(edge_meter_.evidence(bgr, *rays_, ball.cone, edges_.points, CameraResponse::srgb(),
+                                     CameraResponse::linear()));
+  }
+  return &response() != &before;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,75 @@
+// Stages 5 and 6: from a voted circle to a ball in space, by the edges around it.
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "calibration/camera/ray_table.hpp"
+#include "perception/ball_observation.hpp"
+#include "perception/boundary_cone.hpp"
+#include "perception/camera_response.hpp"
+#include "perception/detector_options.hpp"
+#include "perception/edge_points.hpp"
+#include "perception/paper_refinement.hpp"
+
+namespace ballservo {
+
+/// What the last refinement of a candidate started from and used: the material of one-step against converged
+/// fits.
+struct RefinementInput {
+  UndistortedCircle vote;        ///< the circle that the votes gave
+  std::vector<RingPixel> ring;   ///< fit paper: the pixels and weights of the step
+  TangentCone start;             ///< fit sphere: where the last step started
+  std::vector<EdgePoint> edges;  ///< fit sphere: the points and weights of the last step
+};
+
+/// Fits balls in the pictures of one camera, whose response it learns; keeps its buffers between calls.
+class BallFitter {
+ public:
+  BallFitter(std::shared_ptr<const RayTable> rays, const DetectorOptions& options);
+
+  /// Refines one voted circle with the boundary points it was voted from; nothing where there is no ball's
+  /// edge. What of an observation tells whether it is a ball is left open. `input` receives what was used.
+  std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class,
+                                        const CircleEstimate& vote,
+                                        const std::vector<BoundaryPoint>& boundary, BallFit fit,
+                                        RefinementInput* input = nullptr);
+
+  /// Of the last ball that `refine` fitted as a sphere.
+  const OutlineEdges& edges() const { return edges_; }
+  const EdgeOffsets& offsets() const { return offsets_; }
+
+  /// The radius that the user stated for a class; 0 where it is not known.
+  BallRadius radius_of(ClassIndex color_class) const;
+
+  /// How the camera's grey levels follow the light, as stated or as believed by now.
+  const CameraResponse& response() const;
+  /// Looks at the edges of balls that were found. Is another response believed now?
+  bool learn_response(const cv::Mat& bgr, const std::vector<BallObservation>& balls);
+  /// The next picture may be another camera's.
+  void forget_response() { belief_ = {}; }
+
+ private:
+  std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
+                                               const UndistortedCircle& circle,
+                                               const std::vector<BoundaryPoint>& boundary,
+                                               RefinementInput* input);
+  std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
+                                              const UndistortedCircle& circle, RefinementInput* input);
+  void measure(const cv::Mat& bgr, const TangentCone& cone);
+  std::optional<BallPosition> position(ClassIndex color_class, const ConeFit& fit) const;
+
+  std::shared_ptr<const RayTable> rays_;
+  DetectorOptions options_;
+  ResponseBelief belief_;
+  BoundaryCone boundary_cone_;
+  EdgeMeter edge_meter_;
+  OutlineEdges edges_;
+  EdgeOffsets offsets_;
+  RobustWeights robust_weights_;
+  std::vector<RingPixel> ring_;
+};
+
+}  // namespace ballservo

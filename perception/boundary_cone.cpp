@@ -1,0 +1,80 @@
+#include "perception/boundary_cone.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/camera/sphere_outline.hpp"
+
+namespace ballservo {
+
+Eigen::Vector3d ray_of(const BoundaryPoint& point, double focal_px) {
+  return Eigen::Vector3d(static_cast<double>(point.position_px.x()),
+                         static_cast<double>(point.position_px.y()), focal_px)
+      .normalized();
+}
+
+double outline_tolerance_px(double radius_px) { return 0.5 + 0.025 * radius_px; }
+
+OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
+                                double focal_px) {
+  const double radius_px = cone.alpha_rad * focal_px;
+  const double tolerance_rad = (0.5 + outline_tolerance_px(radius_px)) / focal_px;
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
+  OutlineSectors sectors;
+  sectors.count = static_cast<int>(std::clamp(6.28 * radius_px, 8.0, 48.0));
+  for (const BoundaryPoint& p : points) {
+    const Eigen::Vector3d ray = ray_of(p, focal_px);
+    if (std::abs(angle_outside(cone, ray)) > tolerance_rad) continue;
+    const Eigen::Vector2d across = basis.transpose() * ray;
+    const double angle = std::atan2(across.y(), across.x());
+    sectors.see(angle < 0 ? angle + 6.283185307179586 : angle);
+  }
+  return sectors;
+}
+
+TangentCone BoundaryCone::rough(const TangentCone& voted, const std::vector<BoundaryPoint>& points,
+                                double focal_px) {
+  TangentCone cone = voted;
+  for (int i = 0; i < 2; ++i) {
+    const double band_rad = 0.15 * cone.alpha_rad + 1 / focal_px;
+    const double cosine_inner = std::cos(std::max(0.0, cone.alpha_rad - band_rad)),
+                 cosine_outer = std::cos(cone.alpha_rad + band_rad);
+    rays_.clear();
+    for (const BoundaryPoint& p : points) {
+      const Eigen::Vector3d ray = ray_of(p, focal_px);
+      const double cosine = cone.axis.dot(ray);
+      if (cosine <= cosine_inner && cosine >= cosine_outer) rays_.push_back(ray);
+    }
+    const auto center = sphere_from_rays(rays_, 1);
+    const auto found = center ? TangentCone::of_sphere(*center, 1) : std::nullopt;
+    if (!found || !(std::abs(found->alpha_rad / voted.alpha_rad - 1) < 0.3)) return voted;
+    cone = *found;
+  }
+  return cone;
+}
+
+std::optional<TangentCone> BoundaryCone::robust(const TangentCone& voted,
+                                                const std::vector<BoundaryPoint>& points, double focal_px,
+                                                double oval_fraction) {
+  TangentCone cone = voted;
+  for (int i = 0; i < 3; ++i) {
+    const double band_rad = 0.15 * cone.alpha_rad + 1 / focal_px;
+    edges_.clear();
+    for (const BoundaryPoint& p : points) {
+      const Eigen::Vector3d ray = ray_of(p, focal_px);
+      if (std::abs(angle_outside(cone, ray)) > band_rad) continue;
+      EdgePoint edge;
+      edge.ray = ray;
+      edge.px_per_rad = focal_px;
+      edge.sigma_px = 0.5;
+      edges_.push_back(edge);
+    }
+    weights_.set(cone, edges_, 0.3, oval_fraction);
+    const auto fit = one_gauss_newton_step(cone, edges_, oval_fraction);
+    if (!fit) return std::nullopt;
+    cone = fit->cone;
+  }
+  return cone;
+}
+
+}  // namespace ballservo
