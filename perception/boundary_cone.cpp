@@ -6,6 +6,13 @@
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
+namespace {
+
+// So many points place a cone well enough to measure edges around it, and so near a step has done enough.
+constexpr std::size_t points_for_a_start = 96;
+constexpr double settled_start_px = 0.5;
+
+}  // namespace
 
 Eigen::Vector3d ray_of(const BoundaryPoint& point, double focal_px) {
   return Eigen::Vector3d(static_cast<double>(point.position_px.x()),
@@ -56,15 +63,14 @@ TangentCone BoundaryCone::rough(const TangentCone& voted, const std::vector<Boun
 std::optional<TangentCone> BoundaryCone::robust(const TangentCone& voted,
                                                 const std::vector<BoundaryPoint>& points, double focal_px,
                                                 double oval_fraction) {
-  TangentCone cone = voted;
-  for (int i = 0; i < 3; ++i) {
+  TangentCone cone = rough(voted, points, focal_px);
+  for (int i = 0; i < 2; ++i) {
     const double band_rad = 0.15 * cone.alpha_rad + 1 / focal_px;
     edges_.clear();
-    for (const BoundaryPoint& p : points) {
-      const Eigen::Vector3d ray = ray_of(p, focal_px);
-      if (std::abs(angle_outside(cone, ray)) > band_rad) continue;
+    for (std::size_t k = 0; k < points.size(); k += 1 + points.size() / points_for_a_start) {
       EdgePoint edge;
-      edge.ray = ray;
+      edge.ray = ray_of(points[k], focal_px);
+      if (std::abs(angle_outside(cone, edge.ray)) > band_rad) continue;
       edge.px_per_rad = focal_px;
       edge.sigma_px = 0.5;
       edges_.push_back(edge);
@@ -73,6 +79,7 @@ std::optional<TangentCone> BoundaryCone::robust(const TangentCone& voted,
     const auto fit = one_gauss_newton_step(cone, edges_, oval_fraction);
     if (!fit) return std::nullopt;
     cone = fit->cone;
+    if (fit->step_px < settled_start_px) break;
   }
   return cone;
 }

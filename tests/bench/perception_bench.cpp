@@ -183,33 +183,23 @@ void run(benchmark::State& state, ImageSize size, bool cold, const MakeMethod& m
   if (finds && !cold) report_accuracy(state, frames.set, make);
 }
 
-// The first scene in which the ball is found: a tracker without a ball measures nothing.
-const cv::Mat& scene_with_ball(const BenchSet& set) {
-  Detector detector = make_detector(set, BallFit::sphere);
-  for (const BenchFrame& frame : set.frames) {
-    for (const BallObservation& ball : detector.detect(frame.bgr)) {
-      if ((ball.outline.center_px - frame.truth.center_px).norm() < 0.2 * frame.truth.radius_px)
-        return frame.bgr;
-    }
-  }
-  return set.frames.front().bgr;
-}
-
-// The tracker meets a ball that stands still: warm and cold differ in the memory, not in the scene.
+// A tracker for every scene, in which the ball stands still: they take turns. Warm: the first alone.
 void run_track(benchmark::State& state, ImageSize size, bool cold) {
   const Frames& frames = frames_of(size);
-  const Method method = track(frames.set);
-  static std::map<int, std::vector<cv::Mat>> copies;
-  std::vector<cv::Mat>& same_scene = copies[size.width_px];
-  if (same_scene.empty()) {
-    for (std::size_t i = 0; i < frames.cycled.size(); ++i)
-      same_scene.push_back(scene_with_ball(frames.set).clone());
+  struct Follower {
+    Method update;
+    double time_s = 0;
+    void meet(const cv::Mat& bgr) { benchmark::DoNotOptimize(update(bgr, time_s += 1.0 / 30)); }
+  };
+  std::vector<Follower> followers;
+  for (const BenchFrame& frame : frames.set.frames) {
+    followers.push_back({track(frames.set)});
+    for (int i = 0; i < 5; ++i) followers.back().meet(frame.bgr);
   }
-  double time_s = 0;
-  for (int i = 0; i < 5; ++i) method(same_scene[0], time_s += 1.0 / 30);
   std::size_t next = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(method(same_scene[cold ? next++ % same_scene.size() : 0], time_s += 1.0 / 30));
+    const std::size_t picture = cold ? next++ % frames.cycled.size() : 0;
+    followers[picture % followers.size()].meet(frames.cycled[picture]);
   }
 }
 
