@@ -43,6 +43,7 @@ void BoundaryChain::order(std::vector<BoundaryPixel>& boundary, cv::Size size) {
   waiting_.resize(size);
   for (const BoundaryPixel& p : boundary) waiting_.fill(p.v_px, p.u_px, p.u_px + 1, true);
   ordered_.clear();
+  ordered_.reserve(boundary.capacity());  // they are swapped: neither shall grow again
   for (const BoundaryPixel& first : boundary) {
     if (!waiting_.at(first.u_px, first.v_px)) continue;
     int u = first.u_px, v = first.v_px;

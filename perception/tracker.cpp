@@ -48,7 +48,6 @@ Tracker::Tracker(Detector detector, const TrackerOptions& options)
     : detector_(std::move(detector)), options_(options), newcomer_quality_(detector_.options().min_quality) {
   options_.validate();
   if (!options_.fixed_colors) light_.emplace(options_.light);
-  detector_.set_min_quality(std::min(newcomer_quality_, options_.expected_quality));
 }
 
 const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, DetectionStages* stages) {
@@ -140,16 +139,23 @@ bool Tracker::is_matched(std::size_t followed) const {
          match_of_seen_.end();
 }
 
-// Near the predictions first; the whole picture when a ball is missing there, and now and then for newcomers.
+// Near the predictions first, where a weak sight suffices; the whole picture when a ball is missing there,
+// and now and then for newcomers.
 void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   seen_.clear();
   const bool newcomers = followed_.empty() || pictures_ % options_.newcomers_every == 0 || stages;
-  if (!newcomers) look_near_predictions(bgr);
-  const bool all_found = std::all_of(followed_.begin(), followed_.end(), [&](const Followed& followed) {
-    return std::any_of(seen_.begin(), seen_.end(),
-                       [&](const BallObservation& ball) { return is_plausible(followed, ball); });
-  });
-  if (newcomers || !all_found) seen_ = detector_.detect(bgr, {}, stages);
+  look_near_predictions(bgr);
+  const bool all_found = std::all_of(followed_.begin(), followed_.end(),
+                                     [&](const Followed& followed) { return is_seen(followed); });
+  if (newcomers || !all_found) add_new(detector_.detect(bgr, {}, stages));
+}
+
+void Tracker::add_new(const std::vector<BallObservation>& balls) {
+  for (const BallObservation& ball : balls) {
+    if (std::none_of(seen_.begin(), seen_.end(),
+                     [&](const BallObservation& other) { return same_ball(ball, other); }))
+      seen_.push_back(ball);
+  }
 }
 
 void Tracker::look_near_predictions(const cv::Mat& bgr) {
@@ -165,12 +171,19 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
     const cv::Rect window(static_cast<int>(c.x() - reach), static_cast<int>(c.y() - reach),
                           static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
     if ((window & cv::Rect({0, 0}, bgr.size())).empty()) continue;
-    for (const BallObservation& ball : detector_.detect(bgr, window)) {
-      if (std::none_of(seen_.begin(), seen_.end(),
-                       [&](const BallObservation& other) { return same_ball(ball, other); }))
-        seen_.push_back(ball);
+    // A weak sight suffices where no clear one is had.
+    for (const double quality : {newcomer_quality_, std::min(newcomer_quality_, options_.expected_quality)}) {
+      if (is_seen(followed)) break;
+      detector_.set_min_quality(quality);
+      add_new(detector_.detect(bgr, window));
     }
   }
+  detector_.set_min_quality(newcomer_quality_);
+}
+
+bool Tracker::is_seen(const Followed& followed) const {
+  return std::any_of(seen_.begin(), seen_.end(),
+                     [&](const BallObservation& ball) { return is_plausible(followed, ball); });
 }
 
 bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball) const {

@@ -18,7 +18,7 @@ struct TrackerOptions {
       16.27;              ///< squared Mahalanobis distance; 99.9 % of chi-square with 3 degrees of freedom
   double jump_radii = 6;  ///< a lone ball of the class this near an unmatched track continues it
   int newcomers_every =
-      3;  ///< pictures between two looks at the whole picture while all balls are being found
+      5;  ///< pictures between two looks at the whole picture while all balls are being found
   double expected_quality =
       0.17;  ///< suffices for a ball where a confirmed track expects it; elsewhere the detector's own
   TrackFilterOptions filter;
@@ -75,6 +75,8 @@ class Tracker {
   bool is_matched(std::size_t followed) const;
   void look(const cv::Mat& bgr, DetectionStages* stages);
   void look_near_predictions(const cv::Mat& bgr);
+  void add_new(const std::vector<BallObservation>& balls);
+  bool is_seen(const Followed& followed) const;
   bool is_plausible(const Followed& followed, const BallObservation& ball) const;
   void match();
   void continue_jumps();
