@@ -147,7 +147,9 @@ void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   look_near_predictions(bgr);
   const bool all_found = std::all_of(followed_.begin(), followed_.end(),
                                      [&](const Followed& followed) { return is_seen(followed); });
-  if (newcomers || !all_found) add_new(detector_.detect(bgr, {}, stages));
+  if (!newcomers && all_found) return;
+  detector_.set_min_quality(all_found ? newcomer_quality_ : expected_quality());
+  add_new(detector_.detect(bgr, {}, stages));
 }
 
 void Tracker::add_new(const std::vector<BallObservation>& balls) {
@@ -172,14 +174,15 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
                           static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
     if ((window & cv::Rect({0, 0}, bgr.size())).empty()) continue;
     // A weak sight suffices where no clear one is had.
-    for (const double quality : {newcomer_quality_, std::min(newcomer_quality_, options_.expected_quality)}) {
+    for (const double quality : {newcomer_quality_, expected_quality()}) {
       if (is_seen(followed)) break;
       detector_.set_min_quality(quality);
       add_new(detector_.detect(bgr, window));
     }
   }
-  detector_.set_min_quality(newcomer_quality_);
 }
+
+double Tracker::expected_quality() const { return std::min(newcomer_quality_, options_.expected_quality); }
 
 bool Tracker::is_seen(const Followed& followed) const {
   return std::any_of(seen_.begin(), seen_.end(),

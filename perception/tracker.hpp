@@ -77,6 +77,7 @@ class Tracker {
   void look_near_predictions(const cv::Mat& bgr);
   void add_new(const std::vector<BallObservation>& balls);
   bool is_seen(const Followed& followed) const;
+  double expected_quality() const;
   bool is_plausible(const Followed& followed, const BallObservation& ball) const;
   void match();
   void continue_jumps();
