@@ -62,6 +62,7 @@ void add_detect_command(CLI::App& program, Action& action);
 void add_track_command(CLI::App& program, Action& action);
 void add_render_command(CLI::App& program, Action& action);
 void add_servo_command(CLI::App& program, Action& action);
+void add_sweep_command(CLI::App& program, Action& action);
 void add_compare_command(CLI::App& program, Action& action);
 
 }  // namespace ballservo

@@ -30,14 +30,6 @@ struct ServoOptions {
   bool video = false;
 };
 
-PerceptionLevel parse_level(const std::string& text) {
-  for (const PerceptionLevel level :
-       {PerceptionLevel::image, PerceptionLevel::geometric, PerceptionLevel::truth}) {
-    if (text == perception_level_name(level)) return level;
-  }
-  throw InputError("--perception", text, "image, geometric or truth");
-}
-
 /// Level image needs the scenario's colours; the others do without.
 std::shared_ptr<const ColorTable> colors_of(const Scenario& scenario, PerceptionLevel level) {
   if (level != PerceptionLevel::image || scenario.colors.empty()) return nullptr;
@@ -93,7 +85,7 @@ int exit_code(Outcome outcome) {
 }
 
 int run_servo(const ServoOptions& options) {
-  const PerceptionLevel level = parse_level(options.perception);
+  const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
   RunOptions run_options;
   run_options.perception = level;

@@ -21,6 +21,14 @@ std::string_view perception_level_name(PerceptionLevel level) {
   return "truth";
 }
 
+PerceptionLevel parse_perception_level(const std::string& text) {
+  for (const PerceptionLevel level :
+       {PerceptionLevel::image, PerceptionLevel::geometric, PerceptionLevel::truth}) {
+    if (text == perception_level_name(level)) return level;
+  }
+  throw InputError("--perception", text, "image, geometric or truth");
+}
+
 namespace {
 
 constexpr const char* source_name = "camera";

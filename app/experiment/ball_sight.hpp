@@ -21,6 +21,8 @@ namespace ballservo {
 /// to its outline. truth: the true centre.
 enum class PerceptionLevel { image, geometric, truth };
 std::string_view perception_level_name(PerceptionLevel level);
+/// The level of that name; InputError about `--perception` otherwise.
+PerceptionLevel parse_perception_level(const std::string& text);
 
 /// One frame, for whoever looks at it.
 struct SightInput {

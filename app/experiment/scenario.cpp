@@ -41,7 +41,11 @@ bool is_set(const std::vector<std::string>& keys, const std::string& path) {
   });
 }
 
-void apply_vary(StrictYaml& yaml, const std::vector<std::string>& set_keys, std::uint64_t seed) {
+/// Returns what was drawn, by key path.
+std::vector<std::pair<std::string, double>> apply_vary(StrictYaml& yaml,
+                                                       const std::vector<std::string>& set_keys,
+                                                       std::uint64_t seed) {
+  std::vector<std::pair<std::string, double>> drawn;
   YamlNode vary = yaml.root().map("vary", false);
   for (const std::string& key : vary.keys()) {
     YamlNode entry = vary.map(key);
@@ -59,7 +63,9 @@ void apply_vary(StrictYaml& yaml, const std::vector<std::string>& set_keys, std:
                              ? uniform(engine, values[0], values[1])
                              : values[uniform_index(engine, static_cast<std::uint32_t>(values.size()))];
     yaml.set(key, number_text(value));
+    drawn.emplace_back(key, value);
   }
+  return drawn;
 }
 
 CameraMount read_mount(YamlNode camera) {
@@ -184,9 +190,10 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
                        std::uint64_t seed) {
   StrictYaml yaml = StrictYaml::from_file(file);
   const std::vector<std::string> set_keys = apply_sets(yaml, sets);
-  apply_vary(yaml, set_keys, seed);
 
   Scenario scenario;
+  scenario.document_json = yaml.resolved_json();
+  scenario.drawn = apply_vary(yaml, set_keys, seed);
   scenario.file = file;
   scenario.seed = seed;
   scenario.resolved_json = yaml.resolved_json();

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
@@ -41,6 +42,8 @@ struct Scenario {
   std::filesystem::path file;
   std::uint64_t seed = 0;
   std::string resolved_json;  ///< the document after `--set` and `vary`, keys sorted
+  std::string document_json;  ///< the same before `vary`: what all seeds share
+  std::vector<std::pair<std::string, double>> drawn;  ///< what `vary` drew: key path and value
 
   double duration_s = 30;
   CameraSettings camera;

@@ -194,4 +194,12 @@ MergeableShards read_shards(const std::vector<fs::path>& folders) {
   return merge;
 }
 
+nlohmann::json read_finished_job(const fs::path& folder) {
+  const auto manifest = read_manifest(folder);
+  if (!manifest) {
+    throw InputError(folder.string(), "no results of a job", "a folder that a finished job has written");
+  }
+  return manifest->description;
+}
+
 }  // namespace ballservo

@@ -9,8 +9,6 @@
 namespace ballservo {
 namespace {
 
-constexpr std::size_t max_csv_bytes = 4u << 20, max_rows = 100000, max_cells = 64;
-
 std::string trimmed(const std::string& text) {
   const auto first = text.find_first_not_of(" \t");
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t") - first + 1);
@@ -19,7 +17,8 @@ std::string trimmed(const std::string& text) {
 /// Takes the cells of one record off the text; quoted cells may hold commas and ends of lines.
 class Records {
  public:
-  Records(const std::string& text, const std::string& name) : text_(text), name_(name) {
+  Records(const std::string& text, const std::string& name, std::size_t max_cells)
+      : text_(text), name_(name), max_cells_(max_cells) {
     if (text_.compare(0, 3, "\xef\xbb\xbf") == 0) at_ = 3;
   }
 
@@ -30,9 +29,9 @@ class Records {
     std::vector<std::string> cells;
     for (;;) {
       cells.push_back(cell());
-      if (cells.size() > max_cells)
+      if (cells.size() > max_cells_)
         throw InputError(fmt::format("{}:{}", name_, line_), "too many cells",
-                         fmt::format("at most {}", max_cells));
+                         fmt::format("at most {}", max_cells_));
       if (!at_end() && text_[at_] == ',') {
         ++at_;
         continue;
@@ -76,7 +75,7 @@ class Records {
 
   const std::string& text_;
   const std::string& name_;
-  std::size_t at_ = 0;
+  std::size_t max_cells_, at_ = 0;
   int line_ = 1;
 };
 
@@ -110,14 +109,14 @@ std::string CsvTable::place(std::size_t row, const std::string& column_name) con
 }
 
 CsvTable parse_csv(const std::string& text, const std::string& name, const std::vector<std::string>& required,
-                   const std::vector<std::string>& optional) {
-  if (text.size() > max_csv_bytes)
+                   const std::vector<std::string>& optional, const CsvLimits& limits) {
+  if (text.size() > limits.bytes)
     throw InputError(name, fmt::format("{} bytes", text.size()),
-                     fmt::format("at most {} bytes", max_csv_bytes));
+                     fmt::format("at most {} bytes", limits.bytes));
   CsvTable table;
   table.name = name;
   FaultList faults;
-  Records records(text, name);
+  Records records(text, name, limits.columns);
   while (!records.at_end()) {
     const int line = records.line();
     std::vector<std::string> cells = records.next();
@@ -129,8 +128,8 @@ CsvTable parse_csv(const std::string& text, const std::string& name, const std::
     } else if (cells.size() != table.columns.size()) {
       faults.add(fmt::format("{}:{}", name, line), fmt::format("{} cells", cells.size()),
                  fmt::format("{}, as the heading has", table.columns.size()));
-    } else if (table.rows.size() == max_rows) {
-      throw InputError(name, "too many rows", fmt::format("at most {}", max_rows));
+    } else if (table.rows.size() == limits.rows) {
+      throw InputError(name, "too many rows", fmt::format("at most {}", limits.rows));
     } else {
       table.rows.push_back(std::move(cells));
       table.lines.push_back(line);
@@ -143,8 +142,8 @@ CsvTable parse_csv(const std::string& text, const std::string& name, const std::
 }
 
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
-                  const std::vector<std::string>& optional) {
-  return parse_csv(read_file_bytes(file, max_csv_bytes), file.string(), required, optional);
+                  const std::vector<std::string>& optional, const CsvLimits& limits) {
+  return parse_csv(read_file_bytes(file, limits.bytes), file.string(), required, optional, limits);
 }
 
 }  // namespace ballservo

@@ -21,13 +21,18 @@ struct CsvTable {
   std::string place(std::size_t row, const std::string& column_name) const;  ///< "file.csv:3: distance_m"
 };
 
+/// How large a table may be.
+struct CsvLimits {
+  std::size_t bytes = 4u << 20, rows = 100000, columns = 64;
+};
+
 /// Reads a table whose first line names its columns: all of `required` and any of `optional`, in any order.
 /// Cells are parted by commas and may stand in double quotes; lines may end in CR LF; empty lines are left
 /// out. Throws InputError with every fault: missing, unknown or repeated columns, rows of another length,
-/// quotes that do not close, more than 4 MB or 100000 rows.
+/// quotes that do not close, more than `limits` allow.
 CsvTable parse_csv(const std::string& text, const std::string& name, const std::vector<std::string>& required,
-                   const std::vector<std::string>& optional = {});
+                   const std::vector<std::string>& optional = {}, const CsvLimits& limits = {});
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
-                  const std::vector<std::string>& optional = {});
+                  const std::vector<std::string>& optional = {}, const CsvLimits& limits = {});
 
 }  // namespace ballservo

@@ -1,0 +1,218 @@
+#include "app/experiment/sweep.hpp"
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <sstream>
+
+#include "app/experiment/runner.hpp"
+#include "calibration/color/color_file.hpp"
+#include "calibration/files/checksum.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr long seeds_to_try = 100;
+constexpr std::size_t max_trials_bytes = std::size_t{1} << 30, max_traces_bytes = std::size_t{4} << 30;
+
+/// A seed's scenario, or why its world cannot be. Without anything that a seed draws there is nothing that
+/// could be otherwise: then the faults are the scenario's own.
+std::optional<Scenario> load_trial(const SweepOptions& options, std::uint64_t seed, std::string& why) {
+  try {
+    return load_scenario(options.scenario, options.sets, seed);
+  } catch (const InputError& error) {
+    why = to_text(error.faults().front());
+    return std::nullopt;
+  }
+}
+
+/// The scenario of the first seed whose world can be.
+Scenario first_scenario(const SweepOptions& options) {
+  std::string why;
+  for (long k = 0; k < std::min(options.trials, seeds_to_try); ++k) {
+    if (auto scenario = load_trial(options, options.first_seed + static_cast<std::uint64_t>(k), why)) {
+      return *std::move(scenario);
+    }
+  }
+  return load_scenario(options.scenario, options.sets, options.first_seed);  // throws its faults
+}
+
+std::string file_hash(const std::filesystem::path& file, std::size_t max_bytes) {
+  return sha256_hex(read_file_bytes(file, max_bytes));
+}
+
+std::vector<std::string> drawn_keys(const nlohmann::json& description) {
+  return description.at("drawn").get<std::vector<std::string>>();
+}
+
+/// Nothing for a run that was cut short.
+std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann::json& description,
+                                     std::uint64_t seed, const std::shared_ptr<const ColorTable>& colors,
+                                     const std::function<bool()>& go_on) {
+  Trial trial;
+  trial.scenario_hash = description.at("scenario_hash");
+  trial.seed = seed;
+  const auto scenario = load_trial(options, seed, trial.why);
+  if (!scenario) {
+    trial.feasible = false;
+    for (const std::string& key : drawn_keys(description)) {
+      trial.drawn.emplace_back(key, std::numeric_limits<double>::quiet_NaN());
+    }
+    return TrialRecord{trial_row(trial), ""};
+  }
+  trial.drawn = scenario->drawn;
+  RunOptions run_options;
+  run_options.perception = options.perception;
+  run_options.seed = seed;
+  run_options.colors = colors;
+  run_options.go_on = [&go_on](double) { return go_on(); };
+  const RunRecord run = run_closed_loop(*scenario, run_options);
+  if (run.summary.outcome == Outcome::interrupted) return std::nullopt;
+  trial.summary = run.summary;
+  trial.why = run.summary.outcome_text;
+  if (!run.steps.empty()) {
+    trial.last_state = control_state_name(run.steps.back().control.state);
+    trial.last_reason = run.steps.back().control.reason;
+  }
+  return TrialRecord{trial_row(trial), trace_line(trace_of(*scenario, run)) + "\n"};
+}
+
+/// The journal keeps a record as its row and its trace, one after the other.
+TrialRecord split_record(const std::string& text) {
+  const std::size_t end = text.rfind("\n{\"seed\":");
+  if (end == std::string::npos) return {text, ""};
+  return {text.substr(0, end + 1), text.substr(end + 1)};
+}
+
+std::shared_ptr<const ColorTable> colors_of(const SweepOptions& options) {
+  if (options.perception != PerceptionLevel::image) return nullptr;
+  const Scenario scenario = first_scenario(options);
+  if (scenario.colors.empty()) {
+    throw InputError(options.scenario.string() + ": colors", "nothing",
+                     "a colours file, which perception from images needs");
+  }
+  return std::make_shared<const ColorTable>(read_color_file(scenario.colors));
+}
+
+}  // namespace
+
+nlohmann::json sweep_description(const SweepOptions& options) {
+  const Scenario scenario = first_scenario(options);
+  nlohmann::json hashes;
+  hashes["camera"] = file_hash(scenario.camera.file, 16u << 20);
+  if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors)) {
+    hashes["colors"] = file_hash(scenario.colors, color_file_max_bytes);
+  }
+  std::vector<std::string> drawn;
+  for (const auto& entry : scenario.drawn) drawn.push_back(entry.first);
+  const nlohmann::json document = nlohmann::json::parse(scenario.document_json);
+  return {{"command", "sweep"},
+          {"program", "ballservo " BALLSERVO_VERSION},
+          {"scenario_file", options.scenario.lexically_normal().generic_string()},
+          {"scenario", document},
+          {"scenario_hash", sha256_hex(document.dump() + hashes.dump()).substr(0, 16)},
+          {"files_sha256", hashes},
+          {"sets", options.sets},
+          {"perception", perception_level_name(options.perception)},
+          {"first_seed", options.first_seed},
+          {"trials", options.trials},
+          {"drawn", drawn},
+          {"law", scenario.law.name},
+          {"distance_m", scenario.target_distance_m}};
+}
+
+std::vector<TrialRecord> run_sweep(const SweepOptions& options, const nlohmann::json& description,
+                                   WorkJournal& journal, const std::function<bool()>& go_on,
+                                   const std::function<void(long done, long total)>& progress) {
+  const auto colors = colors_of(options);
+  std::vector<std::uint64_t> mine, missing;
+  for (long k = 0; k < options.trials; ++k) {
+    if (!options.shard.holds(static_cast<std::size_t>(k))) continue;
+    mine.push_back(options.first_seed + static_cast<std::uint64_t>(k));
+    if (journal.find(std::to_string(mine.back())) == nullptr) missing.push_back(mine.back());
+  }
+  std::mutex mutex;
+  const long total = static_cast<long>(mine.size());
+  long done = total - static_cast<long>(missing.size());
+  // More threads than processors only where they are asked for.
+  std::optional<tbb::global_control> limit;
+  if (options.threads > 0) {
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
+  }
+  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  arena.execute([&] {
+    // Trials in the order of their seeds, one at a time to whoever is free: they last differently long.
+    std::atomic<std::size_t> next{0};
+    tbb::parallel_for(0, tbb::this_task_arena::max_concurrency(), [&](int) {
+      for (std::size_t k = next++; k < missing.size() && go_on(); k = next++) {
+        const auto record = run_trial(options, description, missing[k], colors, go_on);
+        if (!record) return;
+        const std::lock_guard<std::mutex> lock(mutex);
+        journal.add(std::to_string(missing[k]), record->row + record->trace);
+        progress(++done, total);
+      }
+    });
+  });
+  std::vector<TrialRecord> records;
+  for (const std::uint64_t seed : mine) {
+    if (const std::string* text = journal.find(std::to_string(seed))) records.push_back(split_record(*text));
+  }
+  return records;
+}
+
+SweepFiles sweep_files(const nlohmann::json& description, const std::vector<TrialRecord>& records) {
+  SweepFiles files{trials_csv_header(drawn_keys(description)), ""};
+  for (const TrialRecord& record : records) {
+    files.trials_csv += record.row;
+    files.traces_jsonl += record.trace;
+  }
+  return files;
+}
+
+std::vector<TrialRecord> read_sweep_records(const MergeableShards& shards) {
+  std::map<std::uint64_t, TrialRecord> by_seed;
+  FaultList faults;
+  const std::string command = shards.description.value("command", "");
+  if (command != "sweep") {
+    throw InputError(shards.shards.front().folder.string(), "results of " + command, "a sweep's folder");
+  }
+  for (const FinishedShard& shard : shards.shards) {
+    const std::string name = (shard.folder / "trials.csv").string();
+    const std::vector<Trial> trials = parse_trials(read_file_bytes(name, max_trials_bytes), name);
+    for (const Trial& trial : trials) {
+      if (!by_seed.emplace(trial.seed, TrialRecord{trial_row(trial), ""}).second) {
+        faults.add(name, "seed " + std::to_string(trial.seed) + " twice", "each seed once");
+      }
+    }
+    std::istringstream lines(read_file_bytes(shard.folder / "traces.jsonl", max_traces_bytes));
+    for (std::string line; std::getline(lines, line);) {
+      const auto record = by_seed.find(parse_trace(line, (shard.folder / "traces.jsonl").string()).seed);
+      if (record != by_seed.end()) record->second.trace = line + "\n";
+    }
+  }
+  faults.throw_if_any();
+  std::vector<TrialRecord> records;
+  for (auto& entry : by_seed) records.push_back(std::move(entry.second));
+  return records;
+}
+
+Sweep read_sweep(const std::filesystem::path& folder) {
+  Sweep sweep;
+  sweep.description = read_finished_job(folder);
+  if (sweep.description.value("command", "") != "sweep") {
+    throw InputError(folder.string(), "results of another command", "a sweep's folder");
+  }
+  const std::string name = (folder / "trials.csv").string();
+  sweep.trials = parse_trials(read_file_bytes(name, max_trials_bytes), name);
+  sweep.traces_jsonl = read_file_bytes(folder / "traces.jsonl", max_traces_bytes);
+  return sweep;
+}
+
+}  // namespace ballservo

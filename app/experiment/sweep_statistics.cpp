@@ -1,0 +1,200 @@
+#include "app/experiment/sweep_statistics.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "app/offline/comparison_statistics.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t seeds_shown = 8;
+
+nlohmann::ordered_json known(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json interval_json(const Interval& interval) {
+  return nlohmann::ordered_json::array({known(interval.low), known(interval.high)});
+}
+
+double share(long part, long whole) {
+  return whole == 0 ? nan : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+/// {"p50": .., "p95": ..}
+nlohmann::ordered_json quantiles(const std::vector<double>& values, std::array<int, 2> percents) {
+  nlohmann::ordered_json json;
+  for (const int percent : percents) {
+    json["p" + std::to_string(percent)] = known(quantile(values, percent / 100.0));
+  }
+  return json;
+}
+
+void count(MatchedCounts& counts, bool first, bool second) {
+  ++(first ? (second ? counts.both : counts.only_first) : (second ? counts.only_second : counts.neither));
+}
+
+nlohmann::ordered_json counts_json(const MatchedCounts& counts) {
+  return {{"pairs", counts.pairs()},
+          {"both", counts.both},
+          {"only_this", counts.only_first},
+          {"only_other", counts.only_second},
+          {"neither", counts.neither},
+          {"difference", known(counts.difference())},
+          {"difference_ci95", interval_json(matched_difference_ci95(counts))}};
+}
+
+nlohmann::ordered_json against_json(const SweepComparison& comparison) {
+  nlohmann::ordered_json json;
+  json["other"] = comparison.other;
+  json["success"] = counts_json(comparison.reached);
+  json["no_collision"] = counts_json(comparison.no_collision);
+  json["unmatched"] = comparison.unmatched;
+  json["pairs_with_other_worlds"] = comparison.other_worlds;
+  for (const SweepComparison::Difference& d : comparison.differences) {
+    json["median_differences"][d.name] = {
+        {"pairs", d.pairs}, {"median", known(d.median)}, {"ci95", interval_json(d.median_ci95)}};
+  }
+  return json;
+}
+
+}  // namespace
+
+SweepCounts count_trials(const std::vector<Trial>& trials) {
+  SweepCounts counts;
+  for (const Trial& trial : trials) {
+    ++counts.trials;
+    counts.infeasible += trial.feasible ? 0 : 1;
+    counts.reached += trial.reached() ? 1 : 0;
+    counts.collisions += trial.collided() ? 1 : 0;
+    counts.collisions_inside_assumptions +=
+        trial.collided() && trial.summary.collision_cause == "none_broken" ? 1 : 0;
+  }
+  return counts;
+}
+
+std::vector<FailureGroup> failure_groups(const std::vector<Trial>& trials) {
+  std::map<std::pair<std::string, std::string>, FailureGroup> groups;
+  for (const Trial& trial : trials) {
+    if (trial.reached()) continue;
+    const std::string cause = trial.feasible ? trial.cause() : "its world cannot be";
+    FailureGroup& group = groups[{trial.outcome_text(), cause}];
+    group.outcome = trial.outcome_text();
+    group.cause = cause;
+    ++group.count;
+    if (group.seeds.size() < seeds_shown) group.seeds.push_back(trial.seed);
+  }
+  std::vector<FailureGroup> sorted;
+  for (auto& entry : groups) sorted.push_back(std::move(entry.second));
+  std::stable_sort(sorted.begin(), sorted.end(), [](const FailureGroup& a, const FailureGroup& b) {
+    const bool a_last = a.outcome == "infeasible", b_last = b.outcome == "infeasible";
+    return a_last != b_last ? b_last : a.count > b.count;
+  });
+  return sorted;
+}
+
+std::vector<double> values_of(const std::vector<Trial>& trials, double RunSummary::*value,
+                              bool reached_only) {
+  std::vector<double> values;
+  for (const Trial& trial : trials) {
+    if (!trial.feasible || (reached_only && !trial.reached())) continue;
+    if (std::isfinite(trial.summary.*value)) values.push_back(trial.summary.*value);
+  }
+  return values;
+}
+
+SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std::string& other_name) {
+  SweepComparison comparison;
+  comparison.other = other_name;
+  comparison.other_law = other.description.value("law", "");
+  comparison.other_perception = other.description.value("perception", "");
+  std::map<std::uint64_t, const Trial*> others;
+  for (const Trial& trial : other.trials) others[trial.seed] = &trial;
+
+  struct Figure {
+    const char *name, *unit;
+    double scale;
+    double RunSummary::*value;
+    bool reached_only;
+    std::vector<double> differences;
+  };
+  std::array<Figure, 5> figures{{{"settled_s", "s", 1, &RunSummary::settled_s, true, {}},
+                                 {"range_rms_m", "mm", 1e3, &RunSummary::range_rms_m, true, {}},
+                                 {"bearing_rms_rad", "mrad", 1e3, &RunSummary::bearing_rms_rad, true, {}},
+                                 {"min_clearance_m", "m", 1, &RunSummary::min_clearance_m, false, {}},
+                                 {"out_of_view_s", "s", 1, &RunSummary::out_of_view_s, false, {}}}};
+  long pairs = 0;
+  for (const Trial& a : sweep.trials) {
+    const auto found = others.find(a.seed);
+    if (found == others.end() || !a.feasible || !found->second->feasible) continue;
+    const Trial& b = *found->second;
+    ++pairs;
+    comparison.other_worlds += a.drawn == b.drawn ? 0 : 1;
+    count(comparison.reached, a.reached(), b.reached());
+    count(comparison.no_collision, !a.collided(), !b.collided());
+    for (Figure& figure : figures) {
+      if (figure.reached_only && !(a.reached() && b.reached())) continue;
+      const double difference = a.summary.*figure.value - b.summary.*figure.value;
+      if (std::isfinite(difference)) figure.differences.push_back(difference);
+    }
+  }
+  comparison.unmatched =
+      static_cast<long>(sweep.trials.size()) + static_cast<long>(other.trials.size()) - 2 * pairs;
+  for (Figure& figure : figures) {
+    comparison.differences.push_back({figure.name, figure.unit, figure.scale,
+                                      static_cast<long>(figure.differences.size()),
+                                      quantile(figure.differences, 0.5), median_ci95(figure.differences)});
+  }
+  return comparison;
+}
+
+nlohmann::ordered_json sweep_summary_json(const Sweep& sweep, const Shard& shard, bool interrupted,
+                                          const SweepComparison* against) {
+  const std::vector<Trial>& trials = sweep.trials;
+  const SweepCounts n = count_trials(trials);
+  nlohmann::ordered_json json;
+  json["trials"] = n.trials;
+  json["infeasible"] = n.infeasible;
+  json["reached"] = n.reached;
+  json["collisions"] = n.collisions;
+  json["collisions_inside_assumptions"] = n.collisions_inside_assumptions;
+  json["success_rate"] = known(share(n.reached, n.feasible()));
+  json["success_ci95"] = interval_json(proportion_ci95(n.reached, n.feasible()));
+  json["collision_ci95"] = interval_json(proportion_ci95(n.collisions, n.feasible()));
+  json["settled_s"] = quantiles(values_of(trials, &RunSummary::settled_s, true), {50, 95});
+  json["range_rms_m"] = quantiles(values_of(trials, &RunSummary::range_rms_m, true), {50, 95});
+  json["bearing_rms_rad"] = quantiles(values_of(trials, &RunSummary::bearing_rms_rad, true), {50, 95});
+  json["min_clearance_m"] = quantiles(values_of(trials, &RunSummary::min_clearance_m, false), {5, 50});
+  json["out_of_view_s"] = quantiles(values_of(trials, &RunSummary::out_of_view_s, false), {50, 95});
+
+  std::vector<double> ratios, range_errors, bearing_errors;
+  for (const Trial& trial : trials) {
+    if (!trial.reached()) continue;
+    ratios.push_back(trial.summary.settled_s / trial.summary.time_optimal_s);
+    range_errors.push_back(std::abs(trial.summary.range_error_m));
+    bearing_errors.push_back(std::abs(trial.summary.bearing_error_rad));
+  }
+  json["settled_over_time_optimal"] = quantiles(ratios, {50, 95});
+  json["range_error_abs_m"] = quantiles(range_errors, {50, 95});
+  json["bearing_error_abs_rad"] = quantiles(bearing_errors, {50, 95});
+  for (const FailureGroup& group : failure_groups(trials)) {
+    json["failures"].push_back(
+        {{"outcome", group.outcome}, {"cause", group.cause}, {"count", group.count}, {"seeds", group.seeds}});
+  }
+  if (!json.contains("failures")) json["failures"] = nlohmann::ordered_json::array();
+  json["trials_planned"] = sweep.description.value("trials", 0L);
+  json["shard"] = shard.to_text();
+  json["first_seed"] = sweep.description.value("first_seed", std::uint64_t{0});
+  json["scenario_hash"] = sweep.description.value("scenario_hash", "");
+  json["perception"] = sweep.description.value("perception", "");
+  json["law"] = sweep.description.value("law", "");
+  json["interrupted"] = interrupted;
+  if (against != nullptr) json["against"] = against_json(*against);
+  return json;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,54 @@
+// What a sweep's trials say together, and what two sweeps over the same seeds say of each other.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/experiment/intervals.hpp"
+#include "app/experiment/sweep.hpp"
+
+namespace ballservo {
+
+struct SweepCounts {
+  long trials = 0, infeasible = 0, reached = 0, collisions = 0, collisions_inside_assumptions = 0;
+  long feasible() const { return trials - infeasible; }
+};
+SweepCounts count_trials(const std::vector<Trial>& trials);
+
+/// Failures alike: the same outcome for the same cause.
+struct FailureGroup {
+  std::string outcome, cause;
+  long count = 0;
+  std::vector<std::uint64_t> seeds;  ///< the first few
+};
+/// The most frequent first; infeasible trials last.
+std::vector<FailureGroup> failure_groups(const std::vector<Trial>& trials);
+
+/// Values of a figure over the feasible trials where it is known; `reached_only`: over those that reached.
+std::vector<double> values_of(const std::vector<Trial>& trials, double RunSummary::*value, bool reached_only);
+
+/// Two sweeps, paired by their seeds.
+struct SweepComparison {
+  std::string other;  ///< the other sweep's folder, as the user named it
+  std::string other_law, other_perception;
+  MatchedCounts reached, no_collision;  ///< first: this sweep; second: the other
+  long unmatched = 0;                   ///< seeds of one sweep alone, or infeasible in either
+  long other_worlds = 0;                ///< pairs whose seed drew something else in the other sweep
+  /// A figure's paired differences (this sweep's less the other's), where both know it.
+  struct Difference {
+    std::string name, unit;
+    double scale = 1;
+    long pairs = 0;
+    double median = 0;
+    Interval median_ci95{0, 0};
+  };
+  std::vector<Difference> differences;
+};
+SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std::string& other_name);
+
+/// summary.json: the contract's keys first. What is not known is null.
+nlohmann::ordered_json sweep_summary_json(const Sweep& sweep, const Shard& shard, bool interrupted,
+                                          const SweepComparison* against);
+
+}  // namespace ballservo

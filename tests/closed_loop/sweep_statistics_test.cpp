@@ -1,0 +1,149 @@
+#include "app/experiment/sweep_statistics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "app/experiment/intervals.hpp"
+#include "app/experiment/sweep_report.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/random.hpp"
+
+namespace ballservo {
+namespace {
+
+/// Sum of binomial probabilities, term by term.
+double summed_cdf(long k, long n, double p) {
+  double sum = 0;
+  for (long i = 0; i <= k; ++i) {
+    sum += std::exp(std::lgamma(n + 1) - std::lgamma(i + 1) - std::lgamma(n - i + 1) + i * std::log(p) +
+                    (n - i) * std::log1p(-p));
+  }
+  return sum;
+}
+
+TEST(Intervals, TheBinomialDistributionIsItsSum) {
+  for (const long n : {1L, 7L, 60L, 3000L}) {
+    for (const double p : {1e-4, 0.03, 0.5, 0.9}) {
+      for (const long k : {0L, 1L, n / 3, n - 1}) {
+        if (k >= n) continue;
+        EXPECT_NEAR(binomial_cdf(k, n, p), summed_cdf(k, n, p), 1e-10) << k << " of " << n << " at " << p;
+      }
+    }
+  }
+}
+
+TEST(Intervals, ProportionsHaveTheirClosedForms) {
+  // No success, or nothing but successes: (alpha / 2)^(1 / n).
+  EXPECT_NEAR(proportion_ci95(0, 3000).high, 1 - std::pow(0.025, 1.0 / 3000), 1e-12);
+  EXPECT_EQ(proportion_ci95(0, 3000).low, 0);
+  EXPECT_NEAR(proportion_ci95(17, 17).low, std::pow(0.025, 1.0 / 17), 1e-12);
+  EXPECT_TRUE(std::isnan(proportion_ci95(0, 0).low));
+}
+
+TEST(Intervals, HoldTheTruthAsOftenAsTheySay) {
+  RandomEngine engine = random_stream(1, "intervals");
+  int proportion = 0, difference = 0, median = 0;
+  constexpr int experiments = 2000, n = 80;
+  for (int k = 0; k < experiments; ++k) {
+    long successes = 0;
+    MatchedCounts counts;
+    std::vector<double> values;
+    for (int i = 0; i < n; ++i) {
+      const double u = uniform01(engine);
+      const bool a = u < 0.9, b = uniform01(engine) < (a ? 0.9 : 0.3);  // P(b) = 0.84
+      successes += a ? 1 : 0;
+      ++(a ? (b ? counts.both : counts.only_first) : (b ? counts.only_second : counts.neither));
+      values.push_back(std::exp(standard_normal(engine)));
+    }
+    const auto holds = [](const Interval& interval, double truth) {
+      return interval.low <= truth && truth <= interval.high ? 1 : 0;
+    };
+    proportion += holds(proportion_ci95(successes, n), 0.9);
+    difference += holds(matched_difference_ci95(counts), 0.06);
+    median += holds(median_ci95(values), 1.0);
+  }
+  EXPECT_GE(proportion, 0.95 * experiments);  // exact intervals are too wide, never too narrow
+  EXPECT_GE(median, 0.94 * experiments);
+  EXPECT_LE(median, 0.98 * experiments);
+  EXPECT_GE(difference, 0.93 * experiments);
+  EXPECT_LE(difference, 0.98 * experiments);
+}
+
+Trial trial(std::uint64_t seed, Outcome outcome, const std::string& cause = "") {
+  Trial t;
+  t.scenario_hash = "0123456789abcdef";
+  t.seed = seed;
+  t.summary.outcome = outcome;
+  t.summary.collision_cause = cause;
+  t.summary.settled_s = outcome == Outcome::reached ? 6.5 + 0.1 * static_cast<double>(seed) : std::nan("");
+  t.summary.time_optimal_s = 6;
+  t.last_state = "hold";
+  t.last_reason = "a reason, with \"quotes\" and, commas";
+  t.why = "so it ended\nin two lines";
+  t.drawn = {{"balls.0.position.x_m", 1.0 / 3}, {"robot.pose.yaw_rad", -1e-17}};
+  return t;
+}
+
+TEST(Trials, AreReadBackAsTheyWereWritten) {
+  Trial infeasible = trial(3, Outcome::timeout);
+  infeasible.feasible = false;
+  infeasible.drawn = {{"balls.0.position.x_m", std::nan("")}, {"robot.pose.yaw_rad", std::nan("")}};
+  std::string csv = trials_csv_header({"balls.0.position.x_m", "robot.pose.yaw_rad"});
+  for (const Trial& t :
+       {trial(1, Outcome::reached), trial(2, Outcome::collision, "none_broken"), infeasible}) {
+    csv += trial_row(t);
+  }
+  const std::vector<Trial> read = parse_trials(csv, "trials.csv");
+  ASSERT_EQ(read.size(), 3u);
+  std::string again = trials_csv_header({"balls.0.position.x_m", "robot.pose.yaw_rad"});
+  for (const Trial& t : read) again += trial_row(t);
+  EXPECT_EQ(again, csv);
+  EXPECT_EQ(read[0].drawn, trial(1, Outcome::reached).drawn);
+  EXPECT_EQ(read[0].why, "so it ended\nin two lines");
+}
+
+TEST(Trials, ThatAreNoneAreRefused) {
+  const std::string header = trials_csv_header({});
+  for (const std::string& bad :
+       {std::string(), std::string("seed\n"), header + "a,b\n", header + "h,-1,reached,,,,,,,,,,,0,0,0,,,\n",
+        header + "h,1,won,,,,,,,,,,,0,0,0,,,\n", header + "h,1,reached,,nan,,,,,,,,,0,0,0,,,\n"}) {
+    EXPECT_THROW(parse_trials(bad, "trials.csv"), InputError) << bad;
+  }
+  for (const char* bad : {"", "{}", "[]", "{\"seed\":1}", "{\"seed\":\"x\"}", "[[[[[[[[[[[[[[[[[[["}) {
+    EXPECT_THROW(parse_trace(bad, "traces.jsonl"), InputError) << bad;
+  }
+}
+
+TEST(SweepStatistics, CountEachTrialOnce) {
+  Sweep sweep;
+  sweep.description = {{"scenario_file", "it's a.yaml"},
+                       {"scenario", {}},
+                       {"perception", "truth"},
+                       {"sets", {"law.name=visp", "a=[1, 2]"}},
+                       {"trials", 6}};
+  for (std::uint64_t seed = 0; seed < 3; ++seed) sweep.trials.push_back(trial(seed, Outcome::reached));
+  sweep.trials.push_back(trial(3, Outcome::collision, "none_broken"));
+  sweep.trials.push_back(trial(4, Outcome::collision, "low_thing"));
+  sweep.trials.push_back(trial(5, Outcome::timeout));
+  sweep.trials.back().feasible = false;
+  const auto json = sweep_summary_json(sweep, {}, false, nullptr);
+  EXPECT_EQ(json["trials"], 6);
+  EXPECT_EQ(json["infeasible"], 1);
+  EXPECT_EQ(json["reached"], 3);
+  EXPECT_EQ(json["collisions"], 2);
+  EXPECT_EQ(json["collisions_inside_assumptions"], 1);
+  EXPECT_DOUBLE_EQ(json["success_rate"], 0.6);
+  EXPECT_DOUBLE_EQ(json["settled_s"]["p50"], 6.6);
+  EXPECT_TRUE(json["range_rms_m"]["p50"].is_null());
+  EXPECT_EQ(json["failures"].size(), 3u);
+  EXPECT_EQ(json["failures"][2]["outcome"], "infeasible");
+  EXPECT_EQ(
+      trial_command(sweep.description, 7),
+      "ballservo servo 'it'\\''s a.yaml' -o seed_7 --seed 7 --perception truth --set law.name=visp --set "
+      "'a=[1, 2]' --video");
+  EXPECT_NE(sweep_report_html(sweep, {2, 3}, true, nullptr).find("Part 2/3"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ballservo

@@ -1,0 +1,120 @@
+// Sweeps from outside: the same bytes however they are split, killed and resumed.
+#include <nlohmann/json.hpp>
+
+#include "tests/program/program_run.hpp"
+
+namespace ballservo::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+class SweepTest : public ProgramTest {
+ protected:
+  Ending sweep(const std::string& arguments, const std::string& before = "") const {
+    return run("sweep '" + scenario() + "' --perception truth " + arguments, before);
+  }
+  static std::string scenario() {
+    return (project_data_dir() / "scenarios" / "static_ball.yaml").lexically_normal().string();
+  }
+  void expect_same(const std::string& a, const std::string& b) const {
+    for (const char* file : {"trials.csv", "traces.jsonl", "summary.json", "report.html", "manifest.json"}) {
+      EXPECT_EQ(contents(a + "/" + file), contents(b + "/" + file)) << file;
+      EXPECT_FALSE(contents(a + "/" + file).empty()) << file;
+    }
+  }
+};
+
+TEST_F(SweepTest, PartsMergedAreTheWholeAtAnyNumberOfThreads) {
+  ASSERT_EQ(sweep("-o whole --trials 9 --seed 5 --threads 1").code, 0);
+  ASSERT_EQ(sweep("-o whole_3 --trials 9 --seed 5 --threads 3").code, 0);
+  expect_same("whole", "whole_3");
+  for (const std::string part : {"1", "2", "3", "4"}) {
+    ASSERT_EQ(sweep("-o part_" + part + " --trials 9 --seed 5 --shard " + part + "/4").code, 0);
+  }
+  const Ending merge = run("sweep merge part_3 part_1 part_4 part_2 -o merged");
+  ASSERT_EQ(merge.code, 0) << merge.messages;
+  EXPECT_THAT(merge.out, HasSubstr("9 of 9 reached"));
+  expect_same("whole", "merged");
+}
+
+TEST_F(SweepTest, AKilledSweepIsResumedToTheSameBytes) {
+  ASSERT_EQ(sweep("-o whole --trials 40 --threads 1").code, 0);
+  // Killed again and again, in the middle of whatever it was doing.
+  int kills = 0;
+  for (const char* seconds : {"0.15", "0.3", "0.2", "0.25"}) {
+    const Ending killed =
+        sweep("-o killed --trials 40 --threads 2 --resume", "timeout -s KILL " + std::string(seconds));
+    kills += killed.code != 0 ? 1 : 0;
+    EXPECT_TRUE(contents("killed/trials.csv").empty() || killed.code == 0);
+  }
+  EXPECT_GE(kills, 1);
+  ASSERT_EQ(sweep("-o killed --trials 40 --resume").code, 0);
+  expect_same("whole", "killed");
+  EXPECT_EQ(names().count("unfinished.journal"), 0u);
+  EXPECT_EQ(sweep("-o killed --trials 40 --resume").code, 0);
+}
+
+TEST_F(SweepTest, AnInterruptedSweepKeepsWhatIsDoneAndGoesOn) {
+  ASSERT_EQ(sweep("-o whole --trials 60 --threads 1").code, 0);
+  const Ending interrupted = sweep("-o out --trials 60 --threads 1", "timeout -s INT 0.6");
+  if (interrupted.code != 0) {
+    EXPECT_EQ(nlohmann::json::parse(contents("out/summary.json")).at("interrupted"), true);
+    EXPECT_THAT(interrupted.messages, HasSubstr("--resume"));
+    EXPECT_THAT(sweep("-o out --trials 60").messages, HasSubstr("--resume to go on"));
+  }
+  ASSERT_EQ(sweep("-o out --trials 60 --resume").code, 0);
+  expect_same("whole", "out");
+}
+
+TEST_F(SweepTest, ASweepAgainstItselfDiffersInNothing) {
+  ASSERT_EQ(sweep("-o one --trials 8").code, 0);
+  const Ending again = sweep("-o two --trials 8 --set law.name=visp --against one");
+  ASSERT_EQ(again.code, 0) << again.messages;
+  const auto json = nlohmann::json::parse(contents("two/summary.json")).at("against");
+  EXPECT_EQ(json.at("success").at("both"), 8);
+  EXPECT_EQ(json.at("success").at("difference"), 0);
+  EXPECT_LT(json.at("success").at("difference_ci95")[0], 0);
+  EXPECT_GT(json.at("success").at("difference_ci95")[1], 0);
+  EXPECT_EQ(json.at("unmatched"), 0);
+  EXPECT_EQ(json.at("pairs_with_other_worlds"), 0);
+  ASSERT_EQ(sweep("-o three --trials 8 --set balls.0.position.x_m=3 --against one").code, 0);
+  EXPECT_EQ(nlohmann::json::parse(contents("three/summary.json")).at("against").at("pairs_with_other_worlds"),
+            8);
+}
+
+TEST_F(SweepTest, SeedsWhoseWorldCannotBeAreCountedApart) {
+  // Beyond 3.2 m the ball would be in a box.
+  const Ending ending = sweep(
+      "-o out --trials 12 --set "
+      "'obstacles=[{type: box, name: far, position: {x_m: 4.2, y_m: 0}, size: {x_m: 2, y_m: 3, z_m: 1}}]'");
+  ASSERT_EQ(ending.code, 0) << ending.messages;
+  const auto json = nlohmann::json::parse(contents("out/summary.json"));
+  EXPECT_GT(json.at("infeasible"), 0);
+  EXPECT_EQ(json.at("reached").get<int>() + json.at("infeasible").get<int>(), 12);
+  EXPECT_EQ(json.at("success_rate"), 1.0);
+}
+
+TEST_F(SweepTest, BadInputIsRefusedInWords) {
+  EXPECT_EQ(run("sweep -o out").code, 2);
+  EXPECT_THAT(run("sweep -o out").messages, HasSubstr("--trials"));
+  for (const char* bad :
+       {"--trials 0", "--trials 1e3", "--trials -4", "--trials 3 --shard 4/3", "--trials 3 --shard x",
+        "--trials 3 --against nowhere", "--trials 3 --set law.name=nonsense", "--trials 3 --set law.name",
+        "--trials 3 --perception guess", "--trials 3 --shard 0/0"}) {
+    EXPECT_EQ(run("sweep '" + scenario() + "' -o out " + bad).code, 2) << bad;
+  }
+  EXPECT_EQ(run("sweep nowhere.yaml -o out --trials 3").code, 2);
+  EXPECT_TRUE(names().empty());
+  ASSERT_EQ(sweep("-o a --trials 4 --shard 1/2").code, 0);
+  ASSERT_EQ(sweep("-o b --trials 5 --shard 2/2").code, 0);
+  const Ending merge = run("sweep merge a b -o out");
+  EXPECT_EQ(merge.code, 2);
+  EXPECT_THAT(merge.messages, HasSubstr("they differ in trials"));
+  EXPECT_THAT(merge.messages, HasSubstr("2/2 missing"));
+  put("a/trials.csv", contents("a/trials.csv") + "\n");
+  EXPECT_THAT(run("sweep merge a -o out").messages, HasSubstr("checksum"));
+  EXPECT_EQ(names().count("out"), 0u);
+}
+
+}  // namespace
+}  // namespace ballservo::test
