@@ -51,18 +51,8 @@ std::optional<Eigen::Matrix<double, 2, 3>> ConeLaw::ball_jacobian(const Eigen::V
 }
 
 std::optional<LawOutput> ConeLaw::command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) {
-  const auto e = errors(p_CB);
-  if (!e) return std::nullopt;
-  const Eigen::Vector3d q = R_RC_ * p_CB;
-  if (!(q.x() + lever_m_ >= min_ahead_m)) return std::nullopt;
-  const Eigen::Matrix2d J = *robot_jacobian(p_CB);
-  const Eigen::Vector2d rate = -gain_per_s_ * *e - *ball_jacobian(p_CB) * v_CB;
-  // det J = (a + l) / rho^2 is positive here; Cramer's rule needs no pivoting for 2 x 2.
-  const double det = (q.x() + lever_m_) / q.squaredNorm();
-  const Eigen::Vector2d u((J(1, 1) * rate(0) - J(0, 1) * rate(1)) / det,
-                          (J(0, 0) * rate(1) - J(1, 0) * rate(0)) / det);
-  if (!u.allFinite()) return std::nullopt;
-  return LawOutput{{u(0), u(1)}, (*e)(0), (*e)(1)};
+  if (!((R_RC_ * p_CB).x() + lever_m_ >= min_ahead_m)) return std::nullopt;
+  return decaying(*this, gain_per_s_, p_CB, v_CB);
 }
 
 }  // namespace ballservo

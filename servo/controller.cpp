@@ -106,7 +106,11 @@ Controller::Controller(const ControllerOptions& options)
       predictor_(options.limits, options.actuation_delay_s, history_length(options.rate_hz)),
       step_time_s_(never),
       frame_time_s_(never),
-      sighting_time_s_(never) {}
+      sighting_time_s_(never) {
+  const Eigen::Vector3d p_RB = options.goal.desired_p_RB();
+  goal_range_m_ = std::hypot(p_RB.x(), p_RB.y());
+  goal_bearing_rad_ = std::atan2(p_RB.y(), p_RB.x());
+}
 
 void Controller::see(const BallMeasurement& measurement) {
   if (inbox_count_ == inbox_size_) {  // more frames than steps can read: the oldest goes
@@ -195,8 +199,8 @@ bool Controller::predict_target(double time_s, const Pose2& odometry, const Twis
   target.v_RB = v_RB.head<2>();
   target.p_CB = X_CR * p_RB;
   target.v_CB = X_CR.linear() * v_RB;
-  target.range_error_m = target.p_RB.norm() - options_.goal.distance_m;
-  target.bearing_rad = std::atan2(target.p_RB.y(), target.p_RB.x());
+  target.range_error_m = target.p_RB.norm() - goal_range_m_;
+  target.bearing_rad = wrap_angle(std::atan2(target.p_RB.y(), target.p_RB.x()) - goal_bearing_rad_);
   return std::isfinite(target.range_error_m) && std::isfinite(target.bearing_rad);
 }
 

@@ -89,6 +89,7 @@ class Controller {
   TargetFilter filter_;
   PoseHistory poses_;
   MotionPredictor predictor_;
+  double goal_range_m_ = 0, goal_bearing_rad_ = 0;  // of the ball at the goal, as the robot believes
 
   static constexpr std::size_t inbox_size_ = 16;
   std::array<BallMeasurement, inbox_size_> inbox_;

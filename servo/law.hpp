@@ -21,12 +21,19 @@ namespace ballservo {
 struct ServoGoal {
   double distance_m = 0.8;      ///< axle to the ball's centre, in the floor plane
   double ball_height_m = 0.06;  ///< of the ball's centre over the floor
-  CameraMount mount;
+  double ball_radius_m = 0.06;  ///< as perception believes
+  CameraMount mount;            ///< as the robot believes
+  /// Taught by showing: C/R, the ball's centre in the camera frame at the goal in units of its radius, as it
+  /// was seen there. What perception believes of diameter and camera then cancels, as long as it stays the
+  /// same.
+  std::optional<Eigen::Vector3d> taught_center_over_radius{};
 
-  /// The ball's centre in the camera frame at the goal (m).
+  /// The ball's centre in the camera frame at the goal (m): as taught where it was, else by the distance.
   Eigen::Vector3d desired_p_CB() const;
-  /// Adds a fault for a distance that is not finite and positive, a height that is not finite, and the
-  /// mount's own.
+  /// The same in the robot frame; (distance_m, 0, ball_height_m) where nothing was taught.
+  Eigen::Vector3d desired_p_RB() const;
+  /// Adds a fault for a distance or radius that is not finite and positive, a height or taught feature that
+  /// is not finite, a ball taught behind the camera, and the mount's own.
   void check(FaultList& faults, const std::string& place) const;
 };
 
@@ -68,7 +75,21 @@ class Law {
   virtual std::optional<Eigen::Matrix<double, 2, 3>> ball_jacobian(const Eigen::Vector3d& p_CB) const = 0;
 };
 
-/// The names that `make_law` knows, in the order of the documentation: "cone", "visp".
+/// The twist that lets a law's errors decay at `gain_per_s`: u = J^-1 (-lambda e - L v_CB), by Cramer's rule.
+/// Nothing where the features are undefined, the Jacobian is singular, or the twist is not finite.
+std::optional<LawOutput> decaying(const Law& law, double gain_per_s, const Eigen::Vector3d& p_CB,
+                                  const Eigen::Vector3d& v_CB);
+
+/// The largest gain lambda (1/s) at which e' = -lambda e stays stable when the command is decided anew
+/// `sample_rate_hz` times a second and acts `delay_s` late: with n whole periods of delay (rounded up),
+/// e[k+1] = e[k]
+/// - lambda dt e[k-n] is stable below lambda dt = 2 sin(pi / (2 (2 n + 1))): 2 without delay, 1 with one
+/// period, 0.62 with two (Levin and May, "A note on difference-delay equations", Theoretical Population
+/// Biology 9, 1976). The controller predicts over the delay, which lifts this limit as long as it knows delay
+/// and motion well.
+double max_stable_gain_per_s(double sample_rate_hz, double delay_s);
+
+/// The names that `make_law` knows, in the order of the documentation: "cone", "visp", "sphere", "pose".
 const std::vector<std::string>& law_names();
 
 /// Throws InputError with every fault of options and goal.

@@ -182,7 +182,14 @@ void read_control(StrictYaml& yaml, Scenario& scenario) {
 
 }  // namespace
 
-ServoGoal Scenario::goal() const { return {target_distance_m, target_ball().position_m.z(), camera.mount}; }
+ServoGoal Scenario::goal() const {
+  ServoGoal goal;
+  goal.distance_m = target_distance_m;
+  goal.ball_height_m = target_ball().position_m.z();
+  goal.ball_radius_m = target_ball().radius_m();
+  goal.mount = camera.mount;
+  return goal;
+}
 
 Eigen::Isometry3d Scenario::X_WC(const Pose2& pose) const { return X_WR(pose) * camera.mount.X_RC(); }
 

@@ -148,6 +148,31 @@ TEST_P(EveryLaw, HasNoAnswerToNonsense) {
   EXPECT_FALSE(a_law->command(goal.desired_p_CB(), {0, nan, 0}));
 }
 
+TEST_P(EveryLaw, StopsWhereItWasTaughtWhateverDiameterAndFocalLengthItBelieves) {
+  RandomEngine engine = random_stream(9, "taught");
+  for (int i = 0; i < scenes; ++i) {
+    const ServoGoal truth = random_goal(engine);
+    // A wrong diameter scales what is seen, a wrong focal length squeezes it along the axis.
+    const double scale = uniform(engine, 0.8, 1.2), squeeze = uniform(engine, 0.9, 1.1);
+    const auto seen = [&](const Eigen::Vector3d& p_CB) {
+      return Eigen::Vector3d(scale * p_CB.x(), scale * p_CB.y(), scale * squeeze * p_CB.z());
+    };
+    ServoGoal believed = truth;
+    believed.ball_radius_m *= scale;
+    believed.taught_center_over_radius = seen(truth.desired_p_CB()) / believed.ball_radius_m;
+    const auto at_goal = law(believed)->command(seen(truth.desired_p_CB()), {0, 0, 0});
+    ASSERT_TRUE(at_goal);
+    EXPECT_NEAR(at_goal->twist.v_mps, 0, 1e-10);
+    EXPECT_NEAR(at_goal->twist.w_radps, 0, 1e-10);
+    // Further away it drives on, nearer it backs off.
+    ServoGoal far = truth, near = truth;
+    far.distance_m += 0.05;
+    near.distance_m -= 0.05;
+    EXPECT_GT(law(believed)->command(seen(far.desired_p_CB()), {0, 0, 0})->twist.v_mps, 0);
+    EXPECT_LT(law(believed)->command(seen(near.desired_p_CB()), {0, 0, 0})->twist.v_mps, 0);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, testing::ValuesIn(law_names()),
                          [](const auto& tested) { return tested.param; });
 
@@ -194,6 +219,36 @@ TEST(ConeLaw, DependsOnTheDirectionAndTheRatioOfDistancesAlone) {
   }
 }
 
+TEST(SphereLaw, TheThirdFeatureNeverChanges) {
+  // Why two of the three suffice: levelled, the ball's height over the camera is what no motion moves.
+  RandomEngine engine = random_stream(10, "third");
+  for (int i = 0; i < scenes; ++i) {
+    const ServoGoal goal = random_goal(engine);
+    const Eigen::Vector3d p_WB = random_p_RB(engine, goal);
+    const Pose2 after =
+        integrate({}, {uniform(engine, -1, 1), uniform(engine, -1, 1)}, uniform(engine, 0, 1));
+    const Eigen::Matrix3d R_RC = goal.mount.X_RC().linear();
+    EXPECT_NEAR((R_RC * in_camera(goal, {}, p_WB)).z(), (R_RC * in_camera(goal, after, p_WB)).z(), 1e-12);
+  }
+}
+
+TEST(MaxStableGain, IsWhereTheDelayedLoopTurnsUnstable) {
+  const double rate_hz = 50;
+  for (const int periods : {0, 1, 2, 3, 5, 10}) {
+    const double limit = max_stable_gain_per_s(rate_hz, periods / rate_hz);
+    const auto last_error = [&](double gain_per_s) {
+      std::vector<double> e(static_cast<std::size_t>(periods) + 1, 1.0);
+      while (e.size() < 20000 && std::abs(e.back()) < 1e6) {
+        e.push_back(e.back() - gain_per_s / rate_hz * e[e.size() - 1 - static_cast<std::size_t>(periods)]);
+      }
+      return std::abs(e.back());
+    };
+    EXPECT_LT(last_error(0.98 * limit), 1e-3) << periods;
+    EXPECT_GT(last_error(1.02 * limit), 1e3) << periods;
+  }
+  EXPECT_DOUBLE_EQ(max_stable_gain_per_s(30, 0.01), max_stable_gain_per_s(30, 1.0 / 30));
+}
+
 TEST(LawOptions, NamesEveryFault) {
   LawOptions options;
   options.name = "sonar";
@@ -201,11 +256,13 @@ TEST(LawOptions, NamesEveryFault) {
   ServoGoal goal;
   goal.distance_m = -1;
   goal.mount.up_m = 0;
+  goal.ball_radius_m = 0;
+  goal.taught_center_over_radius = Eigen::Vector3d(0, 0, -3);
   try {
     make_law(options, goal);
     FAIL() << "accepted";
   } catch (const InputError& error) {
-    EXPECT_EQ(error.faults().size(), 4u) << error.what();
+    EXPECT_EQ(error.faults().size(), 6u) << error.what();
   }
 }
 
