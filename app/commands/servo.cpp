@@ -12,6 +12,7 @@
 #include "app/experiment/run_report.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/experiment/runner.hpp"
+#include "app/experiment/taught_target.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
@@ -27,7 +28,7 @@ struct ServoOptions {
   std::filesystem::path scenario, output;
   std::vector<std::string> sets;
   std::string perception = "image";
-  bool video = false;
+  bool video = false, teach = false;
 };
 
 /// Level image needs the scenario's colours; the others do without.
@@ -84,13 +85,41 @@ int exit_code(Outcome outcome) {
   return outcome == Outcome::interrupted ? exit_interrupted : exit_answer_is_no;
 }
 
+int run_teach(const ServoOptions& options) {
+  if (options.video) throw InputError("--video", "with --teach", "one of them: teaching writes one file");
+  const PerceptionLevel level = parse_perception_level(options.perception);
+  const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
+  OutputFile file(options.output, options.common.overwrite());
+  TeachOptions teach;
+  teach.perception = level;
+  teach.seed = options.common.seed;
+  teach.colors = colors_of(scenario, level);
+  const TaughtTarget target = teach_target(scenario, teach);
+  file.write(taught_target_yaml(target));
+  file.commit();
+  const Eigen::Vector3d& c = target.center_over_radius;
+  write_json_results(options.common, {{"ball", target.ball},
+                                      {"center_over_radius", {c.x(), c.y(), c.z()}},
+                                      {"sigma", {target.sigma.x(), target.sigma.y(), target.sigma.z()}},
+                                      {"frames", target.frames},
+                                      {"distance_m", target.distance_m}});
+  if (!options.common.quiet) {
+    fmt::print(stderr, "ballservo: saw ball {} in {} frames at {:.4f} radii: {}\n", target.ball,
+               target.frames, c.norm(), options.output.string());
+  }
+  return exit_done;
+}
+
 int run_servo(const ServoOptions& options) {
+  if (options.teach) return run_teach(options);
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
   RunOptions run_options;
   run_options.perception = level;
   run_options.seed = options.common.seed;
   run_options.colors = colors_of(scenario, level);
+  const std::string gain = gain_warning(scenario);
+  if (!gain.empty()) spdlog::warn(gain);
   OutputFolder folder(options.output, options.common.overwrite());
 
   // How long the run will take nobody knows: no total.
@@ -156,11 +185,21 @@ void add_servo_command(CLI::App& program, Action& action) {
       "it has stood at the goal for a second. The colours follow the light; --set fixed_colors=true keeps "
       "them as "
       "taught.\n"
+      "\n"
+      "  ballservo servo data/scenarios/static_ball.yaml --teach -o target.yaml\n"
+      "puts the robot at the goal, looks at the ball, and writes what it saw; with target: {ball: target, "
+      "taught:\n"
+      "target.yaml} all laws drive to where that is seen again, whatever diameter and focal length are "
+      "believed.\n"
       "Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 "
       "interrupted\n"
       "(the run so far is written, its outcome is interrupted).");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML)")->required();
-  command->add_option("-o,--output", options->output, "Folder for the results")->required()->type_name("DIR");
+  command
+      ->add_option("-o,--output", options->output, "Folder for the results; with --teach the file to write")
+      ->required()
+      ->type_name("DIR");
+  command->add_flag("--teach", options->teach, "Stand at the goal, look, and write what is seen there");
   command
       ->add_option("--set", options->sets,
                    "Sets a value of the scenario before it is read, e.g. law.name=visp (may be repeated)")

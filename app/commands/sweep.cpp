@@ -105,6 +105,8 @@ int run_sweep_command(const SweepCommandOptions& options) {
   sweep.shard = parse_shard(options.shard);
   sweep.threads = options.common.threads;
   const nlohmann::json description = sweep_description(sweep);
+  const std::string gain = description.at("gain_warning");
+  if (!gain.empty()) spdlog::warn(gain);
   const std::optional<Sweep> other = read_other(options.against);
   WorkFolder folder(options.output, {description, sweep.shard}, options.resume, options.common.overwrite());
   if (folder.already_finished()) {

@@ -97,8 +97,8 @@ class ImageSight final : public BallSight {
 class GeometricSight final : public BallSight {
  public:
   GeometricSight(const Camera& camera, const Ball& target, const GeometricSensorOptions& options,
-                 std::uint64_t seed)
-      : camera_(camera), sensor_(camera, options), target_(target), seed_(seed) {}
+                 std::uint64_t seed, const std::optional<BelievedView>& believed)
+      : camera_(camera), sensor_(camera, options), target_(target), seed_(seed), believed_(believed) {}
 
   Sight look(const SightInput& input, std::string& rows) override {
     Sight sight;
@@ -106,6 +106,15 @@ class GeometricSight final : public BallSight {
                                         static_cast<std::uint64_t>(input.frame));
     if (sight.measurement.state == TrackState::none) return sight;
     sight.outline = project_sphere(camera_, sight.measurement.p_CB, target_.radius_m());
+    if (believed_) {
+      const auto outline = project_outline(camera_, sight.measurement.p_CB, target_.radius_m(), 32);
+      const auto believed_p_CB = sphere_from_outline(believed_->camera, outline, believed_->radius_m);
+      if (!believed_p_CB) {
+        sight.measurement.state = TrackState::none;
+        return sight;
+      }
+      sight.measurement.p_CB = *believed_p_CB;
+    }
     BallObservation ball;
     if (sight.outline) ball.outline = *sight.outline;
     ball.position = BallPosition{sight.measurement.p_CB, sight.measurement.covariance_m2};
@@ -121,6 +130,7 @@ class GeometricSight final : public BallSight {
   GeometricBallSensor sensor_;
   Ball target_;
   std::uint64_t seed_;
+  std::optional<BelievedView> believed_;
 };
 
 }  // namespace
@@ -149,8 +159,9 @@ std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_pt
 }
 
 std::unique_ptr<BallSight> make_geometric_sight(const Camera& camera, const Ball& target,
-                                                const GeometricSensorOptions& options, std::uint64_t seed) {
-  return std::make_unique<GeometricSight>(camera, target, options, seed);
+                                                const GeometricSensorOptions& options, std::uint64_t seed,
+                                                const std::optional<BelievedView>& believed) {
+  return std::make_unique<GeometricSight>(camera, target, options, seed, believed);
 }
 
 }  // namespace ballservo

@@ -54,8 +54,16 @@ std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_pt
                                             const Ball& target, const std::vector<Ball>& balls,
                                             std::uint64_t seed, bool fixed_colors);
 
-/// Levels geometric and truth (`options.exact`).
+/// A camera and a ball's radius (m) as they are believed to be.
+struct BelievedView {
+  Camera camera;
+  double radius_m;
+};
+
+/// Levels geometric and truth (`options.exact`). With `believed` the place is the one that the ball's outline
+/// would have by those beliefs.
 std::unique_ptr<BallSight> make_geometric_sight(const Camera& camera, const Ball& target,
-                                                const GeometricSensorOptions& options, std::uint64_t seed);
+                                                const GeometricSensorOptions& options, std::uint64_t seed,
+                                                const std::optional<BelievedView>& believed = {});
 
 }  // namespace ballservo

@@ -11,17 +11,24 @@ namespace {
 
 std::unique_ptr<BallSight> make_sight(const Scenario& scenario, const RunOptions& options) {
   const Ball& target = scenario.target_ball();
+  Ball believed_target = target;
+  believed_target.diameter_m *= scenario.believed.diameter_scale;
+  const Camera believed_camera = scenario.believed.camera(scenario.camera.camera);
   if (options.perception != PerceptionLevel::image) {
     GeometricSensorOptions sensor = scenario.geometric;
     sensor.exact = options.perception == PerceptionLevel::truth;
-    return make_geometric_sight(scenario.camera.camera, target, sensor, options.seed);
+    return make_geometric_sight(
+        scenario.camera.camera, target, sensor, options.seed,
+        scenario.believed.see_elsewhere()
+            ? std::make_optional(BelievedView{believed_camera, believed_target.radius_m()})
+            : std::nullopt);
   }
   if (!options.colors) {
     throw InputError(scenario.file.string() + ": colors", "nothing",
                      "a colours file, which perception from images needs");
   }
-  return make_image_sight(scenario.camera.camera, options.colors, target, scenario.world.balls, options.seed,
-                          scenario.fixed_colors);
+  return make_image_sight(believed_camera, options.colors, believed_target, scenario.world.balls,
+                          options.seed, scenario.fixed_colors);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <deque>
@@ -90,12 +91,25 @@ class PictureKeeper {
 ControllerOptions controller_options(const Scenario& scenario) {
   ControllerOptions options;
   options.rate_hz = scenario.control_rate_hz;
-  options.latency_s = scenario.camera.latency_s;
+  options.latency_s = scenario.camera.latency_s + scenario.believed.latency_error_s;
   options.actuation_delay_s = scenario.robot.actuation_delay_s;
   options.limits = scenario.robot.limits;
   options.goal = scenario.goal();
   options.law = scenario.law;
   return options;
+}
+
+std::string gain_warning(const Scenario& scenario) {
+  const double rate_hz = std::min(scenario.control_rate_hz, scenario.camera.rate_hz);
+  const double delay_s = scenario.camera.latency_s + scenario.robot.actuation_delay_s;
+  const double limit_per_s = max_stable_gain_per_s(rate_hz, delay_s);
+  if (scenario.law.gain_per_s <= limit_per_s) return "";
+  return fmt::format(
+      "law.gain_per_s {:.3g} is above {:.3g} (1/s), the largest that is stable at {:.3g} Hz with {:.3g} s of "
+      "delay: it "
+      "relies wholly on the prediction over the delay, and a wrong latency or a slipping wheel makes it "
+      "swing",
+      scenario.law.gain_per_s, limit_per_s, rate_hz, delay_s);
 }
 
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
@@ -132,7 +146,10 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
     double perception_ms = 0;
     bool heard = false;
     for (; !on_the_way.empty() && on_the_way.front().arrives_s <= step_s; on_the_way.pop_front()) {
-      controller.see(on_the_way.front().record.measurement);
+      // The robot stamps a frame with its arrival less the latency that it believes.
+      BallMeasurement heard_of = on_the_way.front().record.measurement;
+      heard_of.time_s -= scenario.believed.latency_error_s;
+      controller.see(heard_of);
       perception_ms = on_the_way.front().perception_ms;
       heard = true;
     }

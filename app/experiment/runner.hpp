@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "app/experiment/ball_sight.hpp"
 #include "app/experiment/outcome_judge.hpp"
@@ -16,6 +17,10 @@ namespace ballservo {
 
 /// The scenario's controller: its law, limits and delays, its mount and its goal.
 ControllerOptions controller_options(const Scenario& scenario);
+
+/// What is to be said of a gain above max_stable_gain_per_s for the scenario's rates and delays, with the
+/// limit; empty for one below.
+std::string gain_warning(const Scenario& scenario);
 
 struct RunOptions {
   PerceptionLevel perception = PerceptionLevel::image;

@@ -5,6 +5,7 @@
 
 #include "app/experiment/scenario_checks.hpp"
 #include "app/experiment/scenario_world.hpp"
+#include "app/experiment/taught_target.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/files/numbers.hpp"
 #include "calibration/files/random.hpp"
@@ -150,7 +151,19 @@ bool read_target(StrictYaml& yaml, Scenario& scenario) {
   const std::size_t before = yaml.faults().faults().size();
   YamlNode node = yaml.root().map("target");
   const std::string ball = node.text("ball");
-  scenario.target_distance_m = node.number("distance_m", {0, 20, true, false, "m"});
+  if (node.has("taught")) {
+    scenario.taught = beside(scenario.file, node.text("taught"));
+    if (node.has("distance_m")) node.fault("distance_m", "both distance_m and taught", "one of them");
+    yaml.faults().collect([&] {
+      const TaughtTarget target = read_taught_target(scenario.taught);
+      scenario.target_distance_m = target.distance_m;
+      scenario.taught_center_over_radius = target.center_over_radius;
+      if (target.ball != ball)
+        node.fault("taught", "a file taught with ball " + target.ball, "one of ball " + ball);
+    });
+  } else {
+    scenario.target_distance_m = node.number("distance_m", {0, 20, true, false, "m"});
+  }
   const auto& balls = scenario.world.balls;
   const auto found = std::find_if(balls.begin(), balls.end(), [&](const Ball& b) { return b.name == ball; });
   if (found != balls.end()) {
@@ -186,8 +199,9 @@ ServoGoal Scenario::goal() const {
   ServoGoal goal;
   goal.distance_m = target_distance_m;
   goal.ball_height_m = target_ball().position_m.z();
-  goal.ball_radius_m = target_ball().radius_m();
-  goal.mount = camera.mount;
+  goal.ball_radius_m = target_ball().radius_m() * believed.diameter_scale;
+  goal.mount = believed.mount(camera.mount);
+  goal.taught_center_over_radius = taught_center_over_radius;
   return goal;
 }
 
@@ -217,6 +231,7 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   scenario.world = world.world;
   reading.target_ok = read_target(yaml, scenario);
   read_control(yaml, scenario);
+  scenario.believed = read_beliefs(yaml.root(), scenario.camera.latency_s);
 
   check_scenario(yaml, scenario, world, reading);
   yaml.finish();

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "app/experiment/beliefs.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/law.hpp"
 #include "servo/mount.hpp"
@@ -41,8 +43,8 @@ struct RobotSettings {
 struct Scenario {
   std::filesystem::path file;
   std::uint64_t seed = 0;
-  std::string resolved_json;  ///< the document after `--set` and `vary`, keys sorted
-  std::string document_json;  ///< the same before `vary`: what all seeds share
+  std::string resolved_json;                          ///< the document after `--set` and `vary`, keys sorted
+  std::string document_json;                          ///< the same before `vary`: what all seeds share
   std::vector<std::pair<std::string, double>> drawn;  ///< what `vary` drew: key path and value
 
   double duration_s = 30;
@@ -53,11 +55,15 @@ struct Scenario {
   World world;
   std::size_t target = 0;  ///< index of the target among world.balls
   double target_distance_m = 0.8;
+  std::filesystem::path taught;  ///< of a target taught by showing; empty: by its distance
+  std::optional<Eigen::Vector3d> taught_center_over_radius;
+  Beliefs believed;
   LawOptions law;
   double control_rate_hz = 50;
   GeometricSensorOptions geometric;
 
   const Ball& target_ball() const { return world.balls[target]; }
+  /// As the robot believes: its mount and the ball's radius, and the features where they were taught.
   ServoGoal goal() const;
   /// The camera's pose for a robot's pose: X_WC = X_WR X_RC.
   Eigen::Isometry3d X_WC(const Pose2& pose) const;

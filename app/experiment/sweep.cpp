@@ -110,6 +110,7 @@ nlohmann::json sweep_description(const SweepOptions& options) {
   if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors)) {
     hashes["colors"] = file_hash(scenario.colors, color_file_max_bytes);
   }
+  if (!scenario.taught.empty()) hashes["taught"] = file_hash(scenario.taught, 1u << 20);
   std::vector<std::string> drawn;
   for (const auto& entry : scenario.drawn) drawn.push_back(entry.first);
   const nlohmann::json document = nlohmann::json::parse(scenario.document_json);
@@ -125,7 +126,8 @@ nlohmann::json sweep_description(const SweepOptions& options) {
           {"trials", options.trials},
           {"drawn", drawn},
           {"law", scenario.law.name},
-          {"distance_m", scenario.target_distance_m}};
+          {"distance_m", scenario.target_distance_m},
+          {"gain_warning", gain_warning(scenario)}};
 }
 
 std::vector<TrialRecord> run_sweep(const SweepOptions& options, const nlohmann::json& description,

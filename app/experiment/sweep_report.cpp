@@ -362,6 +362,8 @@ std::string sweep_report_html(const Sweep& sweep, const Shard& shard, bool inter
     page.note(fmt::format("Interrupted: {} of {} trials are done. --resume goes on.", n.trials,
                           sweep.description.value("trials", 0L)));
   }
+  const std::string gain = sweep.description.value("gain_warning", "");
+  if (!gain.empty()) page.note("Mind: " + gain + ".");
   if (!shard.is_whole()) page.note("Part " + shard.to_text() + " of the sweep; sweep merge joins the parts.");
   add_figures(page, sweep);
   if (against != nullptr) add_comparison(page, sweep, *against);

@@ -1,0 +1,29 @@
+// What the robot takes for true, where it is wrong.
+#pragma once
+
+#include "calibration/camera/camera.hpp"
+#include "calibration/files/strict_yaml.hpp"
+#include "servo/mount.hpp"
+
+namespace ballservo {
+
+/// `believed:` of a scenario: by how much what perception and controller believe differs from how things are.
+/// The simulator goes by the truth.
+struct Beliefs {
+  double focal_scale = 1;      ///< believed focal lengths over the true ones
+  double diameter_scale = 1;   ///< believed diameter of the target over the true one
+  double pitch_error_rad = 0;  ///< believed less true, of the mount
+  double forward_error_m = 0;
+  double up_error_m = 0;
+  double latency_error_s = 0;  ///< believed less true, of the camera's latency
+
+  Camera camera(const Camera& truth) const;
+  CameraMount mount(const CameraMount& truth) const;
+  /// Whether what is seen of a ball would be another place by these beliefs.
+  bool see_elsewhere() const { return focal_scale != 1 || diameter_scale != 1; }
+};
+
+/// Reads `believed`; a latency that would come out negative is a fault.
+Beliefs read_beliefs(YamlNode root, double latency_s);
+
+}  // namespace ballservo
