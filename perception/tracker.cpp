@@ -40,6 +40,9 @@ void TrackerOptions::validate() const {
   if (!(expected_quality >= 0 && expected_quality <= 1)) {
     faults.add("expected_quality", number_text(expected_quality), "a number from 0 to 1");
   }
+  if (!(clear_quality >= 0 && clear_quality <= 1))
+    faults.add("clear_quality", number_text(clear_quality), "a number from 0 to 1");
+  if (!(weak_log_size > 0)) faults.add("weak_log_size", number_text(weak_log_size), "a number above 0");
   if (!(jump_radii >= 0)) faults.add("jump_radii", number_text(jump_radii), "0 or more (ball radii)");
   faults.throw_if_any();
 }
@@ -190,11 +193,14 @@ bool Tracker::is_seen(const Followed& followed) const {
 }
 
 bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball) const {
-  // A weak sight of a ball counts only where one is known to be.
-  const bool clear = ball.quality >= newcomer_quality_ || followed.track.state != Track::State::tentative;
-  return clear && ball.color_class == followed.track.color_class &&
-         followed.filter.distance2(features_of(ball, options_.filter.sigma_floor_radii)) <
-             options_.gate_distance2;
+  if (ball.color_class != followed.track.color_class) return false;
+  const BallFeatures features = features_of(ball, options_.filter.sigma_floor_radii);
+  if (!(followed.filter.distance2(features) < options_.gate_distance2)) return false;
+  // A weak sight counts only of a ball that is known, and only in its size: two balls that hide each other
+  // look like one larger ball.
+  if (ball.quality < newcomer_quality_ && followed.track.state == Track::State::tentative) return false;
+  return ball.quality >= options_.clear_quality ||
+         std::abs(features.value.z() - followed.filter.value().z()) < options_.weak_log_size;
 }
 
 // The likeliest pair first, confirmed tracks before tentative ones: a ball belongs to one track and a track

@@ -21,6 +21,8 @@ struct TrackerOptions {
       5;  ///< pictures between two looks at the whole picture while all balls are being found
   double expected_quality =
       0.17;  ///< suffices for a ball where a confirmed track expects it; elsewhere the detector's own
+  double clear_quality = 0.5;   ///< below, a sight continues a track only in the size that is expected,
+  double weak_log_size = 0.12;  ///< with this tolerance of the distance's logarithm
   TrackFilterOptions filter;
   bool fixed_colors = false;  ///< looks with the taught colours alone, whatever the light does
   LightAdaptationOptions light;
