@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/experiment/scenario_checks.hpp"
+#include "app/experiment/scenario_robot.hpp"
 #include "app/experiment/scenario_world.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/files/numbers.hpp"
@@ -113,31 +114,6 @@ bool read_camera_settings(StrictYaml& yaml, const std::filesystem::path& file, C
     return false;
   }
   return true;
-}
-
-/// Returns whether it was read without a fault.
-bool read_robot(StrictYaml& yaml, RobotSettings& robot) {
-  const std::size_t before = yaml.faults().faults().size();
-  YamlNode node = yaml.root().map("robot");
-  node.choice("type", {"pioneer_3dx"}, "pioneer_3dx");
-  YamlNode pose = node.map("pose", false);
-  const NumberRange place_m = NumberRange::within(-100, 100, "m");
-  robot.pose.x_m = pose.number("x_m", place_m, 0.0);
-  robot.pose.y_m = pose.number("y_m", place_m, 0.0);
-  robot.pose.yaw_rad = pose.number("yaw_rad", NumberRange::within(-6.2832, 6.2832, "rad"), 0.0);
-  robot.actuation_delay_s = node.number("actuation_delay_s", NumberRange::within(0, 2, "s"), 0.05);
-  YamlNode limits = node.map("limits", false);
-  robot.limits.v_max_mps = limits.number("v_max_mps", {0, 10, true, false, "m/s"}, robot.limits.v_max_mps);
-  robot.limits.w_max_radps =
-      limits.number("w_max_radps", {0, 20, true, false, "rad/s"}, robot.limits.w_max_radps);
-  robot.limits.a_max_mps2 =
-      limits.number("a_max_mps2", {0, 20, true, false, "m/s^2"}, robot.limits.a_max_mps2);
-  robot.limits.alpha_max_radps2 =
-      limits.number("alpha_max_radps2", {0, 100, true, false, "rad/s^2"}, robot.limits.alpha_max_radps2);
-  node.map("odometry", false);
-  node.map("sonar", false);
-  if (!node.list("faults").empty()) node.fault("faults", "a list of faults", "an empty list");
-  return yaml.faults().faults().size() == before;
 }
 
 bool read_target(StrictYaml& yaml, Scenario& scenario) {

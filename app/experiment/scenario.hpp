@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,9 @@
 #include "servo/mount.hpp"
 #include "servo/simulation/camera_renderer.hpp"
 #include "servo/simulation/geometric_ball_sensor.hpp"
+#include "servo/simulation/odometry.hpp"
 #include "servo/simulation/sensor.hpp"
+#include "servo/simulation/sonar_ring.hpp"
 #include "servo/simulation/world.hpp"
 #include "servo/unicycle.hpp"
 
@@ -35,6 +38,9 @@ struct RobotSettings {
   double actuation_delay_s = 0.05;
   UnicycleLimits limits;
   Footprint footprint = pioneer_3dx_footprint;
+  OdometryOptions odometry;           ///< exact unless the scenario says otherwise
+  std::optional<SonarOptions> sonar;  ///< nothing: the robot has none
+  std::vector<SonarFault> sonar_faults;
 };
 
 struct Scenario {

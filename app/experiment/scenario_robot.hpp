@@ -1,0 +1,14 @@
+// The part of a scenario that describes the robot: where it starts, its drive, odometry and sonars, and what
+// is wrong with them.
+#pragma once
+
+#include "app/experiment/scenario.hpp"
+#include "calibration/files/strict_yaml.hpp"
+
+namespace ballservo {
+
+/// Reads `robot` below the root. Returns whether it was read without a fault; faults go to the document's
+/// list.
+bool read_robot(StrictYaml& yaml, RobotSettings& robot);
+
+}  // namespace ballservo
