@@ -96,6 +96,7 @@ ControllerOptions controller_options(const Scenario& scenario) {
   options.limits = scenario.robot.limits;
   options.goal = scenario.goal();
   options.law = scenario.law;
+  options.avoidance = scenario.avoidance;
   return options;
 }
 
@@ -143,6 +144,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
       perception_ms = on_the_way.front().perception_ms;
       heard = true;
     }
+    robot.listen([&controller](const SonarReading& reading) { controller.hear(reading); });
     const ContactReport contacts =
         find_contacts(scenario.world, scenario.robot.footprint, robot.pose(), step_s);
     StepRecord record = observe(scenario, robot, contacts, step);

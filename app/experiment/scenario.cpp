@@ -147,7 +147,6 @@ void read_control(StrictYaml& yaml, Scenario& scenario) {
       geometric.number("center_sigma_px", NumberRange::within(0, 100, "px"), options.center_sigma_px);
   options.radius_sigma_px =
       geometric.number("radius_sigma_px", NumberRange::within(0, 100, "px"), options.radius_sigma_px);
-  root.map("avoidance", false);
 }
 
 }  // namespace
@@ -179,6 +178,7 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   scenario.world = world.world;
   reading.target_ok = read_target(yaml, scenario);
   read_control(yaml, scenario);
+  scenario.avoidance = read_avoidance(yaml, scenario.robot);
 
   check_scenario(yaml, scenario, world, reading);
   yaml.finish();

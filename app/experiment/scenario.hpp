@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
+#include "servo/avoidance.hpp"
 #include "servo/law.hpp"
 #include "servo/mount.hpp"
 #include "servo/simulation/camera_renderer.hpp"
@@ -57,6 +58,7 @@ struct Scenario {
   std::size_t target = 0;  ///< index of the target among world.balls
   double target_distance_m = 0.8;
   LawOptions law;
+  AvoidanceOptions avoidance;
   double control_rate_hz = 50;
   GeometricSensorOptions geometric;
 

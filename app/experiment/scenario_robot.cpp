@@ -95,4 +95,33 @@ bool read_robot(StrictYaml& yaml, RobotSettings& robot) {
   return yaml.faults().faults().size() == before;
 }
 
+AvoidanceOptions read_avoidance(StrictYaml& yaml, const RobotSettings& robot) {
+  using Type = AvoidanceOptions::Type;
+  AvoidanceOptions avoidance;
+  YamlNode node = yaml.root().map("avoidance", false);
+  const std::vector<Type> types{Type::none, Type::shield, Type::full};
+  std::vector<std::string> names;
+  for (const Type type : types) names.emplace_back(avoidance_type_name(type));
+  const std::string name =
+      node.choice("type", names, std::string(avoidance_type_name(robot.sonar ? Type::full : Type::none)));
+  for (const Type type : types) {
+    if (avoidance_type_name(type) == name) avoidance.type = type;
+  }
+  if (avoidance.type != Type::none && !robot.sonar) {
+    node.fault("type", name + ", for a robot without sonars", "none, or robot.sonar beside it");
+  }
+  FreeSpaceOptions& space = avoidance.space;
+  space.start_clear_m = node.number("start_clear_m", NumberRange::within(0, 3, "m"), space.start_clear_m);
+  space.memory_s = node.number("memory_s", {0, 600, true, false, "s"}, space.memory_s);
+  space.drift_allowed_m = node.number("drift_allowed_m", {0, 0.5, true, false, "m"}, space.drift_allowed_m);
+  space.look_range_m = node.number("look_range_m", NumberRange::within(0.5, 3, "m"), space.look_range_m);
+  space.footprint = robot.footprint;
+  space.odometry = robot.odometry.bound;
+  if (robot.sonar) {
+    space.beam = robot.sonar->beam;
+    space.range_error_m = robot.sonar->noise_bound_m() + 0.01;
+  }
+  return avoidance;
+}
+
 }  // namespace ballservo

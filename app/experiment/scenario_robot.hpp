@@ -11,4 +11,8 @@ namespace ballservo {
 /// list.
 bool read_robot(StrictYaml& yaml, RobotSettings& robot);
 
+/// Reads `avoidance` below the root, for a robot that was read before: `full` for one with sonars, `none` for
+/// one without, unless the scenario says otherwise.
+AvoidanceOptions read_avoidance(StrictYaml& yaml, const RobotSettings& robot);
+
 }  // namespace ballservo
