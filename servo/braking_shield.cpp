@@ -10,7 +10,7 @@ namespace ballservo {
 
 namespace {
 
-constexpr double spacing_m = 0.03;  // between places looked at, as the outermost corner moves
+constexpr double spacing_m = 0.02;  // between places looked at, as the outermost corner moves
 
 bool finite(const Twist2& twist) { return std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps); }
 
@@ -27,7 +27,7 @@ void ShieldOptions::check(FaultList& faults, const std::string& place) const {
 
 bool can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
                      const ShieldOptions& options, FloorCell* blocked) {
-  const double margin_m = space.options().drift_allowed_m + options.model_m + 0.5 * spacing_m;
+  const double margin_m = options.model_m + 0.5 * spacing_m;
   const double corner = corner_m(options.footprint);
 
   // The command's period, then the brake: both speeds fall in proportion, so the robot stays on one arc.
@@ -40,12 +40,15 @@ bool can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, con
                                   std::abs(after.w_radps) / options.limits.alpha_max_radps2);
   const double way_m = 0.5 * brake_s * (std::abs(after.v_mps) + std::abs(after.w_radps) * corner);
   const int places = std::max(1, static_cast<int>(std::ceil(way_m / spacing_m)));
-  for (int k = 0; k <= places; ++k) {
-    const double share = static_cast<double>(k) / places;
-    const Pose2 pose = integrate(start, after, 0.5 * brake_s * share);
-    if (!space.covers(options.footprint, pose, margin_m, blocked)) return false;
-  }
-  return true;
+  const auto clear = [&](FreeSpace::Drift drift) {
+    for (int k = 0; k <= places; ++k) {
+      const Pose2 pose = integrate(start, after, 0.5 * brake_s * k / places);
+      if (!space.covers(options.footprint, pose, margin_m, drift, blocked)) return false;
+    }
+    return true;
+  };
+  // What was seen lately needs less room around the robot than what is half forgotten.
+  return clear(FreeSpace::Drift::allowed) || clear(FreeSpace::Drift::close);
 }
 
 ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,

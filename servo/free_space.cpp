@@ -36,7 +36,10 @@ void FreeSpaceOptions::check(FaultList& faults, const std::string& place) const 
   if (!(start_clear_m >= 0.0 && start_clear_m <= 3.0)) {
     faults.add(place + ".start_clear_m", shown_number(start_clear_m), "a number from 0 to 3 (m)");
   }
-  check_positive(faults, place + ".drift_allowed_m", drift_allowed_m, "m");
+  check_positive(faults, place + ".drift_close_m", drift_close_m, "m");
+  if (!(drift_allowed_m >= drift_close_m && drift_allowed_m <= 1.0)) {
+    faults.add(place + ".drift_allowed_m", shown_number(drift_allowed_m), "from drift_close_m to 1 (m)");
+  }
   check_positive(faults, place + ".memory_s", memory_s, "s");
 }
 
@@ -91,21 +94,22 @@ bool FreeSpace::in_window(const FloorCell& cell) const {
          cell.row < first_row_ + size;
 }
 
-bool FreeSpace::still_counts(std::uint32_t seen, double distance_m) const {
+bool FreeSpace::still_counts(std::uint32_t seen, double distance_m, Drift drift) const {
   if (now_ - seen >= epochs_.size()) return false;
   const Epoch& then = epoch(seen);
   return sum_.motion_s - then.motion_s <= options_.memory_s &&
          options_.odometry.point_error_m(sum_.path_m - then.path_m, sum_.turn_rad - then.turn_rad,
-                                         distance_m) <= options_.drift_allowed_m;
+                                         distance_m) <= drift_m(drift);
 }
 
-bool FreeSpace::is_free(const FloorCell& cell) const {
+bool FreeSpace::is_free(const FloorCell& cell, Drift drift) const {
   if (!in_window(cell)) return false;
   const std::uint32_t seen = free_since_[index(cell.column, cell.row)];
-  if (seen >= fresh_) return true;
+  if (seen >= fresh_[static_cast<std::size_t>(drift)]) return true;
   if (seen == 0) return false;
   return still_counts(
-      seen, std::hypot(center_m(cell.column) - pose_.x_m, center_m(cell.row) - pose_.y_m) + half_diagonal_m);
+      seen, std::hypot(center_m(cell.column) - pose_.x_m, center_m(cell.row) - pose_.y_m) + half_diagonal_m,
+      drift);
 }
 
 bool FreeSpace::is_suspected(const FloorCell& cell) const {
@@ -143,13 +147,15 @@ void FreeSpace::move(double time_s, const Pose2& pose) {
     first_row_ = floor_index(pose.y_m) - size / 2;
     sum_.time_s = time_s;
     epochs_[now_] = sum_;
-    Region disc;
-    disc.disc_x_m = pose.x_m;
-    disc.disc_y_m = pose.y_m;
-    disc.disc_radius_m = options_.start_clear_m;
-    disc.y_low_m = pose.y_m - options_.start_clear_m;
-    disc.y_high_m = pose.y_m + options_.start_clear_m;
-    mark_free(disc, now_);
+    if (options_.start_clear_m > 0.0) {
+      Region disc;
+      disc.disc_x_m = pose.x_m;
+      disc.disc_y_m = pose.y_m;
+      disc.disc_radius_m = options_.start_clear_m;
+      disc.y_low_m = pose.y_m - options_.start_clear_m;
+      disc.y_high_m = pose.y_m + options_.start_clear_m;
+      mark_free(disc, now_);
+    }
     return;
   }
   const double path_m = std::hypot(pose.x_m - pose_.x_m, pose.y_m - pose_.y_m);
@@ -163,7 +169,10 @@ void FreeSpace::move(double time_s, const Pose2& pose) {
   pose_ = pose;
   follow(pose);
   constexpr double window_reach_m = 0.75 * size * cell_m;
-  while (fresh_ < now_ && !still_counts(fresh_, window_reach_m)) ++fresh_;
+  for (const Drift drift : {Drift::allowed, Drift::close}) {
+    std::uint32_t& fresh = fresh_[static_cast<std::size_t>(drift)];
+    while (fresh < now_ && !still_counts(fresh, window_reach_m, drift)) ++fresh;
+  }
   if (sum_.path_m - epoch(now_).path_m < epoch_path_m &&
       sum_.turn_rad - epoch(now_).turn_rad < epoch_turn_rad)
     return;
@@ -214,14 +223,17 @@ void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number) {
 
 void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer) {
   const double half = options_.beam.half_angle_rad;
+  const double near_m = std::max(0.0, reading.range_m - options_.range_error_m);
   const double far_m = reading.range_m + options_.range_error_m;
+  const int radii = std::max(1, static_cast<int>(std::ceil((far_m - near_m) / (0.7 * cell_m))));
   const double step_rad = 0.5 * cell_m / std::max(far_m, 0.5 * cell_m);
   const int steps = static_cast<int>(std::ceil(half / step_rad));
   const auto each = [&](const auto& visit) {
     for (int k = -steps; k <= steps; ++k) {
       const double angle = transducer.yaw_rad + half * k / steps;
       const double c = std::cos(angle), s = std::sin(angle);
-      for (const double range_m : {std::max(0.0, reading.range_m - options_.range_error_m), far_m}) {
+      for (int r = 0; r <= radii; ++r) {
+        const double range_m = near_m + (far_m - near_m) * r / radii;
         const FloorCell cell = cell_at(transducer.x_m + range_m * c, transducer.y_m + range_m * s);
         if (in_window(cell) && visit(cell)) return true;
       }
@@ -272,10 +284,10 @@ void FreeSpace::look(const SonarReading& reading, const Pose2& pose_then) {
   if (reading.echo && reading.range_m <= options_.look_range_m) mark_arc(reading, transducer);
 }
 
-bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double margin_m,
+bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
                        FloorCell* obstacle) const {
   // Cells that come within the margin have their centre within the margin and half a diagonal.
-  const double around_m = margin_m + half_diagonal_m;
+  const double around_m = margin_m + drift_m(drift) + half_diagonal_m;
   const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
   const double front = footprint.front_m + around_m, rear = footprint.rear_m + around_m;
   const double side = footprint.half_width_m + around_m;
@@ -300,7 +312,7 @@ bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double mar
     if (low > high) continue;
     const int last_column = floor_index(pose.x_m + high);
     for (int column = floor_index(pose.x_m + low); column <= last_column; ++column) {
-      if (!is_free({column, row})) {
+      if (!is_free({column, row}, drift)) {
         if (obstacle != nullptr) *obstacle = {column, row};
         return false;
       }

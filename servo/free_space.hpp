@@ -20,9 +20,11 @@ struct FreeSpaceOptions {
   double range_error_m = 0.025;   ///< bound on the error of a range, the place of the transducer included
   double angle_error_rad = 0.01;  ///< taken off the cone's half angle
   double look_range_m = 2.6;      ///< nothing further off is remembered of a firing
-  double start_clear_m = 0.50;    ///< at the start nothing stands within this of the axle: an assumption
-  double drift_allowed_m = 0.04;  ///< what was seen free counts until odometry may have drifted by this
-  double memory_s = 20.0;         ///< and so long, counted while the robot moves
+  double start_clear_m = 0.70;    ///< at the start nothing stands within this of the axle: an assumption
+  /// What was seen free counts until odometry may have drifted by the larger; the closer the robot passes,
+  /// the less: a second, smaller bound.
+  double drift_allowed_m = 0.04, drift_close_m = 0.012;
+  double memory_s = 20.0;  ///< and so long, counted while the robot moves
   Footprint footprint;
 
   void check(FaultList& faults, const std::string& place) const;
@@ -44,8 +46,11 @@ struct FloorCell {
 /// *suspected*: a matter for finding ways, not for safety.
 class FreeSpace {
  public:
-  static constexpr double cell_m = 0.05;
-  static constexpr int size = 128;  ///< cells along each side: 6.4 m
+  static constexpr double cell_m = 0.03;
+  static constexpr int size = 256;  ///< cells along each side: 7.68 m
+
+  /// How far odometry may have drifted since a cell was seen free.
+  enum class Drift { allowed, close };
 
   explicit FreeSpace(const FreeSpaceOptions& options);
 
@@ -56,15 +61,20 @@ class FreeSpace {
   void look(const SonarReading& reading, const Pose2& pose_then);
 
   bool in_window(const FloorCell& cell) const;
-  bool is_free(const FloorCell& cell) const;
+  bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const;
   bool is_suspected(const FloorCell& cell) const;
 
   static FloorCell cell_at(double x_m, double y_m);
   static double center_m(int index) { return (index + 0.5) * cell_m; }
 
-  /// Whether every cell is free that comes within `margin_m` of the footprint at that pose; else the first
-  /// one that is not.
-  bool covers(const Footprint& footprint, const Pose2& pose, double margin_m, FloorCell* obstacle) const;
+  double drift_m(Drift drift) const {
+    return drift == Drift::allowed ? options_.drift_allowed_m : options_.drift_close_m;
+  }
+
+  /// Whether every cell is free that comes within `margin_m`, and the drift, of the footprint at that pose;
+  /// else the first one that is not.
+  bool covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
+              FloorCell* obstacle) const;
 
   const FreeSpaceOptions& options() const { return options_; }
   const Pose2& pose() const { return pose_; }
@@ -86,7 +96,7 @@ class FreeSpace {
   }
   const Epoch& epoch(std::uint32_t number) const { return epochs_[number % epochs_.size()]; }
   std::uint32_t epoch_at(double time_s) const;
-  bool still_counts(std::uint32_t seen, double distance_m) const;
+  bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
   void mark_free(const Region& region, std::uint32_t epoch_number);
   void mark_arc(const SonarReading& reading, const Pose2& transducer);
   void follow(const Pose2& pose);
@@ -97,9 +107,10 @@ class FreeSpace {
   Pose2 pose_;
   int first_column_ = 0, first_row_ = 0;  // of the window
   std::array<Epoch, 1024> epochs_{};
-  std::uint32_t now_ = 1;    // number of the current epoch; a cell's 0 means never seen free
-  std::uint32_t fresh_ = 1;  // what was seen in this epoch or later counts anywhere in the window
-  Epoch sum_;                // path and turn up to now
+  std::uint32_t now_ = 1;  // number of the current epoch; a cell's 0 means never seen free
+  std::array<std::uint32_t, 2> fresh_{1,
+                                      1};  // by Drift: what was seen then or later counts in all the window
+  Epoch sum_;                              // path and turn up to now
   std::array<double, sonar_count> last_range_m_{};
   std::vector<std::uint32_t> free_since_;
   std::vector<std::uint8_t> suspected_;

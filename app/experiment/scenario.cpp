@@ -174,7 +174,7 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   ScenarioReading reading;
   reading.camera_ok = read_camera_settings(yaml, file, scenario.camera, reading.mount_ok);
   reading.robot_ok = read_robot(yaml, scenario.robot);
-  const WorldReading world = read_world(yaml);
+  const WorldReading world = read_world(yaml, {scenario.robot.pose, scenario.duration_s, seed});
   scenario.world = world.world;
   reading.target_ok = read_target(yaml, scenario);
   read_control(yaml, scenario);
