@@ -70,6 +70,7 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
   law.check(faults, place + ".law");
   envelope.check(faults, place + ".envelope");
   filter.check(faults, place + ".filter");
+  avoidance.check(faults, place + ".avoidance");
   if (sightings_to_trust < 1) {
     faults.add(place + ".sightings_to_trust", std::to_string(sightings_to_trust), "1 or more");
   }
@@ -110,6 +111,9 @@ Controller::Controller(const ControllerOptions& options)
   const Eigen::Vector3d p_RB = options.goal.desired_p_RB();
   goal_range_m_ = std::hypot(p_RB.x(), p_RB.y());
   goal_bearing_rad_ = std::atan2(p_RB.y(), p_RB.x());
+  if (options.avoidance.type != AvoidanceOptions::Type::none) {
+    avoidance_.emplace(options.avoidance, options.limits, 1.0 / options.rate_hz);
+  }
 }
 
 void Controller::see(const BallMeasurement& measurement) {
@@ -137,13 +141,15 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
     step_time_s_ = time_s;
     poses_.add(time_s, odometry);
     take_in(time_s);
+    if (avoidance_) avoidance_->update(time_s, odometry, poses_);
+    const RobotMotion when_it_acts = predictor_.predict(time_s, {odometry, odometry_twist});
 
     Target target;
-    const bool known = predict_target(time_s, odometry, odometry_twist, target);
+    const bool known = predict_target(time_s, when_it_acts, target);
     update_state(time_s, odometry, odometry_twist, known ? &target : nullptr);
 
     LawOutput law_output{{}, output.error_1, output.error_2};
-    output.command = finish(time_s, wanted(known ? &target : nullptr, &law_output));
+    finish(time_s, wanted(known ? &target : nullptr, &law_output), when_it_acts, output);
     output.error_1 = law_output.error_1;
     output.error_2 = law_output.error_2;
   }
@@ -172,6 +178,7 @@ void Controller::take_in(double time_s) {
     if (frame.time_s <= frame_time_s_ || frame.time_s > time_s)
       continue;  // duplicate, backward or from the future
     frame_time_s_ = frame.time_s;
+    if (avoidance_) avoidance_->see_frame(time_s);
     track_state_ = frame.state;
     if (!frame.is_sighting()) continue;
     const auto pose = poses_.at(frame.time_s);
@@ -186,11 +193,10 @@ void Controller::take_in(double time_s) {
 }
 
 /// The ball relative to the robot at the moment when a command given now acts; false if it is not known.
-bool Controller::predict_target(double time_s, const Pose2& odometry, const Twist2& twist,
-                                Target& target) const {
+bool Controller::predict_target(double time_s, const RobotMotion& when_it_acts, Target& target) const {
   const auto estimate = filter_.predict(time_s + options_.actuation_delay_s);
   if (!estimate) return false;
-  target.robot = predictor_.predict(time_s, {odometry, twist});
+  target.robot = when_it_acts;
   const Eigen::Isometry3d X_RO = X_WR(target.robot.pose).inverse();
   const Eigen::Isometry3d X_CR = options_.goal.mount.X_RC().inverse();
   const Eigen::Vector3d p_RB = X_RO * estimate->p_OB;
@@ -324,8 +330,9 @@ Twist2 Controller::wanted(const Target* target, LawOutput* law_output) {
 }
 
 /// Keeps the drive's limits: a command to stop passes at once (the drive brakes as hard as it can), any other
-/// changes no faster than the drive can follow.
-Twist2 Controller::finish(double time_s, const Twist2& wanted) {
+/// changes no faster than the drive can follow. Guard and shield have the last word.
+void Controller::finish(double time_s, const Twist2& wanted, const RobotMotion& when_it_acts,
+                        ControlOutput& output) {
   Twist2 command;
   const bool stop = wanted.v_mps == 0.0 && wanted.w_radps == 0.0;
   if (!stop) {
@@ -335,9 +342,15 @@ Twist2 Controller::finish(double time_s, const Twist2& wanted) {
       enter(ControlState::fault, "a command was not finite", time_s);
     }
   }
+  output.intended = command;
+  if (avoidance_) {
+    const ShieldVerdict verdict = avoidance_->check(time_s, command, when_it_acts);
+    command = verdict.command;
+    output.shield = verdict.reason;
+  }
   predictor_.add_command(time_s, command);
   last_command_ = command;
-  return command;
+  output.command = command;
 }
 
 }  // namespace ballservo

@@ -6,8 +6,10 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string_view>
 
+#include "servo/avoidance.hpp"
 #include "servo/ball_measurement.hpp"
 #include "servo/law.hpp"
 #include "servo/motion_predictor.hpp"
@@ -27,6 +29,7 @@ struct ControllerOptions {
   LawOptions law;
   EnvelopeOptions envelope;
   TargetFilterOptions filter;
+  AvoidanceOptions avoidance;
 
   int sightings_to_trust = 3;       ///< confirmed ones, before the robot drives on them
   double acquire_s = 0.5;           ///< a sighting that is not confirmed within it is let go
@@ -59,7 +62,9 @@ struct ControlOutput {
   double error_1 =
       std::numeric_limits<double>::quiet_NaN();  ///< the law's, as predicted for when the command acts
   double error_2 = std::numeric_limits<double>::quiet_NaN();
-  int lost_events = 0;  ///< so far
+  int lost_events = 0;      ///< so far
+  Twist2 intended;          ///< what was to be told to the drive before guard and shield looked at it
+  std::string_view shield;  ///< what they did to it; a literal, empty where it passed
 };
 
 /// One run's controller. Deterministic; after construction it allocates nothing, except inside law `visp`.
@@ -71,6 +76,14 @@ class Controller {
   /// A frame's word on the ball, when it arrives; looked at in the next step.
   void see(const BallMeasurement& measurement);
 
+  /// A sonar's answer, when it arrives; looked at in the next step. Ignored without avoidance.
+  void hear(const SonarReading& reading) {
+    if (avoidance_) avoidance_->hear(reading);
+  }
+
+  /// What the sonars have shown; null without avoidance.
+  const Avoidance* avoidance() const { return avoidance_ ? &*avoidance_ : nullptr; }
+
   /// One control step at time_s with the odometry's pose and twist of that moment. Times that are not finite
   /// or do not advance, and an odometry that is not finite, stop the robot.
   ControlOutput step(double time_s, const Pose2& odometry, const Twist2& odometry_twist);
@@ -78,10 +91,10 @@ class Controller {
  private:
   struct Target;  // the ball as it will be when the command acts
   void take_in(double time_s);
-  bool predict_target(double time_s, const Pose2& odometry, const Twist2& twist, Target& target) const;
+  bool predict_target(double time_s, const RobotMotion& when_it_acts, Target& target) const;
   void update_state(double time_s, const Pose2& odometry, const Twist2& twist, const Target* target);
   Twist2 wanted(const Target* target, LawOutput* law_output);
-  Twist2 finish(double time_s, const Twist2& wanted);
+  void finish(double time_s, const Twist2& wanted, const RobotMotion& when_it_acts, ControlOutput& output);
   void enter(ControlState state, std::string_view reason, double time_s);
 
   ControllerOptions options_;
@@ -90,6 +103,7 @@ class Controller {
   PoseHistory poses_;
   MotionPredictor predictor_;
   double goal_range_m_ = 0, goal_bearing_rad_ = 0;  // of the ball at the goal, as the robot believes
+  std::optional<Avoidance> avoidance_;
 
   static constexpr std::size_t inbox_size_ = 16;
   std::array<BallMeasurement, inbox_size_> inbox_;

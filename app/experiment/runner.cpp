@@ -9,11 +9,11 @@
 #include <variant>
 
 #include "app/experiment/run_camera.hpp"
+#include "app/experiment/run_robot.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/experiment/time_optimal.hpp"
 #include "app/io/ball_rows.hpp"
 #include "servo/simulation/collision.hpp"
-#include "servo/simulation/unicycle_robot.hpp"
 
 namespace ballservo {
 
@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t max_key_frames = 9;
 
 /// What is true at a control step, whatever the robot believes.
-StepRecord observe(const Scenario& scenario, const UnicycleRobot& robot, const ContactReport& contacts,
+StepRecord observe(const Scenario& scenario, const RunRobot& robot, const ContactReport& contacts,
                    long step) {
   StepRecord record;
   record.step = step;
@@ -96,6 +96,7 @@ ControllerOptions controller_options(const Scenario& scenario) {
   options.limits = scenario.robot.limits;
   options.goal = scenario.goal();
   options.law = scenario.law;
+  options.avoidance = scenario.avoidance;
   return options;
 }
 
@@ -118,7 +119,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
 
   RunCamera camera(scenario, options);
   Controller controller(controller_options(scenario));
-  UnicycleRobot robot(scenario.robot.pose, scenario.robot.limits, scenario.robot.actuation_delay_s);
+  RunRobot robot(scenario, options.seed);
   OutcomeJudge judge(scenario.duration_s, !std::holds_alternative<StaticMotion>(target.motion), options.rule);
   PictureKeeper pictures(scenario, options);
   std::deque<SeenFrame> on_the_way;  // seen, but not yet heard of by the control loop
@@ -129,7 +130,13 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
   for (long step = 0; !judge.over();) {
     const double step_s = static_cast<double>(step) / scenario.control_rate_hz;
 
-    // The camera, whenever an instant of an exposure is due before the next control step.
+    // The sonars and the camera, whenever a firing or an instant of an exposure is due before the next
+    // control step.
+    if (robot.next_sonar_s() <= std::min(step_s, camera.next_s())) {
+      robot.advance_to(robot.next_sonar_s());
+      robot.fire_sonar();
+      continue;
+    }
     if (camera.next_s() <= step_s) {
       robot.advance_to(camera.next_s());
       if (auto frame = camera.expose(robot.pose(), run.tracks_csv)) {
@@ -153,11 +160,12 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
       perception_ms = on_the_way.front().perception_ms;
       heard = true;
     }
+    robot.listen([&controller](const SonarReading& reading) { controller.hear(reading); });
     const ContactReport contacts =
         find_contacts(scenario.world, scenario.robot.footprint, robot.pose(), step_s);
     StepRecord record = observe(scenario, robot, contacts, step);
     const auto before = Clock::now();
-    record.control = controller.step(step_s, robot.pose(), robot.twist());
+    record.control = controller.step(step_s, robot.odometry(), robot.measured_twist());
     const double control_us = std::chrono::duration<double, std::micro>(Clock::now() - before).count();
     robot.command(record.control.command);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/experiment/scenario_checks.hpp"
+#include "app/experiment/scenario_robot.hpp"
 #include "app/experiment/scenario_world.hpp"
 #include "app/experiment/taught_target.hpp"
 #include "calibration/camera/camera_file.hpp"
@@ -122,31 +123,6 @@ bool read_camera_settings(StrictYaml& yaml, const std::filesystem::path& file, C
   return true;
 }
 
-/// Returns whether it was read without a fault.
-bool read_robot(StrictYaml& yaml, RobotSettings& robot) {
-  const std::size_t before = yaml.faults().faults().size();
-  YamlNode node = yaml.root().map("robot");
-  node.choice("type", {"pioneer_3dx"}, "pioneer_3dx");
-  YamlNode pose = node.map("pose", false);
-  const NumberRange place_m = NumberRange::within(-100, 100, "m");
-  robot.pose.x_m = pose.number("x_m", place_m, 0.0);
-  robot.pose.y_m = pose.number("y_m", place_m, 0.0);
-  robot.pose.yaw_rad = pose.number("yaw_rad", NumberRange::within(-6.2832, 6.2832, "rad"), 0.0);
-  robot.actuation_delay_s = node.number("actuation_delay_s", NumberRange::within(0, 2, "s"), 0.05);
-  YamlNode limits = node.map("limits", false);
-  robot.limits.v_max_mps = limits.number("v_max_mps", {0, 10, true, false, "m/s"}, robot.limits.v_max_mps);
-  robot.limits.w_max_radps =
-      limits.number("w_max_radps", {0, 20, true, false, "rad/s"}, robot.limits.w_max_radps);
-  robot.limits.a_max_mps2 =
-      limits.number("a_max_mps2", {0, 20, true, false, "m/s^2"}, robot.limits.a_max_mps2);
-  robot.limits.alpha_max_radps2 =
-      limits.number("alpha_max_radps2", {0, 100, true, false, "rad/s^2"}, robot.limits.alpha_max_radps2);
-  node.map("odometry", false);
-  node.map("sonar", false);
-  if (!node.list("faults").empty()) node.fault("faults", "a list of faults", "an empty list");
-  return yaml.faults().faults().size() == before;
-}
-
 bool read_target(StrictYaml& yaml, Scenario& scenario) {
   const std::size_t before = yaml.faults().faults().size();
   YamlNode node = yaml.root().map("target");
@@ -190,7 +166,6 @@ void read_control(StrictYaml& yaml, Scenario& scenario) {
       geometric.number("center_sigma_px", NumberRange::within(0, 100, "px"), options.center_sigma_px);
   options.radius_sigma_px =
       geometric.number("radius_sigma_px", NumberRange::within(0, 100, "px"), options.radius_sigma_px);
-  root.map("avoidance", false);
 }
 
 }  // namespace
@@ -227,11 +202,12 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   ScenarioReading reading;
   reading.camera_ok = read_camera_settings(yaml, file, scenario.camera, reading.mount_ok);
   reading.robot_ok = read_robot(yaml, scenario.robot);
-  const WorldReading world = read_world(yaml);
+  const WorldReading world = read_world(yaml, {scenario.robot.pose, scenario.duration_s, seed});
   scenario.world = world.world;
   reading.target_ok = read_target(yaml, scenario);
   read_control(yaml, scenario);
   scenario.believed = read_beliefs(yaml.root(), scenario.camera.latency_s);
+  scenario.avoidance = read_avoidance(yaml, scenario.robot);
 
   check_scenario(yaml, scenario, world, reading);
   yaml.finish();

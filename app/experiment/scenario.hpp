@@ -10,11 +10,14 @@
 
 #include "app/experiment/beliefs.hpp"
 #include "calibration/camera/camera.hpp"
+#include "servo/avoidance.hpp"
 #include "servo/law.hpp"
 #include "servo/mount.hpp"
 #include "servo/simulation/camera_renderer.hpp"
 #include "servo/simulation/geometric_ball_sensor.hpp"
+#include "servo/simulation/odometry.hpp"
 #include "servo/simulation/sensor.hpp"
+#include "servo/simulation/sonar_ring.hpp"
 #include "servo/simulation/world.hpp"
 #include "servo/unicycle.hpp"
 
@@ -38,6 +41,9 @@ struct RobotSettings {
   double actuation_delay_s = 0.05;
   UnicycleLimits limits;
   Footprint footprint = pioneer_3dx_footprint;
+  OdometryOptions odometry;           ///< exact unless the scenario says otherwise
+  std::optional<SonarOptions> sonar;  ///< nothing: the robot has none
+  std::vector<SonarFault> sonar_faults;
 };
 
 struct Scenario {
@@ -59,6 +65,7 @@ struct Scenario {
   std::optional<Eigen::Vector3d> taught_center_over_radius;
   Beliefs believed;
   LawOptions law;
+  AvoidanceOptions avoidance;
   double control_rate_hz = 50;
   GeometricSensorOptions geometric;
 

@@ -149,8 +149,9 @@ void check_scenario(StrictYaml& yaml, const Scenario& scenario, const WorldReadi
   for (std::size_t k = 0; k < balls.size(); ++k) {
     if (reading.ball_ok[k]) check_ball(balls[k], k, scenario, reading, parts);
   }
-  for (std::size_t k = 0; k < obstacles.size(); ++k) {
-    if (reading.obstacle_ok[k]) check_obstacle(obstacles[k], world.obstacles[k], scenario, reading, parts);
+  for (std::size_t k = 0; k < world.obstacles.size(); ++k) {
+    if (!reading.obstacle_ok[k]) continue;
+    check_obstacle(obstacles[reading.obstacle_item[k]], world.obstacles[k], scenario, reading, parts);
   }
   if (reading.room_ok && parts.robot_ok) {
     World empty;

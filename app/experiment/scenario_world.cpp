@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 
+#include "app/experiment/scenario_scatter.hpp"
 #include "calibration/files/numbers.hpp"
 
 namespace ballservo {
@@ -14,6 +15,8 @@ namespace {
 const NumberRange place_m = NumberRange::within(-100, 100, "m");
 const NumberRange share = NumberRange::within(0, 1, "");
 const NumberRange temperature_k = NumberRange::within(min_temperature_k, max_temperature_k, "K");
+
+const std::vector<std::string> obstacle_types{"box", "cylinder", "disc", "scatter"};
 
 NumberRange size_m(double high) { return {0, high, true, false, "m"}; }
 
@@ -150,7 +153,7 @@ Ball read_ball(YamlNode& node) {
 
 Obstacle read_obstacle(YamlNode& node, std::size_t number) {
   Obstacle obstacle;
-  const std::string type = node.choice("type", {"box", "cylinder", "disc"});
+  const std::string type = node.choice("type", obstacle_types);
   obstacle.name = node.text("name", type + "_" + std::to_string(number));
   YamlNode position = node.map("position");
   const double x = position.number("x_m", place_m), y = position.number("y_m", place_m);
@@ -246,9 +249,32 @@ void read_lights(YamlNode root, World& world) {
   for (AmbientLight& light : world.changing_ambient) light.intensity *= level;
 }
 
+/// The obstacles that the list names, then those that it strews between them.
+template <typename WithoutFault>
+void read_obstacles(YamlNode root, const WorldContext& context, WorldReading& reading,
+                    const WithoutFault& without_fault) {
+  std::vector<YamlNode> items = root.list("obstacles");
+  const auto is_scatter = [](YamlNode& node) {
+    return node.is_map() && node.has("type") && node.choice("type", obstacle_types) == "scatter";
+  };
+  std::vector<Obstacle>& obstacles = reading.world.obstacles;
+  for (std::size_t k = 0; k < items.size(); ++k) {
+    if (is_scatter(items[k])) continue;
+    reading.obstacle_ok.push_back(
+        without_fault([&] { obstacles.push_back(read_obstacle(items[k], k + 1)); }));
+    reading.obstacle_item.push_back(k);
+  }
+  for (std::size_t k = 0; k < items.size(); ++k) {
+    if (!is_scatter(items[k])) continue;
+    scatter_obstacles(items[k], k, context.start, context.duration_s, context.seed, reading.world);
+    reading.obstacle_ok.resize(obstacles.size(), true);
+    reading.obstacle_item.resize(obstacles.size(), k);
+  }
+}
+
 }  // namespace
 
-WorldReading read_world(StrictYaml& yaml) {
+WorldReading read_world(StrictYaml& yaml, const WorldContext& context) {
   YamlNode root = yaml.root();
   WorldReading reading;
   const auto without_fault = [&yaml](const auto& read) {
@@ -266,11 +292,7 @@ WorldReading read_world(StrictYaml& yaml) {
         node.fault("name", name, "a name that no other ball has");
     }));
   }
-  std::size_t number = 0;
-  for (YamlNode& node : root.list("obstacles")) {
-    reading.obstacle_ok.push_back(
-        without_fault([&] { reading.world.obstacles.push_back(read_obstacle(node, ++number)); }));
-  }
+  read_obstacles(root, context, reading, without_fault);
   read_lights(root, reading.world);
   return reading;
 }

@@ -80,10 +80,13 @@ double visible_fraction(const Camera& camera, const Scene& scene, const CameraVi
     if (to <= from) continue;
     double share = 1.0;
     if (check_hidden) {
+      // Along the row rays turn evenly enough.
+      const auto first = camera.unproject({from, y}), last = camera.unproject({to, y});
       int seen = 0;
-      for (int k = 0; k < samples_per_row; ++k) {
-        const auto ray = camera.unproject({from + (k + 0.5) / samples_per_row * (to - from), y});
-        if (ray && !hidden(scene, view.X_WC.translation(), view.X_WC.linear() * *ray, own)) ++seen;
+      for (int k = 0; first && last && k < samples_per_row; ++k) {
+        const double at = (k + 0.5) / samples_per_row;
+        const Eigen::Vector3d ray = ((1 - at) * *first + at * *last).normalized();
+        if (!hidden(scene, view.X_WC.translation(), view.X_WC.linear() * ray, own)) ++seen;
       }
       share = static_cast<double>(seen) / samples_per_row;
     }

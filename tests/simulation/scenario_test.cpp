@@ -118,6 +118,30 @@ TEST(Scenario, RefusesWhatCannotBe) {
   EXPECT_EQ(faults_of({}), "");
 }
 
+TEST(Scenario, ReadsSonarsOdometryAndTheirFaults) {
+  const Scenario scenario = load_scenario(
+      static_ball(),
+      {"robot.sonar={noise_sigma_m: 0.01, dropout_rate: 0.1}",
+       "robot.odometry={distance_share: 0.01, turn_share: 0.02, turn_per_m_radpm: 0.01, excess: 2}",
+       "robot.faults=[{type: dead, sonar: 3}, {type: late, array: rear, by_s: 0.5, from_s: 2}]"},
+      0);
+  ASSERT_TRUE(scenario.robot.sonar);
+  EXPECT_EQ(scenario.robot.sonar->noise_sigma_m, 0.01);
+  EXPECT_EQ(scenario.robot.sonar->beam.max_range_m, 5.0);
+  EXPECT_EQ(scenario.robot.odometry.bound.turn_share, 0.02);
+  EXPECT_EQ(scenario.robot.odometry.excess, 2);
+  ASSERT_EQ(scenario.robot.sonar_faults.size(), 9u);
+  EXPECT_EQ(scenario.robot.sonar_faults[8].transducer, 15u);
+  EXPECT_EQ(scenario.robot.sonar_faults[8].amount, 0.5);
+
+  EXPECT_THAT(faults_of({"robot.faults=[{type: dead, sonar: 3}]"}), HasSubstr("robot.sonar beside it"));
+  EXPECT_THAT(
+      faults_of({"robot.sonar={}", "robot.faults=[{type: asleep, sonar: 16}, {type: long, sonar: 2}]"}),
+      ::testing::AllOf(HasSubstr("one of dead"), HasSubstr("faults[0].sonar"), HasSubstr("faults[1].by_m")));
+  EXPECT_THAT(faults_of({"robot.sonar={rate_hz: 25}"}), HasSubstr("robot.sonar.rate_hz"));
+  EXPECT_THAT(faults_of({"robot.odometry={distance_share: .nan}"}), HasSubstr("distance_share"));
+}
+
 TEST(Scenario, ATargetOutsideThePictureIsRefusedWithTheDistancesThatWouldDo) {
   const std::string faults = faults_of({"target.distance_m=0.4"});
   EXPECT_THAT(faults, HasSubstr("target.distance_m"));

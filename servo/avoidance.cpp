@@ -1,0 +1,68 @@
+#include "servo/avoidance.hpp"
+
+#include <cmath>
+
+#include "servo/option_check.hpp"
+
+namespace ballservo {
+
+std::string_view avoidance_type_name(AvoidanceOptions::Type type) {
+  switch (type) {
+    case AvoidanceOptions::Type::none:
+      return "none";
+    case AvoidanceOptions::Type::shield:
+      return "shield";
+    case AvoidanceOptions::Type::full:
+      break;
+  }
+  return "full";
+}
+
+void AvoidanceOptions::check(FaultList& faults, const std::string& place) const {
+  if (type == Type::none) return;
+  space.check(faults, place + ".space");
+  guard.check(faults, place + ".guard");
+  check_not_negative(faults, place + ".model_m", model_m, "m");
+}
+
+Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s)
+    : options_(options),
+      shield_{limits, options.space.footprint, period_s, options.model_m},
+      space_(options.space),
+      watch_(options.guard) {}
+
+void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses) {
+  if (started_) {
+    way_m_ += std::hypot(pose.x_m - pose_.x_m, pose.y_m - pose_.y_m) +
+              0.3 * std::abs(wrap_angle(pose.yaw_rad - pose_.yaw_rad));
+  } else {
+    started_ = true;
+    frame_s_ = now_s;  // the first frame is awaited from here on
+  }
+  pose_ = pose;
+  space_.move(now_s, pose);
+  for (std::size_t k = 0; k < inbox_count_; ++k) {
+    if (!watch_.hear(inbox_[k], now_s, way_m_)) continue;
+    if (const auto pose_then = poses.at(inbox_[k].fired_s)) space_.look(inbox_[k], *pose_then);
+  }
+  inbox_count_ = 0;
+}
+
+ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) const {
+  SensorStamps stamps = watch_.stamps();
+  stamps.frame_s = frame_s_;
+  const GuardVerdict allowed = guard(now_s, stamps, options_.guard);
+  Twist2 guarded = command;
+  if (!allowed.forward && guarded.v_mps > 0.0) guarded.v_mps = 0.0;
+  if (!allowed.backward && guarded.v_mps < 0.0) guarded.v_mps = 0.0;
+  if (allowed.stop) guarded = {};
+  ShieldVerdict verdict = shield(guarded, when_it_acts, space_, shield_);
+  const bool changed = guarded.v_mps != command.v_mps || guarded.w_radps != command.w_radps;
+  if (changed && verdict.passed) {
+    verdict.passed = false;
+    verdict.reason = allowed.reason;
+  }
+  return verdict;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,61 @@
+// Everything between what a law asks for and what the drive is told: the sonars' memory, the guard, the
+// shield.
+#pragma once
+
+#include <string_view>
+
+#include "servo/braking_shield.hpp"
+#include "servo/free_space.hpp"
+#include "servo/pose_history.hpp"
+#include "servo/sonar_watch.hpp"
+
+namespace ballservo {
+
+struct AvoidanceOptions {
+  /// none: the law drives alone. shield: its commands pass the guard and the shield. full: ways around
+  /// obstacles are looked for too.
+  enum class Type { none, shield, full };
+  Type type = Type::none;
+  FreeSpaceOptions space;
+  GuardOptions guard;
+  double model_m = 0.01;  ///< see ShieldOptions
+
+  void check(FaultList& faults, const std::string& place) const;
+};
+
+/// "none", "shield", "full".
+std::string_view avoidance_type_name(AvoidanceOptions::Type type);
+
+class Avoidance {
+ public:
+  Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s);
+
+  /// An answer of a sonar, as it arrives.
+  void hear(const SonarReading& reading) {
+    if (inbox_count_ < inbox_.size()) inbox_[inbox_count_++] = reading;
+  }
+  /// A frame of the camera arrived, whatever it showed.
+  void see_frame(double now_s) { frame_s_ = now_s; }
+
+  /// A control step begins: the robot is there; `poses` holds where it was.
+  void update(double now_s, const Pose2& pose, const PoseHistory& poses);
+
+  /// The guard's and the shield's word on a command that acts from that motion on.
+  ShieldVerdict check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) const;
+
+  const FreeSpace& space() const { return space_; }
+  const SonarWatch& watch() const { return watch_; }
+
+ private:
+  AvoidanceOptions options_;
+  ShieldOptions shield_;
+  FreeSpace space_;
+  SonarWatch watch_;
+  std::array<SonarReading, 64> inbox_;
+  std::size_t inbox_count_ = 0;
+  double frame_s_ = SensorStamps::never, way_m_ = 0;
+  bool started_ = false;
+  Pose2 pose_;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,84 @@
+#include "servo/braking_shield.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "servo/option_check.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr double spacing_m = 0.02;  // between places looked at, as the outermost corner moves
+
+bool finite(const Twist2& twist) { return std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps); }
+
+double corner_m(const Footprint& body) {
+  return std::hypot(std::max(body.front_m, body.rear_m), body.half_width_m);
+}
+
+}  // namespace
+
+void ShieldOptions::check(FaultList& faults, const std::string& place) const {
+  check_positive(faults, place + ".period_s", period_s, "s");
+  check_not_negative(faults, place + ".model_m", model_m, "m");
+}
+
+bool can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+                     const ShieldOptions& options, FloorCell* blocked) {
+  const double margin_m = options.model_m + 0.5 * spacing_m;
+  const double corner = corner_m(options.footprint);
+
+  // The command's period, then the brake: both speeds fall in proportion, so the robot stays on one arc.
+  const Twist2 from = when_it_acts.twist;
+  const Twist2 after = limit_acceleration(from, command, options.limits, options.period_s);
+  const Twist2 mean{0.5 * (from.v_mps + after.v_mps), 0.5 * (from.w_radps + after.w_radps)};
+  // Either speed may be reached early in the period and kept: the larger one bounds the way.
+  const Pose2 start = integrate(when_it_acts.pose, mean, options.period_s);
+  const double brake_s = std::max(std::abs(after.v_mps) / options.limits.a_max_mps2,
+                                  std::abs(after.w_radps) / options.limits.alpha_max_radps2);
+  const double way_m = 0.5 * brake_s * (std::abs(after.v_mps) + std::abs(after.w_radps) * corner);
+  const int places = std::max(1, static_cast<int>(std::ceil(way_m / spacing_m)));
+  const auto clear = [&](FreeSpace::Drift drift) {
+    for (int k = 0; k <= places; ++k) {
+      const Pose2 pose = integrate(start, after, 0.5 * brake_s * k / places);
+      if (!space.covers(options.footprint, pose, margin_m, drift, blocked)) return false;
+    }
+    return true;
+  };
+  // What was seen lately needs less room around the robot than what is half forgotten.
+  return clear(FreeSpace::Drift::allowed) || clear(FreeSpace::Drift::close);
+}
+
+ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+                     const ShieldOptions& options) {
+  ShieldVerdict verdict;
+  const bool sane = finite(command) && finite(when_it_acts.twist) && std::isfinite(when_it_acts.pose.x_m) &&
+                    std::isfinite(when_it_acts.pose.y_m) && std::isfinite(when_it_acts.pose.yaw_rad);
+  if (!sane) {
+    verdict.passed = false;
+    verdict.reason = "a command or a motion is not finite";
+    return verdict;
+  }
+  verdict.command = command;
+  if (command.v_mps == 0.0 && command.w_radps == 0.0) return verdict;
+  FloorCell cell;
+  if (can_brake_after(command, when_it_acts, space, options, &cell)) return verdict;
+  verdict.passed = false;
+  verdict.blocked = cell;
+  for (const double share : {0.7, 0.4, 0.15}) {
+    verdict.command = {share * command.v_mps, share * command.w_radps};
+    verdict.reason = "slowed: the brake would leave the space seen free";
+    if (can_brake_after(verdict.command, when_it_acts, space, options, nullptr)) return verdict;
+  }
+  verdict.command = {0.0, command.w_radps};
+  verdict.reason = "turning only: ahead is not seen free";
+  if (command.w_radps != 0.0 && can_brake_after(verdict.command, when_it_acts, space, options, nullptr))
+    return verdict;
+  verdict.command = {};
+  verdict.reason = "stopped: what lies ahead is not seen free";
+  return verdict;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,43 @@
+// The last word on every command: it passes only if the robot can brake afterwards within space that was seen
+// free.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "servo/free_space.hpp"
+#include "servo/motion_predictor.hpp"
+
+namespace ballservo {
+
+struct ShieldOptions {
+  UnicycleLimits limits;
+  Footprint footprint;
+  double period_s = 0.02;  ///< a command drives so long before the next one can take over
+  double model_m = 0.01;  ///< bound on how far the robot leaves the way that the model of its drive foretells
+
+  void check(FaultList& faults, const std::string& place) const;
+};
+
+/// What became of a command.
+struct ShieldVerdict {
+  Twist2 command;                    ///< never faster than what was asked for, in either part
+  bool passed = true;                ///< as it was asked for
+  std::string_view reason;           ///< empty where it passed; a literal
+  std::optional<FloorCell> blocked;  ///< the first cell in the way that is not known to be free
+};
+
+/// A pure function of its arguments. Of a command (v, w) it lets pass the first of (v, w), less of both, (0,
+/// w) and (0, 0) after which the robot, driven for a period and then braked to rest, stays in free space: the
+/// footprint, grown by the drift of odometry that `space` allows, by the model's error and by the way between
+/// two places looked at. (0, 0) needs no test: it is the brake that was part of the test of the command
+/// before.
+ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+                     const ShieldOptions& options);
+
+/// Whether the robot, from that motion, can be driven by the command for a period and then brake to rest
+/// within free space.
+bool can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+                     const ShieldOptions& options, FloorCell* blocked);
+
+}  // namespace ballservo

@@ -1,0 +1,324 @@
+#include "servo/free_space.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "servo/option_check.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr double half_diagonal_m = 0.7071067811865476 * FreeSpace::cell_m;
+// A new epoch after so much of motion: a cell counts as seen when its epoch began.
+constexpr double epoch_path_m = 0.01, epoch_turn_rad = 0.03;
+
+int floor_index(double value_m) { return static_cast<int>(std::floor(value_m / FreeSpace::cell_m)); }
+
+}  // namespace
+
+void FreeSpaceOptions::check(FaultList& faults, const std::string& place) const {
+  check_not_negative(faults, place + ".odometry.distance_share", odometry.distance_share, "m/m");
+  check_not_negative(faults, place + ".odometry.turn_share", odometry.turn_share, "rad/rad");
+  check_not_negative(faults, place + ".odometry.turn_per_m_radpm", odometry.turn_per_m_radpm, "rad/m");
+  check_positive(faults, place + ".beam.min_range_m", beam.min_range_m, "m");
+  check_positive(faults, place + ".beam.max_range_m", beam.max_range_m, "m");
+  check_not_negative(faults, place + ".range_error_m", range_error_m, "m");
+  check_not_negative(faults, place + ".angle_error_rad", angle_error_rad, "rad");
+  if (!(beam.half_angle_rad > angle_error_rad && beam.half_angle_rad < 1.0)) {
+    faults.add(place + ".beam.half_angle_rad", shown_number(beam.half_angle_rad),
+               "more than angle_error_rad and less than 1 (rad)");
+  }
+  if (!(look_range_m > 0.2 && look_range_m <= 3.0)) {
+    faults.add(place + ".look_range_m", shown_number(look_range_m), "a number from 0.2 to 3 (m)");
+  }
+  if (!(start_clear_m >= 0.0 && start_clear_m <= 3.0)) {
+    faults.add(place + ".start_clear_m", shown_number(start_clear_m), "a number from 0 to 3 (m)");
+  }
+  check_positive(faults, place + ".drift_close_m", drift_close_m, "m");
+  if (!(drift_allowed_m >= drift_close_m && drift_allowed_m <= 1.0)) {
+    faults.add(place + ".drift_allowed_m", shown_number(drift_allowed_m), "from drift_close_m to 1 (m)");
+  }
+  check_positive(faults, place + ".memory_s", memory_s, "s");
+}
+
+/// A convex region of the floor: half planes (inside where n . p <= c) and a disc.
+struct FreeSpace::Region {
+  struct HalfPlane {
+    double nx, ny, c;
+  };
+  std::array<HalfPlane, 4> planes;
+  int plane_count = 0;
+  double disc_x_m = 0, disc_y_m = 0, disc_radius_m = 0;  // no disc for 0
+  double y_low_m = 0, y_high_m = 0;                      // bounds, not tight
+
+  void add(double nx, double ny, double x, double y) {
+    planes[static_cast<std::size_t>(plane_count++)] = {nx, ny, nx * x + ny * y};
+  }
+
+  /// Empty where low > high.
+  Span at(double y_m) const {
+    constexpr double far = std::numeric_limits<double>::infinity();
+    Span span{-far, far};
+    if (disc_radius_m > 0.0) {
+      const double dy = y_m - disc_y_m, left = disc_radius_m * disc_radius_m - dy * dy;
+      if (left < 0.0) return {1.0, -1.0};
+      const double half = std::sqrt(left);
+      span = {disc_x_m - half, disc_x_m + half};
+    }
+    for (int k = 0; k < plane_count; ++k) {
+      const HalfPlane& plane = planes[static_cast<std::size_t>(k)];
+      const double rest = plane.c - plane.ny * y_m;
+      if (plane.nx > 1e-12) {
+        span.high_m = std::min(span.high_m, rest / plane.nx);
+      } else if (plane.nx < -1e-12) {
+        span.low_m = std::max(span.low_m, rest / plane.nx);
+      } else if (rest < 0.0) {
+        return {1.0, -1.0};
+      }
+    }
+    return span;
+  }
+};
+
+FreeSpace::FreeSpace(const FreeSpaceOptions& options)
+    : options_(options),
+      free_since_(static_cast<std::size_t>(size) * size, 0),
+      suspected_(static_cast<std::size_t>(size) * size, 0) {}
+
+FloorCell FreeSpace::cell_at(double x_m, double y_m) { return {floor_index(x_m), floor_index(y_m)}; }
+
+bool FreeSpace::in_window(const FloorCell& cell) const {
+  return cell.column >= first_column_ && cell.column < first_column_ + size && cell.row >= first_row_ &&
+         cell.row < first_row_ + size;
+}
+
+bool FreeSpace::still_counts(std::uint32_t seen, double distance_m, Drift drift) const {
+  if (now_ - seen >= epochs_.size()) return false;
+  const Epoch& then = epoch(seen);
+  return sum_.motion_s - then.motion_s <= options_.memory_s &&
+         options_.odometry.point_error_m(sum_.path_m - then.path_m, sum_.turn_rad - then.turn_rad,
+                                         distance_m) <= drift_m(drift);
+}
+
+bool FreeSpace::is_free(const FloorCell& cell, Drift drift) const {
+  if (!in_window(cell)) return false;
+  const std::uint32_t seen = free_since_[index(cell.column, cell.row)];
+  if (seen >= fresh_[static_cast<std::size_t>(drift)]) return true;
+  if (seen == 0) return false;
+  return still_counts(
+      seen, std::hypot(center_m(cell.column) - pose_.x_m, center_m(cell.row) - pose_.y_m) + half_diagonal_m,
+      drift);
+}
+
+bool FreeSpace::is_suspected(const FloorCell& cell) const {
+  return in_window(cell) && suspected_[index(cell.column, cell.row)] != 0;
+}
+
+void FreeSpace::forget(int column, int row) {
+  const std::size_t at = index(column, row);
+  free_since_[at] = 0;
+  suspected_[at] = 0;
+}
+
+/// Keeps the robot in the middle of the window: cells that enter it have never been seen.
+void FreeSpace::follow(const Pose2& pose) {
+  const int column = floor_index(pose.x_m) - size / 2, row = floor_index(pose.y_m) - size / 2;
+  const auto steps = [](int from, int to) { return std::min(std::abs(to - from), size); };
+  const int columns = steps(first_column_, column), rows = steps(first_row_, row);
+  for (int k = 0; k < columns; ++k) {
+    const int entering = column > first_column_ ? column + size - 1 - k : column + k;
+    for (int r = 0; r < size; ++r) forget(entering, r);
+  }
+  for (int k = 0; k < rows; ++k) {
+    const int entering = row > first_row_ ? row + size - 1 - k : row + k;
+    for (int c = 0; c < size; ++c) forget(c, entering);
+  }
+  first_column_ = column;
+  first_row_ = row;
+}
+
+void FreeSpace::move(double time_s, const Pose2& pose) {
+  if (!started_) {
+    started_ = true;
+    pose_ = pose;
+    first_column_ = floor_index(pose.x_m) - size / 2;
+    first_row_ = floor_index(pose.y_m) - size / 2;
+    sum_.time_s = time_s;
+    epochs_[now_] = sum_;
+    if (options_.start_clear_m > 0.0) {
+      Region disc;
+      disc.disc_x_m = pose.x_m;
+      disc.disc_y_m = pose.y_m;
+      disc.disc_radius_m = options_.start_clear_m;
+      disc.y_low_m = pose.y_m - options_.start_clear_m;
+      disc.y_high_m = pose.y_m + options_.start_clear_m;
+      mark_free(disc, now_);
+    }
+    return;
+  }
+  const double path_m = std::hypot(pose.x_m - pose_.x_m, pose.y_m - pose_.y_m);
+  const double turn_rad = std::abs(wrap_angle(pose.yaw_rad - pose_.yaw_rad));
+  const double dt_s = std::max(0.0, time_s - sum_.time_s);
+  sum_.time_s = time_s;
+  if (path_m < 1e-6 && turn_rad < 1e-6) return;
+  sum_.path_m += path_m;
+  sum_.turn_rad += turn_rad;
+  sum_.motion_s += dt_s;
+  pose_ = pose;
+  follow(pose);
+  constexpr double window_reach_m = 0.75 * size * cell_m;
+  for (const Drift drift : {Drift::allowed, Drift::close}) {
+    std::uint32_t& fresh = fresh_[static_cast<std::size_t>(drift)];
+    while (fresh < now_ && !still_counts(fresh, window_reach_m, drift)) ++fresh;
+  }
+  if (sum_.path_m - epoch(now_).path_m < epoch_path_m &&
+      sum_.turn_rad - epoch(now_).turn_rad < epoch_turn_rad)
+    return;
+  ++now_;
+  epochs_[now_ % epochs_.size()] = sum_;
+
+  // Where the robot stands is free.
+  const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
+  const Footprint& body = options_.footprint;
+  Region under;
+  under.add(c, s, pose.x_m + c * body.front_m, pose.y_m + s * body.front_m);
+  under.add(-c, -s, pose.x_m - c * body.rear_m, pose.y_m - s * body.rear_m);
+  under.add(-s, c, pose.x_m - s * body.half_width_m, pose.y_m + c * body.half_width_m);
+  under.add(s, -c, pose.x_m + s * body.half_width_m, pose.y_m - c * body.half_width_m);
+  const double reach_m = std::hypot(std::max(body.front_m, body.rear_m), body.half_width_m);
+  under.y_low_m = pose.y_m - reach_m;
+  under.y_high_m = pose.y_m + reach_m;
+  mark_free(under, now_);
+}
+
+/// The newest epoch that had begun by then.
+std::uint32_t FreeSpace::epoch_at(double time_s) const {
+  std::uint32_t number = now_;
+  while (number > 1 && now_ - number + 1 < epochs_.size() && epoch(number).time_s > time_s) --number;
+  return number;
+}
+
+/// A cell lies within a convex region exactly when its upper and its lower edge do.
+void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number) {
+  const int first = std::max(floor_index(region.y_low_m), first_row_);
+  const int last = std::min(floor_index(region.y_high_m), first_row_ + size - 1);
+  Span below = region.at(first * cell_m);
+  for (int row = first; row <= last; ++row) {
+    const Span above = region.at((row + 1) * cell_m);
+    const double low_m = std::max(below.low_m, above.low_m), high_m = std::min(below.high_m, above.high_m);
+    const bool both = below.low_m <= below.high_m && above.low_m <= above.high_m && low_m < high_m;
+    below = above;
+    if (!both) continue;
+    const int first_in = std::max(static_cast<int>(std::ceil(low_m / cell_m)), first_column_);
+    const int last_in = std::min(floor_index(high_m) - 1, first_column_ + size - 1);
+    for (int column = first_in; column <= last_in; ++column) {
+      const std::size_t at = index(column, row);
+      free_since_[at] = std::max(free_since_[at], epoch_number);
+      suspected_[at] = 0;
+    }
+  }
+}
+
+void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer) {
+  const double half = options_.beam.half_angle_rad;
+  const double near_m = std::max(0.0, reading.range_m - options_.range_error_m);
+  const double far_m = reading.range_m + options_.range_error_m;
+  const int radii = std::max(1, static_cast<int>(std::ceil((far_m - near_m) / (0.7 * cell_m))));
+  const double step_rad = 0.5 * cell_m / std::max(far_m, 0.5 * cell_m);
+  const int steps = static_cast<int>(std::ceil(half / step_rad));
+  const auto each = [&](const auto& visit) {
+    for (int k = -steps; k <= steps; ++k) {
+      const double angle = transducer.yaw_rad + half * k / steps;
+      const double c = std::cos(angle), s = std::sin(angle);
+      for (int r = 0; r <= radii; ++r) {
+        const double range_m = near_m + (far_m - near_m) * r / radii;
+        const FloorCell cell = cell_at(transducer.x_m + range_m * c, transducer.y_m + range_m * s);
+        if (in_window(cell) && visit(cell)) return true;
+      }
+    }
+    return false;
+  };
+  const bool explained = each([this](const FloorCell& cell) { return !is_free(cell); });
+  each([this, explained](const FloorCell& cell) {
+    const std::size_t at = index(cell.column, cell.row);
+    if (explained && is_free(cell)) return false;
+    free_since_[at] = 0;
+    suspected_[at] = 1;
+    return false;
+  });
+}
+
+void FreeSpace::look(const SonarReading& reading, const Pose2& pose_then) {
+  const bool sane = reading.transducer < sonar_count && std::isfinite(reading.range_m) &&
+                    std::isfinite(reading.fired_s) && reading.range_m >= 0.0 && started_;
+  if (!sane) return;
+  const SonarMount& mount = pioneer_3dx_sonars[reading.transducer];
+  const Eigen::Vector2d p = in_world_frame(pose_then, {mount.x_m, mount.y_m});
+  const Pose2 transducer{p.x(), p.y(), pose_then.yaw_rad + mount.heading_rad};
+
+  double& last_range_m = last_range_m_[reading.transducer];
+  const double both_m = std::min(reading.range_m, last_range_m);
+  last_range_m = reading.range_m;
+  const double radius_m = std::min(both_m - options_.range_error_m, options_.look_range_m);
+  if (radius_m > cell_m) {
+    const double half = options_.beam.half_angle_rad - options_.angle_error_rad;
+    const double right = transducer.yaw_rad - half, left = transducer.yaw_rad + half;
+    Region cone;
+    cone.add(std::sin(right), -std::cos(right), p.x(), p.y());
+    cone.add(-std::sin(left), std::cos(left), p.x(), p.y());
+    cone.disc_x_m = p.x();
+    cone.disc_y_m = p.y();
+    cone.disc_radius_m = radius_m;
+    const double y_right = p.y() + radius_m * std::sin(right), y_left = p.y() + radius_m * std::sin(left);
+    cone.y_low_m = std::min({p.y(), y_right, y_left});
+    cone.y_high_m = std::max({p.y(), y_right, y_left});
+    // The arc reaches further than its ends where it passes straight up or down.
+    if (std::cos(right) * std::cos(left) < 0.0) {
+      (std::sin(transducer.yaw_rad) > 0.0 ? cone.y_high_m : cone.y_low_m) =
+          p.y() + (std::sin(transducer.yaw_rad) > 0.0 ? radius_m : -radius_m);
+    }
+    mark_free(cone, epoch_at(reading.fired_s));
+  }
+  if (reading.echo && reading.range_m <= options_.look_range_m) mark_arc(reading, transducer);
+}
+
+bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
+                       FloorCell* obstacle) const {
+  // Cells that come within the margin have their centre within the margin and half a diagonal.
+  const double around_m = margin_m + drift_m(drift) + half_diagonal_m;
+  const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
+  const double front = footprint.front_m + around_m, rear = footprint.rear_m + around_m;
+  const double side = footprint.half_width_m + around_m;
+  const double up = std::max(s * front, -s * rear) + std::abs(c) * side;
+  const double down = std::max(-s * front, s * rear) + std::abs(c) * side;
+  const int last_row = floor_index(pose.y_m + up);
+  for (int row = floor_index(pose.y_m - down); row <= last_row; ++row) {
+    // Along the row: -rear <= c x + s y <= front, |-s x + c y| <= side.
+    const double y = center_m(row) - pose.y_m;
+    double low = -1e9, high = 1e9;
+    const auto cut = [&low, &high](double slope, double at_least, double at_most) {
+      if (std::abs(slope) < 1e-9) {
+        if (at_least > 0.0 || at_most < 0.0) high = -1e9;
+        return;
+      }
+      const double a = at_least / slope, b = at_most / slope;
+      low = std::max(low, std::min(a, b));
+      high = std::min(high, std::max(a, b));
+    };
+    cut(c, -rear - s * y, front - s * y);
+    cut(-s, -side - c * y, side - c * y);
+    if (low > high) continue;
+    const int last_column = floor_index(pose.x_m + high);
+    for (int column = floor_index(pose.x_m + low); column <= last_column; ++column) {
+      if (!is_free({column, row}, drift)) {
+        if (obstacle != nullptr) *obstacle = {column, row};
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace ballservo

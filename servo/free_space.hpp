@@ -1,0 +1,119 @@
+// What the sonars have shown to be free, around the robot, in the odometry's frame.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "calibration/files/fault.hpp"
+#include "servo/odometry_bound.hpp"
+#include "servo/sonar.hpp"
+#include "servo/unicycle.hpp"
+
+namespace ballservo {
+
+struct FreeSpaceOptions {
+  SonarBeam beam;
+  OdometryBound odometry;
+  double range_error_m = 0.025;   ///< bound on the error of a range, the place of the transducer included
+  double angle_error_rad = 0.01;  ///< taken off the cone's half angle
+  double look_range_m = 2.6;      ///< nothing further off is remembered of a firing
+  double start_clear_m = 0.70;    ///< at the start nothing stands within this of the axle: an assumption
+  /// What was seen free counts until odometry may have drifted by the larger; the closer the robot passes,
+  /// the less: a second, smaller bound.
+  double drift_allowed_m = 0.04, drift_close_m = 0.012;
+  double memory_s = 20.0;  ///< and so long, counted while the robot moves
+  Footprint footprint;
+
+  void check(FaultList& faults, const std::string& place) const;
+};
+
+/// A square of the floor: index of its column (x) and row (y) in the odometry's frame.
+struct FloorCell {
+  int column = 0, row = 0;
+};
+
+/// A window of the floor around the robot, in square cells; a ring buffer in both directions, so that nothing
+/// is copied when the robot moves. Allocates in the constructor only.
+///
+/// A cell is *free* when a firing's cone held the whole of it, short of the echo (and of the echo that the
+/// same transducer heard the time before: one that is missed once does no harm), and neither odometry's drift
+/// since then nor the time in motion since then exceed what is allowed. What was never seen is not free. An
+/// echo lies somewhere on an arc: where some cell of the arc is not free, that explains it; where all are,
+/// something has come, and the whole arc is free no longer. Cells of arcs that nobody has seen free are
+/// *suspected*: a matter for finding ways, not for safety.
+class FreeSpace {
+ public:
+  static constexpr double cell_m = 0.03;
+  static constexpr int size = 256;  ///< cells along each side: 7.68 m
+
+  /// How far odometry may have drifted since a cell was seen free.
+  enum class Drift { allowed, close };
+
+  explicit FreeSpace(const FreeSpaceOptions& options);
+
+  /// The robot is there now; times must not run backwards. The first call is the start.
+  void move(double time_s, const Pose2& pose);
+
+  /// A firing, with the odometry's pose at that moment.
+  void look(const SonarReading& reading, const Pose2& pose_then);
+
+  bool in_window(const FloorCell& cell) const;
+  bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const;
+  bool is_suspected(const FloorCell& cell) const;
+
+  static FloorCell cell_at(double x_m, double y_m);
+  static double center_m(int index) { return (index + 0.5) * cell_m; }
+
+  double drift_m(Drift drift) const {
+    return drift == Drift::allowed ? options_.drift_allowed_m : options_.drift_close_m;
+  }
+
+  /// Whether every cell is free that comes within `margin_m`, and the drift, of the footprint at that pose;
+  /// else the first one that is not.
+  bool covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
+              FloorCell* obstacle) const;
+
+  const FreeSpaceOptions& options() const { return options_; }
+  const Pose2& pose() const { return pose_; }
+
+ private:
+  /// Path and turn so far when an epoch began; epochs follow each other only while the robot moves.
+  struct Epoch {
+    double time_s = 0, motion_s = 0, path_m = 0, turn_rad = 0;
+  };
+  /// The part of a convex region along a line of constant y.
+  struct Span {
+    double low_m, high_m;
+  };
+  struct Region;
+
+  std::size_t index(int column, int row) const {
+    constexpr int mask = size - 1;
+    return static_cast<std::size_t>((row & mask) * size + (column & mask));
+  }
+  const Epoch& epoch(std::uint32_t number) const { return epochs_[number % epochs_.size()]; }
+  std::uint32_t epoch_at(double time_s) const;
+  bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
+  void mark_free(const Region& region, std::uint32_t epoch_number);
+  void mark_arc(const SonarReading& reading, const Pose2& transducer);
+  void follow(const Pose2& pose);
+  void forget(int column, int row);
+
+  FreeSpaceOptions options_;
+  bool started_ = false;
+  Pose2 pose_;
+  int first_column_ = 0, first_row_ = 0;  // of the window
+  std::array<Epoch, 1024> epochs_{};
+  std::uint32_t now_ = 1;  // number of the current epoch; a cell's 0 means never seen free
+  std::array<std::uint32_t, 2> fresh_{1,
+                                      1};  // by Drift: what was seen then or later counts in all the window
+  Epoch sum_;                              // path and turn up to now
+  std::array<double, sonar_count> last_range_m_{};
+  std::vector<std::uint32_t> free_since_;
+  std::vector<std::uint8_t> suspected_;
+};
+
+}  // namespace ballservo

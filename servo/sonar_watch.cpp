@@ -1,0 +1,88 @@
+#include "servo/sonar_watch.hpp"
+
+#include <cmath>
+
+#include "servo/option_check.hpp"
+
+namespace ballservo {
+
+namespace {
+
+// The transducers that look where the robot goes when it drives ahead, and when it backs up.
+constexpr std::array<std::size_t, 4> ahead{2, 3, 4, 5}, astern{10, 11, 12, 13};
+constexpr double stuck_way_m = 0.05;  // equal ranges mean nothing while the robot rests
+
+/// Older than `age_s`, or of a time that cannot be.
+bool old(double now_s, double stamp_s, double age_s) {
+  return !(now_s - stamp_s <= age_s && now_s - stamp_s >= 0.0);
+}
+
+bool any_old(double now_s, const SensorStamps& stamps, const std::array<std::size_t, 4>& transducers,
+             double age_s) {
+  for (const std::size_t k : transducers) {
+    if (old(now_s, stamps.looked_s[k], age_s)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void GuardOptions::check(FaultList& faults, const std::string& place) const {
+  check_positive(faults, place + ".stale_vision_s", stale_vision_s, "s");
+  check_positive(faults, place + ".silent_array_s", silent_array_s, "s");
+  check_positive(faults, place + ".old_look_s", old_look_s, "s");
+  check_positive(faults, place + ".late_s", late_s, "s");
+  if (stuck_after < 2) faults.add(place + ".stuck_after", std::to_string(stuck_after), "2 or more");
+}
+
+GuardVerdict guard(double now_s, const SensorStamps& stamps, const GuardOptions& options) {
+  if (!std::isfinite(now_s)) return {true, false, false, "guard: the clock is not finite"};
+  if (old(now_s, stamps.frame_s, options.stale_vision_s)) {
+    return {true, false, false, "guard: no frames from the camera"};
+  }
+  GuardVerdict verdict;
+  const bool front_silent = old(now_s, stamps.array_heard_s[0], options.silent_array_s);
+  const bool rear_silent = old(now_s, stamps.array_heard_s[1], options.silent_array_s);
+  if (any_old(now_s, stamps, astern, options.old_look_s) || rear_silent) {
+    verdict.backward = false;
+    verdict.reason = "guard: not looked behind for too long";
+  }
+  if (any_old(now_s, stamps, ahead, options.old_look_s)) {
+    verdict.forward = false;
+    verdict.reason = "guard: not looked ahead for too long";
+  }
+  if (front_silent || rear_silent) {
+    verdict.forward = false;
+    verdict.reason =
+        front_silent ? "guard: the front sonars are silent" : "guard: the rear sonars are silent";
+  }
+  return verdict;
+}
+
+bool SonarWatch::hear(const SonarReading& reading, double now_s, double way) {
+  const bool sane = reading.transducer < sonar_count && std::isfinite(reading.range_m) &&
+                    std::isfinite(reading.fired_s) && std::isfinite(now_s) && reading.range_m >= 0.0 &&
+                    reading.fired_s <= now_s;
+  if (!sane) return false;
+  const std::uint32_t bit = 1u << reading.transducer;
+  stamps_.array_heard_s[reading.transducer / 8] = now_s;
+
+  late_ &= ~bit;
+  if (now_s - reading.fired_s > options_.late_s) {
+    late_ |= bit;
+    return false;
+  }
+  Repeat& repeat = repeats_[reading.transducer];
+  if (reading.echo && reading.range_m == repeat.range_m) {
+    ++repeat.count;
+  } else {
+    repeat = {reading.range_m, way, 1};
+    stuck_ &= ~bit;
+  }
+  if (reading.echo && repeat.count >= options_.stuck_after && way - repeat.way > stuck_way_m) stuck_ |= bit;
+  if ((stuck_ & bit) != 0) return false;
+  stamps_.looked_s[reading.transducer] = reading.fired_s;
+  return true;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,141 @@
+#include "servo/free_space.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace ballservo {
+namespace {
+
+FreeSpaceOptions without_start() {
+  FreeSpaceOptions options;
+  options.start_clear_m = 0;
+  return options;
+}
+
+/// The same transducer fires twice: one look alone is not believed.
+void look_twice(FreeSpace& space, std::size_t transducer, double range_m, double time_s,
+                const Pose2& pose = {}) {
+  for (int k = 0; k < 2; ++k) space.look({time_s, transducer, range_m, range_m < 5.0}, pose);
+}
+
+TEST(FreeSpace, UnknownIsNotFree) {
+  FreeSpace space(without_start());
+  space.move(0, {});
+  for (int column = -140; column < 140; column += 7) {
+    for (int row = -140; row < 140; row += 7) EXPECT_FALSE(space.is_free({column, row}));
+  }
+}
+
+TEST(FreeSpace, ACellIsFreeExactlyWhenTheConeHoldsAllOfIt) {
+  for (std::size_t k = 0; k < sonar_count; ++k) {
+    for (const double yaw : {0.4, -2.2}) {
+      const FreeSpaceOptions options = without_start();
+      FreeSpace space(options);
+      const Pose2 pose{0.3, -0.2, yaw};
+      space.move(0, pose);
+      look_twice(space, k, 1.4, 0, pose);
+      const SonarMount& mount = pioneer_3dx_sonars[k];
+      const Eigen::Vector2d apex = in_world_frame(pose, {mount.x_m, mount.y_m});
+      const double half = options.beam.half_angle_rad - options.angle_error_rad;
+      const auto holds = [&](double x, double y, double slack) {
+        const double dx = x - apex.x(), dy = y - apex.y(), range = std::hypot(dx, dy);
+        const double off = wrap_angle(std::atan2(dy, dx) - yaw - mount.heading_rad);
+        return range <= 1.4 - options.range_error_m + slack &&
+               range * std::sin(std::abs(off) - half) <= slack && std::abs(off) < 1.5;
+      };
+      int free = 0;
+      for (int column = -80; column < 80; ++column) {
+        for (int row = -80; row < 80; ++row) {
+          bool all = true, nearly_all = true;
+          for (const int i : {0, 1}) {
+            for (const int j : {0, 1}) {
+              const double x = (column + i) * FreeSpace::cell_m, y = (row + j) * FreeSpace::cell_m;
+              all = all && holds(x, y, 1e-9);
+              nearly_all = nearly_all && holds(x, y, -1e-9);
+            }
+          }
+          if (space.is_free({column, row})) {
+            EXPECT_TRUE(all) << k << ' ' << column << ' ' << row;
+            ++free;
+          } else {
+            EXPECT_FALSE(nearly_all) << k << ' ' << column << ' ' << row;
+          }
+        }
+      }
+      EXPECT_GT(free, 200) << k;
+    }
+  }
+}
+
+TEST(FreeSpace, OneLookAloneIsNotBelieved) {
+  FreeSpace space(without_start());
+  space.move(0, {});
+  space.look({0, 3, 0.5, true}, {});
+  space.look({0.32, 3, 5.0, false}, {});  // the echo is missed once
+  const FloorCell behind = FreeSpace::cell_at(1.0, 0.2);
+  EXPECT_FALSE(space.is_free(behind));
+  space.look({0.64, 3, 5.0, false}, {});
+  EXPECT_TRUE(space.is_free(behind));
+}
+
+TEST(FreeSpace, IsForgottenWithTheWayAndTheTurnButNotWhileTheRobotRests) {
+  FreeSpaceOptions options = without_start();
+  options.odometry = {0.01, 0.01, 0.005};
+  const auto seen = [&options](double path_m, double turn_rad, double rest_s) {
+    FreeSpace space(options);
+    space.move(0, {});
+    look_twice(space, 3, 1.5, 0);
+    double time_s = rest_s;
+    space.move(time_s, {});
+    for (int k = 1; k <= 100; ++k) {
+      // There and back, so that the cell stays where it was.
+      const double there = k <= 50 ? k / 50.0 : 2 - k / 50.0;
+      space.move(time_s += 0.02, {-0.5 * path_m * there, 0, 0.5 * turn_rad * there});
+    }
+    return space.is_free(FreeSpace::cell_at(0.8, 0.12));
+  };
+  EXPECT_TRUE(seen(0, 0, 1000));
+  EXPECT_TRUE(seen(1.0, 0, 0));
+  EXPECT_FALSE(seen(3.0, 0, 0));
+  EXPECT_TRUE(seen(0, 3.0, 0));
+  EXPECT_FALSE(seen(0, 9.0, 0));
+  options.memory_s = 1.0;
+  EXPECT_FALSE(seen(0.1, 0, 0)) << "two seconds in motion";
+}
+
+TEST(FreeSpace, AnEchoAmidFreeSpaceTakesItBackAndOneThatIsExplainedDoesNot) {
+  FreeSpace space(without_start());
+  space.move(0, {});
+  for (const double yaw : {-0.15, 0.0, 0.15}) look_twice(space, 3, 2.0, 0, {0, 0, yaw});
+  const FloorCell middle = FreeSpace::cell_at(1.15, 0.2);
+  ASSERT_TRUE(space.is_free(middle));
+  // Something has come: the whole arc lies in free space.
+  const double range_m = std::hypot(1.15 - 0.166, 0.2 - 0.027);
+  space.look({1, 3, range_m, true}, {});
+  EXPECT_FALSE(space.is_free(middle));
+  EXPECT_TRUE(space.is_suspected(middle));
+  // It is gone again.
+  look_twice(space, 3, 2.0, 2);
+  EXPECT_TRUE(space.is_free(middle));
+  EXPECT_FALSE(space.is_suspected(middle));
+  // Transducer 2 looks aside, where much is unknown: its echo need not come from there.
+  look_twice(space, 2, 1.0, 3);
+  EXPECT_TRUE(space.is_free(middle));
+}
+
+TEST(FreeSpace, NeverAnswersForWhatLeftItsWindow) {
+  FreeSpace space(FreeSpaceOptions{});
+  space.move(0, {});
+  const FloorCell start = FreeSpace::cell_at(0.1, 0.1);
+  EXPECT_TRUE(space.is_free(start));
+  for (int k = 1; k <= 100; ++k) space.move(0.02 * k, {0.1 * k, 0.05 * k, 0});
+  EXPECT_FALSE(space.in_window(start));
+  EXPECT_FALSE(space.is_free(start));
+  for (int k = 99; k >= 0; --k) space.move(4 - 0.02 * k, {0.1 * k, 0.05 * k, 0});
+  EXPECT_TRUE(space.in_window({60, 60}));
+  EXPECT_FALSE(space.is_free({60, 60})) << "a ring buffer must not remember another round";
+}
+
+}  // namespace
+}  // namespace ballservo

@@ -1,0 +1,120 @@
+#include "servo/braking_shield.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include "tests/simulation/shielded_robot.hpp"
+
+namespace ballservo {
+namespace {
+
+using test::random_world;
+using test::RecklessDriver;
+using test::ShieldedOptions;
+using test::ShieldedRobot;
+
+struct Tally {
+  long steps = 0, passed = 0, moved = 0, collisions = 0, moving_contacts = 0;
+  double way_m = 0;
+};
+
+/// A run of a reckless driver; false at the first broken promise.
+bool run(const ShieldedOptions& options, std::uint64_t seed, int steps, Tally& tally) {
+  RandomEngine engine = random_stream(seed, "shield");
+  const World world = random_world(engine, options.avoidance.space.start_clear_m);
+  ShieldedRobot robot(world, options, seed);
+  RecklessDriver driver(engine);
+  Twist2 last;
+  for (int k = 0; k < steps; ++k) {
+    const Twist2 asked = driver.next(last);
+    const Pose2 before = robot.pose();
+    const ShieldVerdict verdict = robot.step(asked);
+    last = verdict.command;
+    ++tally.steps;
+    tally.way_m += std::hypot(robot.pose().x_m - before.x_m, robot.pose().y_m - before.y_m);
+    if (verdict.passed && asked.v_mps != 0) ++tally.passed;
+    const bool raised = std::abs(last.v_mps) > std::abs(asked.v_mps) ||
+                        std::abs(last.w_radps) > std::abs(asked.w_radps) || last.v_mps * asked.v_mps < 0 ||
+                        last.w_radps * asked.w_radps < 0;
+    if (raised || !robot.brakes_clear()) {
+      ++tally.collisions;
+      return false;
+    }
+  }
+  return true;
+}
+
+// 100 runs of 1000 steps.
+TEST(BrakingShield, EveryCommandThatPassesCanBrakeClearAndNoSpeedIsRaised) {
+  Tally tally;
+  EXPECT_TRUE(rc::check("brakes clear", [&tally](std::uint64_t seed) {
+    ShieldedOptions options;
+    options.actuation_delay_s = 0.01 * static_cast<double>(seed % 12);
+    RC_ASSERT(run(options, seed, 1000, tally));
+  }));
+  EXPECT_GE(tally.steps, 100000);
+  EXPECT_GT(tally.passed, tally.steps / 10) << "a shield that lets nothing pass proves nothing";
+  EXPECT_GT(tally.way_m, 100) << "a robot that stands proves nothing";
+}
+
+TEST(BrakingShield, WithoutItTheSameDriverCollides) {
+  int collided = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    RandomEngine engine = random_stream(seed, "shield");
+    const World world = random_world(engine, 0.7);
+    UnicycleRobot robot({}, ShieldedRobot::limits, 0.05);
+    RecklessDriver driver(engine);
+    Twist2 last;
+    for (int k = 0; k < 1000; ++k) {
+      robot.command(last = driver.next(last));
+      robot.advance_to(0.02 * (k + 1));
+      if (!find_contacts(world, pioneer_3dx_footprint, robot.pose(), 0).collision()) continue;
+      ++collided;
+      break;
+    }
+  }
+  EXPECT_GE(collided, 8);
+}
+
+TEST(BrakingShield, StandsWhereNothingWasEverSeen) {
+  FreeSpaceOptions options;
+  options.start_clear_m = 0;
+  FreeSpace space(options);
+  space.move(0, {});
+  const ShieldOptions shield_options;
+  EXPECT_EQ(shield({0.1, 0.2}, {}, space, shield_options).command.v_mps, 0);
+  EXPECT_EQ(shield({0, 0.2}, {}, space, shield_options).command.w_radps, 0);
+  EXPECT_TRUE(shield({}, {}, space, shield_options).passed);
+}
+
+TEST(BrakingShield, IsFiniteAndNeverFasterForAnyInput) {
+  FreeSpace space(FreeSpaceOptions{});
+  space.move(0, {});
+  const double odd[] = {0.0,
+                        0.3,
+                        -0.3,
+                        1e308,
+                        -1e308,
+                        std::numeric_limits<double>::denorm_min(),
+                        std::numeric_limits<double>::infinity(),
+                        -std::numeric_limits<double>::infinity(),
+                        std::numeric_limits<double>::quiet_NaN()};
+  for (const double v : odd) {
+    for (const double w : odd) {
+      for (const double x : odd) {
+        for (const double yaw : odd) {
+          for (const double speed : odd) {
+            const ShieldVerdict verdict = shield({v, w}, {{x, 0, yaw}, {speed, w}}, space, {});
+            ASSERT_TRUE(std::isfinite(verdict.command.v_mps) && std::isfinite(verdict.command.w_radps));
+            if (!std::isfinite(v) || !std::isfinite(w)) continue;
+            ASSERT_LE(std::abs(verdict.command.v_mps), std::abs(v));
+            ASSERT_LE(std::abs(verdict.command.w_radps), std::abs(w));
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ballservo
