@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace ballservo {
@@ -21,6 +22,38 @@ cv::Rect box_around(const OutlineEllipse& outline, cv::Size size) {
   return {left, top, right - left, bottom - top};
 }
 
+// How bright the pixels are: their number and the sum of their brightness in steps from dark to light.
+class BrightnessHistogram {
+ public:
+  explicit BrightnessHistogram(double brightest) : per_step_(steps_ / brightest) {}
+
+  void add(double brightness) {
+    const auto step = static_cast<std::size_t>(std::clamp(brightness * per_step_, 0.0, steps_ - 1.0));
+    ++pixels_[step];
+    sums_[step] += brightness;
+  }
+
+  /// The largest sum of squares between a dark and a light part (Otsu 1979, equation 14, times the pixels).
+  double squares_between_two(double pixels, double sum) const {
+    double most = 0, dark = 0, dark_sum = 0;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      dark += pixels_[i];
+      dark_sum += sums_[i];
+      const double light = pixels - dark;
+      if (dark == 0 || light == 0) continue;
+      const double apart = dark_sum / dark - (sum - dark_sum) / light;
+      most = std::max(most, dark * light / pixels * apart * apart);
+    }
+    return most;
+  }
+
+ private:
+  static constexpr int steps_ = 128;
+  double per_step_;
+  std::array<int, steps_> pixels_{};
+  std::array<double, steps_> sums_{};
+};
+
 }  // namespace
 
 BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
@@ -34,6 +67,7 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   double squares = 0;
   int pixels = 0;
+  BrightnessHistogram histogram(3 * static_cast<double>(response.light.back()));
   for (int v = box.y; v < box.br().y; v += step) {
     const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
     for (int u = box.x; u < box.br().x; u += step) {
@@ -50,6 +84,7 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
       normal += terms * terms.transpose();
       right += terms * brightness;
       squares += brightness * brightness;
+      histogram.add(brightness);
       ++pixels;
     }
   }
@@ -59,7 +94,8 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
   const Eigen::Vector4d p = normal.ldlt().solve(right);
   const double rest = squares - 2 * p.dot(right) + p.dot(normal * p);
   if (!(mean > 0) || !(variance > 0) || !p.allFinite()) return {};
-  return {p.tail<3>().norm() / mean, std::clamp(1 - rest / variance, 0.0, 1.0)};
+  const double between = histogram.squares_between_two(pixels, right(0));
+  return {p.tail<3>().norm() / mean, std::clamp(1 - rest / variance, 0.0, 1.0), between / variance};
 }
 
 }  // namespace ballservo

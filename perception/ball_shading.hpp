@@ -17,6 +17,9 @@ namespace ballservo {
 struct BallShading {
   double strength = 0;   ///< |b| as a part of the mean brightness
   double explained = 0;  ///< of the brightness's variance, 0 to 1
+  /// The same by the best two even parts, a dark and a light one: all of it on a flat thing of two shades,
+  /// three quarters of a ramp.
+  double explained_by_two = 0;
 };
 
 /// Over the ball's pixels inside the cone. Zeros where there are too few.

@@ -274,7 +274,8 @@ bool Detector::shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored,
   if (ball.support.hidden <= options_.max_hidden) return true;
   if (options_.fit == BallFit::sphere && is_whole(ball)) return true;
   const BallShading shading = ball_shading(bgr, fitter_.response(), colored, *rays_, ball.cone, ball.outline);
-  return shading.strength >= options_.min_shading && shading.explained >= options_.min_shading_explained;
+  return shading.strength >= options_.min_shading && shading.explained >= options_.min_shading_explained &&
+         shading.explained > shading.explained_by_two;
 }
 
 // Whether an edge lies on the outline nearly wherever that runs in the picture.

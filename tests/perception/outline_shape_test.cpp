@@ -74,14 +74,17 @@ TEST(OutlineShape, ASmearedEdgeMayLieFurtherOff) {
   EXPECT_EQ(outline_shape(offsets, all_bounded(), 30, 3).match, 1);
 }
 
-// What is seen of a disc to the left of the line `cut`.
-BallShading shading_of(bool shaded, int cut_px) {
+// What is seen to the left of the line `cut` of a ball or a flat disc of one or two shades.
+enum class Look { sphere, disc, two_shades };
+
+BallShading shading_of(Look look, int cut_px) {
   cv::Mat bgr = test::grey_picture();
   const Eigen::Vector2d center_px(160, 120);
-  if (shaded)
+  if (look == Look::sphere)
     test::paint_shaded_disc(bgr, center_px, 30, test::red);
   else
     test::paint_disc(bgr, center_px, 30, test::red);
+  if (look == Look::two_shades) bgr.rowRange(115, bgr.rows) *= 0.4;
   BitPicture pixels;
   pixels.resize(bgr.size());
   for (int v = 0; v < bgr.rows; ++v) {
@@ -101,10 +104,19 @@ BallShading shading_of(bool shaded, int cut_px) {
 
 TEST(BallShading, TellsASphereFromADisc) {
   for (const int cut_px : {145, 160, 200}) {
-    const BallShading sphere = shading_of(true, cut_px), disc = shading_of(false, cut_px);
+    const BallShading sphere = shading_of(Look::sphere, cut_px), disc = shading_of(Look::disc, cut_px);
     EXPECT_GT(sphere.strength, 0.4) << cut_px;
     EXPECT_GT(sphere.explained, 0.9) << cut_px;
     EXPECT_LT(disc.strength, 0.1) << cut_px;
+  }
+}
+
+TEST(BallShading, TellsASphereFromADiscOfTwoShades) {
+  for (const int cut_px : {145, 160, 200}) {
+    const BallShading sphere = shading_of(Look::sphere, cut_px), disc = shading_of(Look::two_shades, cut_px);
+    EXPECT_GT(sphere.explained, sphere.explained_by_two) << cut_px;
+    EXPECT_GT(disc.explained, 0.7) << cut_px;
+    EXPECT_LT(disc.explained, disc.explained_by_two) << cut_px;
   }
 }
 
