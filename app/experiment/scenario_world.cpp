@@ -92,9 +92,25 @@ WaypointMotion read_waypoints(YamlNode& node, const Eigen::Vector3d& start_m) {
   return motion;
 }
 
-Motion read_motion(YamlNode& ball, const Eigen::Vector3d& start_m) {
+RollingMotion read_rolling(YamlNode& node, const Room& room, double radius_m) {
+  RollingMotion motion;
+  const double speed_mps = node.number("speed_mps", NumberRange::within(0, 10, "m/s"));
+  const double heading_rad = node.number("heading_rad", NumberRange::within(-6.2832, 6.2832, "rad"));
+  motion.velocity_mps = speed_mps * Eigen::Vector2d(std::cos(heading_rad), std::sin(heading_rad));
+  motion.start_s = node.number("start_s", NumberRange::within(0, 3600, "s"), 0.0);
+  motion.friction_mps2 = node.number("friction_mps2", NumberRange::within(0, 10, "m/s^2"), 0.0);
+  motion.restitution = node.number("restitution", share, 1.0);
+  const double margin_m = radius_m + 1e-6;  // so that rounding never puts it into the wall
+  motion.low_m = Eigen::Vector2d(room.x_min_m, room.y_min_m).array() + margin_m;
+  motion.high_m = Eigen::Vector2d(room.x_max_m, room.y_max_m).array() - margin_m;
+  return motion;
+}
+
+Motion read_motion(YamlNode& ball, const Eigen::Vector3d& start_m, const Room& room, double radius_m) {
   YamlNode node = ball.map("motion", false);
-  const std::string type = node.choice("type", {"static", "linear", "circle", "waypoints"}, "static");
+  const std::string type =
+      node.choice("type", {"static", "linear", "circle", "waypoints", "rolling"}, "static");
+  if (type == "rolling") return read_rolling(node, room, radius_m);
   if (type == "waypoints") return read_waypoints(node, start_m);
   if (type == "linear") {
     LinearMotion motion;
@@ -121,7 +137,7 @@ bool is_class_name(const std::string& text) {
                      [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
 }
 
-Ball read_ball(YamlNode& node) {
+Ball read_ball(YamlNode& node, const Room& room) {
   Ball ball;
   ball.name = node.text("name");
   if (ball.name.empty() && node.has("name")) node.fault("name", "nothing", "a name");
@@ -133,7 +149,7 @@ Ball read_ball(YamlNode& node) {
   YamlNode position = node.map("position");
   ball.position_m = {position.number("x_m", place_m), position.number("y_m", place_m),
                      position.number("z_m", place_m, ball.diameter_m / 2)};
-  ball.motion = read_motion(node, ball.position_m);
+  ball.motion = read_motion(node, ball.position_m, room, ball.radius_m());
   ball.sonar = node.boolean("sonar", false);
   Material painted;
   painted.specular = 0.30;
@@ -286,7 +302,7 @@ WorldReading read_world(StrictYaml& yaml, const WorldContext& context) {
   std::set<std::string> names;
   for (YamlNode& node : root.list("balls", true)) {
     reading.ball_ok.push_back(without_fault([&] {
-      reading.world.balls.push_back(read_ball(node));
+      reading.world.balls.push_back(read_ball(node, reading.world.room));
       const std::string& name = reading.world.balls.back().name;
       if (!name.empty() && !names.insert(name).second)
         node.fault("name", name, "a name that no other ball has");

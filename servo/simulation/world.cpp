@@ -40,6 +40,10 @@ Eigen::Vector3d Ball::p_WB(double time_s) const {
                  return {circle.center_m.x() + c * arm.x() - s * arm.y(),
                          circle.center_m.y() + s * arm.x() + c * arm.y(), position_m.z()};
                },
+               [&](const RollingMotion& rolling) -> Eigen::Vector3d {
+                 const Eigen::Vector2d place_m = rolling.place(position_m.head<2>(), time_s);
+                 return {place_m.x(), place_m.y(), position_m.z()};
+               },
                [&](const WaypointMotion& way) -> Eigen::Vector3d {
                  const auto after = std::upper_bound(
                      way.points.begin(), way.points.end(), time_s,

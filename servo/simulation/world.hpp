@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "servo/simulation/light_course.hpp"
+#include "servo/simulation/rolling_motion.hpp"
 #include "servo/simulation/texture.hpp"
 
 namespace ballservo {
@@ -42,7 +43,7 @@ struct WaypointMotion {
   };
   std::vector<Point> points;  ///< one or more, times rising
 };
-using Motion = std::variant<StaticMotion, LinearMotion, CircleMotion, WaypointMotion>;
+using Motion = std::variant<StaticMotion, LinearMotion, CircleMotion, WaypointMotion, RollingMotion>;
 
 struct Ball {
   std::string name;
