@@ -85,7 +85,8 @@ struct FreeSpace::Region {
 FreeSpace::FreeSpace(const FreeSpaceOptions& options)
     : options_(options),
       free_since_(static_cast<std::size_t>(size) * size, 0),
-      suspected_(static_cast<std::size_t>(size) * size, 0) {}
+      suspected_(static_cast<std::size_t>(size) * size, 0),
+      suspects_(static_cast<std::size_t>(size / block) * (size / block), 0) {}
 
 FloorCell FreeSpace::cell_at(double x_m, double y_m) { return {floor_index(x_m), floor_index(y_m)}; }
 
@@ -116,10 +117,18 @@ bool FreeSpace::is_suspected(const FloorCell& cell) const {
   return in_window(cell) && suspected_[index(cell.column, cell.row)] != 0;
 }
 
+void FreeSpace::suspect(int column, int row, bool yes) {
+  std::uint8_t& cell = suspected_[index(column, row)];
+  if ((cell != 0) == yes) return;
+  cell = yes ? 1 : 0;
+  // Floor division for negative indices too.
+  std::uint8_t& count = suspects_[block_index(column >> 2, row >> 2)];
+  count = static_cast<std::uint8_t>(yes ? count + 1 : count - 1);
+}
+
 void FreeSpace::forget(int column, int row) {
-  const std::size_t at = index(column, row);
-  free_since_[at] = 0;
-  suspected_[at] = 0;
+  free_since_[index(column, row)] = 0;
+  suspect(column, row, false);
 }
 
 /// Keeps the robot in the middle of the window: cells that enter it have never been seen.
@@ -216,7 +225,7 @@ void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number) {
     for (int column = first_in; column <= last_in; ++column) {
       const std::size_t at = index(column, row);
       free_since_[at] = std::max(free_since_[at], epoch_number);
-      suspected_[at] = 0;
+      suspect(column, row, false);
     }
   }
 }
@@ -242,10 +251,9 @@ void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer) {
   };
   const bool explained = each([this](const FloorCell& cell) { return !is_free(cell); });
   each([this, explained](const FloorCell& cell) {
-    const std::size_t at = index(cell.column, cell.row);
     if (explained && is_free(cell)) return false;
-    free_since_[at] = 0;
-    suspected_[at] = 1;
+    free_since_[index(cell.column, cell.row)] = 0;
+    suspect(cell.column, cell.row, true);
     return false;
   });
 }

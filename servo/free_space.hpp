@@ -64,6 +64,12 @@ class FreeSpace {
   bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const;
   bool is_suspected(const FloorCell& cell) const;
 
+  /// Squares of `block` x `block` cells, counted from the same origin, in which something is suspected.
+  static constexpr int block = 4;
+  bool is_block_suspected(int block_column, int block_row) const {
+    return suspects_[block_index(block_column, block_row)] != 0;
+  }
+
   static FloorCell cell_at(double x_m, double y_m);
   static double center_m(int index) { return (index + 0.5) * cell_m; }
 
@@ -94,6 +100,11 @@ class FreeSpace {
     constexpr int mask = size - 1;
     return static_cast<std::size_t>((row & mask) * size + (column & mask));
   }
+  static std::size_t block_index(int block_column, int block_row) {
+    constexpr int blocks = size / block, mask = blocks - 1;
+    return static_cast<std::size_t>((block_row & mask) * blocks + (block_column & mask));
+  }
+  void suspect(int column, int row, bool yes);
   const Epoch& epoch(std::uint32_t number) const { return epochs_[number % epochs_.size()]; }
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
@@ -113,7 +124,7 @@ class FreeSpace {
   Epoch sum_;                              // path and turn up to now
   std::array<double, sonar_count> last_range_m_{};
   std::vector<std::uint32_t> free_since_;
-  std::vector<std::uint8_t> suspected_;
+  std::vector<std::uint8_t> suspected_, suspects_;  // cells; how many of each block
 };
 
 }  // namespace ballservo
