@@ -111,6 +111,7 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
       started_ = true;
       state_since_s_ = frame_time_s_ = time_s;  // the first frame is awaited from here on
       last_yaw_rad_ = start_yaw_rad_ = odometry.yaw_rad;
+      start_O_ = {odometry.x_m, odometry.y_m};
     }
     step_time_s_ = time_s;
     odometry_ = odometry;

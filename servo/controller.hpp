@@ -38,7 +38,7 @@ struct ControllerOptions {
   double look_s = 1.0;              ///< standing still and looking, before a search begins to turn
   double search_speed_radps = 0.7;  ///< of the turn on the spot
   double search_turn_rad = 6.8;     ///< a search that has turned so far without the ball has ended
-  int excursions = 4;               ///< to other places to look from, with avoidance, before a search ends
+  int excursions = 5;               ///< to other places to look from, with avoidance, before a search ends
   double excursion_m = 1.8;         ///< at most so far each
   double excursion_s = 10.0;        ///< and for so long
   double remember_s = 30.0;         ///< a ball out of sight is driven to for so long, with avoidance
@@ -114,7 +114,8 @@ class Controller {
   void lose(std::string_view reason, double time_s);
   void search_on(double time_s, const Pose2& odometry);
   void follow(double time_s, bool seen, bool trusted, const Target* target);
-  void remember(double time_s, bool just_seen, double in_state_s, const Target* target);
+  void remember(double time_s, bool just_seen, const Target* target);
+  bool excursion_ends(double time_s, const Pose2& odometry, const Twist2& twist) const;
   void update_state(double time_s, const Pose2& odometry, const Twist2& twist, const Target* target);
   Twist2 wanted(const Target* target, const RobotMotion& when_it_acts, LawOutput* law_output);
   Twist2 by_law(const Target& target, const std::optional<LawOutput>& law) const;
@@ -143,9 +144,11 @@ class Controller {
   bool bad_measurement_ = false, started_ = false, had_ball_ = false;
   double turned_rad_ = 0, last_yaw_rad_ = 0, search_sign_ = 1;
   Twist2 last_command_;
-  int excursions_ = 0;
+  int excursions_ = 0, search_flips_ = 0;
+  double turning_s_ = 0;  // when the search last turned
   double start_yaw_rad_ = 0;
-  Eigen::Vector2d excursion_to_{0, 0};
+  Eigen::Vector2d excursion_to_{0, 0}, start_O_{0, 0};
+  double excursion_since_s_ = 0;
   double sought_since_s_ = 0;  // at the remembered place, looking for the ball
   ControlState before_blocked_ = ControlState::approach;
   Pose2 odometry_;

@@ -60,6 +60,8 @@ void Controller::lose(std::string_view reason, double time_s) {
 
 /// A turn has shown nothing: to another place to look from, or the end.
 void Controller::search_on(double time_s, const Pose2& odometry) {
+  search_flips_ = 0;
+  turning_s_ = time_s;
   if (!steers() || excursions_ >= options_.excursions) {
     return enter(ControlState::given_up, "turned all around without seeing the ball", time_s);
   }
@@ -68,8 +70,17 @@ void Controller::search_on(double time_s, const Pose2& odometry) {
   ++excursions_;
   excursion_to_ = avoidance_->open_place(start_yaw_rad_ + aside, options_.excursion_m);
   turned_rad_ = 0;
-  if ((excursion_to_ - Eigen::Vector2d(odometry.x_m, odometry.y_m)).norm() < 0.3) return;  // turn once more
+  // No way straight ahead: back to where the run began.
+  if ((excursion_to_ - Eigen::Vector2d(odometry.x_m, odometry.y_m)).norm() < 0.4) excursion_to_ = start_O_;
+  excursion_since_s_ = time_s;
   enter(ControlState::explore, "not here: driving to another place to look from", time_s);
+}
+
+/// Arrived, braking included, or out of time.
+bool Controller::excursion_ends(double time_s, const Pose2& odometry, const Twist2& twist) const {
+  const double brake_m = 0.5 * twist.v_mps * twist.v_mps / options_.limits.a_max_mps2;
+  return time_s - excursion_since_s_ > options_.excursion_s ||
+         (excursion_to_ - Eigen::Vector2d(odometry.x_m, odometry.y_m)).norm() < 0.15 + brake_m;
 }
 
 /// The state machine; every transition says why.
@@ -105,16 +116,23 @@ void Controller::update_state(double time_s, const Pose2& odometry, const Twist2
           turned_rad_ = 0;
           enter(ControlState::search, "not seen again: turning towards where it went", time_s);
         }
-      } else if (state_ == ControlState::search && turned_rad_ >= options_.search_turn_rad) {
-        search_on(time_s, odometry);
+      } else if (state_ == ControlState::search) {
+        // Where the shield lets the robot turn no further, the other way round; then it is as if turned.
+        const bool looks = turned_rad_ == 0.0 && in_state_s < options_.look_s;
+        if (looks || std::abs(twist.w_radps) > 0.1) turning_s_ = time_s;
+        if (time_s - turning_s_ > 0.8) {
+          search_sign_ = -search_sign_;
+          ++search_flips_;
+          turning_s_ = time_s;
+        }
+        if (turned_rad_ >= options_.search_turn_rad || search_flips_ >= 2) search_on(time_s, odometry);
       }
       break;
 
     case ControlState::explore:
       if (just_seen) {
         enter(ControlState::acquire, "a ball is seen: stand until it is confirmed", time_s);
-      } else if (in_state_s > options_.excursion_s ||
-                 (excursion_to_ - Eigen::Vector2d(odometry.x_m, odometry.y_m)).norm() < 0.25) {
+      } else if (excursion_ends(time_s, odometry, twist)) {
         turned_rad_ = 0;
         enter(ControlState::search, "at another place: turning to look from here", time_s);
       }
@@ -151,7 +169,7 @@ void Controller::update_state(double time_s, const Pose2& odometry, const Twist2
       if (state_ == ControlState::hold || driving_to_ball) {
         follow(time_s, seen, trusted, target);
       } else {
-        remember(time_s, just_seen, in_state_s, target);
+        remember(time_s, just_seen, target);
       }
       break;
   }
@@ -178,10 +196,10 @@ void Controller::follow(double time_s, bool seen, bool trusted, const Target* ta
 }
 
 /// With the ball out of sight: reacquire, and blocked on the way there or to another place.
-void Controller::remember(double time_s, bool just_seen, double in_state_s, const Target* target) {
+void Controller::remember(double time_s, bool just_seen, const Target* target) {
   if (just_seen) return enter(ControlState::acquire, "the ball is back: stand until it is confirmed", time_s);
   if (state_ == ControlState::blocked && before_blocked_ == ControlState::explore) {
-    if (in_state_s > options_.excursion_s) {
+    if (time_s - excursion_since_s_ > options_.excursion_s) {
       turned_rad_ = 0;
       enter(ControlState::search, "no way on: turning to look from here", time_s);
     }

@@ -292,8 +292,22 @@ void FreeSpace::look(const SonarReading& reading, const Pose2& pose_then) {
   if (reading.echo && reading.range_m <= options_.look_range_m) mark_arc(reading, transducer);
 }
 
+bool FreeSpace::comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
+                                const Pose2& from) const {
+  const Eigen::Vector2d p(center_m(cell.column), center_m(cell.row));
+  const auto distance_m = [&footprint, &p](const Pose2& at) {
+    const Eigen::Vector2d q = in_robot_frame(at, p);
+    return std::hypot(std::max({q.x() - footprint.front_m, -footprint.rear_m - q.x(), 0.0}),
+                      std::max(std::abs(q.y()) - footprint.half_width_m, 0.0));
+  };
+  const double now_m = distance_m(from);
+  const bool known = in_window(cell) && free_since_[index(cell.column, cell.row)] != 0;
+  constexpr double rounding_m = 1e-6;
+  return (now_m > half_diagonal_m || known) && distance_m(pose) >= now_m - rounding_m;
+}
+
 bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
-                       FloorCell* obstacle) const {
+                       FloorCell* obstacle, const Pose2* from) const {
   // Cells that come within the margin have their centre within the margin and half a diagonal.
   const double around_m = margin_m + drift_m(drift) + half_diagonal_m;
   const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
@@ -321,6 +335,7 @@ bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double mar
     const int last_column = floor_index(pose.x_m + high);
     for (int column = floor_index(pose.x_m + low); column <= last_column; ++column) {
       if (!is_free({column, row}, drift)) {
+        if (from != nullptr && comes_no_nearer({column, row}, footprint, pose, *from)) continue;
         if (obstacle != nullptr) *obstacle = {column, row};
         return false;
       }

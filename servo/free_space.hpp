@@ -24,7 +24,7 @@ struct FreeSpaceOptions {
   /// What was seen free counts until odometry may have drifted by the larger; the closer the robot passes,
   /// the less: a second, smaller bound.
   double drift_allowed_m = 0.04, drift_close_m = 0.012;
-  double memory_s = 20.0;  ///< and so long, counted while the robot moves
+  double memory_s = 45.0;  ///< and so long, counted while the robot moves
   Footprint footprint;
 
   void check(FaultList& faults, const std::string& place) const;
@@ -78,9 +78,11 @@ class FreeSpace {
   }
 
   /// Whether every cell is free that comes within `margin_m`, and the drift, of the footprint at that pose;
-  /// else the first one that is not.
+  /// else the first one that is not. With `from`, where the footprint stands now without touching anything: a
+  /// cell that is not free and comes no nearer to the footprint than it is there is let pass, unless nobody
+  /// ever saw it free and the footprint's edge lies over it.
   bool covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
-              FloorCell* obstacle) const;
+              FloorCell* obstacle, const Pose2* from = nullptr) const;
 
   const FreeSpaceOptions& options() const { return options_; }
   const Pose2& pose() const { return pose_; }
@@ -109,6 +111,8 @@ class FreeSpace {
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
   void mark_free(const Region& region, std::uint32_t epoch_number);
+  bool comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
+                       const Pose2& from) const;
   void mark_arc(const SonarReading& reading, const Pose2& transducer);
   void follow(const Pose2& pose);
   void forget(int column, int row);
@@ -117,7 +121,7 @@ class FreeSpace {
   bool started_ = false;
   Pose2 pose_;
   int first_column_ = 0, first_row_ = 0;  // of the window
-  std::array<Epoch, 1024> epochs_{};
+  std::array<Epoch, 2048> epochs_{};
   std::uint32_t now_ = 1;  // number of the current epoch; a cell's 0 means never seen free
   std::array<std::uint32_t, 2> fresh_{1,
                                       1};  // by Drift: what was seen then or later counts in all the window

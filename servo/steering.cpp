@@ -43,6 +43,9 @@ Eigen::Vector2d Steering::open_place(const FreeSpace& space, double heading_rad,
     const Eigen::Vector2d ahead(std::cos(angle), std::sin(angle));
     double length_m = 0.0;
     while (length_m < far_m && way_.straight(p, p + (length_m + 0.1) * ahead)) length_m += 0.1;
+    // Room to turn there.
+    while (length_m > 0.0 && way_.room_at(p + length_m * ahead) < options_.way.narrow_m + 0.2)
+      length_m -= 0.1;
     const double score = length_m * (1.0 + 0.5 * std::cos(angle - heading_rad));
     if (score <= best) continue;
     best = score;
