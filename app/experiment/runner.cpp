@@ -8,6 +8,7 @@
 #include <deque>
 #include <variant>
 
+#include "app/experiment/collision_cause.hpp"
 #include "app/experiment/run_camera.hpp"
 #include "app/experiment/run_robot.hpp"
 #include "app/experiment/run_video.hpp"
@@ -117,6 +118,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
   RunRecord run;
   run.tracks_csv = ball_rows_header();
   bool interrupted = false;
+  std::string cause;  // of the first collision
 
   for (long step = 0; !judge.over();) {
     const double step_s = static_cast<double>(step) / scenario.control_rate_hz;
@@ -160,6 +162,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
     run.timing.control_us.push_back(control_us);
     if (heard) run.timing.image_to_command_ms.push_back(perception_ms + control_us * 1e-3);
     judge.look(record, contacts.collision() ? contacts.nearest : "");
+    if (contacts.collision() && cause.empty()) cause = collision_cause(scenario, contacts.nearest, step_s);
     run.steps.push_back(record);
     ++step;
     if (options.go_on && !options.go_on(step_s)) {
@@ -169,6 +172,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
   }
   pictures.finish(run);
   run.summary = judge.summary(run.steps, interrupted);
+  run.summary.collision_cause = cause;
   run.summary.time_optimal_s = time_optimal_s(scenario.robot.pose, target.p_WB(0).head<2>(),
                                               scenario.target_distance_m, scenario.robot.limits);
   return run;
