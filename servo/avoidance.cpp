@@ -22,6 +22,7 @@ void AvoidanceOptions::check(FaultList& faults, const std::string& place) const 
   if (type == Type::none) return;
   space.check(faults, place + ".space");
   guard.check(faults, place + ".guard");
+  steering.check(faults, place + ".steering");
   check_not_negative(faults, place + ".model_m", model_m, "m");
 }
 
@@ -29,7 +30,11 @@ Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limi
     : options_(options),
       shield_{limits, options.space.footprint, period_s, options.model_m},
       space_(options.space),
-      watch_(options.guard) {}
+      watch_(options.guard) {
+  if (options.type == AvoidanceOptions::Type::full) {
+    steering_.emplace(options.steering, limits, options.space.footprint);
+  }
+}
 
 void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses) {
   if (started_) {
@@ -48,7 +53,7 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
   inbox_count_ = 0;
 }
 
-ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) const {
+ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) {
   SensorStamps stamps = watch_.stamps();
   stamps.frame_s = frame_s_;
   const GuardVerdict allowed = guard(now_s, stamps, options_.guard);
@@ -62,6 +67,7 @@ ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotM
     verdict.passed = false;
     verdict.reason = allowed.reason;
   }
+  last_ = verdict;
   return verdict;
 }
 

@@ -2,12 +2,14 @@
 // shield.
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include "servo/braking_shield.hpp"
 #include "servo/free_space.hpp"
 #include "servo/pose_history.hpp"
 #include "servo/sonar_watch.hpp"
+#include "servo/steering.hpp"
 
 namespace ballservo {
 
@@ -18,6 +20,7 @@ struct AvoidanceOptions {
   Type type = Type::none;
   FreeSpaceOptions space;
   GuardOptions guard;
+  SteeringOptions steering;
   double model_m = 0.01;  ///< see ShieldOptions
 
   void check(FaultList& faults, const std::string& place) const;
@@ -41,7 +44,19 @@ class Avoidance {
   void update(double now_s, const Pose2& pose, const PoseHistory& poses);
 
   /// The guard's and the shield's word on a command that acts from that motion on.
-  ShieldVerdict check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) const;
+  ShieldVerdict check(double now_s, const Twist2& command, const RobotMotion& when_it_acts);
+
+  /// Whether ways around obstacles are looked for (type full).
+  bool steers() const { return steering_.has_value(); }
+  /// The way to the ball; only where steers().
+  SteeringOutput steer(const SteeringInput& input) { return steering_->steer(input, space_, last_); }
+  /// A place to look from, at most that far away, rather in that heading; only where steers().
+  Eigen::Vector2d open_place(double heading_rad, double far_m) {
+    return steering_->open_place(space_, heading_rad, far_m);
+  }
+  void reset_steering() {
+    if (steering_) steering_->reset();
+  }
 
   const FreeSpace& space() const { return space_; }
   const SonarWatch& watch() const { return watch_; }
@@ -51,6 +66,8 @@ class Avoidance {
   ShieldOptions shield_;
   FreeSpace space_;
   SonarWatch watch_;
+  std::optional<Steering> steering_;
+  ShieldVerdict last_;
   std::array<SonarReading, 64> inbox_;
   std::size_t inbox_count_ = 0;
   double frame_s_ = SensorStamps::never, way_m_ = 0;

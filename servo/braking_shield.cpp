@@ -11,6 +11,7 @@ namespace ballservo {
 namespace {
 
 constexpr double spacing_m = 0.02;  // between places looked at, as the outermost corner moves
+constexpr double creeping_mps = 0.10, creeping_radps = 0.30;
 
 bool finite(const Twist2& twist) { return std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps); }
 
@@ -40,15 +41,19 @@ bool can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, con
                                   std::abs(after.w_radps) / options.limits.alpha_max_radps2);
   const double way_m = 0.5 * brake_s * (std::abs(after.v_mps) + std::abs(after.w_radps) * corner);
   const int places = std::max(1, static_cast<int>(std::ceil(way_m / spacing_m)));
-  const auto clear = [&](FreeSpace::Drift drift) {
+  const auto clear = [&](FreeSpace::Drift drift, const Pose2* standing) {
     for (int k = 0; k <= places; ++k) {
       const Pose2 pose = integrate(start, after, 0.5 * brake_s * k / places);
-      if (!space.covers(options.footprint, pose, margin_m, drift, blocked)) return false;
+      if (!space.covers(options.footprint, pose, margin_m, drift, blocked, standing)) return false;
     }
     return true;
   };
   // What was seen lately needs less room around the robot than what is half forgotten.
-  return clear(FreeSpace::Drift::allowed) || clear(FreeSpace::Drift::close);
+  if (clear(FreeSpace::Drift::allowed, nullptr) || clear(FreeSpace::Drift::close, nullptr)) return true;
+  // Where space close to the robot has been forgotten, it may creep away from it.
+  const bool creeps = std::abs(after.v_mps) <= creeping_mps && std::abs(after.w_radps) <= creeping_radps;
+  return creeps && (clear(FreeSpace::Drift::allowed, &when_it_acts.pose) ||
+                    clear(FreeSpace::Drift::close, &when_it_acts.pose));
 }
 
 ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,

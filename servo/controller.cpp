@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "servo/controller_target.hpp"
 #include "servo/option_check.hpp"
 
 namespace ballservo {
@@ -27,28 +28,6 @@ const ControllerOptions& checked(const ControllerOptions& options) {
 }
 
 }  // namespace
-
-std::string_view control_state_name(ControlState state) {
-  switch (state) {
-    case ControlState::search:
-      return "search";
-    case ControlState::acquire:
-      return "acquire";
-    case ControlState::approach:
-      return "approach";
-    case ControlState::hold:
-      return "hold";
-    case ControlState::lost:
-      return "lost";
-    case ControlState::given_up:
-      return "given_up";
-    case ControlState::stale:
-      return "stale";
-    case ControlState::fault:
-      break;
-  }
-  return "fault";
-}
 
 void ControllerOptions::check(FaultList& faults, const std::string& place) const {
   if (!(rate_hz > 0.0 && rate_hz <= 10000.0)) {
@@ -80,6 +59,11 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
   check_not_negative(faults, place + ".look_s", look_s, "s");
   check_positive(faults, place + ".search_speed_radps", search_speed_radps, "rad/s");
   check_not_negative(faults, place + ".search_turn_rad", search_turn_rad, "rad");
+  if (excursions < 0) faults.add(place + ".excursions", std::to_string(excursions), "0 or more");
+  check_positive(faults, place + ".excursion_m", excursion_m, "m");
+  check_positive(faults, place + ".excursion_s", excursion_s, "s");
+  check_not_negative(faults, place + ".remember_s", remember_s, "s");
+  check_not_negative(faults, place + ".extrapolate_s", extrapolate_s, "s");
   check_positive(faults, place + ".turn_first_rad", turn_first_rad, "rad");
   check_positive(faults, place + ".hold_range_m", hold_range_m, "m");
   check_positive(faults, place + ".hold_bearing_rad", hold_bearing_rad, "rad");
@@ -91,13 +75,6 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
                "more than hold_bearing_rad (rad)");
   }
 }
-
-struct Controller::Target {
-  Eigen::Vector2d p_RB{0, 0}, v_RB{0, 0};        // in the floor plane, in the robot frame then
-  Eigen::Vector3d p_CB{0, 0, 0}, v_CB{0, 0, 0};  // in the camera frame then
-  double range_error_m = 0, bearing_rad = 0;
-  RobotMotion robot;  // when the command acts
-};
 
 Controller::Controller(const ControllerOptions& options)
     : options_(checked(options)),
@@ -136,9 +113,11 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
     if (!started_) {
       started_ = true;
       state_since_s_ = frame_time_s_ = time_s;  // the first frame is awaited from here on
-      last_yaw_rad_ = odometry.yaw_rad;
+      last_yaw_rad_ = start_yaw_rad_ = odometry.yaw_rad;
+      start_O_ = {odometry.x_m, odometry.y_m};
     }
     step_time_s_ = time_s;
+    odometry_ = odometry;
     poses_.add(time_s, odometry);
     take_in(time_s);
     if (avoidance_) avoidance_->update(time_s, odometry, poses_);
@@ -149,7 +128,7 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
     update_state(time_s, odometry, odometry_twist, known ? &target : nullptr);
 
     LawOutput law_output{{}, output.error_1, output.error_2};
-    finish(time_s, wanted(known ? &target : nullptr, &law_output), when_it_acts, output);
+    finish(time_s, wanted(known ? &target : nullptr, when_it_acts, &law_output), when_it_acts, output);
     output.error_1 = law_output.error_1;
     output.error_2 = law_output.error_2;
   }
@@ -194,8 +173,12 @@ void Controller::take_in(double time_s) {
 
 /// The ball relative to the robot at the moment when a command given now acts; false if it is not known.
 bool Controller::predict_target(double time_s, const RobotMotion& when_it_acts, Target& target) const {
-  const auto estimate = filter_.predict(time_s + options_.actuation_delay_s);
+  // What is out of sight is not taken to move on for ever.
+  const double until_s = filter_.last_time_s() + options_.extrapolate_s;
+  const double when_s = time_s + options_.actuation_delay_s;
+  auto estimate = filter_.predict(std::min(when_s, until_s));
   if (!estimate) return false;
+  if (when_s > until_s) estimate->v_OB.setZero();
   target.robot = when_it_acts;
   const Eigen::Isometry3d X_RO = X_WR(target.robot.pose).inverse();
   const Eigen::Isometry3d X_CR = options_.goal.mount.X_RC().inverse();
@@ -210,97 +193,44 @@ bool Controller::predict_target(double time_s, const RobotMotion& when_it_acts, 
   return std::isfinite(target.range_error_m) && std::isfinite(target.bearing_rad);
 }
 
-void Controller::enter(ControlState state, std::string_view reason, double time_s) {
-  if (state != state_) state_since_s_ = time_s;
-  state_ = state;
-  reason_ = reason;
+/// The law's command within the envelope that braking allows.
+Twist2 Controller::by_law(const Target& target, const std::optional<LawOutput>& law) const {
+  // The distance that the robot still covers before this command's own period is over.
+  const double e = target.range_error_m;
+  const double covered_m = target.robot.twist.v_mps / options_.rate_hz;
+  const double left_m =
+      e > 0.0 ? std::max(0.0, e - std::max(0.0, covered_m)) : std::min(0.0, e - std::min(0.0, covered_m));
+  Twist2 command;
+  if (law && std::abs(target.bearing_rad) <= options_.turn_first_rad) {
+    command = law->twist;
+  } else {
+    command.w_radps = options_.law.gain_per_s * target.bearing_rad;
+  }
+  return limit_to_envelope(command, left_m, target.p_RB, target.v_RB, options_.limits, options_.envelope);
 }
 
-/// The state machine; every transition says why.
-void Controller::update_state(double time_s, const Pose2& odometry, const Twist2& twist,
-                              const Target* target) {
-  const double turned_rad = std::abs(wrap_angle(odometry.yaw_rad - last_yaw_rad_));
-  last_yaw_rad_ = odometry.yaw_rad;
-  if (state_ == ControlState::search) turned_rad_ += turned_rad;
-
-  if (bad_measurement_) return enter(ControlState::fault, "a measurement is not finite", time_s);
-  if (time_s - frame_time_s_ > options_.latency_s + options_.stale_s) {
-    if (state_ != ControlState::given_up) enter(ControlState::stale, "no frames from the camera", time_s);
-    return;
+/// The way to a place among obstacles; tells the state machine where there is none.
+Twist2 Controller::steered(const Eigen::Vector2d& p_OB, double distance_m, const std::optional<Twist2>& law,
+                           const RobotMotion& when_it_acts) {
+  const SteeringOutput output =
+      avoidance_->steer({step_time_s_, odometry_, when_it_acts, p_OB, distance_m, law});
+  if (output.stuck && state_ != ControlState::blocked) {
+    before_blocked_ = state_;
+    enter(ControlState::blocked, output.reason, step_time_s_);
+  } else if (!output.stuck && state_ == ControlState::blocked) {
+    enter(before_blocked_, "going on", step_time_s_);
+  } else {
+    reason_ = output.reason;
   }
-
-  const double unseen_s = time_s - options_.latency_s - sighting_time_s_;
-  const bool seen = target != nullptr && unseen_s <= options_.coast_s;
-  const bool trusted = seen && confirmed_ >= options_.sightings_to_trust;
-  const double in_state_s = time_s - state_since_s_;
-  if (target != nullptr && seen) search_sign_ = target->bearing_rad < 0.0 ? -1.0 : 1.0;
-
-  switch (state_) {
-    case ControlState::search:
-    case ControlState::lost:
-    case ControlState::given_up:
-      if (seen && unseen_s <= 0.5 * options_.acquire_s) {
-        enter(ControlState::acquire, "a ball is seen: stand until it is confirmed", time_s);
-      } else if (state_ == ControlState::lost) {
-        if (std::abs(twist.v_mps) + std::abs(twist.w_radps) < 0.01 && in_state_s > options_.look_s) {
-          turned_rad_ = 0;
-          enter(ControlState::search, "not seen again: turning towards where it went", time_s);
-        }
-      } else if (state_ == ControlState::search && turned_rad_ >= options_.search_turn_rad) {
-        enter(ControlState::given_up, "turned all around without seeing the ball", time_s);
-      }
-      break;
-
-    case ControlState::acquire:
-    case ControlState::stale:
-    case ControlState::fault:
-      if (trusted) {
-        had_ball_ = true;
-        enter(ControlState::approach, "the ball is confirmed: driving to it", time_s);
-      } else if (state_ != ControlState::acquire) {
-        if (seen) {
-          enter(ControlState::acquire, "frames are good again: stand until the ball is confirmed", time_s);
-        } else if (had_ball_) {
-          ++lost_events_;
-          enter(ControlState::lost, "frames are good again, but the ball is not in them: stopped", time_s);
-        } else {
-          enter(ControlState::search, "frames are good again: looking for the ball", time_s);
-        }
-      } else if (unseen_s > options_.acquire_s || in_state_s > 4.0 * options_.acquire_s) {
-        enter(ControlState::search, "what was seen was not confirmed", time_s);
-      }
-      break;
-
-    case ControlState::approach:
-    case ControlState::hold:
-      if (!seen) {
-        ++lost_events_;
-        confirmed_ = 0;
-        enter(ControlState::lost, "the ball has not been seen for too long: stopped", time_s);
-      } else if (!trusted) {
-        enter(ControlState::acquire, "the track began anew: stand until it is confirmed", time_s);
-      } else {
-        const double range_m = std::abs(target->range_error_m), bearing_rad = std::abs(target->bearing_rad);
-        const bool rests = target->v_RB.isZero(0.0);
-        const bool slow =
-            std::abs(target->robot.twist.v_mps) < 0.005 && std::abs(target->robot.twist.w_radps) < 0.01;
-        if (state_ == ControlState::approach) {
-          if (rests && slow && range_m <= options_.hold_range_m && bearing_rad <= options_.hold_bearing_rad) {
-            enter(ControlState::hold, "arrived: standing at the goal", time_s);
-          }
-        } else if (!rests || range_m > options_.resume_range_m || bearing_rad > options_.resume_bearing_rad) {
-          enter(ControlState::approach, "off the goal: correcting", time_s);
-        }
-      }
-      break;
-  }
+  return output.command;
 }
 
 /// What the state asks for, before the drive's limits.
-Twist2 Controller::wanted(const Target* target, LawOutput* law_output) {
+Twist2 Controller::wanted(const Target* target, const RobotMotion& when_it_acts, LawOutput* law_output) {
   std::optional<LawOutput> law;
-  const bool uses_target =
-      state_ == ControlState::acquire || state_ == ControlState::approach || state_ == ControlState::hold;
+  const bool uses_target = state_ == ControlState::acquire || state_ == ControlState::approach ||
+                           state_ == ControlState::hold || state_ == ControlState::reacquire ||
+                           state_ == ControlState::blocked;
   if (target != nullptr && uses_target) law = law_->command(target->p_CB, target->v_CB);
   if (law) *law_output = *law;
 
@@ -308,22 +238,19 @@ Twist2 Controller::wanted(const Target* target, LawOutput* law_output) {
     case ControlState::search:
       if (turned_rad_ == 0.0 && step_time_s_ - state_since_s_ < options_.look_s) return {};
       return {0.0, search_sign_ * options_.search_speed_radps};
-    case ControlState::approach: {
-      if (target == nullptr) return {};
-      // The distance that the robot still covers before this command's own period is over.
-      const double e = target->range_error_m;
-      const double covered_m = target->robot.twist.v_mps / options_.rate_hz;
-      const double left_m =
-          e > 0.0 ? std::max(0.0, e - std::max(0.0, covered_m)) : std::min(0.0, e - std::min(0.0, covered_m));
-      Twist2 command;
-      if (law && std::abs(target->bearing_rad) <= options_.turn_first_rad) {
-        command = law->twist;
-      } else {
-        command.w_radps = options_.law.gain_per_s * target->bearing_rad;
+    case ControlState::explore:
+      return steered(excursion_to_, 0.0, std::nullopt, when_it_acts);
+    case ControlState::blocked:
+      if (before_blocked_ == ControlState::explore) {
+        return steered(excursion_to_, 0.0, std::nullopt, when_it_acts);
       }
-      return limit_to_envelope(command, left_m, target->p_RB, target->v_RB, options_.limits,
-                               options_.envelope);
-    }
+      [[fallthrough]];
+    case ControlState::approach:
+    case ControlState::reacquire:
+      if (target == nullptr) return {};
+      if (!steers()) return by_law(*target, law);
+      return steered(in_world_frame(target->robot.pose, target->p_RB), options_.goal.distance_m,
+                     by_law(*target, law), when_it_acts);
     default:
       return {};
   }

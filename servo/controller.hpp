@@ -38,6 +38,11 @@ struct ControllerOptions {
   double look_s = 1.0;              ///< standing still and looking, before a search begins to turn
   double search_speed_radps = 0.7;  ///< of the turn on the spot
   double search_turn_rad = 6.8;     ///< a search that has turned so far without the ball has ended
+  int excursions = 5;               ///< to other places to look from, with avoidance, before a search ends
+  double excursion_m = 1.8;         ///< at most so far each
+  double excursion_s = 10.0;        ///< and for so long
+  double remember_s = 30.0;         ///< a ball out of sight is driven to for so long, with avoidance
+  double extrapolate_s = 1.5;       ///< it is taken to go on moving for so long
   double turn_first_rad = 1.05;     ///< a ball further to the side is turned to before the law drives
   double hold_range_m = 0.0004;     ///< both errors below these: arrived, stand still
   double hold_bearing_rad = 0.0004;
@@ -47,10 +52,24 @@ struct ControllerOptions {
   void check(FaultList& faults, const std::string& place) const;
 };
 
-/// search: no ball yet, look and then turn. acquire: seen, stand until it is confirmed. approach: the law
-/// drives. hold: arrived, stand. lost: stop, and say so. given_up: a search has ended without the ball.
-/// stale: no frames, stop. fault: something that is not finite came in, stop.
-enum class ControlState { search, acquire, approach, hold, lost, given_up, stale, fault };
+/// search: no ball yet, look and then turn. explore: not found by turning, drive to another place and look
+/// from there. acquire: seen, stand until it is confirmed. approach: the law drives, around obstacles where
+/// there are any. hold: arrived, stand. reacquire: out of sight, drive to where it was last. blocked: no way
+/// on, look around and back up. lost: stop, and say so. given_up: a search has ended without the ball. stale:
+/// no frames, stop. fault: something that is not finite came in, stop.
+enum class ControlState {
+  search,
+  explore,
+  acquire,
+  approach,
+  hold,
+  reacquire,
+  blocked,
+  lost,
+  given_up,
+  stale,
+  fault
+};
 std::string_view control_state_name(ControlState state);
 
 /// What a step says.
@@ -92,8 +111,17 @@ class Controller {
   struct Target;  // the ball as it will be when the command acts
   void take_in(double time_s);
   bool predict_target(double time_s, const RobotMotion& when_it_acts, Target& target) const;
+  void lose(std::string_view reason, double time_s);
+  void search_on(double time_s, const Pose2& odometry);
+  void follow(double time_s, bool seen, bool trusted, const Target* target);
+  void remember(double time_s, bool just_seen, const Target* target);
+  bool excursion_ends(double time_s, const Pose2& odometry, const Twist2& twist) const;
   void update_state(double time_s, const Pose2& odometry, const Twist2& twist, const Target* target);
-  Twist2 wanted(const Target* target, LawOutput* law_output);
+  Twist2 wanted(const Target* target, const RobotMotion& when_it_acts, LawOutput* law_output);
+  Twist2 by_law(const Target& target, const std::optional<LawOutput>& law) const;
+  Twist2 steered(const Eigen::Vector2d& p_OB, double distance_m, const std::optional<Twist2>& law,
+                 const RobotMotion& when_it_acts);
+  bool steers() const { return avoidance_ && avoidance_->steers(); }
   void finish(double time_s, const Twist2& wanted, const RobotMotion& when_it_acts, ControlOutput& output);
   void enter(ControlState state, std::string_view reason, double time_s);
 
@@ -117,6 +145,14 @@ class Controller {
   bool bad_measurement_ = false, started_ = false, had_ball_ = false;
   double turned_rad_ = 0, last_yaw_rad_ = 0, search_sign_ = 1;
   Twist2 last_command_;
+  int excursions_ = 0, search_flips_ = 0;
+  double turning_s_ = 0;  // when the search last turned
+  double start_yaw_rad_ = 0;
+  Eigen::Vector2d excursion_to_{0, 0}, start_O_{0, 0};
+  double excursion_since_s_ = 0;
+  double sought_since_s_ = 0;  // at the remembered place, looking for the ball
+  ControlState before_blocked_ = ControlState::approach;
+  Pose2 odometry_;
 };
 
 }  // namespace ballservo

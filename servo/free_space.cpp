@@ -85,7 +85,8 @@ struct FreeSpace::Region {
 FreeSpace::FreeSpace(const FreeSpaceOptions& options)
     : options_(options),
       free_since_(static_cast<std::size_t>(size) * size, 0),
-      suspected_(static_cast<std::size_t>(size) * size, 0) {}
+      suspected_(static_cast<std::size_t>(size) * size, 0),
+      suspects_(static_cast<std::size_t>(size / block) * (size / block), 0) {}
 
 FloorCell FreeSpace::cell_at(double x_m, double y_m) { return {floor_index(x_m), floor_index(y_m)}; }
 
@@ -116,10 +117,18 @@ bool FreeSpace::is_suspected(const FloorCell& cell) const {
   return in_window(cell) && suspected_[index(cell.column, cell.row)] != 0;
 }
 
+void FreeSpace::suspect(int column, int row, bool yes) {
+  std::uint8_t& cell = suspected_[index(column, row)];
+  if ((cell != 0) == yes) return;
+  cell = yes ? 1 : 0;
+  // Floor division for negative indices too.
+  std::uint8_t& count = suspects_[block_index(column >> 2, row >> 2)];
+  count = static_cast<std::uint8_t>(yes ? count + 1 : count - 1);
+}
+
 void FreeSpace::forget(int column, int row) {
-  const std::size_t at = index(column, row);
-  free_since_[at] = 0;
-  suspected_[at] = 0;
+  free_since_[index(column, row)] = 0;
+  suspect(column, row, false);
 }
 
 /// Keeps the robot in the middle of the window: cells that enter it have never been seen.
@@ -216,7 +225,7 @@ void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number) {
     for (int column = first_in; column <= last_in; ++column) {
       const std::size_t at = index(column, row);
       free_since_[at] = std::max(free_since_[at], epoch_number);
-      suspected_[at] = 0;
+      suspect(column, row, false);
     }
   }
 }
@@ -242,10 +251,9 @@ void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer) {
   };
   const bool explained = each([this](const FloorCell& cell) { return !is_free(cell); });
   each([this, explained](const FloorCell& cell) {
-    const std::size_t at = index(cell.column, cell.row);
     if (explained && is_free(cell)) return false;
-    free_since_[at] = 0;
-    suspected_[at] = 1;
+    free_since_[index(cell.column, cell.row)] = 0;
+    suspect(cell.column, cell.row, true);
     return false;
   });
 }
@@ -284,8 +292,22 @@ void FreeSpace::look(const SonarReading& reading, const Pose2& pose_then) {
   if (reading.echo && reading.range_m <= options_.look_range_m) mark_arc(reading, transducer);
 }
 
+bool FreeSpace::comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
+                                const Pose2& from) const {
+  const Eigen::Vector2d p(center_m(cell.column), center_m(cell.row));
+  const auto distance_m = [&footprint, &p](const Pose2& at) {
+    const Eigen::Vector2d q = in_robot_frame(at, p);
+    return std::hypot(std::max({q.x() - footprint.front_m, -footprint.rear_m - q.x(), 0.0}),
+                      std::max(std::abs(q.y()) - footprint.half_width_m, 0.0));
+  };
+  const double now_m = distance_m(from);
+  const bool known = in_window(cell) && free_since_[index(cell.column, cell.row)] != 0;
+  constexpr double rounding_m = 1e-6;
+  return (now_m > half_diagonal_m || known) && distance_m(pose) >= now_m - rounding_m;
+}
+
 bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
-                       FloorCell* obstacle) const {
+                       FloorCell* obstacle, const Pose2* from) const {
   // Cells that come within the margin have their centre within the margin and half a diagonal.
   const double around_m = margin_m + drift_m(drift) + half_diagonal_m;
   const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
@@ -313,6 +335,7 @@ bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double mar
     const int last_column = floor_index(pose.x_m + high);
     for (int column = floor_index(pose.x_m + low); column <= last_column; ++column) {
       if (!is_free({column, row}, drift)) {
+        if (from != nullptr && comes_no_nearer({column, row}, footprint, pose, *from)) continue;
         if (obstacle != nullptr) *obstacle = {column, row};
         return false;
       }

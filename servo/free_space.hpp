@@ -24,7 +24,7 @@ struct FreeSpaceOptions {
   /// What was seen free counts until odometry may have drifted by the larger; the closer the robot passes,
   /// the less: a second, smaller bound.
   double drift_allowed_m = 0.04, drift_close_m = 0.012;
-  double memory_s = 20.0;  ///< and so long, counted while the robot moves
+  double memory_s = 45.0;  ///< and so long, counted while the robot moves
   Footprint footprint;
 
   void check(FaultList& faults, const std::string& place) const;
@@ -64,6 +64,12 @@ class FreeSpace {
   bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const;
   bool is_suspected(const FloorCell& cell) const;
 
+  /// Squares of `block` x `block` cells, counted from the same origin, in which something is suspected.
+  static constexpr int block = 4;
+  bool is_block_suspected(int block_column, int block_row) const {
+    return suspects_[block_index(block_column, block_row)] != 0;
+  }
+
   static FloorCell cell_at(double x_m, double y_m);
   static double center_m(int index) { return (index + 0.5) * cell_m; }
 
@@ -72,9 +78,11 @@ class FreeSpace {
   }
 
   /// Whether every cell is free that comes within `margin_m`, and the drift, of the footprint at that pose;
-  /// else the first one that is not.
+  /// else the first one that is not. With `from`, where the footprint stands now without touching anything: a
+  /// cell that is not free and comes no nearer to the footprint than it is there is let pass, unless nobody
+  /// ever saw it free and the footprint's edge lies over it.
   bool covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
-              FloorCell* obstacle) const;
+              FloorCell* obstacle, const Pose2* from = nullptr) const;
 
   const FreeSpaceOptions& options() const { return options_; }
   const Pose2& pose() const { return pose_; }
@@ -94,10 +102,17 @@ class FreeSpace {
     constexpr int mask = size - 1;
     return static_cast<std::size_t>((row & mask) * size + (column & mask));
   }
+  static std::size_t block_index(int block_column, int block_row) {
+    constexpr int blocks = size / block, mask = blocks - 1;
+    return static_cast<std::size_t>((block_row & mask) * blocks + (block_column & mask));
+  }
+  void suspect(int column, int row, bool yes);
   const Epoch& epoch(std::uint32_t number) const { return epochs_[number % epochs_.size()]; }
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
   void mark_free(const Region& region, std::uint32_t epoch_number);
+  bool comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
+                       const Pose2& from) const;
   void mark_arc(const SonarReading& reading, const Pose2& transducer);
   void follow(const Pose2& pose);
   void forget(int column, int row);
@@ -106,14 +121,14 @@ class FreeSpace {
   bool started_ = false;
   Pose2 pose_;
   int first_column_ = 0, first_row_ = 0;  // of the window
-  std::array<Epoch, 1024> epochs_{};
+  std::array<Epoch, 2048> epochs_{};
   std::uint32_t now_ = 1;  // number of the current epoch; a cell's 0 means never seen free
   std::array<std::uint32_t, 2> fresh_{1,
                                       1};  // by Drift: what was seen then or later counts in all the window
   Epoch sum_;                              // path and turn up to now
   std::array<double, sonar_count> last_range_m_{};
   std::vector<std::uint32_t> free_since_;
-  std::vector<std::uint8_t> suspected_;
+  std::vector<std::uint8_t> suspected_, suspects_;  // cells; how many of each block
 };
 
 }  // namespace ballservo

@@ -8,6 +8,7 @@
 #include <deque>
 #include <variant>
 
+#include "app/experiment/collision_cause.hpp"
 #include "app/experiment/run_camera.hpp"
 #include "app/experiment/run_robot.hpp"
 #include "app/experiment/run_video.hpp"
@@ -97,6 +98,10 @@ ControllerOptions controller_options(const Scenario& scenario) {
   options.goal = scenario.goal();
   options.law = scenario.law;
   options.avoidance = scenario.avoidance;
+  // A little less than half the picture, so that the ball stays whole in it.
+  const double half_width_px = 0.5 * scenario.camera.camera.size().width_px;
+  options.avoidance.steering.half_view_rad =
+      0.9 * std::atan(half_width_px / scenario.camera.camera.focal_px());
   return options;
 }
 
@@ -126,6 +131,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
   RunRecord run;
   run.tracks_csv = ball_rows_header();
   bool interrupted = false;
+  std::string cause;  // of the first collision
 
   for (long step = 0; !judge.over();) {
     const double step_s = static_cast<double>(step) / scenario.control_rate_hz;
@@ -172,6 +178,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
     run.timing.control_us.push_back(control_us);
     if (heard) run.timing.image_to_command_ms.push_back(perception_ms + control_us * 1e-3);
     judge.look(record, contacts.collision() ? contacts.nearest : "");
+    if (contacts.collision() && cause.empty()) cause = collision_cause(scenario, contacts.nearest, step_s);
     run.steps.push_back(record);
     ++step;
     if (options.go_on && !options.go_on(step_s)) {
@@ -181,6 +188,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
   }
   pictures.finish(run);
   run.summary = judge.summary(run.steps, interrupted);
+  run.summary.collision_cause = cause;
   run.summary.time_optimal_s = time_optimal_s(scenario.robot.pose, target.p_WB(0).head<2>(),
                                               scenario.target_distance_m, scenario.robot.limits);
   return run;

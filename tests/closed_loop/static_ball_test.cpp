@@ -86,7 +86,7 @@ TEST(StaticBall, AnObstacleOnTheWayIsACollision) {
                   "0.4, z_m: 0.05}}]"}),
           PerceptionLevel::truth, 0);
   EXPECT_EQ(record.summary.outcome, Outcome::collision) << record.summary.outcome_text;
-  EXPECT_EQ(record.summary.collision_cause, "none_broken");
+  EXPECT_EQ(record.summary.collision_cause, "A1_shield");
   EXPECT_EQ(record.summary.min_clearance_m, 0);
 }
 

@@ -1,0 +1,224 @@
+#include "servo/steering.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "servo/option_check.hpp"
+#include "servo/speed_envelope.hpp"
+
+namespace ballservo {
+
+namespace {
+constexpr int field_every = 5;     // control steps between two fields
+constexpr double barrier_m = 1.0;  // what is further from the axle does not bound the command
+constexpr double small_turn_rad = 0.30, far_turn_rad = 1.4, back_up_m = 0.25;
+constexpr double recovery_turn_radps = 0.6, recovery_back_mps = 0.15, recovery_s = 2.5;
+}  // namespace
+
+void SteeringOptions::check(FaultList& faults, const std::string& place) const {
+  way.check(faults, place + ".way");
+  check_positive(faults, place + ".speed_mps", speed_mps, "m/s");
+  check_positive(faults, place + ".turn_radps", turn_radps, "rad/s");
+  check_positive(faults, place + ".turn_gain_per_s", turn_gain_per_s, "1/s");
+  check_positive(faults, place + ".sharp_rad", sharp_rad, "rad");
+  check_not_negative(faults, place + ".margin_m", margin_m, "m");
+  if (!(braking_share > 0.0 && braking_share <= 1.0))
+    faults.add(place + ".braking_share", shown_number(braking_share), "a number above 0 and up to 1");
+  check_positive(faults, place + ".half_view_rad", half_view_rad, "rad");
+  check_positive(faults, place + ".stuck_s", stuck_s, "s");
+  check_not_negative(faults, place + ".ball_gap_m", ball_gap_m, "m");
+}
+
+Steering::Steering(const SteeringOptions& options, const UnicycleLimits& limits, const Footprint& footprint)
+    : options_(options), limits_(limits), footprint_(footprint), way_(options.way) {}
+
+Eigen::Vector2d Steering::open_place(const FreeSpace& space, double heading_rad, double far_m) {
+  const Pose2& pose = space.pose();
+  const Eigen::Vector2d p(pose.x_m, pose.y_m);
+  way_.update(space, p, 0.0, 0.0, -1.0);
+  Eigen::Vector2d best_place = p;
+  double best = 0.0;
+  for (int k = 0; k < 24; ++k) {
+    const double angle = heading_rad + 6.283185307179586 * k / 24;
+    const Eigen::Vector2d ahead(std::cos(angle), std::sin(angle));
+    double length_m = 0.0;
+    while (length_m < far_m && way_.straight(p, p + (length_m + 0.1) * ahead)) length_m += 0.1;
+    // Room to turn there.
+    while (length_m > 0.0 && way_.room_at(p + length_m * ahead) < options_.way.narrow_m + 0.2)
+      length_m -= 0.1;
+    const double score = length_m * (1.0 + 0.5 * std::cos(angle - heading_rad));
+    if (score <= best) continue;
+    best = score;
+    best_place = p + length_m * ahead;
+  }
+  return best_place;
+}
+
+SteeringOutput Steering::steer(const SteeringInput& input, const FreeSpace& space,
+                               const ShieldVerdict& last) {
+  if (steps_++ % field_every == 0) {
+    way_.update(space, input.p_OB, input.distance_m, options_.ball_gap_m, input.time_s);
+  }
+  if (recovery_ == Recovery::none && is_stuck(input, last)) {
+    if (last.blocked && stuck_count_ > 0) {
+      way_.add_virtual(FreeSpace::center_m(last.blocked->column), FreeSpace::center_m(last.blocked->row),
+                       input.time_s);
+    }
+    const double away_m = std::hypot(input.pose.x_m - stuck_at_.x_m, input.pose.y_m - stuck_at_.y_m);
+    stuck_count_ = away_m < 0.3 ? stuck_count_ + 1 : 1;
+    stuck_at_ = input.pose;
+    const Recovery first[] = {Recovery::look_left, Recovery::back_up, Recovery::look_far};
+    begin(first[(stuck_count_ - 1) % 3], input);
+  }
+  SteeringOutput output = recovery_ != Recovery::none ? recover(input) : SteeringOutput{};
+  if (recovery_ != Recovery::none) return output;
+
+  const Eigen::Vector2d p_OR(input.pose.x_m, input.pose.y_m), to_ball = input.p_OB - p_OR;
+  const double range_m = to_ball.norm();
+  const Eigen::Vector2d p_goal = input.p_OB - to_ball * (input.distance_m / std::max(range_m, 1e-6));
+  const bool near = range_m < input.distance_m + 0.15;
+  if (input.law && (near || way_.straight(p_OR, p_goal))) {
+    output.command = *input.law;
+    output.by_law = true;
+    output.reason = "the way is clear: driving by the law";
+    const double excess = std::max(1.0, std::abs(output.command.v_mps) / options_.speed_mps);
+    output.command = {output.command.v_mps / excess, output.command.w_radps / excess};
+  } else {
+    output = gap(input);
+  }
+  if (!near) output.command = keep_clear(output.command, input, space);
+  return output;
+}
+
+SteeringOutput Steering::gap(const SteeringInput& input) const {
+  SteeringOutput output;
+  const Eigen::Vector2d p_OR(input.pose.x_m, input.pose.y_m), to_ball = input.p_OB - p_OR;
+  const auto heading = way_.heading(input.pose, std::atan2(to_ball.y(), to_ball.x()), options_.half_view_rad);
+  if (!heading) {
+    output.reason = "dead end: no way to the ball";
+    return output;
+  }
+  output.reason = "something is in the way: steering through a gap";
+  const double aside = wrap_angle(*heading - input.when_it_acts.pose.yaw_rad);
+  output.command.w_radps =
+      std::clamp(options_.turn_gain_per_s * aside, -options_.turn_radps, options_.turn_radps);
+  const double room_m = std::max(0.0, way_.room_at(p_OR) - 0.2);
+  const double speed = std::min(options_.speed_mps, 0.25 + 0.7 * room_m);
+  output.command.v_mps = speed * std::clamp(1.0 - std::abs(aside) / options_.sharp_rad, 0.0, 1.0);
+  return output;
+}
+
+/// The command nearest to the wanted one that closes in on nothing suspected faster than braking allows
+/// (control barrier function h = distance - margin: dh/dt >= -sqrt(2 a h); Ames and others, "Control barrier
+/// functions: theory and applications", ECC 2019), and keeps the ball in the picture where that is possible.
+Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input, const FreeSpace& space) const {
+  // The nearest suspected block of each of sixteen directions.
+  std::array<Eigen::Vector2d, 16> nearest;
+  std::array<double, 16> distance_m;
+  distance_m.fill(barrier_m);
+  const Pose2& pose = input.when_it_acts.pose;
+  const int column = static_cast<int>(std::floor(pose.x_m / WayField::block_m));
+  const int row = static_cast<int>(std::floor(pose.y_m / WayField::block_m));
+  constexpr int reach = static_cast<int>(barrier_m / WayField::block_m) + 1;
+  for (int r = row - reach; r <= row + reach; ++r) {
+    for (int c = column - reach; c <= column + reach; ++c) {
+      if (!space.is_block_suspected(c, r)) continue;
+      const Eigen::Vector2d p_O((c + 0.5) * WayField::block_m, (r + 0.5) * WayField::block_m);
+      if ((p_O - input.p_OB).norm() < options_.ball_gap_m) continue;
+      const Eigen::Vector2d p_R = in_robot_frame(pose, p_O);
+      const double away_m = p_R.norm();
+      const auto sector = static_cast<std::size_t>((std::atan2(p_R.y(), p_R.x()) + M_PI) * 2.546479) % 16;
+      if (away_m >= distance_m[sector]) continue;
+      distance_m[sector] = away_m;
+      nearest[sector] = p_R;
+    }
+  }
+
+  BarrierProblem problem;
+  problem.wanted = {wanted.v_mps, wanted.w_radps};
+  problem.weight = {1.0, 0.15};
+  for (std::size_t k = 0; k < nearest.size(); ++k) {
+    if (distance_m[k] >= barrier_m) continue;
+    const Eigen::Vector2d& p = nearest[k];
+    const Eigen::Vector2d on_body(std::clamp(p.x(), -footprint_.rear_m, footprint_.front_m),
+                                  std::clamp(p.y(), -footprint_.half_width_m, footprint_.half_width_m));
+    const Eigen::Vector2d away = p - on_body;
+    const double gap_m = away.norm();
+    if (gap_m < 1e-6) continue;
+    const Eigen::Vector2d n = away / gap_m;
+    // A resting point moves by (-v + w y, -w x) in the robot frame; the gap by n times that.
+    const double h_m = gap_m - options_.margin_m;
+    const double closing =
+        h_m > 0.0 ? braking_speed(h_m, limits_.a_max_mps2, options_.braking_share) : 0.5 * h_m;
+    problem.add({{n.x(), n.y() * p.x() - n.x() * p.y()}, closing});
+  }
+  problem.add({{0, 1}, limits_.w_max_radps});
+  problem.add({{0, -1}, limits_.w_max_radps});
+  const Eigen::Vector2d p_RB = in_robot_frame(pose, input.p_OB);
+  const double bearing = std::atan2(p_RB.y(), p_RB.x());
+  if (std::abs(bearing) < options_.half_view_rad + 0.2) {
+    // d bearing / dt = -w + v sin(bearing) / range; outwards it may grow as long as there is room.
+    const double side = bearing < 0.0 ? -1.0 : 1.0;
+    const double room = options_.half_view_rad - std::abs(bearing);
+    problem.soft = LinearBound{{side * std::sin(bearing) / std::max(p_RB.norm(), 0.1), -side}, 1.5 * room};
+    problem.slack_weight = 0.02;
+  }
+  const auto command = solve(problem);
+  if (!command) return {0.0, wanted.w_radps};
+  // Never backwards because of a wish to go ahead.
+  const double v = wanted.v_mps >= 0.0 ? std::clamp(command->x(), 0.0, wanted.v_mps) : command->x();
+  return {v, command->y()};
+}
+
+/// Stuck: something was wanted, and for a while nothing came of it.
+bool Steering::is_stuck(const SteeringInput& input, const ShieldVerdict& last) {
+  const Twist2& twist = input.when_it_acts.twist;
+  const bool moves = std::abs(twist.v_mps) > 0.02 || std::abs(twist.w_radps) > 0.05;
+  const bool near_goal =
+      (input.p_OB - Eigen::Vector2d(input.pose.x_m, input.pose.y_m)).norm() < input.distance_m + 0.02;
+  if (moves || moving_s_ < 0.0 || (last.passed && near_goal)) moving_s_ = input.time_s;
+  return input.time_s - moving_s_ > options_.stuck_s;
+}
+
+void Steering::begin(Recovery recovery, const SteeringInput& input) {
+  recovery_ = recovery;
+  recovery_since_s_ = input.time_s;
+  recovery_yaw_rad_ = input.pose.yaw_rad;
+}
+
+SteeringOutput Steering::recover(const SteeringInput& input) {
+  const double in_it_s = input.time_s - recovery_since_s_;
+  const double turned = wrap_angle(input.pose.yaw_rad - recovery_yaw_rad_);
+  const double moved_m = std::hypot(input.pose.x_m - stuck_at_.x_m, input.pose.y_m - stuck_at_.y_m);
+  SteeringOutput output;
+  output.stuck = true;
+  const double side = stuck_count_ % 2 == 0 ? -1.0 : 1.0;
+  switch (recovery_) {
+    case Recovery::look_left:
+      output.reason = "blocked: looking around";
+      output.command.w_radps = recovery_turn_radps;
+      if (turned > small_turn_rad || in_it_s > recovery_s) begin(Recovery::look_right, input);
+      break;
+    case Recovery::look_right:
+      output.reason = "blocked: looking around";
+      output.command.w_radps = -recovery_turn_radps;
+      if (turned < -2.0 * small_turn_rad || in_it_s > recovery_s) recovery_ = Recovery::none;
+      break;
+    case Recovery::back_up:
+      output.reason = "blocked: backing up";
+      output.command.v_mps = -recovery_back_mps;
+      if (moved_m > back_up_m || in_it_s > recovery_s) recovery_ = Recovery::none;
+      break;
+    case Recovery::look_far:
+      output.reason = "dead end: turning to look for a way";
+      output.command.w_radps = side * recovery_turn_radps;
+      if (std::abs(turned) > far_turn_rad || in_it_s > 2.0 * recovery_s) recovery_ = Recovery::none;
+      break;
+    case Recovery::none:
+      break;
+  }
+  if (recovery_ == Recovery::none) moving_s_ = input.time_s;
+  return output;
+}
+
+}  // namespace ballservo

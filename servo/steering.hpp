@@ -1,0 +1,86 @@
+// How the robot gets to the ball among obstacles: straight by the law where the way is clear, else through
+// the gap that leads there soonest; and what it does where it is stuck.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "servo/barrier_qp.hpp"
+#include "servo/braking_shield.hpp"
+#include "servo/way_field.hpp"
+
+namespace ballservo {
+
+struct SteeringOptions {
+  WayFieldOptions way;
+  double speed_mps = 0.6;   ///< among obstacles
+  double turn_radps = 1.0;  ///< at most, while steering by gaps
+  double turn_gain_per_s = 2.2;
+  double sharp_rad = 0.7;       ///< a heading further aside is turned to on the spot
+  double margin_m = 0.10;       ///< the barrier keeps this from what is suspected, if it can
+  double braking_share = 0.6;   ///< of the drive's deceleration that the barrier counts on
+  double half_view_rad = 0.50;  ///< the ball further aside is out of the picture
+  double stuck_s = 0.8;         ///< so long without motion that was wanted: stuck
+  double ball_gap_m = 0.25;     ///< echoes so near the ball are the ball's
+
+  void check(FaultList& faults, const std::string& place) const;
+};
+
+/// What steering is told.
+struct SteeringInput {
+  double time_s = 0;
+  Pose2 pose;  ///< in the odometry's frame, as are all places here
+  RobotMotion when_it_acts;
+  Eigen::Vector2d p_OB{0, 0};  ///< the ball, as known or remembered
+  double distance_m = 0.8;     ///< the desired one
+  std::optional<Twist2> law;   ///< what the law asks for; nothing where it has no answer or sees no ball
+};
+
+struct SteeringOutput {
+  Twist2 command;
+  bool stuck = false;  ///< a recovery is under way
+  bool by_law = false;
+  std::string_view reason;  ///< a literal
+};
+
+class Steering {
+ public:
+  Steering(const SteeringOptions& options, const UnicycleLimits& limits, const Footprint& footprint);
+
+  /// `last`: what became of the command before.
+  SteeringOutput steer(const SteeringInput& input, const FreeSpace& space, const ShieldVerdict& last);
+
+  /// A place that can be reached straight, at most `far_m` away, the further and the nearer to that heading
+  /// (rad, odometry's frame) the better.
+  Eigen::Vector2d open_place(const FreeSpace& space, double heading_rad, double far_m);
+
+  /// The state changed: whatever recovery was under way is over.
+  void reset() {
+    recovery_ = Recovery::none;
+    moving_s_ = -1;
+  }
+
+  const WayField& way() const { return way_; }
+
+ private:
+  /// What is tried, one after the other, when the robot is stuck.
+  enum class Recovery { none, look_left, look_right, back_up, look_far };
+  SteeringOutput gap(const SteeringInput& input) const;
+  SteeringOutput recover(const SteeringInput& input);
+  bool is_stuck(const SteeringInput& input, const ShieldVerdict& last);
+  void begin(Recovery recovery, const SteeringInput& input);
+  Twist2 keep_clear(const Twist2& wanted, const SteeringInput& input, const FreeSpace& space) const;
+
+  SteeringOptions options_;
+  UnicycleLimits limits_;
+  Footprint footprint_;
+  WayField way_;
+  int steps_ = 0;
+  double moving_s_ = -1;  // when it last did what was wanted
+  Recovery recovery_ = Recovery::none;
+  double recovery_since_s_ = 0, recovery_yaw_rad_ = 0;
+  Pose2 stuck_at_;
+  int stuck_count_ = 0;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,254 @@
+#include "servo/way_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "servo/option_check.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr double quantum_m = 0.01;
+constexpr std::int32_t none = std::numeric_limits<std::int32_t>::max();
+constexpr std::int32_t nobody = -1;
+constexpr double far_m = 1.2;  // rooms are measured up to this
+
+}  // namespace
+
+void WayFieldOptions::check(FaultList& faults, const std::string& place) const {
+  check_positive(faults, place + ".tight_m", tight_m, "m");
+  if (!(narrow_m > tight_m && wide_m > narrow_m && wide_m <= 1.0)) {
+    faults.add(place + ".narrow_m", shown_number(narrow_m),
+               "between tight_m and wide_m, which is at most 1 (m)");
+  }
+  check_positive(faults, place + ".look_ahead_m", look_ahead_m, "m");
+  check_not_negative(faults, place + ".view_cost_m_per_rad", view_cost_m_per_rad, "m/rad");
+  check_not_negative(faults, place + ".turn_cost_m_per_rad", turn_cost_m_per_rad, "m/rad");
+  check_positive(faults, place + ".virtual_radius_m", virtual_radius_m, "m");
+  check_positive(faults, place + ".virtual_s", virtual_s, "s");
+}
+
+WayField::WayField(const WayFieldOptions& options)
+    : options_(options),
+      room_(static_cast<std::size_t>(size) * size, static_cast<float>(far_m)),
+      cost_(static_cast<std::size_t>(size) * size, none),
+      next_(static_cast<std::size_t>(size) * size, nobody),
+      before_(static_cast<std::size_t>(size) * size, nobody) {
+  bucket_.fill(nobody);
+}
+
+bool WayField::block_of(const Eigen::Vector2d& p, int& column, int& row) const {
+  column = static_cast<int>(std::floor(p.x() / block_m)) - first_column_;
+  row = static_cast<int>(std::floor(p.y() / block_m)) - first_row_;
+  return column >= 0 && row >= 0 && column < size && row < size;
+}
+
+double WayField::cost_at(const Eigen::Vector2d& p_O) const {
+  int column, row;
+  if (!block_of(p_O, column, row)) return std::numeric_limits<double>::infinity();
+  const std::int32_t cost = cost_[index(column, row)];
+  return cost == none ? std::numeric_limits<double>::infinity() : cost * quantum_m;
+}
+
+double WayField::room_at(const Eigen::Vector2d& p_O) const {
+  int column, row;
+  return block_of(p_O, column, row) ? static_cast<double>(room_[index(column, row)]) : far_m;
+}
+
+void WayField::add_virtual(double x_m, double y_m, double now_s) {
+  virtual_[next_virtual_] = {x_m, y_m, now_s + options_.virtual_s};
+  next_virtual_ = (next_virtual_ + 1) % virtual_.size();
+}
+
+/// Distances to what is suspected: chamfer distance transform in two passes (Borgefors, CVGIP 34, 1986).
+void WayField::measure_room(const FreeSpace& space, const Eigen::Vector2d& p_OB, double ball_gap_m,
+                            double now_s) {
+  for (int row = 0; row < size; ++row) {
+    for (int column = 0; column < size; ++column) {
+      const bool suspected = space.is_block_suspected(first_column_ + column, first_row_ + row) &&
+                             (center(column, row) - p_OB).squaredNorm() > ball_gap_m * ball_gap_m;
+      room_[index(column, row)] = suspected ? 0.0f : static_cast<float>(far_m);
+    }
+  }
+  for (const Virtual& thing : virtual_) {
+    if (thing.until_s < now_s) continue;
+    const double r = options_.virtual_radius_m;
+    for (double dx = -r; dx <= r; dx += block_m) {
+      for (double dy = -r; dy <= r; dy += block_m) {
+        int column, row;
+        if (block_of({thing.x_m + dx, thing.y_m + dy}, column, row)) room_[index(column, row)] = 0.0f;
+      }
+    }
+  }
+  constexpr float side = static_cast<float>(block_m), diagonal = static_cast<float>(1.4142135 * block_m);
+  for (int row = 0; row < size; ++row) {
+    for (int column = 0; column < size; ++column) {
+      float& room = room_[index(column, row)];
+      if (column > 0) room = std::min(room, room_[index(column - 1, row)] + side);
+      if (row == 0) continue;
+      room = std::min(room, room_[index(column, row - 1)] + side);
+      if (column > 0) room = std::min(room, room_[index(column - 1, row - 1)] + diagonal);
+      if (column + 1 < size) room = std::min(room, room_[index(column + 1, row - 1)] + diagonal);
+    }
+  }
+  for (int row = size - 1; row >= 0; --row) {
+    for (int column = size - 1; column >= 0; --column) {
+      float& room = room_[index(column, row)];
+      if (column + 1 < size) room = std::min(room, room_[index(column + 1, row)] + side);
+      if (row + 1 == size) continue;
+      room = std::min(room, room_[index(column, row + 1)] + side);
+      if (column + 1 < size) room = std::min(room, room_[index(column + 1, row + 1)] + diagonal);
+      if (column > 0) room = std::min(room, room_[index(column - 1, row + 1)] + diagonal);
+    }
+  }
+}
+
+bool WayField::sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+  const double length = (to - from).norm();
+  for (double s = 0; s < length - 0.25; s += 0.5 * block_m) {
+    if (room_at(from + (to - from) * (s / length)) < 0.5 * block_m) return false;
+  }
+  return true;
+}
+
+bool WayField::straight(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+  const double length = (to - from).norm();
+  const double enough = std::min(options_.narrow_m + 0.06, room_at(from) + 0.01);
+  for (double s = 0; s <= length; s += 0.5 * block_m) {
+    if (room_at(from + (to - from) * (length > 0 ? s / length : 0.0)) <
+        (s < 0.4 ? enough : options_.narrow_m + 0.06))
+      return false;
+  }
+  return true;
+}
+
+void WayField::take(std::size_t cell) {
+  const auto bucket = static_cast<std::size_t>(cost_[cell]) % bucket_.size();
+  if (before_[cell] == nobody) {
+    bucket_[bucket] = next_[cell];
+  } else {
+    next_[static_cast<std::size_t>(before_[cell])] = next_[cell];
+  }
+  if (next_[cell] != nobody) before_[static_cast<std::size_t>(next_[cell])] = before_[cell];
+  --waiting_;
+}
+
+void WayField::put(std::size_t cell, int cost) {
+  cost_[cell] = cost;
+  const auto bucket = static_cast<std::size_t>(cost) % bucket_.size();
+  next_[cell] = bucket_[bucket];
+  before_[cell] = nobody;
+  if (next_[cell] != nobody) before_[static_cast<std::size_t>(next_[cell])] = static_cast<std::int32_t>(cell);
+  bucket_[bucket] = static_cast<std::int32_t>(cell);
+  ++waiting_;
+}
+
+void WayField::seed(const Eigen::Vector2d& p_OB, double distance_m) {
+  int column, row;
+  const double margin_m = distance_m + 2 * block_m;
+  const bool inside = block_of(p_OB + Eigen::Vector2d(margin_m, margin_m), column, row) &&
+                      block_of(p_OB - Eigen::Vector2d(margin_m, margin_m), column, row);
+  for (int r = 0; r < size; ++r) {
+    for (int c = 0; c < size; ++c) {
+      const bool border = r == 0 || c == 0 || r == size - 1 || c == size - 1;
+      const Eigen::Vector2d p = center(c, r);
+      const double away_m = (p - p_OB).norm();
+      if (room_[index(c, r)] < options_.narrow_m) continue;
+      if (std::abs(away_m - distance_m) < 0.8 * block_m && sees(p, p_OB)) {
+        put(index(c, r), 0);
+      } else if (border && !inside) {
+        const double beyond_m = std::min(std::max(away_m - distance_m, 0.0), 9.0);
+        put(index(c, r), static_cast<int>(beyond_m / quantum_m));
+      }
+    }
+  }
+}
+
+/// Dijkstra's algorithm with a ring of buckets (Dial, CACM 12, 1969), until all around the robot is known.
+void WayField::spread(const Eigen::Vector2d& p_OR) {
+  int robot_column, robot_row;
+  const bool robot_inside = block_of(p_OR, robot_column, robot_row);
+  const auto price = [this](double room) {
+    if (room < options_.narrow_m) return 9.0;
+    if (room < options_.wide_m)
+      return 1.0 + 1.5 * (options_.wide_m - room) / (options_.wide_m - options_.narrow_m);
+    return 1.0;
+  };
+  std::int32_t stop_at = none;
+  for (std::int32_t now = 0; waiting_ > 0 && now <= stop_at; ++now) {
+    std::int32_t& head = bucket_[static_cast<std::size_t>(now) % bucket_.size()];
+    while (head != nobody) {
+      const auto cell = static_cast<std::size_t>(head);
+      if (cost_[cell] != now) break;  // of a later round
+      take(cell);
+      const int column = static_cast<int>(cell) % size, row = static_cast<int>(cell) / size;
+      if (robot_inside && column == robot_column && row == robot_row) {
+        stop_at = now + static_cast<std::int32_t>(1.5 * options_.look_ahead_m / quantum_m);
+      }
+      for (int dr = -1; dr <= 1; ++dr) {
+        for (int dc = -1; dc <= 1; ++dc) {
+          const int c = column + dc, r = row + dr;
+          if ((dc == 0 && dr == 0) || c < 0 || r < 0 || c >= size || r >= size) continue;
+          const std::size_t other = index(c, r);
+          const double room = room_[other];
+          // Out of a tight place the robot may go, into one it may not.
+          if (room < options_.tight_m && room <= static_cast<double>(room_[cell])) {
+            const bool from_robot =
+                robot_inside && std::abs(c - robot_column) <= 2 && std::abs(r - robot_row) <= 2;
+            if (!from_robot) continue;
+          }
+          const double length = (dc != 0 && dr != 0 ? 1.4142135623730951 : 1.0) * block_m;
+          const std::int32_t cost =
+              now + static_cast<std::int32_t>(std::lround(length * price(room) / quantum_m));
+          if (cost >= cost_[other]) continue;
+          if (cost_[other] != none) take(other);
+          put(other, cost);
+        }
+      }
+    }
+  }
+}
+
+void WayField::update(const FreeSpace& space, const Eigen::Vector2d& p_OB, double distance_m,
+                      double ball_gap_m, double now_s) {
+  const Pose2& pose = space.pose();
+  first_column_ = static_cast<int>(std::floor(pose.x_m / block_m)) - size / 2 + 1;
+  first_row_ = static_cast<int>(std::floor(pose.y_m / block_m)) - size / 2 + 1;
+  std::fill(cost_.begin(), cost_.end(), none);
+  bucket_.fill(nobody);
+  waiting_ = 0;
+  measure_room(space, p_OB, ball_gap_m, now_s);
+  seed(p_OB, distance_m);
+  spread({pose.x_m, pose.y_m});
+}
+
+std::optional<double> WayField::heading(const Pose2& pose, double ball_heading_rad,
+                                        double half_view_rad) const {
+  constexpr int headings = 72;
+  const Eigen::Vector2d p(pose.x_m, pose.y_m);
+  const double enough = std::min(options_.narrow_m, room_at(p));
+  double best_cost = std::numeric_limits<double>::infinity(), best = 0;
+  for (int k = 0; k < headings; ++k) {
+    const double heading = pose.yaw_rad + 6.283185307179586 * k / headings;
+    const Eigen::Vector2d ahead(std::cos(heading), std::sin(heading));
+    double way = std::numeric_limits<double>::infinity();
+    for (double s = 0.5 * block_m; s <= options_.look_ahead_m; s += 0.5 * block_m) {
+      const Eigen::Vector2d q = p + s * ahead;
+      if (room_at(q) < (s < 0.3 ? enough - 0.05 : options_.narrow_m - 0.03)) break;
+      if (s >= 2.0 * block_m) way = std::min(way, s + cost_at(q));
+    }
+    const double turn = std::abs(wrap_angle(heading - pose.yaw_rad));
+    const double out = std::max(0.0, std::abs(wrap_angle(heading - ball_heading_rad)) - half_view_rad);
+    const double cost = way + options_.view_cost_m_per_rad * out + options_.turn_cost_m_per_rad * turn;
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = heading;
+    }
+  }
+  if (!std::isfinite(best_cost)) return std::nullopt;
+  return best;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,86 @@
+// Which way to go around what the sonars heard: the cost of the best way to the goal, from everywhere near.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "servo/free_space.hpp"
+
+namespace ballservo {
+
+struct WayFieldOptions {
+  double tight_m = 0.20;             ///< nearer to a suspected place than this the axle never goes
+  double narrow_m = 0.36;            ///< nearer than this a way costs much more,
+  double wide_m = 0.70;              ///< nearer than this a little
+  double look_ahead_m = 1.2;         ///< length of the headings that are weighed
+  double view_cost_m_per_rad = 0.5;  ///< of a heading that takes the ball out of the picture, beyond its edge
+  double turn_cost_m_per_rad = 0.05;
+  double virtual_radius_m = 0.18;  ///< of what is put where the robot got stuck
+  double virtual_s = 8.0;          ///< and for how long
+
+  void check(FaultList& faults, const std::string& place) const;
+};
+
+/// A navigation function on blocks of the free-space window (Konolige, "A gradient method for realtime robot
+/// control", IROS 2000): costs of ways by Dijkstra's algorithm from every place at the desired distance from
+/// the ball that sees it. What is unknown may be driven through: the shield knows better. Allocates in the
+/// constructor only.
+class WayField {
+ public:
+  static constexpr double block_m = FreeSpace::block * FreeSpace::cell_m;
+  static constexpr int size = FreeSpace::size / FreeSpace::block;
+
+  explicit WayField(const WayFieldOptions& options);
+
+  /// Computes the field anew.
+  void update(const FreeSpace& space, const Eigen::Vector2d& p_OB, double distance_m, double ball_gap_m,
+              double now_s);
+
+  /// Puts something where the robot could not pass though nothing was heard there; forgotten after a while.
+  void add_virtual(double x_m, double y_m, double now_s);
+
+  /// Cost (m) of the best way from a place; infinite where there is none or the field does not reach.
+  double cost_at(const Eigen::Vector2d& p_O) const;
+  /// Distance (m) from a place to the nearest thing suspected, at most about a metre.
+  double room_at(const Eigen::Vector2d& p_O) const;
+  /// Whether the robot can go straight from one place to the other.
+  bool straight(const Eigen::Vector2d& from_O, const Eigen::Vector2d& to_O) const;
+
+  /// The heading (rad, in the odometry's frame) that leads to the ball soonest, among headings that keep the
+  /// ball at `ball_heading_rad` within `half_view_rad` if that costs little. Nothing where there is no way.
+  std::optional<double> heading(const Pose2& pose, double ball_heading_rad, double half_view_rad) const;
+
+ private:
+  struct Virtual {
+    double x_m = 0, y_m = 0, until_s = -1e9;
+  };
+  int at(double value_m, int first) const;
+  bool block_of(const Eigen::Vector2d& p, int& column, int& row) const;
+  Eigen::Vector2d center(int column, int row) const {
+    return {(first_column_ + column + 0.5) * block_m, (first_row_ + row + 0.5) * block_m};
+  }
+  static std::size_t index(int column, int row) {
+    return static_cast<std::size_t>(row) * size + static_cast<std::size_t>(column);
+  }
+  void measure_room(const FreeSpace& space, const Eigen::Vector2d& p_OB, double ball_gap_m, double now_s);
+  bool sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+  void seed(const Eigen::Vector2d& p_OB, double distance_m);
+  void spread(const Eigen::Vector2d& p_OR);
+  void put(std::size_t cell, int cost);
+  void take(std::size_t cell);
+
+  WayFieldOptions options_;
+  int first_column_ = 0, first_row_ = 0;
+  std::vector<float> room_;                  // m
+  std::vector<std::int32_t> cost_;           // in quanta; `none` where unknown
+  std::vector<std::int32_t> next_, before_;  // lists of the buckets
+  std::array<std::int32_t, 1024> bucket_{};
+  int waiting_ = 0;
+  std::array<Virtual, 8> virtual_{};
+  std::size_t next_virtual_ = 0;
+};
+
+}  // namespace ballservo
