@@ -10,7 +10,7 @@
 #include "app/report/overlay.hpp"
 #include "perception/ball_position.hpp"
 #include "perception/detector.hpp"
-#include "tests/bench/peers.hpp"
+#include "app/offline/opencv_peers.hpp"
 
 namespace ballservo::bench {
 namespace {

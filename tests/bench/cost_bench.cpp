@@ -23,7 +23,7 @@
 #include "perception/detector.hpp"
 #include "tests/bench/bench_frames.hpp"
 #include "tests/bench/memory_read.hpp"
-#include "tests/bench/peers.hpp"
+#include "app/offline/opencv_peers.hpp"
 
 namespace ballservo::bench {
 namespace {

@@ -24,7 +24,7 @@
 #include "perception/tracker.hpp"
 #include "tests/bench/bench_frames.hpp"
 #include "tests/bench/memory_read.hpp"
-#include "tests/bench/peers.hpp"
+#include "app/offline/opencv_peers.hpp"
 
 namespace ballservo::bench {
 namespace {
