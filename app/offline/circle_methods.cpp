@@ -1,5 +1,6 @@
 #include "app/offline/circle_methods.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,13 +21,21 @@ double arc_of(const UndistortedCircle& circle, const std::vector<RingPixel>& rin
   for (const RingPixel& pixel : ring) {
     const Eigen::Vector2d d = pixel.position_px - circle.center_px;
     const double turn = std::atan2(d.y(), d.x()) / (2 * pi) + 0.5;
-    const auto sector = static_cast<std::size_t>(std::clamp(static_cast<int>(turn * sectors), 0, sectors - 1));
+    const auto sector =
+        static_cast<std::size_t>(std::clamp(static_cast<int>(turn * sectors), 0, sectors - 1));
     weights[sector] += pixel.weight;
     sum += pixel.weight;
   }
   const auto seen =
       std::count_if(weights.begin(), weights.end(), [&](double w) { return w > fair * sum / sectors; });
   return static_cast<double>(seen) / sectors;
+}
+
+// Of the Jacobian whose (J'WJ)^-1 the covariance is, but for a factor.
+double condition_of(const Eigen::Matrix3d& covariance) {
+  const Eigen::Vector3d values =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues();
+  return std::sqrt(values[2] / values[0]);
 }
 
 std::optional<MethodFit> converged(MethodScene& scene, const RobustLoss& loss) {
@@ -62,11 +71,9 @@ std::optional<MethodFit> fit_paper_steps(MethodScene& scene, int steps, bool res
   UndistortedCircle circle = *scene.start();
   std::optional<CircleFit> last;
   int taken = 0;
-  double condition = 0;
   while (taken < steps) {
     if (reselect && taken > 0)
       select_ring_pixels(scene.bgr(), scene.rays(), circle, scene.ring_options(), ring);
-    if (taken + 1 == steps) condition = linearise_circle(circle, ring).condition();
     const auto step = one_gauss_newton_step(circle, ring);
     if (!step) break;
     last = step;
@@ -79,7 +86,7 @@ std::optional<MethodFit> fit_paper_steps(MethodScene& scene, int steps, bool res
   fit->iterations = taken;
   fit->residual_px = last->residual_px;
   fit->step_px = last->step_px;
-  fit->condition = condition;
+  fit->condition = condition_of(last->covariance_px2);
   fit->arc = arc_of(circle, ring);
   return fit;
 }

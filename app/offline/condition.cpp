@@ -17,8 +17,12 @@ std::vector<ConditionFactor> make_factors() {
   const NumberRange share = NumberRange::within(0, 1, ""), px = NumberRange::within(0, 20, "px"),
                     levels = NumberRange::within(0, 255, "grey levels");
   return {
-      {"depth_m", "distance Z (m)", {0, 100, true, false, "m"}, [](const C& c) { return c.depth_m; },
-       [](C& c, double x) { c.depth_m = x; }, true},
+      {"depth_m",
+       "distance Z (m)",
+       {0, 100, true, false, "m"},
+       [](const C& c) { return c.depth_m; },
+       [](C& c, double x) { c.depth_m = x; },
+       true},
       {"off_axis_rad", "angle off the axis (rad)", NumberRange::within(0, 1.2, "rad"),
        [](const C& c) { return c.off_axis_rad; }, [](C& c, double x) { c.off_axis_rad = x; }},
       {"occlusion", "hidden part of the disc", NumberRange::within(0, 0.8, ""),
@@ -31,8 +35,12 @@ std::vector<ConditionFactor> make_factors() {
        [](C& c, double x) { c.sensor.read_noise = x; }},
       {"noise.shot", "shot noise (grey levels)", levels, [](const C& c) { return c.sensor.shot_noise; },
        [](C& c, double x) { c.sensor.shot_noise = x; }},
-      {"light.level", "light (of the usual)", {0, 10, true, false, ""},
-       [](const C& c) { return c.light_level; }, [](C& c, double x) { c.light_level = x; }, true},
+      {"light.level",
+       "light (of the usual)",
+       {0, 10, true, false, ""},
+       [](const C& c) { return c.light_level; },
+       [](C& c, double x) { c.light_level = x; },
+       true},
       {"light.angle_rad", "lamp's angle from the camera (rad)", NumberRange::within(0, 2, "rad"),
        [](const C& c) { return c.light_angle_rad.value_or(std::nan("")); },
        [](C& c, double x) { c.light_angle_rad = x; }},
@@ -54,13 +62,20 @@ std::vector<ConditionFactor> make_factors() {
          c.start_at_truth = true;
          c.start_radius_px = x;
        }},
-      {"ball.diameter_m", "ball's diameter (m)", {0, 10, true, false, "m"},
-       [](const C& c) { return c.diameter_m; }, [](C& c, double x) { c.diameter_m = x; }, true},
+      {"ball.diameter_m",
+       "ball's diameter (m)",
+       {0, 10, true, false, "m"},
+       [](const C& c) { return c.diameter_m; },
+       [](C& c, double x) { c.diameter_m = x; },
+       true},
       {"resolution", "resolution (of the camera's)", NumberRange::within(0.1, 4, ""),
        [](const C& c) { return c.resolution; }, [](C& c, double x) { c.resolution = x; }, true},
       {"calibration_sigmas", "calibration error (sigmas)", NumberRange::within(0, 100, "sigmas"),
        [](const C& c) { return c.calibration_sigmas; }, [](C& c, double x) { c.calibration_sigmas = x; }},
-      {"gain", "gain", {0, 100, true, false, ""}, [](const C& c) { return c.sensor.gain; },
+      {"gain",
+       "gain",
+       {0, 100, true, false, ""},
+       [](const C& c) { return c.sensor.gain; },
        [](C& c, double x) { c.sensor.gain = x; }},
       {"gamma", "the camera's gamma", NumberRange::within(1, 3, ""),
        [](const C& c) { return c.sensor.gamma; }, [](C& c, double x) { c.sensor.gamma = x; }},
@@ -100,8 +115,8 @@ std::string in_words(const ComparisonCondition& condition) {
   say(model != LensModel::pinhole, std::string(lens_model_name(model)) + " lens");
   say(condition.off_axis_rad > 0, fmt::format("{:.0f} deg off the axis", condition.off_axis_rad * 180 / pi));
   say(condition.occlusion > 0, occlusion_words(condition));
-  say(true, fmt::format("noise sigma {:g}, blur {:g} px", condition.sensor.read_noise,
-                        condition.sensor.blur_px));
+  say(true,
+      fmt::format("noise sigma {:g}, blur {:g} px", condition.sensor.read_noise, condition.sensor.blur_px));
   say(condition.motion_blur_px > 0, fmt::format("moves {:g} px while exposed", condition.motion_blur_px));
   say(condition.ball_pattern != Pattern::plain, std::string(pattern_name(condition.ball_pattern)) + " on it");
   say(condition.light_level != 1, fmt::format("{:g} times the light", condition.light_level));

@@ -44,9 +44,10 @@ struct ComparisonCondition {
   double same_color = 0;    ///< things of nearly the ball's colour elsewhere in the picture
   bool touching = false;    ///< a bar of the ball's colour touches it in the picture
 
-  double light_level = 1;                    ///< lamp and ambient light, as a multiple of the usual
-  std::optional<double> light_angle_rad{};   ///< of the lamp from the camera's direction; by chance: 27 to 67 deg
-  double motion_blur_px = 0;                 ///< how far the ball moves in the picture while it is exposed
+  double light_level = 1;  ///< lamp and ambient light, as a multiple of the usual
+  std::optional<double>
+      light_angle_rad{};      ///< of the lamp from the camera's direction; by chance: 27 to 67 deg
+  double motion_blur_px = 0;  ///< how far the ball moves in the picture while it is exposed
   SensorOptions sensor;
 
   /// Sigmas of the start's error (centre, each axis; radius): the fits start from the true circle so

@@ -2,7 +2,7 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/SVD>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,8 +13,9 @@
 namespace ballservo {
 namespace {
 
-constexpr double perpendicular = 1e-6;  // cosine between the residuals and a column of the Jacobian
-constexpr double no_residual = 1e-12;   // of the residuals' norm against the points' weights: an exact fit
+// Cosine between the residuals and a column of the Jacobian; of a robust cost, which is reached step by step.
+constexpr double perpendicular = 1e-6, nearly_perpendicular = 1e-4;
+constexpr double no_residual = 1e-12;  // of the residuals' norm against the points' weights: an exact fit
 
 // sqrt(w) C of one pixel. The circle's radius is in units of pixels, as its centre is.
 struct CircleResidual {
@@ -83,6 +84,7 @@ class Problem {
       residual.scale *= std::sqrt(weight);
     } else {
       rho = loss_function(loss, weight);
+      robust_ = true;
     }
     problem_.AddResidualBlock(
         new ceres::AutoDiffCostFunction<Residual, 1, 3>(new Residual(std::move(residual))), rho,
@@ -98,9 +100,10 @@ class Problem {
     options.linear_solver_type = ceres::DENSE_QR;
     options.num_threads = 1;
     options.max_num_iterations = 200;
-    options.function_tolerance = 1e-15;
+    // A robust cost has no residual that vanishes: Gauss-Newton creeps towards its minimum.
+    options.function_tolerance = robust_ ? 1e-11 : 1e-15;
     options.gradient_tolerance = 1e-14;
-    options.parameter_tolerance = 1e-13;
+    options.parameter_tolerance = robust_ ? 1e-9 : 1e-13;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
@@ -138,7 +141,7 @@ class Problem {
     for (Eigen::Index column = 0; column < 3; ++column) {
       const double cosine =
           at.jacobian.col(column).dot(at.residuals) / (at.jacobian.col(column).norm() * size);
-      if (!(std::abs(cosine) < perpendicular)) return false;
+      if (!(std::abs(cosine) < (robust_ ? nearly_perpendicular : perpendicular))) return false;
     }
     return true;
   }
@@ -147,6 +150,7 @@ class Problem {
   ceres::Problem problem_;
   int points_ = 0;
   double weights_ = 0;
+  bool robust_ = false;
 };
 
 bool counts(const RingPixel& pixel) {
@@ -172,8 +176,8 @@ void add_points(Problem& problem, const TangentCone& start, const std::vector<Ed
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
   const bool robust = loss.kind != RobustLossKind::squares;
   for (const EdgePoint& edge : edges) {
-    const bool known = robust ? std::isfinite(edge.px_per_rad / edge.sigma_px) && edge.ray.allFinite()
-                              : counts(edge);
+    const bool known =
+        robust ? std::isfinite(edge.px_per_rad / edge.sigma_px) && edge.ray.allFinite() : counts(edge);
     if (!known || edge.ray.cross(start.axis).norm() == 0) continue;
     // A loss wants the residual in px, and the points' sigmas as weights.
     const double inverse = 1 / edge.sigma_px;
@@ -232,9 +236,10 @@ std::string_view robust_loss_name(RobustLossKind kind) {
 
 double Linearisation::condition() const {
   if (jacobian.rows() < 3 || !jacobian.allFinite()) return std::numeric_limits<double>::infinity();
+  const Eigen::Matrix3d normal = jacobian.transpose() * jacobian;
   const Eigen::Vector3d values =
-      Eigen::JacobiSVD<Eigen::Matrix<double, Eigen::Dynamic, 3>>(jacobian).singularValues();
-  return values[2] > 0 ? values[0] / values[2] : std::numeric_limits<double>::infinity();
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normal, Eigen::EigenvaluesOnly).eigenvalues();
+  return values[0] > 0 ? std::sqrt(values[2] / values[0]) : std::numeric_limits<double>::infinity();
 }
 
 double circle_cost(const UndistortedCircle& circle, const std::vector<RingPixel>& ring) {

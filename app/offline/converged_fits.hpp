@@ -30,7 +30,8 @@ struct Convergence {
   double cost = 0;        ///< where it ended
   int iterations = 0;     ///< steps taken, rejected ones included, from the start that won
   int starts = 1;         ///< tried; the lowest cost won
-  /// By Ceres' own criteria, and the residuals are perpendicular to every column of the Jacobian to 1e-6.
+  /// By Ceres' own criteria, and the residuals are perpendicular to every column of the Jacobian to 1e-6
+  /// (cosine; with a robust loss 1e-4).
   bool converged = false;
   double condition = 0;  ///< of the weighted Jacobian at the end: largest over smallest singular value
   /// Weighted RMS distance of the points from the outline, as perception's fits state it.

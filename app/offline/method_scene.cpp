@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "app/offline/stopwatch.hpp"
 #include "perception/ball_position.hpp"
@@ -69,9 +69,8 @@ MethodScene::MethodScene(const cv::Mat& bgr, Detector& detector, const MethodTas
   const Stopwatch detection;
   const std::vector<BallObservation>& balls = detector.detect(bgr, {}, &stages);
   detection_us_ = detection.us();
-  const auto ball = std::find_if(balls.begin(), balls.end(), [&](const BallObservation& b) {
-    return b.color_class == task.color_class;
-  });
+  const auto ball = std::find_if(balls.begin(), balls.end(),
+                                 [&](const BallObservation& b) { return b.color_class == task.color_class; });
   if (ball == balls.end()) return;
   vote_ = ball->vote;
   if (start_) return;
@@ -112,12 +111,17 @@ double MethodScene::points_us(MethodPoints points) const {
   return points == MethodPoints::ring ? ring_us_ : points == MethodPoints::edges ? edges_us_ : 0;
 }
 
+// A ball of unknown diameter may stand anywhere along its ray.
+Eigen::Vector3d MethodScene::position(const Eigen::Vector3d& p_C) const {
+  return radius_m_ > 0 ? p_C : Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+}
+
 std::optional<MethodFit> MethodScene::from_circle(const UndistortedCircle& circle) const {
   const auto outline = circle_in_picture(camera(), circle);
   if (!outline) return std::nullopt;
   MethodFit fit;
   fit.outline = *outline;
-  fit.p_C = paper_position(circle, camera().focal_px(), radius_m_);
+  fit.p_C = position(paper_position(circle, camera().focal_px(), radius_m_));
   return fit;
 }
 
@@ -126,7 +130,7 @@ std::optional<MethodFit> MethodScene::from_cone(const TangentCone& cone) const {
   if (!outline) return std::nullopt;
   MethodFit fit;
   fit.outline = *outline;
-  fit.p_C = cone.center(radius_m_);
+  fit.p_C = position(cone.center(radius_m_));
   return fit;
 }
 
@@ -135,7 +139,7 @@ std::optional<MethodFit> MethodScene::from_picture_circle(const OutlineEllipse& 
   if (!undistorted) return std::nullopt;
   MethodFit fit;
   fit.outline = circle;
-  fit.p_C = paper_position(*undistorted, camera().focal_px(), radius_m_);
+  fit.p_C = position(paper_position(*undistorted, camera().focal_px(), radius_m_));
   return fit;
 }
 

@@ -63,6 +63,7 @@ class MethodScene {
   std::optional<MethodFit> from_picture_circle(const OutlineEllipse& circle) const;
 
  private:
+  Eigen::Vector3d position(const Eigen::Vector3d& p_C) const;
   std::optional<BallObservation> refine(BallFit fit, RefinementInput& input);
 
   const cv::Mat& bgr_;

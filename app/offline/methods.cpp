@@ -89,8 +89,7 @@ std::vector<std::optional<MethodFit>> run_methods(MethodScene& scene, const Meth
     fits.push_back(method->fit(scene));
     const double own_us = own.us();
     if (!fits.back()) continue;
-    const double before_us =
-        method->name == "vote" ? scene.detection_us() : scene.points_us(method->points);
+    const double before_us = method->name == "vote" ? scene.detection_us() : scene.points_us(method->points);
     fits.back()->time_us = own_us + before_us;
   }
   return fits;

@@ -9,8 +9,8 @@
 
 namespace ballservo {
 
-/// What users of HoughCircles turn: thresholds of the edges and of the votes (HOUGH_GRADIENT), or of the edges
-/// and of roundness (HOUGH_GRADIENT_ALT).
+/// What users of HoughCircles turn: thresholds of the edges and of the votes (HOUGH_GRADIENT), or of the
+/// edges and of roundness (HOUGH_GRADIENT_ALT).
 struct HoughSettings {
   double edges = 100;   ///< param1: the upper threshold of the edges
   double support = 20;  ///< param2: votes, or roundness from 0 to 1

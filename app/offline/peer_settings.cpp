@@ -5,12 +5,14 @@
 namespace ballservo {
 
 const std::vector<HoughSettings>& hough_grid() {
-  static const std::vector<HoughSettings> grid{{100, 20}, {100, 12}, {100, 30}, {50, 20}, {50, 30}, {200, 12}};
+  static const std::vector<HoughSettings> grid{{100, 20}, {100, 12}, {100, 30},
+                                               {50, 20},  {50, 30},  {200, 12}};
   return grid;
 }
 
 const std::vector<HoughSettings>& hough_alt_grid() {
-  static const std::vector<HoughSettings> grid{{300, 0.8}, {300, 0.6}, {150, 0.8}, {150, 0.5}, {80, 0.8}, {80, 0.5}};
+  static const std::vector<HoughSettings> grid{{300, 0.8}, {300, 0.6}, {150, 0.8},
+                                               {150, 0.5}, {80, 0.8},  {80, 0.5}};
   return grid;
 }
 
@@ -20,8 +22,8 @@ const std::vector<HsvSettings>& hsv_grid() {
 }
 
 const std::vector<VpDot2Settings>& vpdot2_grid() {
-  static const std::vector<VpDot2Settings> grid{{true, 0.65, {120, 30}}, {true, 0, {120, 30}}, {true, 0, {80, 30}},
-                                                {true, 0.65, {50, 20}},  {false, 0.65, {}},    {false, 0, {}}};
+  static const std::vector<VpDot2Settings> grid{
+      {true, 0.65, {120, 30}}, {true, 0, {80, 30}}, {true, 0, {50, 20}}, {false, 0.65, {}}};
   return grid;
 }
 

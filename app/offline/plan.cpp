@@ -97,7 +97,8 @@ void read_condition(YamlNode node, const std::filesystem::path& folder, FaultLis
     condition.ball_color = ball.choice("color", color_words(), condition.ball_color);
     std::vector<std::string> patterns;
     for (const Pattern pattern : all_patterns) patterns.emplace_back(pattern_name(pattern));
-    const std::string name = ball.choice("pattern", patterns, std::string(pattern_name(condition.ball_pattern)));
+    const std::string name =
+        ball.choice("pattern", patterns, std::string(pattern_name(condition.ball_pattern)));
     for (const Pattern pattern : all_patterns) {
       if (pattern_name(pattern) == name) condition.ball_pattern = pattern;
     }

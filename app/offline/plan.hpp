@@ -24,11 +24,11 @@ struct ComparisonPlan {
 /// The keys of a plan: `seed`, `frames`, `methods` (a list of names; all where missing), `robust` ({loss:
 /// huber, cauchy or tukey, scale_px}), `claims` (paper), `defaults`, `conditions`, `design`.
 ///
-/// A condition has a `name` and any of: the numbers of condition_factors() (`noise.read` is {noise: {read:}}),
-/// `frames`, `camera` ({focal_px, width_px, height_px, model, coefficients} or {file}), `ball` ({color,
-/// diameter_m, pattern}), `occlusion_side`, `background` (clutter or plain), `touching`. What it does not say
-/// is as in `defaults`, and what that does not say is as in ComparisonCondition. A camera's file is relative
-/// to the plan's, and its covariance stands beside it.
+/// A condition has a `name` and any of: the numbers of condition_factors() (`noise.read` is {noise:
+/// {read:}}), `frames`, `camera` ({focal_px, width_px, height_px, model, coefficients} or {file}), `ball`
+/// ({color, diameter_m, pattern}), `occlusion_side`, `background` (clutter or plain), `touching`. What it
+/// does not say is as in `defaults`, and what that does not say is as in ComparisonCondition. A camera's file
+/// is relative to the plan's, and its covariance stands beside it.
 ///
 /// `design` makes conditions from lists of numbers: {type: one_at_a_time, vary: {depth_m: [0.5, 1, 2], ...}}
 /// changes one number of the defaults at a time, {type: grid} makes all combinations, {type: random,

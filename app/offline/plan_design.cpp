@@ -26,14 +26,14 @@ std::string known_keys() {
 
 std::optional<Varied> read_range(YamlNode node, const ConditionFactor& factor) {
   Varied varied{&factor, {}, 0, 0, node.has("log_uniform")};
-  const std::vector<double> ends =
-      node.numbers(varied.log ? "log_uniform" : "uniform", factor.range, 2);
+  const std::vector<double> ends = node.numbers(varied.log ? "log_uniform" : "uniform", factor.range, 2);
   if (ends.size() != 2) return std::nullopt;
   varied.low = ends[0];
   varied.high = ends[1];
   if (!(varied.low < varied.high) || (varied.log && !(varied.low > 0))) {
-    node.fault(varied.log ? "log_uniform" : "uniform", fmt::format("[{:g}, {:g}]", ends[0], ends[1]),
-               varied.log ? "two numbers above 0, the smaller one first" : "two numbers, the smaller one first");
+    node.fault(
+        varied.log ? "log_uniform" : "uniform", fmt::format("[{:g}, {:g}]", ends[0], ends[1]),
+        varied.log ? "two numbers above 0, the smaller one first" : "two numbers, the smaller one first");
     return std::nullopt;
   }
   return varied;
@@ -74,7 +74,8 @@ std::string value_name(const std::string& key, double value) {
   return name;
 }
 
-std::vector<ComparisonCondition> one_at_a_time(const std::vector<Varied>& all, const ComparisonCondition& base) {
+std::vector<ComparisonCondition> one_at_a_time(const std::vector<Varied>& all,
+                                               const ComparisonCondition& base) {
   std::vector<ComparisonCondition> conditions;
   for (const Varied& varied : all) {
     for (const double value : varied.values) {
@@ -112,9 +113,8 @@ std::vector<ComparisonCondition> at_random(const std::vector<Varied>& all, const
     conditions.back().name = fmt::format("random_{:04d}", k + 1);
     for (const Varied& varied : all) {
       const double part = uniform01(engine);
-      varied.factor->set(conditions.back(), varied.log
-                                                ? varied.low * std::pow(varied.high / varied.low, part)
-                                                : varied.low + (varied.high - varied.low) * part);
+      varied.factor->set(conditions.back(), varied.log ? varied.low * std::pow(varied.high / varied.low, part)
+                                                       : varied.low + (varied.high - varied.low) * part);
     }
   }
   return conditions;

@@ -138,8 +138,8 @@ void add_clutter(const ComparisonCondition& condition, const Eigen::Isometry3d& 
                                    p_CB.z() * uniform(engine, 1.5, 1.9)};
     const double width = size * uniform(engine, 0.4, 1.6), height = size * uniform(engine, 0.4, 1.6);
     const double yaw_rad = uniform(engine, -0.6, 0.6);
-    world.obstacles.push_back(box(X_WC * center_C, {0.3 * size, width, height}, yaw_rad,
-                                  background_texture(condition, engine)));
+    world.obstacles.push_back(
+        box(X_WC * center_C, {0.3 * size, width, height}, yaw_rad, background_texture(condition, engine)));
   }
 }
 
@@ -153,8 +153,8 @@ void add_ring_clutter(const ComparisonCondition& condition, const Eigen::Isometr
                                                                unit_vector(uniform(engine, 0, 2 * pi));
     const Eigen::Vector3d size(0.002, uniform(engine, 0.3, 0.9) * r, uniform(engine, 0.3, 0.9) * r);
     const double depth = behind + 0.02 * r * k;  // one before the other, never in one place
-    world.obstacles.push_back(
-        box(X_WC * Eigen::Vector3d(place.x(), place.y(), depth), size, 0, background_texture(condition, engine)));
+    world.obstacles.push_back(box(X_WC * Eigen::Vector3d(place.x(), place.y(), depth), size, 0,
+                                  background_texture(condition, engine)));
   }
 }
 
@@ -273,8 +273,7 @@ RenderedFrame render_comparison_frame(const ComparisonCondition& condition, std:
   }
   Light lamp;
   lamp.position_m = ball.position_m + X_WC.linear() * to_lamp_C;
-  lamp.intensity =
-      Rgb::Constant(condition.light_level * uniform(engine, 0.5, 0.7) * to_lamp_C.squaredNorm());
+  lamp.intensity = Rgb::Constant(condition.light_level * uniform(engine, 0.5, 0.7) * to_lamp_C.squaredNorm());
   world.lights.push_back(lamp);
   world.ambient = Rgb::Constant(condition.light_level * uniform(engine, 0.55, 0.7));
   add_ring_clutter(condition, X_WC, p_CB, engine, world);

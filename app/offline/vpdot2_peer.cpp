@@ -13,8 +13,7 @@ constexpr double pi = 3.14159265358979323846;
 
 vpImage<unsigned char> visp_picture(const cv::Mat& grey) {
   vpImage<unsigned char> picture(static_cast<unsigned>(grey.rows), static_cast<unsigned>(grey.cols));
-  for (int v = 0; v < grey.rows; ++v)
-    std::copy_n(grey.ptr(v), grey.cols, picture[static_cast<unsigned>(v)]);
+  for (int v = 0; v < grey.rows; ++v) std::copy_n(grey.ptr(v), grey.cols, picture[static_cast<unsigned>(v)]);
   return picture;
 }
 
