@@ -192,13 +192,18 @@ Certificate CertificateStudy::certificate(const MethodList& methods, const Pair&
     return list;
   };
   CertificateRule bend = make_rule("threshold", scored(false, false), scored(true, false));
-  bend.words = fmt::format("one more step where step^2 / (2 r) > {:.2g} px", std::pow(10, bend.threshold));
+  const std::string never = "never: no break in the conditions that it was made on";
+  bend.words = std::isinf(bend.threshold) ? never
+                                          : fmt::format("one more step where step^2 / (2 r) > {:.2g} px",
+                                                        std::pow(10, bend.threshold));
   CertificateRule logistic = make_rule("logistic", scored(false, true), scored(true, true));
-  logistic.words = fmt::format(
-      "one more step where {:.2f} {:+.2f} log10(step^2 / 2 r) {:+.2f} log10(residual / r) {:+.2f} arc "
-      "{:+.2f} "
-      "log10(condition) > {:.2f}",
-      w[0], w[1], w[2], w[3], w[4], logistic.threshold);
+  logistic.words = std::isinf(logistic.threshold) ? never
+                                                  : fmt::format(
+                                                        "one more step where {:.2f} {:+.2f} log10(step^2 / 2 "
+                                                        "r) {:+.2f} log10(residual / r) {:+.2f} arc "
+                                                        "{:+.2f} "
+                                                        "log10(condition) > {:.2f}",
+                                                        w[0], w[1], w[2], w[3], w[4], logistic.threshold);
   int steps = 0, tested = 0;
   for (const Sample& s : pair.samples) {
     if (!s.tested) continue;

@@ -16,7 +16,8 @@ namespace ballservo {
 namespace {
 
 constexpr int frames_a_unit = 8;
-constexpr std::size_t notable_frames = 6;
+constexpr std::size_t notable_frames = 8;
+constexpr int notable_of_condition = 2;
 
 // Under which a condition's settings of the peers are noted; no unit's key has a colon.
 std::string settings_key(const ConditionInfo& info) { return "settings:" + info.name; }
@@ -43,13 +44,18 @@ std::vector<ComparisonRecord> records_of(const ComparisonUnit& unit, const std::
   return records;
 }
 
-// Keeps the largest values, the largest first; of equal ones the earlier.
+// Keeps the largest values, the largest first, of each condition two at most; of equal ones the earlier.
 void keep_notable(std::vector<NotableFrame>& kept, const NotableFrame& frame) {
   if (!std::isfinite(frame.value)) return;
   const auto place =
       std::find_if(kept.begin(), kept.end(), [&](const NotableFrame& k) { return k.value < frame.value; });
-  if (place == kept.end() && kept.size() >= notable_frames) return;
   kept.insert(place, frame);
+  int of_condition = 0;
+  kept.erase(std::remove_if(kept.begin(), kept.end(),
+                            [&](const NotableFrame& k) {
+                              return k.condition == frame.condition && ++of_condition > notable_of_condition;
+                            }),
+             kept.end());
   if (kept.size() > notable_frames) kept.pop_back();
 }
 

@@ -103,6 +103,9 @@ std::vector<Sweep> sweeps_of(const ComparisonResults& results) {
       sweep = sweeps.insert(sweeps.end(), {info.swept_key, info.swept_label, info.swept_log, {}});
     sweep->conditions.push_back(c);
   }
+  sweeps.erase(
+      std::remove_if(sweeps.begin(), sweeps.end(), [](const Sweep& s) { return s.conditions.size() < 2; }),
+      sweeps.end());
   for (Sweep& sweep : sweeps) {
     std::sort(sweep.conditions.begin(), sweep.conditions.end(), [&](std::size_t a, std::size_t b) {
       return results.conditions[a].swept_value < results.conditions[b].swept_value;
@@ -254,7 +257,7 @@ Svg scatter_plot(const ComparisonResults& results, const MethodPair& pair) {
 
 Svg ellipse_plot(const ComparisonResults& results, std::size_t condition) {
   std::vector<PlotSeries> all;
-  for (const char* name : {"sphere_one_step", "paper_one_step", "vote", "hough_gradient", "hsv_contour"}) {
+  for (const char* name : {"sphere_one_step", "paper_one_step", "vote"}) {
     const auto m = place_of(results.methods, name);
     if (!m) continue;
     const MethodStatistics& s = results.summaries[condition].methods[*m];

@@ -10,7 +10,7 @@
 
 namespace ballservo {
 
-/// The conditions that vary one number, in their order: places in the results' list.
+/// The conditions that vary one number, two or more, in its order: places in the results' list.
 struct Sweep {
   std::string key, label;
   bool log = false;

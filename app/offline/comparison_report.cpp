@@ -159,17 +159,43 @@ void add_methods(Page& page, const ComparisonResults& results) {
   page.end_details();
 }
 
-void add_errors(Page& page, const ComparisonResults& results) {
+void add_claims(Page& page, const std::vector<PaperClaim>& claims) {
+  if (claims.empty()) return;
+  page.heading("The paper's claims");
+  PageTable table;
+  table.heading = {"the paper says", "verdict", "measured here", "shown by"};
+  table.number_columns = {false, false, false, false};
+  for (const PaperClaim& claim : claims)
+    table.rows.push_back({claim.says, claim.verdict, claim.measured, claim.shown_by});
+  page.table(table);
+}
+
+void add_errors(Page& page, const ComparisonResults& results, const ComparisonReportText& text) {
   page.heading("How far from the truth");
+  if (!text.rendered)
+    page.note(
+        "Where a row tells the ball's circle, errors are against that circle, as well as whoever drew it "
+        "could see it. "
+        "Where it tells nothing, methods can only be held against each other: that they agree does not show "
+        "that they "
+        "are right, only that what they have in common decides.");
+  const bool in_space =
+      std::any_of(results.summaries.begin(), results.summaries.end(), [](const ConditionSummary& s) {
+        return std::any_of(s.methods.begin(), s.methods.end(),
+                           [](const MethodStatistics& m) { return std::isfinite(m.position_median_mm); });
+      });
+  if (!in_space) {
+    page.paragraph("No place in space is known: the tables below hold centres and radii in the picture.");
+    return;
+  }
   page.paragraph(
       "Bars and dots are medians over the frames in which the method found the ball (its centre within half "
-      "the "
-      "ball's radius of the truth); thin vertical lines are their 95 % bootstrap intervals. The bound is "
-      "what no "
-      "unbiased estimator can beat in the same frames (Cramer and Rao) that is told the camera and the "
-      "ball's "
-      "size, but not the blur nor, in each stretch of the outline, the background, the contrast and the "
-      "shading.");
+      "the ball's "
+      "radius of the truth); thin vertical lines are their 95 % bootstrap intervals. The bound is what no "
+      "unbiased "
+      "estimator can beat in the same frames (Cramer and Rao) that is told the camera and the ball's size, "
+      "but not the "
+      "blur nor, in each stretch of the outline, the background, the contrast and the shading.");
   const bool has_bars = std::any_of(results.conditions.begin(), results.conditions.end(),
                                     [](const ConditionInfo& info) { return info.swept_key.empty(); });
   if (has_bars)
@@ -282,7 +308,8 @@ void add_worst(Page& page, const ComparisonResults& results, const PictureSource
     }
     page.figures(photos);
   };
-  show(results.worst, "The worst frames of what runs on line", " off");
+  const bool in_space = !results.worst.empty() && results.worst.front().record.truth.p_CB.has_value();
+  show(results.worst, "The worst frames of what runs on line", in_space ? " mm off" : " px off");
   show(results.most_apart, "Where one step is furthest from the converged fit", " px apart");
 }
 
@@ -309,8 +336,8 @@ void add_tables(Page& page, const ComparisonResults& results) {
 
 }  // namespace
 
-std::string comparison_report_html(const ComparisonResults& results, const PictureSource& source,
-                                   const ComparisonReportText& text) {
+std::string comparison_report_html(const ComparisonResults& results, const PictureSource* source,
+                                   const ComparisonReportText& text, const std::vector<PaperClaim>& claims) {
   Page page("Is one step enough?", "Every estimator of the ball on the same pixels: " + text.subject);
   page.paragraph(
       "On line, the ball's outline is refined by exactly one Gauss-Newton step. Here the same residuals on "
@@ -324,7 +351,8 @@ std::string comparison_report_html(const ComparisonResults& results, const Pictu
   page.begin_details("Condition by condition", results.conditions.size() <= 24);
   page.table(answer_table(results));
   page.end_details();
-  add_errors(page, results);
+  add_claims(page, claims);
+  add_errors(page, results, text);
   add_steps(page, results);
   add_certificates(page, results);
   page.heading("What each costs");
@@ -332,8 +360,8 @@ std::string comparison_report_html(const ComparisonResults& results, const Pictu
       drawing(cost_plot(results),
               "Medians over the conditions, one thread; fits are timed from the starting circle, the choice "
               "of their points included, the votes and the peers from the picture."));
-  add_examples(page, results, source, text);
-  add_worst(page, results, source);
+  if (source) add_examples(page, results, *source, text);
+  if (source) add_worst(page, results, *source);
   add_methods(page, results);
   add_tables(page, results);
   page.begin_details("The setting, as it was read");

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/offline/comparison.hpp"
+#include "app/offline/paper_claims.hpp"
 
 namespace ballservo {
 
@@ -12,11 +13,13 @@ struct ComparisonReportText {
   std::string subject;  ///< "basic.yaml", "pictures/"
   std::string setting;  ///< the plan or the options, as they were read
   bool rendered = true;
+  bool claims_wanted = false;  ///< the paper's claims are to be looked at one by one
 };
 
-/// report.html of a comparison. `source` shows examples and the worst frames again.
-std::string comparison_report_html(const ComparisonResults& results, const PictureSource& source,
-                                   const ComparisonReportText& text);
+/// report.html of a comparison. `source` shows examples and the worst frames again; null where the pictures
+/// are not at hand. `claims`: the paper's, if they were looked at.
+std::string comparison_report_html(const ComparisonResults& results, const PictureSource* source,
+                                   const ComparisonReportText& text, const std::vector<PaperClaim>& claims);
 
 /// The error table and the table of pairs as LaTeX (booktabs).
 std::string comparison_tables_tex(const ComparisonResults& results);

@@ -69,8 +69,15 @@ MethodScene::MethodScene(const cv::Mat& bgr, Detector& detector, const MethodTas
   const Stopwatch detection;
   const std::vector<BallObservation>& balls = detector.detect(bgr, {}, &stages);
   detection_us_ = detection.us();
-  const auto ball = std::find_if(balls.begin(), balls.end(),
-                                 [&](const BallObservation& b) { return b.color_class == task.color_class; });
+  // The best of the class, or the one that is meant.
+  const auto distance = [&](const BallObservation& b) {
+    return task.near_px ? (b.outline.center_px - *task.near_px).norm() : 0;
+  };
+  auto ball = balls.end();
+  for (auto it = balls.begin(); it != balls.end(); ++it) {
+    if (it->color_class != task.color_class) continue;
+    if (ball == balls.end() || distance(*it) < distance(*ball)) ball = it;
+  }
   if (ball == balls.end()) return;
   vote_ = ball->vote;
   if (start_) return;

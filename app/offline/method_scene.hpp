@@ -22,6 +22,9 @@ struct MethodTask {
   /// What a peer is told of the ball's size, and where a user would click; not known: such peers do not run.
   std::optional<double> expected_radius_px;
   std::optional<Eigen::Vector2d> click_px;
+  /// Where there are several candidates, the one nearest to this place (px) is meant; otherwise each method's
+  /// own best.
+  std::optional<Eigen::Vector2d> near_px;
   /// In place of the voted circle (undistorted, relative to the principal point).
   std::optional<UndistortedCircle> start;
 };

@@ -57,23 +57,30 @@ Answer largest(const std::vector<OutlineEllipse>& found) {
 
 }  // namespace
 
-PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures) {
+PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const MethodList& methods) {
+  const auto asked = [&](std::string_view name) {
+    return std::any_of(methods.begin(), methods.end(), [&](const FitMethod* m) { return m->name == name; });
+  };
   PeerSettings chosen;
-  chosen.hough =
-      best<HoughSettings>(pictures, hough_grid(), [](const TuningPicture& p, const HoughSettings& s) {
-        return first(HoughGradient(p.task.expected_radius_px.value_or(30), s).find(p.bgr));
-      });
-  chosen.hough_alt =
-      best<HoughSettings>(pictures, hough_alt_grid(), [](const TuningPicture& p, const HoughSettings& s) {
-        return first(HoughGradientAlt(p.task.expected_radius_px.value_or(30), s).find(p.bgr));
-      });
-  chosen.hsv = best<HsvSettings>(pictures, hsv_grid(), [](const TuningPicture& p, const HsvSettings& s) {
-    return largest(HsvContour(p.task.hue, s).find(p.bgr));
-  });
-  chosen.vpdot2 =
-      best<VpDot2Settings>(pictures, vpdot2_grid(), [](const TuningPicture& p, const VpDot2Settings& s) {
-        return p.task.click_px ? vpdot2_blob(p.bgr, p.task.hue, *p.task.click_px, s) : Answer();
-      });
+  if (asked("hough_gradient"))
+    chosen.hough =
+        best<HoughSettings>(pictures, hough_grid(), [](const TuningPicture& p, const HoughSettings& s) {
+          return first(HoughGradient(p.task.expected_radius_px.value_or(30), s).find(p.bgr));
+        });
+  if (asked("hough_gradient_alt"))
+    chosen.hough_alt =
+        best<HoughSettings>(pictures, hough_alt_grid(), [](const TuningPicture& p, const HoughSettings& s) {
+          return first(HoughGradientAlt(p.task.expected_radius_px.value_or(30), s).find(p.bgr));
+        });
+  if (asked("hsv_contour"))
+    chosen.hsv = best<HsvSettings>(pictures, hsv_grid(), [](const TuningPicture& p, const HsvSettings& s) {
+      return largest(HsvContour(p.task.hue, s).find(p.bgr));
+    });
+  if (asked("vpdot2"))
+    chosen.vpdot2 =
+        best<VpDot2Settings>(pictures, vpdot2_grid(), [](const TuningPicture& p, const VpDot2Settings& s) {
+          return p.task.click_px ? vpdot2_blob(p.bgr, p.task.hue, *p.task.click_px, s) : Answer();
+        });
   return chosen;
 }
 

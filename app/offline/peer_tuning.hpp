@@ -16,8 +16,8 @@ struct TuningPicture {
   Camera camera;
 };
 
-/// For each peer the setting that finds the ball in most of the pictures and, among those, errs least: the
-/// mean of centre and radius errors (px). The first of the grid where nothing finds anything.
-PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures);
+/// For each peer among the methods the setting that finds the ball in most of the pictures and, among those,
+/// errs least: the mean of centre and radius errors (px). The first of the grid where nothing finds anything.
+PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const MethodList& methods);
 
 }  // namespace ballservo

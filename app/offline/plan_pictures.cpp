@@ -140,7 +140,7 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
       truth.outline = rendered.truth.outline;
       pictures.push_back({rendered.bgr, truth, task(c, truth), condition.camera});
     }
-    setups_[c].peers = tuned_peers(pictures);
+    setups_[c].peers = tuned_peers(pictures, plan_.methods);
   });
 }
 

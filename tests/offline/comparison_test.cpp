@@ -21,7 +21,7 @@ const char* const tiny_plan =
     "seed: 3\nframes: 2\nmethods: [vote, paper_one_step, paper_steps_2, paper_steps_3_reselect, "
     "paper_converged, paper_robust, sphere_one_step, sphere_steps_2, sphere_converged, sphere_robust, "
     "taubin, "
-    "hough_gradient, hsv_contour]\n"
+    "hsv_contour]\n"
     "defaults: {camera: {focal_px: 400, width_px: 320, height_px: 240}, noise: {read: 2}, blur_px: 0.7, "
     "depth_m: 0.6}\n"
     "conditions: [{name: base}, {name: hidden, occlusion: 0.3}, {name: aside, off_axis_rad: 0.2}]\n"
@@ -223,7 +223,8 @@ TEST(Comparison, ShardsTogetherAreTheWhole) {
 
 TEST(Comparison, ReportIsAWholePageThatLoadsNothing) {
   const PlanPictures source(plan());
-  const std::string html = comparison_report_html(tiny(1), source, {"<tiny>.yaml", "{}", true});
+  const std::string html = comparison_report_html(tiny(1), &source, {"<tiny>.yaml", "{}", true, false},
+                                                  {{"<says>", "much", "holds", "a plot"}});
   EXPECT_EQ(test::markup_fault(html), "");
   EXPECT_EQ(html.find("http"), std::string::npos);
   EXPECT_NE(html.find("&lt;tiny&gt;"), std::string::npos);

@@ -165,7 +165,15 @@ TEST(ComparisonPlan, TheBasicOneHoldsItsConditions) {
   for (const ComparisonCondition& condition : plan.conditions) names.push_back(condition.name);
   EXPECT_EQ(names, (std::vector<std::string>{"base", "sigma_10", "blur_1_5", "occluded_30", "at_2_m",
                                              "axis_0_deg", "axis_15_deg", "axis_28_deg"}));
-  EXPECT_EQ(plan.methods.size(), fit_methods().size());
+  EXPECT_EQ(plan.methods.size(), 5u);
+}
+
+TEST(ComparisonPlan, EveryPlanThatIsShippedCanBeRead) {
+  for (const char* name : {"basic.yaml", "paper.yaml", "full.yaml"}) {
+    const ComparisonPlan plan = read_comparison_plan(test::project_data_dir() / "comparisons" / name);
+    EXPECT_FALSE(plan.conditions.empty());
+    EXPECT_EQ(plan.paper_claims, std::string(name) != "basic.yaml");
+  }
 }
 
 }  // namespace
