@@ -33,14 +33,14 @@ TEST(PlanPictures, MisjudgeTheCameraByItsCovariance) {
   EXPECT_EQ(source.picture(0, 0).rays->camera().parameters().fx_px, 200);
   EXPECT_TRUE(source.picture(0, 0).truth.bound_m);
   double squares = 0;
-  constexpr int frames = 30;
+  constexpr int frames = 14;
   for (int k = 0; k < frames; ++k) {
     const ComparisonPicture picture = source.picture(1, k);
     const double off = picture.rays->camera().parameters().fx_px - 200;
     squares += off * off / frames;
     EXPECT_FALSE(picture.truth.bound_m);  // the bound knows the camera
   }
-  EXPECT_NEAR(std::sqrt(squares), 2, 0.8);
+  EXPECT_NEAR(std::sqrt(squares), 2, 1.2);
 }
 
 }  // namespace
