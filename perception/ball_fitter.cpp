@@ -51,6 +51,7 @@ std::optional<BallObservation> BallFitter::refine_sphere(const cv::Mat& bgr, Cla
     if (input) {
       input->start = cone;
       input->edges = edges_.points;
+      input->passes = pass + 1;
     }
     fit = one_gauss_newton_step(cone, edges_.points, options_.oval_fraction);
     if (!fit) return std::nullopt;

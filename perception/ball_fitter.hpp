@@ -23,6 +23,7 @@ struct RefinementInput {
   std::vector<RingPixel> ring;   ///< fit paper: the pixels and weights of the step
   TangentCone start;             ///< fit sphere: where the last step started
   std::vector<EdgePoint> edges;  ///< fit sphere: the points and weights of the last step
+  int passes = 0;                ///< fit sphere: how often the edges were measured, each time for one step
 };
 
 /// Fits balls in the pictures of one camera, whose response it learns; keeps its buffers between calls.

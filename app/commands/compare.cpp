@@ -1,92 +1,309 @@
 // ballservo compare: every estimator on the same pixels, against exact truth and against each other.
+#include <spdlog/spdlog.h>
+
+#include <opencv2/core/utility.hpp>
+#include <thread>
+
 #include "app/commands/command.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
-#include "app/offline/comparison.hpp"
+#include "app/io/work_folder.hpp"
+#include "app/offline/comparison_archive.hpp"
+#include "app/offline/comparison_json.hpp"
 #include "app/offline/comparison_report.hpp"
-#include "app/offline/comparison_statistics.hpp"
+#include "app/offline/picture_files.hpp"
+#include "app/offline/plan_pictures.hpp"
+#include "calibration/files/checksum.hpp"
+#include "calibration/files/fault.hpp"
+#include "calibration/files/image_file.hpp"
 
 namespace ballservo {
 namespace {
 
+// A journal is held in memory, and so are the tables made of it.
+constexpr double most_bytes_a_run = 8e8;
+constexpr double most_core_hours = 24, most_disk_bytes = 10e9;
+
+// What `compare merge` needs of a part; times in the notes differ between runs.
+constexpr const char *setting_name = "comparison.json", *notes_name = "notes.jsonl";
+constexpr const char* claims_key = "claims:paper";
+
 struct CompareOptions {
   CommonOptions common;
   std::filesystem::path plan, output;
+  std::string shard = "1/1";
+  bool resume = false;
+  PictureFilesOptions pictures;
+  std::string start = "vote";
 };
 
-nlohmann::json pair_results(const PairStatistics& s) {
-  return {{"frames", s.frames},
-          {"center_median_px", s.center_median_px},
-          {"center_max_px", s.center_max_px},
-          {"radius_median_px", s.radius_median_px},
-          {"radius_max_px", s.radius_max_px},
-          {"position_median_mm", s.position_median_mm},
-          {"position_max_mm", s.position_max_mm}};
+struct MergeOptions {
+  CommonOptions common;
+  std::vector<std::string> folders;
+  std::filesystem::path output;
+};
+
+int threads_of(const CommonOptions& common) {
+  return common.threads > 0 ? common.threads
+                            : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-// The verdict over all conditions together, and each method's figures by condition.
-nlohmann::json results_of(const Comparison& comparison) {
-  nlohmann::json pairs = nlohmann::json::array(), conditions = nlohmann::json::object();
-  for (const MethodPair& pair : one_step_pairs(comparison.methods)) {
-    PairDifferences all;
-    for (const ConditionResult& condition : comparison.conditions)
-      all.add(pair_differences(comparison, condition, pair));
-    nlohmann::json entry = pair_results(all.statistics());
-    entry["method_a"] = fit_method_name(pair.a);
-    entry["method_b"] = fit_method_name(pair.b);
-    pairs.push_back(entry);
+void check_size(const ComparisonPlan& plan, const Shard& shard, const CompareOptions& options) {
+  const PlanEstimate whole = estimate(plan);
+  const std::string words = in_words(whole, threads_of(options.common));
+  spdlog::info("compare: {}", words);
+  FaultList faults;
+  if ((whole.core_hours > most_core_hours || whole.disk_bytes > most_disk_bytes) && !options.common.force) {
+    faults.add(
+        options.plan.string(), words,
+        "fewer frames or conditions, or --force where so much is meant (then better in parts: --shard)");
   }
-  for (const ConditionResult& condition : comparison.conditions) {
-    for (std::size_t m = 0; m < comparison.methods.size(); ++m) {
-      const MethodStatistics s = method_statistics(condition, m);
-      conditions[condition.name][std::string(fit_method_name(comparison.methods[m]))] = {
-          {"frames", s.frames},
-          {"found", s.found},
-          {"center_rms_px", s.center_rms_px},
-          {"radius_bias_px", s.radius_bias_px},
-          {"position_median_mm", s.position_median_mm},
-          {"position_p90_mm", s.position_p90_mm}};
+  if (whole.disk_bytes / shard.count > most_bytes_a_run) {
+    faults.add("--shard", shard.to_text() + " of " + words,
+               "parts of at most 800 MB each: --shard 1/" +
+                   std::to_string(static_cast<long>(whole.disk_bytes / most_bytes_a_run) + 1) + " and so on");
+  }
+  faults.throw_if_any();
+}
+
+// All that the results depend on.
+nlohmann::json job_description(const ComparisonPlan& plan) {
+  nlohmann::json cameras = nlohmann::json::array();
+  for (const ComparisonCondition& condition : plan.conditions) {
+    const CameraParameters& p = condition.camera.parameters();
+    const Eigen::VectorXd vector = parameter_vector(p);
+    nlohmann::json camera = {{"model", lens_model_name(p.model)},
+                             {"size", {p.size.width_px, p.size.height_px}},
+                             {"parameters", std::vector<double>(vector.begin(), vector.end())}};
+    if (condition.covariance) {
+      const Eigen::MatrixXd& covariance = condition.covariance->covariance;
+      camera["covariance"] = std::vector<double>(covariance.data(), covariance.data() + covariance.size());
     }
+    if (cameras.empty() || cameras.back() != camera) cameras.push_back(camera);
   }
-  return {{"pairs", pairs}, {"conditions", conditions}};
+  return {{"command", "compare"},
+          {"version", BALLSERVO_VERSION},
+          {"seed", plan.seed},
+          {"plan", nlohmann::json::parse(plan.resolved_json)},
+          {"cameras_sha256", sha256_hex(cameras.dump())}};
+}
+
+// A run, whatever its pictures are.
+struct ComparisonJob {
+  PictureSource& source;
+  nlohmann::json description;
+  MethodList methods;
+  std::uint64_t seed = 0;
+  ComparisonReportText text;
+  const ComparisonPlan* plan = nullptr;  ///< where there is one
+};
+
+// The contents of the folder.
+std::map<std::string, std::string> result_files(const ComparisonResults& results,
+                                                const std::vector<PaperClaim>& claims,
+                                                const std::string& setting) {
+  std::map<std::string, std::string> files = results.files;
+  files["tables.tex"] = comparison_tables_tex(results);
+  files[setting_name] = setting;
+  if (!claims.empty()) files["claims.csv"] = claims_csv(claims);
+  return files;
+}
+
+std::vector<PaperClaim> claims_of(const ComparisonResults& results, const UnitNotes& notes) {
+  const std::string* noted = notes.find(claims_key);
+  if (!noted) return {};
+  try {
+    return paper_claims(results, paper_measurements_from_json(nlohmann::json::parse(*noted)));
+  } catch (const nlohmann::json::exception&) {
+    throw InputError("the notes of the paper's claims", "damaged", "the folder as the run left it");
+  }
+}
+
+int run_job(const ComparisonJob& job, const CompareOptions& options, const Shard& shard) {
+  WorkFolder folder(options.output, {job.description, shard}, options.resume, options.common.overwrite());
+  if (folder.already_finished()) {
+    spdlog::info("compare: {} is finished already", options.output.string());
+    return exit_done;
+  }
+  cv::setNumThreads(1);  // the work is shared out by frames
+  const std::vector<ComparisonUnit> units = comparison_units(job.source.conditions(), shard);
+  long frames = 0;
+  for (const ComparisonUnit& unit : units) frames += unit.frames;
+  WorkJournal& journal = folder.journal();
+  const UnitNotes notes{[&](const std::string& key) { return journal.find(key); },
+                        [&](const std::string& key, const std::string& value) { journal.add(key, value); }};
+  try {
+    if (job.text.claims_wanted && shard.index == 1 && !journal.find(claims_key))
+      journal.add(claims_key, to_json(measure_paper_claims(*job.plan)).dump());
+    Progress progress("compare", frames, options.common.quiet);
+    run_units(job.source, job.methods, units, notes, options.common.threads, [&](long done) {
+      throw_if_interrupted();
+      progress.step(done);
+    });
+  } catch (const Interrupted&) {
+    spdlog::warn("compare: interrupted; what was finished is kept in {}: go on with --resume",
+                 options.output.string());
+    throw;
+  }
+  const ComparisonResults results =
+      collect_results(job.source.conditions(), job.methods, units, notes, job.seed);
+  const std::vector<PaperClaim> claims = claims_of(results, notes);
+  std::map<std::string, std::string> untracked = results.timing_files;
+  untracked["report.html"] = comparison_report_html(results, &job.source, job.text, claims);
+  if (!shard.is_whole()) {
+    std::map<std::string, std::string> all;
+    for (const ComparisonUnit& unit : units) all[unit.key] = *journal.find(unit.key);
+    for (const ConditionInfo& info : job.source.conditions()) {
+      if (const std::string* settings = journal.find("settings:" + info.name))
+        all["settings:" + info.name] = *settings;
+    }
+    if (const std::string* noted = journal.find(claims_key)) all[claims_key] = *noted;
+    untracked[notes_name] = notes_text(all);
+  }
+  const std::string setting =
+      comparison_setting_text(job.source.conditions(), job.methods, job.seed, job.text);
+  folder.write_results(result_files(results, claims, setting), true, untracked);
+  write_json_results(options.common, comparison_json(results));
+  return exit_done;
+}
+
+int compare_plan(const CompareOptions& options) {
+  FaultList faults;
+  ComparisonPlan plan;
+  Shard shard;
+  faults.collect([&] { plan = read_comparison_plan(options.plan); });
+  faults.collect([&] { shard = parse_shard(options.shard); });
+  faults.throw_if_any();
+  plan.seed += options.common.seed;
+  check_size(plan, shard, options);
+  PlanPictures source(plan);
+  const ComparisonReportText text{options.plan.filename().string(), plan.resolved_json, true,
+                                  plan.paper_claims};
+  return run_job({source, job_description(plan), plan.methods, plan.seed, text, &plan}, options, shard);
+}
+
+int compare_pictures(CompareOptions options) {
+  FaultList faults;
+  if (!options.plan.empty()) faults.add("PLAN", options.plan.string(), "a plan or --images, not both");
+  if (options.pictures.truth.empty())
+    faults.add("--truth", "nothing",
+               "a table of the pictures' balls: source,cx_px,cy_px,r_px,... (cells may be empty)");
+  if (options.start != "vote" && options.start != "truth")
+    faults.add("--start", options.start, "vote or truth");
+  Shard shard;
+  faults.collect([&] { shard = parse_shard(options.shard); });
+  faults.throw_if_any();
+  options.pictures.start_at_truth = options.start == "truth";
+  options.pictures.seed = options.common.seed;
+  options.pictures.max_pixels = options.common.max_pixels;
+  PictureFiles source(options.pictures);
+  MethodList methods;
+  for (const FitMethod& method : fit_methods()) methods.push_back(&method);
+  const nlohmann::json description = {
+      {"command", "compare --images"}, {"version", BALLSERVO_VERSION}, {"pictures_sha256", source.sha256()}};
+  const std::string setting = "--images " + options.pictures.folder.filename().string() + " --start " +
+                              options.start +
+                              (options.pictures.camera.empty() ? ", no camera" : ", with a camera") +
+                              (options.pictures.diameter_m > 0 ? ", diameter known" : ", diameter not known");
+  const ComparisonReportText text{options.pictures.folder.filename().string() + "/", setting, false, false};
+  return run_job({source, description, methods, options.common.seed, text, nullptr}, options, shard);
 }
 
 int run_compare(const CompareOptions& options) {
-  ComparisonPlan plan = read_comparison_plan(options.plan);
-  plan.seed += options.common.seed;
+  FaultList faults;
+  if (options.output.empty()) faults.add("--output", "nothing", "a folder for the results");
+  if (options.plan.empty() && options.pictures.folder.empty())
+    faults.add("PLAN", "nothing", "a plan (YAML), or --images and --truth");
+  faults.throw_if_any();
+  return options.pictures.folder.empty() ? compare_plan(options) : compare_pictures(options);
+}
+
+int run_merge(const MergeOptions& options) {
+  if (options.output.empty()) throw InputError("--output", "nothing", "a folder for the results");
+  std::vector<std::filesystem::path> paths(options.folders.begin(), options.folders.end());
+  const MergeableShards parts = read_shards(paths);
+  constexpr std::size_t most_bytes = std::size_t{2} << 30;
+  std::map<std::string, std::string> all;
+  std::string setting_text;
+  for (const FinishedShard& part : parts.shards) {
+    const std::filesystem::path file = part.folder / notes_name, setting_file = part.folder / setting_name;
+    add_notes(read_file_bytes(file, most_bytes), file.string(), all);
+    setting_text = read_file_bytes(setting_file, most_bytes);
+  }
+  const ComparisonSetting setting = read_comparison_setting(setting_text, setting_name);
+  const UnitNotes notes{[&](const std::string& key) {
+                          const auto it = all.find(key);
+                          return it == all.end() ? nullptr : &it->second;
+                        },
+                        [](const std::string&, const std::string&) {}};
   OutputFolder folder(options.output, options.common.overwrite());
-
-  long frames = 0;
-  for (const ComparisonCondition& condition : plan.conditions) frames += condition.frames;
-  Progress progress("compare", frames, options.common.quiet);
-  const Comparison comparison = run_comparison(plan, options.common.threads, [&](long done) {
-    throw_if_interrupted();
-    progress.step(done);
-  });
-
-  folder.write("compare.csv", compare_csv(comparison));
-  folder.write("fits.csv", fits_csv(comparison));
-  folder.write("pairs.csv", pairs_csv(comparison));
-  folder.write("timing.csv", timing_csv(comparison));
-  folder.write("report.html", comparison_report_html(comparison, plan, options.plan.filename().string()));
+  const ComparisonResults results = collect_results(
+      setting.conditions, setting.methods, comparison_units(setting.conditions), notes, setting.seed);
+  const std::vector<PaperClaim> claims = claims_of(results, notes);
+  for (const auto& [name, contents] : result_files(results, claims, setting_text))
+    folder.write(name, contents);
+  for (const auto& [name, contents] : results.timing_files) folder.write(name, contents);
+  folder.write("report.html", comparison_report_html(results, nullptr, setting.text, claims));
   folder.commit();
-  write_json_results(options.common, results_of(comparison));
+  write_json_results(options.common, comparison_json(results));
   return exit_done;
+}
+
+void add_merge_command(CLI::App& compare, Action& action) {
+  auto options = std::make_shared<MergeOptions>();
+  CLI::App* command = compare.add_subcommand("merge", "Put the parts of a comparison together");
+  command->footer(
+      "Example: ballservo compare merge part_1 part_2 part_3 -o whole\n"
+      "gives the tables of the whole, the same bytes as in one run; the page has no pictures then.");
+  command->add_option("DIR", options->folders, "Folders of all parts (--shard I/N)")->required();
+  command->add_option("-o,--output", options->output, "Folder for the results")->type_name("DIR");
+  add_common_options(*command, options->common);
+  command->callback([&action, options] { action = [options] { return run_merge(*options); }; });
 }
 
 }  // namespace
 
 void add_compare_command(CLI::App& program, Action& action) {
-  CLI::App* command = program.add_subcommand("compare", "Run every estimator on the same rendered pictures");
+  CLI::App* command = program.add_subcommand("compare", "Run every estimator on the same pictures");
   command->footer(
-      "Example: ballservo compare data/comparisons/basic.yaml -o comparison\n"
-      "writes compare.csv, fits.csv, pairs.csv, timing.csv and report.html into the folder.\n"
+      "Examples:\n"
+      "  ballservo compare data/comparisons/basic.yaml -o comparison\n"
+      "  ballservo compare data/comparisons/paper.yaml -o paper              the paper's claims, one by one\n"
+      "  ballservo compare --images pictures --truth truth.csv --start truth -o own    on your own pictures\n"
+      "  ballservo compare data/comparisons/full.yaml -o part_2 --shard 2/4  the second of four parts\n"
+      "  ballservo compare merge part_1 part_2 part_3 part_4 -o whole\n"
+      "  ballservo compare data/comparisons/full.yaml -o full --resume       goes on where it was ended\n"
+      "\n"
+      "Writes compare.csv (each method in each condition), fits.csv (every fit), frames.csv (every truth), "
+      "pairs.csv\n"
+      "(one step against converged), tests.csv (paired tests), certificate.csv, timing.csv, tables.tex, "
+      "report.html.\n"
       "--seed is added to the plan's own seed.");
   auto options = std::make_shared<CompareOptions>();
+  command->add_option("PLAN", options->plan, "What to render and run (YAML)")->type_name("PLAN");
+  command->add_option("--images", options->pictures.folder, "Your own pictures, instead of a plan")
+      ->type_name("DIR");
+  command->add_option("--truth", options->pictures.truth, "What is known of the balls in them")
+      ->type_name("FILE");
+  command->add_option("--colors", options->pictures.colors, "Colours that tell a ball")->type_name("FILE");
+  command->add_option("--camera", options->pictures.camera, "The pictures' camera")->type_name("FILE");
+  add_number_option(*command, "--diameter", options->pictures.diameter_m, {0, 10, true, false, "m"},
+                    "The balls' diameter in metres: with --camera, places in space are compared too");
+  command
+      ->add_option("--start", options->start,
+                   "Where the fits start: vote (needs --colors), or truth, displaced as votes err")
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output, "Folder for the results; required")->type_name("DIR");
+  command->add_option("--shard", options->shard, "Run only part I of N (I from 1)")
+      ->type_name("I/N")
+      ->capture_default_str();
+  command->add_flag("--resume", options->resume, "Go on with what an earlier run left in the folder");
   add_common_options(*command, options->common);
-  command->add_option("plan", options->plan, "what to render and run (YAML)")->required();
-  command->add_option("-o,--output", options->output, "folder for the results")->required();
-  command->callback([&action, options] { action = [options] { return run_compare(*options); }; });
+  add_merge_command(*command, action);
+  command->callback([&action, options, command] {
+    if (!command->get_subcommands().empty()) return;
+    action = [options] { return run_compare(*options); };
+  });
 }
 
 }  // namespace ballservo

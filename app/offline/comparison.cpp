@@ -5,114 +5,195 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <map>
-#include <memory>
+#include <atomic>
+#include <cmath>
 #include <mutex>
 
-#include "app/offline/rendered_frame.hpp"
-#include "calibration/color/learn_colors.hpp"
-#include "perception/detector.hpp"
-#include "perception/region_circle.hpp"
+#include "app/offline/comparison_tables.hpp"
+#include "calibration/files/fault.hpp"
 
 namespace ballservo {
 namespace {
 
-constexpr int teaching_frames = 3;
-constexpr double teaching_radius_px = 60;
+constexpr int frames_a_unit = 8;
+constexpr std::size_t notable_frames = 8;
+constexpr int notable_of_condition = 2;
 
-// Learns one colour word from pictures of a large whole ball in several lights.
-std::shared_ptr<const ColorTable> learn_color(const ComparisonCondition& condition, std::uint64_t seed) {
-  ComparisonCondition teaching = condition;
-  teaching.name = "teaching_" + condition.ball_color;
-  teaching.camera = ComparisonCondition{}.camera;
-  teaching.depth_m = condition.radius_m() * teaching.camera.focal_px() / teaching_radius_px;
-  teaching.off_axis_rad = 0;
-  teaching.occlusion = 0;
-  teaching.sensor = SensorOptions{};
-  teaching.sensor.blur_px = 0.7;
-  teaching.sensor.read_noise = 2;
-  teaching.sensor.gain = condition.sensor.gain;
-  teaching.sensor.gamma = condition.sensor.gamma;
-  std::vector<ColorPicture> pictures;
-  ClassRequest request;
-  request.name = condition.ball_color;
-  for (int k = 0; k < teaching_frames; ++k) {
-    pictures.push_back({teaching.name, render_comparison_frame(teaching, seed, k).bgr});
-    request.pictures.push_back(static_cast<std::size_t>(k));
-  }
-  return std::make_shared<const ColorTable>(
-      learn_classes(pictures, {request}, region_circle_estimator(seed)).table);
+// Under which a condition's settings of the peers are noted; no unit's key has a colon.
+std::string settings_key(const ConditionInfo& info) { return "settings:" + info.name; }
+
+std::string run_unit(const PictureSource& source, const MethodList& methods, const ComparisonUnit& unit) {
+  nlohmann::json records = nlohmann::json::array();
+  for (int k = 0; k < unit.frames; ++k)
+    records.push_back(to_json(measure(source.picture(unit.condition, unit.first_frame + k), methods)));
+  return records.dump();
 }
 
-// What all frames of a condition share.
-struct ConditionSetup {
-  std::shared_ptr<const RayTable> rays;
-  std::shared_ptr<const ColorTable> colors;
-  DetectorOptions options;
+std::vector<ComparisonRecord> records_of(const ComparisonUnit& unit, const std::string& text,
+                                         const MethodList& methods) {
+  std::vector<ComparisonRecord> records;
+  try {
+    for (const nlohmann::json& json : nlohmann::json::parse(text)) {
+      records.push_back(comparison_record_from_json(json));
+      if (records.back().fits.size() != methods.size()) throw std::out_of_range("methods");
+    }
+    if (records.size() != static_cast<std::size_t>(unit.frames)) throw std::out_of_range("frames");
+  } catch (const std::exception&) {
+    throw InputError("the notes of " + unit.key, "damaged records", "the folder as the run left it");
+  }
+  return records;
+}
+
+// Keeps the largest values, the largest first, of each condition two at most; of equal ones the earlier.
+void keep_notable(std::vector<NotableFrame>& kept, const NotableFrame& frame) {
+  if (!std::isfinite(frame.value)) return;
+  const auto place =
+      std::find_if(kept.begin(), kept.end(), [&](const NotableFrame& k) { return k.value < frame.value; });
+  kept.insert(place, frame);
+  int of_condition = 0;
+  kept.erase(std::remove_if(kept.begin(), kept.end(),
+                            [&](const NotableFrame& k) {
+                              return k.condition == frame.condition && ++of_condition > notable_of_condition;
+                            }),
+             kept.end());
+  if (kept.size() > notable_frames) kept.pop_back();
+}
+
+std::size_t method_index(const MethodList& methods, std::string_view name) {
+  const auto it =
+      std::find_if(methods.begin(), methods.end(), [&](const FitMethod* m) { return m->name == name; });
+  return static_cast<std::size_t>(it - methods.begin());
+}
+
+// What a report shows the worst frames of.
+class NotableFrames {
+ public:
+  explicit NotableFrames(const MethodList& methods)
+      : subject_(method_index(methods, "sphere_one_step")), methods_(methods.size()) {
+    if (subject_ == methods_) subject_ = method_index(methods, "paper_one_step");
+    const std::vector<MethodPair> pairs = converged_pairs(methods);
+    for (const MethodPair& pair : pairs) {
+      if (methods[pair.a]->name.find("one_step") != std::string::npos) pairs_.push_back(pair);
+    }
+  }
+  void add(NotableFrame frame, ComparisonResults& results) const {
+    const FrameTruth& truth = frame.record.truth;
+    if (subject_ < methods_ && truth.outline) {
+      const auto& fit = frame.record.fits[subject_];
+      // What is not found errs without bound: it stands first.
+      frame.value = 1e9;
+      if (fit && at_the_ball(*fit, truth))
+        frame.value = truth.p_CB ? 1000 * (fit->p_C - *truth.p_CB).norm()
+                                 : (fit->outline.center_px - truth.outline->center_px).norm();
+      keep_notable(results.worst, frame);
+    }
+    frame.value = 0;
+    for (const MethodPair& pair : pairs_) {
+      const auto &a = frame.record.fits[pair.a], &b = frame.record.fits[pair.b];
+      if (a && b && at_the_ball(*a, truth) && at_the_ball(*b, truth))
+        frame.value = std::max(frame.value, (a->outline.center_px - b->outline.center_px).norm());
+    }
+    if (frame.value > 0) keep_notable(results.most_apart, frame);
+  }
+
+ private:
+  std::size_t subject_, methods_;
+  std::vector<MethodPair> pairs_;
 };
-
-std::vector<ConditionSetup> set_up(const ComparisonPlan& plan) {
-  // Colours look alike as long as exposure and response do.
-  std::map<std::tuple<std::string, double, double>, std::shared_ptr<const ColorTable>> tables;
-  std::vector<ConditionSetup> setups;
-  for (const ComparisonCondition& condition : plan.conditions) {
-    auto& table = tables[{condition.ball_color, condition.sensor.gain, condition.sensor.gamma}];
-    if (!table) table = learn_color(condition, plan.seed);
-    ConditionSetup setup;
-    setup.rays = std::make_shared<const RayTable>(condition.camera);
-    setup.colors = table;
-    setup.options.radii = {{condition.radius_m(), 0}};
-    setup.options.seed = plan.seed;
-    setups.push_back(std::move(setup));
-  }
-  return setups;
-}
 
 }  // namespace
 
-bool at_the_ball(const MethodFit& fit, const BallTruth& truth) {
-  return truth.outline &&
-         (fit.outline.center_px - truth.outline->center_px).norm() < 0.5 * truth.outline->radius_px;
+std::vector<ComparisonUnit> comparison_units(const std::vector<ConditionInfo>& conditions,
+                                             const Shard& shard) {
+  std::vector<ComparisonUnit> units;
+  std::size_t item = 0;
+  for (std::size_t c = 0; c < conditions.size(); ++c) {
+    for (int first = 0; first < conditions[c].frames; first += frames_a_unit, ++item) {
+      if (!shard.holds(item)) continue;
+      units.push_back({c, first, std::min(frames_a_unit, conditions[c].frames - first),
+                       conditions[c].name + "/" + std::to_string(first)});
+    }
+  }
+  return units;
 }
 
-Comparison run_comparison(const ComparisonPlan& plan, int threads,
-                          const std::function<void(long done)>& progress) {
-  const std::vector<ConditionSetup> setups = set_up(plan);
-  Comparison comparison;
-  comparison.methods = plan.methods;
-  struct Job {
-    std::size_t condition;
-    int frame;
-  };
-  std::vector<Job> jobs;
-  for (std::size_t c = 0; c < plan.conditions.size(); ++c) {
-    comparison.conditions.push_back({plan.conditions[c].name, {}, {}});
-    comparison.conditions[c].frames.resize(static_cast<std::size_t>(plan.conditions[c].frames));
-    for (int frame = 0; frame < plan.conditions[c].frames; ++frame) jobs.push_back({c, frame});
-  }
-
-  std::mutex progress_mutex;
+void run_units(PictureSource& source, const MethodList& methods, const std::vector<ComparisonUnit>& units,
+               const UnitNotes& notes, int threads, const std::function<void(long done)>& progress) {
+  std::vector<const ComparisonUnit*> open;
+  std::vector<char> needed(source.conditions().size(), 0);
   long done = 0;
-  const auto run_job = [&](const Job& job) {
-    const ComparisonCondition& condition = plan.conditions[job.condition];
-    const ConditionSetup& setup = setups[job.condition];
-    RenderedFrame rendered = render_comparison_frame(condition, plan.seed, job.frame);
-    Detector detector(setup.rays, setup.colors, setup.options);
-    ConditionResult& result = comparison.conditions[job.condition];
-    ComparisonFrame& frame = result.frames[static_cast<std::size_t>(job.frame)];
-    frame.fits = run_methods(detector, rendered.bgr, 1, plan.methods);
-    frame.truth = rendered.truth;
-    if (job.frame == 0) result.example = rendered.bgr;
-    const std::lock_guard<std::mutex> lock(progress_mutex);
-    progress(++done);
-  };
+  for (const ComparisonUnit& unit : units) {
+    if (notes.find(unit.key)) {
+      done += unit.frames;
+    } else {
+      open.push_back(&unit);
+      needed[unit.condition] = 1;
+    }
+  }
+  progress(done);
+  std::mutex progress_mutex;
   tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
   arena.execute([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, jobs.size(), 1), [&](const auto& range) {
-      for (std::size_t k = range.begin(); k != range.end(); ++k) run_job(jobs[k]);
+    source.prepare(needed);
+    for (std::size_t c = 0; c < needed.size(); ++c) {
+      const std::string key = settings_key(source.conditions()[c]);
+      if (needed[c] && !notes.find(key)) notes.add(key, source.peer_words(c));
+    }
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, open.size(), 1), [&](const auto& range) {
+      for (std::size_t k = range.begin(); k != range.end(); ++k) {
+        notes.add(open[k]->key, run_unit(source, methods, *open[k]));
+        const std::lock_guard<std::mutex> lock(progress_mutex);
+        progress(done += open[k]->frames);
+      }
     });
   });
-  return comparison;
+}
+
+ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, const MethodList& methods,
+                                  const std::vector<ComparisonUnit>& units, const UnitNotes& notes,
+                                  std::uint64_t seed) {
+  ComparisonResults results;
+  results.methods = methods;
+  results.conditions = conditions;
+  std::map<std::string, std::string>& files = results.files;
+  files["compare.csv"] = compare_csv_header();
+  files["pairs.csv"] = pairs_csv_header();
+  files["tests.csv"] = tests_csv_header();
+  files["fits.csv"] = fits_csv_header();
+  files["frames.csv"] = frames_csv_header();
+  std::string timing = timing_csv_header();
+  const NotableFrames notable(methods);
+  CertificateStudy study(methods);
+  std::size_t next = 0;
+  for (std::size_t c = 0; c < results.conditions.size(); ++c) {
+    const ConditionInfo& info = results.conditions[c];
+    std::vector<ComparisonRecord> frames;
+    for (; next < units.size() && units[next].condition == c; ++next) {
+      const ComparisonUnit& unit = units[next];
+      const std::string* text = notes.find(unit.key);
+      if (!text) continue;
+      int index = unit.first_frame;
+      for (ComparisonRecord& record : records_of(unit, *text, methods)) {
+        files["fits.csv"] += fits_csv_rows(info, record, methods);
+        files["frames.csv"] += frames_csv_row(info, record);
+        study.add(c, record);
+        notable.add({c, index++, 0, record}, results);
+        frames.push_back(std::move(record));
+      }
+    }
+    const std::string* settings = notes.find(settings_key(info));
+    results.peer_words.push_back(settings ? *settings : "");
+    ConditionSummary summary = summarize(c, info.name, frames, methods, seed);
+    files["compare.csv"] += compare_csv_rows(info, summary, methods);
+    files["pairs.csv"] += pairs_csv_rows(info, summary, methods);
+    files["tests.csv"] += tests_csv_rows(info, summary, methods);
+    timing += timing_csv_rows(info, summary, methods);
+    results.summaries.push_back(std::move(summary));
+  }
+  results.certificates = study.certificates();
+  files["certificate.csv"] = certificate_csv(results.certificates);
+  results.timing_files["timing.csv"] = timing;
+  return results;
 }
 
 }  // namespace ballservo

@@ -1,44 +1,70 @@
-// Every estimator on the same pixels: renders a plan's conditions and runs its methods on each frame.
+// Every estimator on the same pixels: runs methods on a source's pictures and adds up what they said.
+//
+// The work is cut into units of a few frames of one condition. A unit's records are noted as text when it is
+// done, so that a run can be killed, resumed, and split over machines; the figures are computed from the
+// notes, condition by condition, and are the same whoever wrote them.
 #pragma once
 
 #include <cstdint>
 #include <functional>
-#include <opencv2/core.hpp>
-#include <optional>
+#include <map>
 #include <string>
 #include <vector>
 
-#include "app/offline/plan.hpp"
-#include "servo/simulation/truth.hpp"
+#include "app/io/shard.hpp"
+#include "app/offline/certificate.hpp"
+#include "app/offline/comparison_statistics.hpp"
+#include "app/offline/picture_source.hpp"
 
 namespace ballservo {
 
-/// One frame's truth and what each method of the plan said of it.
-struct ComparisonFrame {
-  BallTruth truth;
-  std::vector<std::optional<MethodFit>> fits;
+/// A few frames of one condition.
+struct ComparisonUnit {
+  std::size_t condition = 0;
+  int first_frame = 0, frames = 0;
+  std::string key;  ///< "base/16"
 };
 
-struct ConditionResult {
-  std::string name;
-  std::vector<ComparisonFrame> frames;
-  cv::Mat example;  ///< the first frame's picture
+/// All units of the conditions, in order; of a shard its own.
+std::vector<ComparisonUnit> comparison_units(const std::vector<ConditionInfo>& conditions,
+                                             const Shard& shard = {});
+
+/// Where units are noted; both functions are called from several threads.
+struct UnitNotes {
+  std::function<const std::string*(const std::string& key)> find;
+  std::function<void(const std::string& key, const std::string& records)> add;
 };
 
-struct Comparison {
-  std::vector<FitMethod> methods;
-  std::vector<ConditionResult> conditions;
+/// Runs what is not noted yet on `threads` threads (0: as many as the machine has); the notes are the same at
+/// any number, times apart. `progress` is told how many frames are done (those noted before included), from
+/// one thread at a time, and ends the work by throwing. Throws as PictureSource::prepare does.
+void run_units(PictureSource& source, const MethodList& methods, const std::vector<ComparisonUnit>& units,
+               const UnitNotes& notes, int threads, const std::function<void(long done)>& progress);
+
+/// A frame worth looking at.
+struct NotableFrame {
+  std::size_t condition = 0;
+  int index = 0;  ///< of the frame within its condition
+  double value = 0;
+  ComparisonRecord record;
 };
 
-/// Whether an answer is at the ball at all: its centre within half the true radius of the true centre. A
-/// detector that locked onto something else has not found the ball, however well it fits that.
-bool at_the_ball(const MethodFit& fit, const BallTruth& truth);
+/// All that a comparison found.
+struct ComparisonResults {
+  MethodList methods;
+  std::vector<ConditionInfo> conditions;
+  std::vector<std::string> peer_words;  ///< by condition
+  std::vector<ConditionSummary> summaries;
+  std::vector<Certificate> certificates;
+  std::vector<NotableFrame> worst;  ///< where what runs on line errs most, or else the first method that fits
+  std::vector<NotableFrame> most_apart;  ///< where one step is furthest from the converged fit
+  /// Contents of the CSV files by name, and of those with times in them.
+  std::map<std::string, std::string> files, timing_files;
+};
 
-/// Runs the plan on `threads` threads (0: as many as the machine has); the same result at any number, times
-/// apart. Each ball colour is learnt, as a user would, from teaching pictures rendered for it. `progress` is
-/// told how many frames are done, from one thread at a time, and ends the work by throwing. Throws Refusal
-/// where a colour cannot be learnt.
-Comparison run_comparison(const ComparisonPlan& plan, int threads,
-                          const std::function<void(long done)>& progress);
+/// Adds up the units' notes. Units that are missing are left out (a shard); damaged ones throw InputError.
+ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, const MethodList& methods,
+                                  const std::vector<ComparisonUnit>& units, const UnitNotes& notes,
+                                  std::uint64_t seed);
 
 }  // namespace ballservo

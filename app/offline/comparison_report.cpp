@@ -4,224 +4,372 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
-#include "app/offline/comparison_statistics.hpp"
+#include "app/offline/comparison_photos.hpp"
+#include "app/offline/comparison_plots.hpp"
+#include "app/offline/step_verdict.hpp"
 #include "app/report/page.hpp"
-#include "app/report/svg_plot.hpp"
 
 namespace ballservo {
 namespace {
 
-std::string figure(double value, int decimals) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "-";
+constexpr std::size_t most_examples = 16, most_tables = 40;
+
+// Places of the pairs of one step and converged fit in the list of pairs.
+std::vector<std::size_t> one_step_pairs(const MethodList& methods) {
+  const std::vector<MethodPair> pairs = converged_pairs(methods);
+  std::vector<std::size_t> places;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    if (methods[pairs[k].a]->name.find("_one_step") != std::string::npos) places.push_back(k);
+  }
+  return places;
 }
 
-// Enough decimals to tell small values from zero.
-std::string small_figure(double value) {
-  if (!std::isfinite(value)) return "-";
-  if (value != 0 && std::abs(value) < 5e-5) return "under 0.0001";
-  return std::abs(value) >= 1 ? fmt::format("{:.2f}", value) : fmt::format("{:.4f}", value);
+std::string found_words(const MethodStatistics& s) { return fmt::format("{} of {}", s.found, s.frames); }
+
+std::string with_interval(double value, const Interval& interval) {
+  if (!std::isfinite(interval.low)) return figure(value);
+  return fmt::format("{} ({} to {})", figure(value), figure(interval.low), figure(interval.high));
 }
 
-std::string in_words(const ComparisonCondition& condition) {
-  const auto outline = project_sphere(condition.camera, {0, 0, condition.depth_m}, condition.radius_m());
-  std::string text =
-      fmt::format("{} ball of {:g} mm, {:.0f} px across, Z = {:g} m, f = {:.0f} px", condition.ball_color,
-                  1000 * condition.diameter_m, outline ? 2 * outline->radius_px : 0.0, condition.depth_m,
-                  condition.camera.focal_px());
-  if (condition.off_axis_rad > 0)
-    text += fmt::format(", {:.0f} deg off the axis", condition.off_axis_rad * 57.2957795);
-  if (condition.occlusion > 0) text += fmt::format(", {:.0f} % hidden", 100 * condition.occlusion);
-  text +=
-      fmt::format(", noise sigma {:g}, blur {:g} px", condition.sensor.read_noise, condition.sensor.blur_px);
-  return text;
-}
-
-// The first frame around the ball, enlarged, with the true outline drawn thinly.
-cv::Mat example_picture(const ConditionResult& condition) {
-  const BallTruth& truth = condition.frames.front().truth;
-  cv::Mat picture = condition.example;
-  if (!truth.outline) return picture;
-  const double reach = 2.2 * truth.outline->radius_px;
-  const cv::Rect wanted(static_cast<int>(truth.outline->center_px.x() - reach),
-                        static_cast<int>(truth.outline->center_px.y() - reach), static_cast<int>(2 * reach),
-                        static_cast<int>(2 * reach));
-  const cv::Rect shown = wanted & cv::Rect({0, 0}, picture.size());
-  if (shown.empty()) return picture;
-  cv::Mat enlarged;
-  cv::resize(picture(shown), enlarged, {220, 220 * shown.height / shown.width}, 0, 0, cv::INTER_NEAREST);
-  return enlarged;
-}
-
-Svg error_plot(const Comparison& comparison) {
-  std::vector<std::string> names;
-  std::vector<BarGroup> groups;
-  for (const ConditionResult& condition : comparison.conditions) names.push_back(condition.name);
-  for (std::size_t m = 0; m < comparison.methods.size(); ++m) {
-    BarGroup group{std::string(fit_method_name(comparison.methods[m])), {}};
-    for (const ConditionResult& condition : comparison.conditions) {
-      group.values.push_back(method_statistics(condition, m).position_median_mm);
+void add_answer(Page& page, const ComparisonResults& results) {
+  const std::vector<MethodPair> pairs = converged_pairs(results.methods);
+  for (const std::size_t k : one_step_pairs(results.methods)) {
+    std::vector<double> medians;
+    double largest = 0;
+    int enough = 0, better = 0, worse = 0, told = 0;
+    for (const ConditionSummary& summary : results.summaries) {
+      if (summary.pairs[k].frames == 0) continue;
+      medians.push_back(summary.pairs[k].center_median_px);
+      largest = std::max(largest, summary.pairs[k].center_max_px);
+      const StepVerdict verdict = compare_steps(summary, results.methods, k).verdict;
+      told += verdict != StepVerdict::not_told ? 1 : 0;
+      enough += verdict == StepVerdict::enough ? 1 : 0;
+      better += verdict == StepVerdict::further_is_better ? 1 : 0;
+      worse += verdict == StepVerdict::further_is_worse ? 1 : 0;
     }
-    groups.push_back(std::move(group));
-  }
-  PlotOptions options;
-  options.title = "Error of the ball's centre in 3-D, median";
-  options.y = {"error (mm), logarithmic", true, {}, {}};
-  options.width_px = std::clamp(110 * static_cast<int>(names.size()), 640, 1040);
-  options.height_px = 380;
-  return bar_plot(names, groups, options);
-}
-
-// The part of the frames (%) in which the two fits lie at most so far apart.
-Svg difference_plot(const Comparison& comparison, const MethodPair& pair) {
-  std::vector<PlotSeries> series;
-  for (const ConditionResult& condition : comparison.conditions) {
-    std::vector<double> differences = pair_differences(comparison, condition, pair).center_px;
-    std::sort(differences.begin(), differences.end());
-    PlotSeries curve;
-    curve.name = condition.name;
-    curve.style = SeriesStyle::steps;
-    for (std::size_t k = 0; k < differences.size(); ++k) {
-      // Below a ten-thousandth of a pixel two fits are the same for any purpose.
-      curve.x.push_back(std::max(differences[k], 1e-4));
-      curve.y.push_back(100.0 * static_cast<double>(k + 1) / static_cast<double>(differences.size()));
-    }
-    series.push_back(std::move(curve));
-  }
-  PlotOptions options;
-  options.title = fmt::format("{} against {}", fit_method_name(pair.a), fit_method_name(pair.b));
-  options.x = {"distance between the two centres (px), logarithmic", true, 1e-4, {}};
-  options.y = {"frames at most so far apart (%)", false, 0.0, 100.0};
-  options.lines = {{true, 0.05, "0.05 px"}};
-  options.height_px = 380;
-  return line_plot(series, options);
-}
-
-void add_verdict(Page& page, const Comparison& comparison) {
-  for (const MethodPair& pair : one_step_pairs(comparison.methods)) {
-    PairDifferences all;
-    for (const ConditionResult& condition : comparison.conditions)
-      all.add(pair_differences(comparison, condition, pair));
-    const PairStatistics s = all.statistics();
-    if (s.frames == 0) continue;
-    page.note(fmt::format(
-        "{} against {}: over all {} frames the two centres lie {} px apart in the median, {} px at most; "
-        "that is {} mm in "
-        "3-D in the median, {} mm at most.",
-        fit_method_name(pair.a), fit_method_name(pair.b), s.frames, small_figure(s.center_median_px),
-        small_figure(s.center_max_px), small_figure(s.position_median_mm), small_figure(s.position_max_mm)));
+    if (medians.empty()) continue;
+    std::string text = fmt::format(
+        "{} against {}: in the median condition the two centres lie {} px apart (median frame), in the worst "
+        "frame "
+        "of all {} px.",
+        results.methods[pairs[k].a]->name, results.methods[pairs[k].b]->name, figure(quantile(medians, 0.5)),
+        figure(largest));
+    if (told > 0)
+      text += fmt::format(
+          " One step is enough in {} of {} conditions; in {} the converged fit is nearer to the truth, in {} "
+          "it is "
+          "further from it.",
+          enough, told, better, worse);
+    page.note(text);
   }
 }
 
-PageTable error_table(const Comparison& comparison) {
+PageTable answer_table(const ComparisonResults& results) {
   PageTable table;
-  table.heading = {"condition",     "method",        "found",       "centre RMS px", "radius bias px",
-                   "radius RMS px", "3-D median mm", "3-D 90 % mm", "depth bias mm", "sideways bias mm"};
-  table.number_columns = {false, false, true, true, true, true, true, true, true, true};
-  for (const ConditionResult& condition : comparison.conditions) {
-    for (std::size_t m = 0; m < comparison.methods.size(); ++m) {
-      const MethodStatistics s = method_statistics(condition, m);
-      table.rows.push_back({m == 0 ? condition.name : "", std::string(fit_method_name(comparison.methods[m])),
-                            fmt::format("{} of {}", s.found, s.frames), figure(s.center_rms_px, 3),
-                            figure(s.radius_bias_px, 3), figure(s.radius_rms_px, 3),
-                            figure(s.position_median_mm, 2), figure(s.position_p90_mm, 2),
-                            figure(s.depth_bias_mm, 2), figure(s.lateral_bias_mm, 2)});
+  table.heading = {"condition", "what is shown"};
+  table.number_columns = {false, false};
+  for (const std::size_t k : one_step_pairs(results.methods)) {
+    table.heading.push_back(results.methods[converged_pairs(results.methods)[k].a]->name + ": is it enough?");
+    table.number_columns.push_back(false);
+  }
+  for (std::size_t c = 0; c < results.summaries.size(); ++c) {
+    std::vector<std::string> row{results.conditions[c].name, results.conditions[c].words};
+    for (const std::size_t k : one_step_pairs(results.methods))
+      row.push_back(compare_steps(results.summaries[c], results.methods, k).words);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+PageTable error_table(const ComparisonResults& results, std::size_t c) {
+  PageTable table;
+  table.heading = {"method",         "found",           "median mm (95 % interval)",  "90 % mm",
+                   "depth bias mm",  "depth spread mm", "sideways spread mm",         "centre RMS px",
+                   "radius bias px", "RMS / bound",     "failures charged, median mm"};
+  const ConditionSummary& summary = results.summaries[c];
+  for (std::size_t m = 0; m < results.methods.size(); ++m) {
+    const MethodStatistics& s = summary.methods[m];
+    const std::string charged = std::isinf(s.charged_median_mm) ? "most fail" : figure(s.charged_median_mm);
+    table.rows.push_back({results.methods[m]->name, found_words(s),
+                          with_interval(s.position_median_mm, s.position_median_ci95_mm),
+                          figure(s.position_p90_mm), figure(s.depth_bias_mm), figure(s.depth_spread_mm),
+                          figure(s.lateral_spread_mm), figure(s.center_rms_px), figure(s.radius_bias_px),
+                          figure(s.rms_over_bound), charged});
+  }
+  return table;
+}
+
+PageTable pair_table(const ComparisonResults& results) {
+  PageTable table;
+  table.heading = {"condition",         "one fit",         "the other",         "frames",
+                   "centre, median px", "centre, most px", "radius, median px", "3-D, median mm",
+                   "3-D, most mm"};
+  table.number_columns = {false, false, false, true, true, true, true, true, true};
+  const std::vector<MethodPair> pairs = converged_pairs(results.methods);
+  for (std::size_t c = 0; c < results.summaries.size(); ++c) {
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const PairStatistics& s = results.summaries[c].pairs[k];
+      if (s.frames == 0) continue;
+      table.rows.push_back({k == 0 ? results.conditions[c].name : "", results.methods[pairs[k].a]->name,
+                            results.methods[pairs[k].b]->name, std::to_string(s.frames),
+                            figure(s.center_median_px), figure(s.center_max_px), figure(s.radius_median_px),
+                            figure(s.position_median_mm), figure(s.position_max_mm)});
     }
   }
   return table;
 }
 
-PageTable pair_table(const Comparison& comparison) {
+void add_examples(Page& page, const ComparisonResults& results, const PictureSource& source,
+                  const ComparisonReportText& text) {
+  page.heading("What was shown");
+  if (text.rendered)
+    page.paragraph(
+        "Each frame is rendered with exact truth: a shaded ball in front of a background, a light and "
+        "clutter of "
+        "its own. The ball's colour was learnt from three rendered pictures, as a user would. All methods "
+        "see the "
+        "same frames.");
+  std::vector<PageFigure> examples;
+  for (std::size_t c = 0; c < results.conditions.size() && examples.size() < most_examples; ++c) {
+    const ConditionInfo& info = results.conditions[c];
+    if (!info.swept_key.empty()) continue;
+    examples.push_back(
+        photo(example_photo(source.picture(c, 0)), info.name + ": " + info.words, PictureFormat::png));
+  }
+  if (!examples.empty()) page.figures(examples, true);
+}
+
+void add_methods(Page& page, const ComparisonResults& results) {
+  page.heading("The methods");
   PageTable table;
-  table.heading = {"condition",     "one step",         "converged",     "frames",        "centre median px",
-                   "centre max px", "radius median px", "radius max px", "3-D median mm", "3-D max mm"};
-  table.number_columns = {false, false, false, true, true, true, true, true, true, true};
-  for (const ConditionResult& condition : comparison.conditions) {
-    bool first = true;
-    for (const MethodPair& pair : one_step_pairs(comparison.methods)) {
-      const PairStatistics s = pair_differences(comparison, condition, pair).statistics();
-      table.rows.push_back({first ? condition.name : "", std::string(fit_method_name(pair.a)),
-                            std::string(fit_method_name(pair.b)), std::to_string(s.frames),
-                            small_figure(s.center_median_px), small_figure(s.center_max_px),
-                            small_figure(s.radius_median_px), small_figure(s.radius_max_px),
-                            small_figure(s.position_median_mm), small_figure(s.position_max_mm)});
-      first = false;
+  table.heading = {"method", "what it does"};
+  table.number_columns = {false, false};
+  for (const FitMethod* method : results.methods) table.rows.push_back({method->name, method->minimises});
+  page.table(table);
+  std::vector<std::string> settings;
+  for (std::size_t c = 0; c < results.conditions.size(); ++c) {
+    if (!results.peer_words[c].empty())
+      settings.push_back(results.conditions[c].name + ": " + results.peer_words[c]);
+  }
+  if (settings.empty()) return;
+  page.begin_details(
+      "How the peers were set up: the best of a small grid, chosen on three other frames of each condition");
+  page.bullets(settings);
+  page.end_details();
+}
+
+void add_claims(Page& page, const std::vector<PaperClaim>& claims) {
+  if (claims.empty()) return;
+  page.heading("The paper's claims");
+  PageTable table;
+  table.heading = {"the paper says", "verdict", "measured here", "shown by"};
+  table.number_columns = {false, false, false, false};
+  for (const PaperClaim& claim : claims)
+    table.rows.push_back({claim.says, claim.verdict, claim.measured, claim.shown_by});
+  page.table(table);
+}
+
+void add_errors(Page& page, const ComparisonResults& results, const ComparisonReportText& text) {
+  page.heading("How far from the truth");
+  if (!text.rendered)
+    page.note(
+        "Where a row tells the ball's circle, errors are against that circle, as well as whoever drew it "
+        "could see it. "
+        "Where it tells nothing, methods can only be held against each other: that they agree does not show "
+        "that they "
+        "are right, only that what they have in common decides.");
+  const bool in_space =
+      std::any_of(results.summaries.begin(), results.summaries.end(), [](const ConditionSummary& s) {
+        return std::any_of(s.methods.begin(), s.methods.end(),
+                           [](const MethodStatistics& m) { return std::isfinite(m.position_median_mm); });
+      });
+  if (!in_space) {
+    page.paragraph("No place in space is known: the tables below hold centres and radii in the picture.");
+    return;
+  }
+  page.paragraph(
+      "Bars and dots are medians over the frames in which the method found the ball (its centre within half "
+      "the ball's "
+      "radius of the truth); thin vertical lines are their 95 % bootstrap intervals. The bound is what no "
+      "unbiased "
+      "estimator can beat in the same frames (Cramer and Rao) that is told the camera and the ball's size, "
+      "but not the "
+      "blur nor, in each stretch of the outline, the background, the contrast and the shading.");
+  const bool has_bars = std::any_of(results.conditions.begin(), results.conditions.end(),
+                                    [](const ConditionInfo& info) { return info.swept_key.empty(); });
+  if (has_bars)
+    page.figure(drawing(error_bars(results), "Shorter is better; one grid line to the next is a factor."));
+  std::vector<PageFigure> figures;
+  for (const Sweep& sweep : sweeps_of(results)) {
+    figures.push_back(
+        drawing(sweep_error_plot(results, sweep), "Solid: one step. Dashed: converged on the same points."));
+  }
+  if (!figures.empty()) page.figures(figures);
+  if (!results.conditions.empty()) {
+    page.figure(
+        drawing(ellipse_plot(results, 0),
+                "Bias (where an ellipse's middle lies) and two sigmas of the spread. Depth is the hard "
+                "direction: it follows from the radius alone."));
+  }
+}
+
+void add_steps(Page& page, const ComparisonResults& results) {
+  const std::vector<MethodPair> pairs = converged_pairs(results.methods);
+  const std::vector<std::size_t> ones = one_step_pairs(results.methods);
+  if (ones.empty()) return;
+  page.heading("How far one step is from the converged fit");
+  std::vector<PageFigure> figures;
+  for (const std::size_t k : ones) {
+    figures.push_back(drawing(difference_plot(results, k),
+                              "A curve that rises early means that the two agree in nearly every frame. "
+                              "Differences below 0.0001 px are drawn there."));
+    figures.push_back(drawing(scatter_plot(results, pairs[k]),
+                              "On the dashed line both err alike; below it one step is the better."));
+  }
+  for (const Sweep& sweep : sweeps_of(results))
+    figures.push_back(drawing(sweep_pair_plot(results, sweep), "Where one step breaks."));
+  page.figures(figures);
+  page.paragraph(
+      "A Gauss-Newton step is exact where the residual is linear. Moving the circle by d bends its distance "
+      "to a "
+      "point by about d squared over twice the radius: a start that is a pixel off leaves about 1/60 px for "
+      "a ball "
+      "of 60 px. A worse start, a smaller ball, or points on one side only leave more.");
+}
+
+void add_certificates(Page& page, const ComparisonResults& results) {
+  if (results.certificates.empty()) return;
+  page.heading("Can one step tell that it was not enough?");
+  page.paragraph(
+      fmt::format("A break is a frame in which one step and the converged fit differ by more than {:g} px in "
+                  "centre or radius. "
+                  "The rules see only what the step itself knows; they are made on every other condition and "
+                  "tested on the "
+                  "rest.",
+                  Certificate::tolerance_px));
+  PageTable table;
+  table.heading = {"fit", "rule", "frames tested", "breaks", "caught", "false alarms", "area under the ROC"};
+  table.number_columns = {false, false, true, true, true, true, true};
+  for (const Certificate& certificate : results.certificates) {
+    for (const CertificateRule& rule : certificate.rules) {
+      const CertificateScore& s = rule.tested;
+      const auto percent = [](double rate) {
+        return std::isfinite(rate) ? fmt::format("{:.1f} %", 100 * rate) : std::string("-");
+      };
+      table.rows.push_back({certificate.one_step, rule.words, std::to_string(s.frames),
+                            std::to_string(s.breaks), percent(s.caught_rate()), percent(s.false_alarm_rate()),
+                            figure(s.area)});
     }
   }
-  return table;
+  page.table(table);
+  page.figure(drawing(roc_plot(results.certificates), "Up and to the left is better."));
+  std::vector<std::string> worth;
+  for (const Certificate& c : results.certificates) {
+    worth.push_back(
+        fmt::format("{}: one more step where the threshold rule asks for it is taken in {:.1f} % of the "
+                    "frames tested and leaves "
+                    "{} breaks of {}, and at most {} px instead of {} px.",
+                    c.one_step, 100 * c.second_step_rate, c.breaks_after, c.breaks_before,
+                    figure(c.largest_after_px), figure(c.largest_before_px)));
+  }
+  page.bullets(worth);
+  std::vector<double> second;
+  for (const ConditionSummary& summary : results.summaries) {
+    if (std::isfinite(summary.second_pass_rate)) second.push_back(summary.second_pass_rate);
+  }
+  double sum = 0;
+  for (const double rate : second) sum += rate;
+  if (!second.empty())
+    page.paragraph(fmt::format(
+        "On line the exact fit already looks again, at new edge points, after a step longer than a pixel: "
+        "here in "
+        "{:.1f} % of the frames (mean over the conditions). sphere_one_step is the step from there.",
+        100 * sum / static_cast<double>(second.size())));
+}
+
+void add_worst(Page& page, const ComparisonResults& results, const PictureSource& source) {
+  const auto show = [&](const std::vector<NotableFrame>& frames, const std::string& title,
+                        const std::string& unit) {
+    if (frames.empty()) return;
+    page.heading(title);
+    page.paragraph(
+        "White: the truth. Grey: the votes. Orange: the paper's fits. Blue: the exact ones. Green: "
+        "algebraic. "
+        "Magenta: peers.");
+    std::vector<PageFigure> photos;
+    for (const NotableFrame& frame : frames) {
+      const ConditionInfo& info = results.conditions[frame.condition];
+      const std::string value = frame.value >= 1e9 ? "not found" : figure(frame.value) + unit;
+      photos.push_back(
+          photo(outlines_photo(source.picture(frame.condition, frame.index), frame.record, results.methods),
+                fmt::format("{}, frame {} ({}): {}", info.name, frame.record.truth.frame,
+                            frame.record.truth.source, value)));
+    }
+    page.figures(photos);
+  };
+  const bool in_space = !results.worst.empty() && results.worst.front().record.truth.p_CB.has_value();
+  show(results.worst, "The worst frames of what runs on line", in_space ? " mm off" : " px off");
+  show(results.most_apart, "Where one step is furthest from the converged fit", " px apart");
+}
+
+void add_tables(Page& page, const ComparisonResults& results) {
+  page.heading("Every figure");
+  page.paragraph(
+      "Failures are never dropped: the last column counts a frame in which a method does not find the ball "
+      "as an "
+      "error without bound. RMS / bound: of the frames found that have a bound. A radius that is read too "
+      "large "
+      "puts the ball too near (negative depth bias). Paired tests of all methods against sphere_one_step and "
+      "paper_one_step are in tests.csv.");
+  for (std::size_t c = 0; c < results.summaries.size() && c < most_tables; ++c) {
+    page.begin_details(results.conditions[c].name + ": " + results.conditions[c].words, c == 0);
+    page.table(error_table(results, c));
+    page.end_details();
+  }
+  if (results.summaries.size() > most_tables) page.paragraph("The other conditions are in compare.csv.");
+  page.begin_details(
+      "One step, more steps and robust fits against the converged fit, condition by condition");
+  page.table(pair_table(results));
+  page.end_details();
 }
 
 }  // namespace
 
-std::string comparison_report_html(const Comparison& comparison, const ComparisonPlan& plan,
-                                   const std::string& plan_name) {
-  Page page("Is one step enough?", "Every estimator of the ball on the same pixels: " + plan_name);
+std::string comparison_report_html(const ComparisonResults& results, const PictureSource* source,
+                                   const ComparisonReportText& text, const std::vector<PaperClaim>& claims) {
+  Page page("Is one step enough?", "Every estimator of the ball on the same pixels: " + text.subject);
   page.paragraph(
       "On line, the ball's outline is refined by exactly one Gauss-Newton step. Here the same residuals on "
-      "the same points "
-      "with the same weights are also handed to Ceres, a general solver that goes on until nothing improves. "
-      "Where the two "
-      "agree, one step is enough, and what error is left comes from the pixels and the model, not from "
+      "the same "
+      "points with the same weights are also handed to Ceres, a general solver that goes on until nothing "
+      "improves. "
+      "Where the two agree, one step is enough, and what error is left comes from the pixels and the model, "
+      "not from "
       "stopping early.");
-  add_verdict(page, comparison);
-
-  page.heading("What was shown");
-  page.paragraph(
-      "Each frame is rendered with exact truth: a shaded ball in front of a background, a light and clutter "
-      "of its own. "
-      "The ball's colour was learnt from three rendered pictures, as a user would.");
-  std::vector<PageFigure> examples;
-  for (std::size_t c = 0; c < comparison.conditions.size() && c < 24; ++c) {
-    const std::string caption = comparison.conditions[c].name + ": " + in_words(plan.conditions[c]);
-    examples.push_back(photo(example_picture(comparison.conditions[c]), caption, PictureFormat::png));
-  }
-  page.figures(examples, true);
-
-  page.heading("How far from the truth");
-  page.figure(drawing(error_plot(comparison),
-                      "Shorter is better; one grid line to the next is a factor. At 1 m and f = 857 px, an "
-                      "error of one pixel "
-                      "in the radius is 33 mm in depth."));
-  page.bullets(
-      {"vote: the circle that random triples of boundary pixels agree on, before any refinement.",
-       "paper: a circle fitted to the strongest gradient pixels of a ring, and the paper's formula for its "
-       "position, which is exact on the optical axis only.",
-       "sphere: edge points to a fraction of a pixel, and the exact cone of rays that touch a ball, right "
-       "wherever the ball stands.",
-       "one_step is what runs on line; converged is Ceres on the same points."});
-  page.table(error_table(comparison));
-  page.paragraph(
-      "Found: an answer whose centre lies within half the ball's radius of the truth. Bias: the mean error "
-      "with its sign; a "
-      "radius that is read too large puts the ball too near (negative depth bias). Sideways: away from the "
-      "optical axis.");
-
-  const std::vector<MethodPair> pairs = one_step_pairs(comparison.methods);
-  if (!pairs.empty()) {
-    page.heading("How far one step is from the converged fit");
-    std::vector<PageFigure> figures;
-    for (const MethodPair& pair : pairs) {
-      figures.push_back(
-          drawing(difference_plot(comparison, pair),
-                  "A curve that rises early means that one step and the converged fit agree in nearly every "
-                  "frame. Differences below 0.0001 px are drawn there."));
-    }
-    page.figures(figures);
-    page.table(pair_table(comparison));
-    page.paragraph(
-        "When is one step enough? A Gauss-Newton step is exact where the residual is linear. Moving the "
-        "circle's centre by "
-        "d bends its distance to a point by about d squared over twice the radius, so a start that is a "
-        "pixel off leaves "
-        "about 1/60 px for a ball of 60 px; a worse start, a smaller ball, or points on one side only leave "
-        "more.");
-  }
-
-  page.begin_details("The plan, as it was read");
-  page.code(plan.resolved_json);
+  add_answer(page, results);
+  page.begin_details("Condition by condition", results.conditions.size() <= 24);
+  page.table(answer_table(results));
   page.end_details();
-  page.paragraph("The figures of every frame are in fits.csv beside this page, times in timing.csv.");
+  add_claims(page, claims);
+  add_errors(page, results, text);
+  add_steps(page, results);
+  add_certificates(page, results);
+  page.heading("What each costs");
+  page.figure(
+      drawing(cost_plot(results),
+              "Medians over the conditions, one thread; fits are timed from the starting circle, the choice "
+              "of their points included, the votes and the peers from the picture."));
+  if (source) add_examples(page, results, *source, text);
+  if (source) add_worst(page, results, *source);
+  add_methods(page, results);
+  add_tables(page, results);
+  page.begin_details("The setting, as it was read");
+  page.code(text.setting);
+  page.end_details();
+  page.paragraph(
+      "Every fit of every frame is in fits.csv beside this page, every frame's truth in frames.csv, times in "
+      "timing.csv, the tables in LaTeX in tables.tex.");
   return page.html();
 }
 

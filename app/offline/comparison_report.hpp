@@ -1,14 +1,27 @@
-// A comparison told in plain words: tables, plots, an example of every condition.
+// A comparison told in plain words: tables, plots, an example of every condition, the worst frames.
 #pragma once
 
 #include <string>
 
 #include "app/offline/comparison.hpp"
+#include "app/offline/paper_claims.hpp"
 
 namespace ballservo {
 
-/// report.html of a comparison. `plan_name` is the plan file's name. Holds no times: they are in timing.csv.
-std::string comparison_report_html(const Comparison& comparison, const ComparisonPlan& plan,
-                                   const std::string& plan_name);
+/// What a report says beside the figures.
+struct ComparisonReportText {
+  std::string subject;  ///< "basic.yaml", "pictures/"
+  std::string setting;  ///< the plan or the options, as they were read
+  bool rendered = true;
+  bool claims_wanted = false;  ///< the paper's claims are to be looked at one by one
+};
+
+/// report.html of a comparison. `source` shows examples and the worst frames again; null where the pictures
+/// are not at hand. `claims`: the paper's, if they were looked at.
+std::string comparison_report_html(const ComparisonResults& results, const PictureSource* source,
+                                   const ComparisonReportText& text, const std::vector<PaperClaim>& claims);
+
+/// The error table and the table of pairs as LaTeX (booktabs).
+std::string comparison_tables_tex(const ComparisonResults& results);
 
 }  // namespace ballservo

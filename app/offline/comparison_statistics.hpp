@@ -1,60 +1,90 @@
-// The figures of a comparison, and the files that hold them.
+// The figures of a comparison, condition by condition: a frame's record is looked at once and let go.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "app/offline/comparison.hpp"
+#include "app/offline/frame_record.hpp"
+#include "app/offline/methods.hpp"
+#include "app/offline/resampling.hpp"
 
 namespace ballservo {
 
-/// Quantile (0 to 1) by linear interpolation between order statistics; NaN for no values.
-double quantile(std::vector<double> values, double fraction);
-
 /// One row of compare.csv. Errors are over the frames in which the method found the ball, NaN where there is
-/// none.
+/// none or no truth. What a method does not find is in `failed` and in `charged_median_mm`, never dropped.
 struct MethodStatistics {
   int frames = 0;
   int found = 0;   ///< frames with an answer at the ball, see at_the_ball
   int failed = 0;  ///< the others: no answer, or one elsewhere
-  double center_rms_px = 0;
-  double radius_bias_px = 0, radius_rms_px = 0;
-  double position_median_mm = 0, position_p90_mm = 0, position_rms_mm = 0;
-  double depth_bias_mm = 0;    ///< mean error of Z
-  double lateral_bias_mm = 0;  ///< mean error across the axis, positive away from the axis
-  double time_us_median = 0;
+  double center_rms_px, radius_bias_px, radius_rms_px;
+  double position_median_mm, position_p90_mm, position_rms_mm;
+  double depth_bias_mm;    ///< mean error of Z
+  double lateral_bias_mm;  ///< mean error across the axis, positive away from the axis
+  double time_us_median;
+
+  Interval found_ci95, position_median_ci95_mm;
+  double center_median_px;
+  double depth_spread_mm, lateral_spread_mm;  ///< standard deviations about the bias; lateral: all of x, y
+  double depth_rms_mm;
+  /// The median over all frames, a failure counted as an error without bound: infinite where most fail.
+  double charged_median_mm;
+  double bound_rms_mm, rms_over_bound;  ///< of the frames found that have a bound
+  Interval rms_over_bound_ci95;
+  double iterations_median, unconverged;  ///< of the fits that say so; share that did not converge
 };
 
-MethodStatistics method_statistics(const ConditionResult& condition, std::size_t method);
-
-/// Two methods that share points and weights.
+/// Two methods that are held against each other frame by frame, over the frames in which both found the ball.
 struct MethodPair {
-  FitMethod a, b;
+  std::size_t a, b;  ///< places in the list of methods
 };
-/// The pairs of one step and converged fit among the comparison's methods.
-std::vector<MethodPair> one_step_pairs(const std::vector<FitMethod>& methods);
+/// The pairs among the methods: one step, more steps and robust fits, each with the converged fit of the same
+/// points.
+std::vector<MethodPair> converged_pairs(const MethodList& methods);
 
-/// One row of pairs.csv: how far two methods' answers lie apart, over the frames in which both found the
-/// ball.
+/// One row of pairs.csv.
 struct PairStatistics {
   int frames = 0;
-  double center_median_px = 0, center_max_px = 0, radius_median_px = 0, radius_max_px = 0;
-  double position_median_mm = 0, position_max_mm = 0;
+  double center_median_px, center_max_px, radius_median_px, radius_max_px;
+  double position_median_mm, position_max_mm;
 };
 
 /// The differences themselves, frame by frame.
 struct PairDifferences {
   std::vector<double> center_px, radius_px, position_mm;
 
-  void add(const PairDifferences& other);
+  void add(const MethodFit& a, const MethodFit& b);
   PairStatistics statistics() const;
 };
-PairDifferences pair_differences(const Comparison& comparison, const ConditionResult& condition,
-                                 const MethodPair& pair);
 
-std::string compare_csv(const Comparison& comparison);
-std::string fits_csv(const Comparison& comparison);
-std::string pairs_csv(const Comparison& comparison);
-std::string timing_csv(const Comparison& comparison);
+/// One row of tests.csv: is one method nearer to the truth than the other on the same frames?
+struct PairedTest {
+  MethodPair pair;
+  int frames = 0;               ///< in which both found the ball
+  double difference_median_mm;  ///< of |error a| - |error b|: negative where a is the better
+  Interval difference_ci95_mm;  ///< bootstrap
+  double wilcoxon_p, holm_p;    ///< of the differences; adjusted for the condition's tests
+  int only_a = 0, only_b = 0;   ///< frames in which only one found the ball
+  double mcnemar_p;
+};
+
+/// All that is kept of a condition.
+struct ConditionSummary {
+  std::size_t index = 0;  ///< in the source's list
+  std::vector<MethodStatistics> methods;
+  std::vector<PairStatistics> pairs;         ///< in the order of converged_pairs
+  std::vector<PairDifferences> differences;  ///< of the same, thinned to at most 400 frames
+  std::vector<PairedTest> tests;
+  std::vector<double> bounds_mm;
+  double votes_median, quality_median, second_pass_rate;
+};
+
+/// `seed` draws the bootstrap's samples. Frames are all of one condition.
+ConditionSummary summarize(std::size_t index, const std::string& name,
+                           const std::vector<ComparisonRecord>& frames, const MethodList& methods,
+                           std::uint64_t seed);
+
+/// The methods that all others are tested against: what runs on line, and the paper's.
+std::vector<MethodPair> tested_pairs(const MethodList& methods);
 
 }  // namespace ballservo

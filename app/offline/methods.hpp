@@ -1,43 +1,53 @@
-// The estimators that a comparison runs, all on the same picture and the same voted circle.
+// The estimators that a comparison runs, all on the same picture and the same starting circle.
+//
+// A method is a function of a MethodScene and one line in the list in methods.cpp.
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <limits>
-#include <opencv2/core.hpp>
+#include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "calibration/camera/sphere_outline.hpp"
-#include "perception/detector.hpp"
 
 namespace ballservo {
 
-enum class FitMethod { vote, paper_one_step, paper_converged, sphere_one_step, sphere_converged };
+class MethodScene;
 
-inline constexpr std::array<FitMethod, 5> all_fit_methods{
-    FitMethod::vote, FitMethod::paper_one_step, FitMethod::paper_converged, FitMethod::sphere_one_step,
-    FitMethod::sphere_converged};
-
-std::string_view fit_method_name(FitMethod method);  ///< "paper_one_step"
-std::optional<FitMethod> fit_method_from_name(std::string_view name);
-
-/// What a method says of the ball in one picture.
+/// What a method says of the ball in one picture. What only fits know is left open by the others.
 struct MethodFit {
-  OutlineEllipse outline;         ///< in the picture as given
-  Eigen::Vector3d p_C{0, 0, 0};   ///< the ball's centre (m, camera frame)
-  std::optional<int> iterations;  ///< steps of the fit; nothing for votes
-  std::optional<double> residual_px;
-  double time_us =
-      0;  ///< vote: the whole detection; one step: choosing the points and the step; converged: Ceres alone
+  OutlineEllipse outline;        ///< in the picture as given
+  Eigen::Vector3d p_C{0, 0, 0};  ///< the ball's centre (m, camera frame)
+  std::optional<int> iterations;
+  std::optional<double> residual_px;  ///< weighted RMS distance of the points from the outline
+  std::optional<double> step_px;      ///< largest move of the outline by the last Gauss-Newton step
+  std::optional<double> arc;          ///< of the outline, has points of weight (0 to 1)
+  std::optional<double> condition;    ///< of the weighted Jacobian
+  std::optional<bool> converged;
+  double time_us = 0;  ///< from the picture and the starting circle; vote: from the picture
 };
 
-/// The answer of each method asked for, in their order; nothing where a method has none. The ball is the
-/// detector's best of class `color_class`; its radius must be among the detector's options. One step and
-/// converged fit share points, weights and start: those of `BallFitter::refine`.
-std::vector<std::optional<MethodFit>> run_methods(Detector& detector, const cv::Mat& bgr,
-                                                  ClassIndex color_class,
-                                                  const std::vector<FitMethod>& methods);
+/// Which points a method shares with others: their choice is part of every one's time.
+enum class MethodPoints { none, ring, edges };
+
+struct FitMethod {
+  std::string name;
+  std::string minimises;  ///< what it does, in a phrase, for the report
+  MethodPoints points = MethodPoints::none;
+  bool is_peer = false;  ///< somebody else's recipe, that starts from the picture alone
+  std::function<std::optional<MethodFit>(MethodScene&)> fit;
+};
+
+/// Every method there is. Pointers into the list stay valid.
+const std::vector<FitMethod>& fit_methods();
+/// Null where there is none of that name.
+const FitMethod* find_fit_method(std::string_view name);
+
+using MethodList = std::vector<const FitMethod*>;
+
+/// The answer of each method asked for, in their order; nothing where a method has none.
+std::vector<std::optional<MethodFit>> run_methods(MethodScene& scene, const MethodList& methods);
 
 }  // namespace ballservo

@@ -1,20 +1,23 @@
 #include "app/offline/plan.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 
+#include "app/offline/plan_design.hpp"
 #include "app/offline/rendered_frame.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/color/color_names.hpp"
-#include "calibration/files/image_file.hpp"
-#include "calibration/files/numbers.hpp"
 
 namespace ballservo {
 namespace {
 
-constexpr double largest_angle_rad = 1.2;
-constexpr int most_frames = 100000;
-constexpr std::size_t most_conditions = 1000;
+constexpr long long most_frames = 1000000000;
+
+// Measured: what a picture of 640x480 with all methods takes on one core, and what its rows need.
+constexpr double seconds_a_frame = 0.16, seconds_a_view = 0.08, bytes_a_fit = 230;
+constexpr double usual_pixels = 640.0 * 480.0;
 
 bool is_name(const std::string& name) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](char c) {
@@ -22,80 +25,151 @@ bool is_name(const std::string& name) {
   });
 }
 
-void read_camera_key(YamlNode node, const std::filesystem::path& folder, FaultList& faults, Camera& camera) {
+void read_camera_file(YamlNode& map, const std::filesystem::path& folder, FaultList& faults,
+                      ComparisonCondition& condition) {
+  const std::string file = map.text("file");
+  if (file.empty()) return;
+  try {
+    const std::string path = (folder / file).string();
+    condition.camera = read_camera(path);
+    condition.covariance = read_camera_covariance(path, condition.camera);
+  } catch (const InputError& error) {
+    for (const Fault& fault : error.faults())
+      faults.add(map.place("file") + ": " + fault.place, fault.found, fault.allowed);
+  }
+}
+
+void read_camera_key(YamlNode node, const std::filesystem::path& folder, FaultList& faults,
+                     ComparisonCondition& condition) {
   if (!node.has("camera")) return;
   YamlNode map = node.map("camera");
+  condition.covariance.reset();
   if (map.has("file")) {
-    const std::string file = map.text("file");
-    if (file.empty()) return;
-    try {
-      camera = read_camera((folder / file).string());
-    } catch (const InputError& error) {
-      for (const Fault& fault : error.faults())
-        faults.add(map.place("file") + ": " + fault.place, fault.found, fault.allowed);
-    }
+    read_camera_file(map, folder, faults, condition);
     return;
   }
   CameraParameters parameters;
-  parameters.model = LensModel::pinhole;
   parameters.fx_px = parameters.fy_px = map.number("focal_px", NumberRange::within(20, 1e5, "px"));
   parameters.size.width_px = static_cast<int>(map.integer("width_px", 64, 8192, 640));
   parameters.size.height_px = static_cast<int>(map.integer("height_px", 64, 8192, 480));
   parameters.cx_px = (parameters.size.width_px - 1) / 2.0;
   parameters.cy_px = (parameters.size.height_px - 1) / 2.0;
+  std::vector<std::string> models;
+  for (const LensModel model : all_lens_models) models.emplace_back(lens_model_name(model));
+  parameters.model = *lens_model_from_name(map.choice("model", models, "pinhole"));
+  const auto count = static_cast<std::size_t>(coefficient_count(parameters.model));
+  if (count > 0) {
+    const std::vector<double> coefficients =
+        map.numbers("coefficients", NumberRange::within(-100, 100, ""), count);
+    if (coefficients.size() == count)
+      std::copy(coefficients.begin(), coefficients.end(), parameters.coefficients.begin());
+  }
   try {
-    camera = Camera(parameters, map.place());
+    condition.camera = Camera(parameters, map.place());
   } catch (const InputError&) {
     // The focal length has its fault already; the sizes are in range.
+  }
+}
+
+// The numbers that a condition shares with designs: `noise.read` is `read` below `noise`.
+void read_factors(YamlNode& node, ComparisonCondition& condition) {
+  for (const ConditionFactor& factor : condition_factors()) {
+    const std::size_t dot = factor.key.find('.');
+    const std::string first = factor.key.substr(0, dot);
+    if (!node.has(first)) continue;
+    if (dot == std::string::npos) {
+      factor.set(condition, node.number(first, factor.range, factor.get(condition)));
+      continue;
+    }
+    YamlNode below = node.map(first);
+    const std::string second = factor.key.substr(dot + 1);
+    if (below.has(second)) factor.set(condition, below.number(second, factor.range, 0.0));
   }
 }
 
 void read_condition(YamlNode node, const std::filesystem::path& folder, FaultList& faults,
                     ComparisonCondition& condition) {
   condition.frames = static_cast<int>(node.integer("frames", 1, most_frames, condition.frames));
-  read_camera_key(node, folder, faults, condition.camera);
+  read_camera_key(node, folder, faults, condition);
+  read_factors(node, condition);
   if (node.has("ball")) {
     YamlNode ball = node.map("ball");
     condition.ball_color = ball.choice("color", color_words(), condition.ball_color);
-    condition.diameter_m = ball.number("diameter_m", {0, 10, true, false, "m"}, condition.diameter_m);
+    std::vector<std::string> patterns;
+    for (const Pattern pattern : all_patterns) patterns.emplace_back(pattern_name(pattern));
+    const std::string name =
+        ball.choice("pattern", patterns, std::string(pattern_name(condition.ball_pattern)));
+    for (const Pattern pattern : all_patterns) {
+      if (pattern_name(pattern) == name) condition.ball_pattern = pattern;
+    }
   }
-  condition.depth_m = node.number("depth_m", {0, 100, true, false, "m"}, condition.depth_m);
-  condition.off_axis_rad =
-      node.number("off_axis_rad", NumberRange::within(0, largest_angle_rad, "rad"), condition.off_axis_rad);
-  condition.occlusion = node.number("occlusion", NumberRange::within(0, 0.8, ""), condition.occlusion);
+  const std::vector<std::string> sides{"any", "left", "right", "below", "above"};
+  const std::string side =
+      node.choice("occlusion_side", sides, sides[static_cast<std::size_t>(condition.occlusion_side)]);
+  condition.occlusion_side =
+      static_cast<OcclusionSide>(std::find(sides.begin(), sides.end(), side) - sides.begin());
   const bool plain = condition.background == ComparisonBackground::plain;
   condition.background =
       node.choice("background", {"clutter", "plain"}, plain ? "plain" : "clutter") == "plain"
           ? ComparisonBackground::plain
           : ComparisonBackground::clutter;
-  if (node.has("noise")) {
-    YamlNode noise = node.map("noise");
-    condition.sensor.read_noise =
-        noise.number("read", NumberRange::within(0, 255, "grey levels"), condition.sensor.read_noise);
-    condition.sensor.shot_noise =
-        noise.number("shot", NumberRange::within(0, 255, "grey levels"), condition.sensor.shot_noise);
-  }
-  condition.sensor.blur_px =
-      node.number("blur_px", NumberRange::within(0, 20, "px"), condition.sensor.blur_px);
-  condition.sensor.gain = node.number("gain", {0, 100, true, false, ""}, condition.sensor.gain);
-  condition.sensor.gamma = node.number("gamma", NumberRange::within(1, 3, ""), condition.sensor.gamma);
+  condition.touching = node.boolean("touching", condition.touching);
 }
 
-std::vector<FitMethod> read_methods(YamlNode root) {
-  std::vector<FitMethod> methods;
+MethodList read_methods(YamlNode root) {
+  MethodList methods;
   std::string allowed = "each of them once:";
-  for (const FitMethod method : all_fit_methods) allowed += " " + std::string(fit_method_name(method));
+  for (const FitMethod& method : fit_methods()) allowed += " " + method.name;
   for (YamlNode item : root.list("methods")) {
     const std::string name = item.as_text();
-    const auto method = fit_method_from_name(name);
-    if (!method || std::count(methods.begin(), methods.end(), *method) > 0) {
+    const FitMethod* method = find_fit_method(name);
+    if (!method || std::count(methods.begin(), methods.end(), method) > 0) {
       root.fault("methods", name, allowed);
     } else {
-      methods.push_back(*method);
+      methods.push_back(method);
     }
   }
-  if (methods.empty()) methods.assign(all_fit_methods.begin(), all_fit_methods.end());
+  if (methods.empty()) {
+    for (const FitMethod& method : fit_methods()) methods.push_back(&method);
+  }
   return methods;
+}
+
+RobustLoss read_loss(YamlNode root) {
+  RobustLoss loss{RobustLossKind::cauchy, 0.3};
+  if (!root.has("robust")) return loss;
+  YamlNode node = root.map("robust");
+  const std::string name = node.choice("loss", {"huber", "cauchy", "tukey"}, "cauchy");
+  loss.kind = name == "huber"   ? RobustLossKind::huber
+              : name == "tukey" ? RobustLossKind::tukey
+                                : RobustLossKind::cauchy;
+  loss.scale_px = node.number("scale_px", {0, 100, true, false, "px"}, loss.scale_px);
+  return loss;
+}
+
+// What can only be told once a condition is whole.
+void finish_condition(const std::string& place, FaultList& faults, std::set<std::string>& names,
+                      ComparisonCondition& condition) {
+  if (!is_name(condition.name)) {
+    faults.add(place + ": name", "'" + condition.name + "'", "1 to 64 of a-z, 0-9 and _");
+  } else if (!names.insert(condition.name).second) {
+    faults.add(place + ": name", "'" + condition.name + "' again", "a name for each condition of its own");
+  }
+  if (condition.calibration_sigmas > 0 && !condition.covariance) {
+    faults.add(place + ": calibration_sigmas", fmt::format("{:g}", condition.calibration_sigmas),
+               "0, or a camera file with the covariance that `calibrate camera` writes beside it");
+  }
+  condition.camera = scaled_camera(condition.camera, condition.resolution);
+  if (condition.covariance && condition.resolution != 1) {
+    for (int row = 0; row < 4; ++row) {  // focal lengths and principal point are in pixels
+      condition.covariance->covariance.row(row) *= condition.resolution;
+      condition.covariance->covariance.col(row) *= condition.resolution;
+    }
+  }
+  if (const std::string reason = why_not_rendered(condition); !reason.empty()) {
+    faults.add(place, reason + " (" + condition.name + ")",
+               "a ball that is wholly in the picture and in front of the camera");
+  }
 }
 
 ComparisonPlan read_plan(StrictYaml document, const std::filesystem::path& folder) {
@@ -103,31 +177,32 @@ ComparisonPlan read_plan(StrictYaml document, const std::filesystem::path& folde
   ComparisonPlan plan;
   plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, 1LL << 53, 0));
   plan.methods = read_methods(root);
+  plan.loss = read_loss(root);
+  plan.paper_claims = root.has("claims") && root.choice("claims", {"paper"}) == "paper";
   ComparisonCondition defaults;
   defaults.frames = static_cast<int>(root.integer("frames", 1, most_frames, defaults.frames));
   if (root.has("defaults")) read_condition(root.map("defaults"), folder, document.faults(), defaults);
 
-  std::vector<YamlNode> nodes = root.list("conditions", true);
+  std::set<std::string> names;
+  std::vector<YamlNode> nodes = root.list("conditions", !root.has("design"));
   if (nodes.empty() && root.has("conditions")) root.fault("conditions", "none", "at least one condition");
-  if (nodes.size() > most_conditions) {
-    root.fault("conditions", std::to_string(nodes.size()), "at most " + std::to_string(most_conditions));
+  if (static_cast<double>(nodes.size()) > most_conditions) {
+    root.fault("conditions", std::to_string(nodes.size()), fmt::format("at most {:g}", most_conditions));
     nodes.clear();
   }
-  std::set<std::string> names;
   for (YamlNode& node : nodes) {
     ComparisonCondition condition = defaults;
     condition.name = node.text("name");
-    if (!is_name(condition.name)) {
-      node.fault("name", "'" + condition.name + "'", "1 to 64 of a-z, 0-9 and _");
-    } else if (!names.insert(condition.name).second) {
-      node.fault("name", "'" + condition.name + "' again", "a name for each condition of its own");
-    }
     read_condition(node, folder, document.faults(), condition);
-    if (const std::string reason = why_not_rendered(condition); !reason.empty()) {
-      document.faults().add(node.place(), reason,
-                            "a ball that is wholly in the picture and in front of the camera");
-    }
+    finish_condition(node.place(), document.faults(), names, condition);
     plan.conditions.push_back(std::move(condition));
+  }
+  if (root.has("design")) {
+    YamlNode design = root.map("design");
+    for (ComparisonCondition& condition : designed_conditions(design, defaults, plan.seed)) {
+      finish_condition(design.place(), document.faults(), names, condition);
+      plan.conditions.push_back(std::move(condition));
+    }
   }
   document.finish();
   plan.resolved_json = document.resolved_json();
@@ -143,6 +218,31 @@ ComparisonPlan read_comparison_plan(const std::filesystem::path& file) {
 ComparisonPlan parse_comparison_plan(const std::string& text, const std::string& name,
                                      const std::filesystem::path& folder) {
   return read_plan(StrictYaml::from_text(text, name), folder);
+}
+
+PlanEstimate estimate(const ComparisonPlan& plan) {
+  PlanEstimate sum;
+  for (const ComparisonCondition& condition : plan.conditions) {
+    const ImageSize size = condition.camera.size();
+    const double pixels = static_cast<double>(size.width_px) * size.height_px / usual_pixels;
+    const double views = condition.motion_blur_px > 0 ? motion_views : 1;
+    sum.frames += condition.frames;
+    sum.core_hours += condition.frames * pixels * (seconds_a_frame + views * seconds_a_view) / 3600;
+    sum.disk_bytes += condition.frames * bytes_a_fit * static_cast<double>(plan.methods.size());
+  }
+  return sum;
+}
+
+std::string in_words(const PlanEstimate& estimate, int threads) {
+  const double hours = estimate.core_hours / std::max(1, threads);
+  const std::string time = hours < 1.0 / 60 ? fmt::format("{:.0f} s", 3600 * hours)
+                           : hours < 1      ? fmt::format("{:.0f} minutes", 60 * hours)
+                           : hours < 48     ? fmt::format("{:.1f} hours", hours)
+                                            : fmt::format("{:.0f} days", hours / 24);
+  const double mb = estimate.disk_bytes / 1e6;
+  return fmt::format("{:.0f} frames: about {} on {} core{} and {} of disk", estimate.frames, time, threads,
+                     threads == 1 ? "" : "s",
+                     mb < 1000 ? fmt::format("{:.0f} MB", mb) : fmt::format("{:.1f} GB", mb / 1000));
 }
 
 }  // namespace ballservo

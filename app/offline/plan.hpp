@@ -6,51 +6,51 @@
 #include <string>
 #include <vector>
 
+#include "app/offline/condition.hpp"
+#include "app/offline/converged_fits.hpp"
 #include "app/offline/methods.hpp"
-#include "calibration/camera/camera.hpp"
-#include "calibration/files/strict_yaml.hpp"
-#include "servo/simulation/sensor.hpp"
 
 namespace ballservo {
 
-/// What stands behind the ball: textured walls and boxes, or walls of one colour.
-enum class ComparisonBackground { clutter, plain };
-
-/// One way in which the ball is shown. Every frame of it draws its own background, light and sub-pixel
-/// position.
-struct ComparisonCondition {
-  std::string name;  ///< 1 to 64 of a-z, 0-9 and _
-  int frames = 20;
-  Camera camera{CameraParameters{LensModel::pinhole, {640, 480}, 857, 857, 319.5, 239.5, {}}};
-  std::string ball_color = "red";  ///< a colour word, see color_words()
-  double diameter_m = 0.07;
-  double depth_m = 1;       ///< Z of the ball's centre
-  double off_axis_rad = 0;  ///< angle of the ball's centre from the optical axis
-  double occlusion = 0;     ///< fraction of the disc behind something with a straight edge, 0 to 0.8
-  ComparisonBackground background = ComparisonBackground::clutter;
-  SensorOptions sensor;
-
-  double radius_m() const { return diameter_m / 2; }
-};
-
 struct ComparisonPlan {
   std::uint64_t seed = 0;
-  std::vector<FitMethod> methods;
+  MethodList methods;
+  RobustLoss loss{RobustLossKind::cauchy, 0.3};
   std::vector<ComparisonCondition> conditions;
+  bool paper_claims = false;  ///< the paper's claims are looked at one by one
   std::string resolved_json;  ///< the plan as it was read, keys sorted
 };
 
-/// The keys of a plan: `seed`, `frames`, `methods` (a list of names; all where missing), `conditions`, and
-/// `defaults`. A condition has a `name` and any of `frames`, `camera` ({focal_px, width_px, height_px} or
-/// {file}), `ball` ({color, diameter_m}), `depth_m`, `off_axis_rad`, `occlusion`, `background` (clutter or
-/// plain), `noise` ({read, shot}), `blur_px`, `gain`, `gamma`; what it does not say is as in `defaults`, and
-/// what that does not say is as in ComparisonCondition. A camera's file is relative to the plan's. Throws
-/// InputError naming every fault: unknown and repeated keys, values out of range, condition names that
+/// The keys of a plan: `seed`, `frames`, `methods` (a list of names; all where missing), `robust` ({loss:
+/// huber, cauchy or tukey, scale_px}), `claims` (paper), `defaults`, `conditions`, `design`.
+///
+/// A condition has a `name` and any of: the numbers of condition_factors() (`noise.read` is {noise:
+/// {read:}}), `frames`, `camera` ({focal_px, width_px, height_px, model, coefficients} or {file}), `ball`
+/// ({color, diameter_m, pattern}), `occlusion_side`, `background` (clutter or plain), `touching`. What it
+/// does not say is as in `defaults`, and what that does not say is as in ComparisonCondition. A camera's file
+/// is relative to the plan's, and its covariance stands beside it.
+///
+/// `design` makes conditions from lists of numbers: {type: one_at_a_time, vary: {depth_m: [0.5, 1, 2], ...}}
+/// changes one number of the defaults at a time, {type: grid} makes all combinations, {type: random,
+/// conditions: N, vary: {depth_m: {uniform: [0.5, 3]}, noise.read: {log_uniform: [0.5, 10]}}} draws them.
+///
+/// Throws InputError naming every fault: unknown and repeated keys, values out of range, condition names that
 /// repeat, a ball that does not fit into the picture or hides the camera.
 ComparisonPlan read_comparison_plan(const std::filesystem::path& file);
 
 /// The same from text; `folder` is where camera files are looked for, `name` stands for the file in messages.
 ComparisonPlan parse_comparison_plan(const std::string& text, const std::string& name,
                                      const std::filesystem::path& folder);
+
+/// What a plan will take, roughly: measured on one core, scaled by pixels, frames and methods.
+struct PlanEstimate {
+  double frames = 0;
+  double core_hours = 0;
+  double disk_bytes = 0;
+};
+PlanEstimate estimate(const ComparisonPlan& plan);
+
+/// "1.2 hours on 2 cores, 30 MB"
+std::string in_words(const PlanEstimate& estimate, int threads);
 
 }  // namespace ballservo

@@ -11,9 +11,15 @@
 
 namespace ballservo {
 
+/// How many instants stand for an exposure in which the camera moves.
+inline constexpr int motion_views = 5;
+
 struct RenderedFrame {
   cv::Mat bgr;
   BallTruth truth;
+  /// For the bound: the picture without noise, and what is not hidden (see BoundScene). Empty where the
+  /// bound's model of the picture does not hold: the camera moves, or its response is not linear.
+  cv::Mat clean_bgr, unhidden;
 };
 
 /// Draws frame number `frame` of a condition. Background, clutter, light, the occluder's side, the direction

@@ -120,6 +120,10 @@ std::optional<Eigen::Vector3d> Camera::unproject(const Eigen::Vector2d& pixel_px
                                                  const Eigen::Vector3d* guess) const {
   const Eigen::Vector2d position((pixel_px.x() - parameters_.cx_px) / parameters_.fx_px,
                                  (pixel_px.y() - parameters_.cy_px) / parameters_.fy_px);
+  if (parameters_.model == LensModel::pinhole) {  // nothing to solve
+    const Eigen::Vector3d unit = Eigen::Vector3d(position.x(), position.y(), 1).normalized();
+    return unit.allFinite() && may_appear(unit) ? std::optional<Eigen::Vector3d>(unit) : std::nullopt;
+  }
   const auto ray = solve_ray(parameters_.model, parameters_.coefficients.data(),
                              {max_angle_rad_, max_radius_}, position, guess);
   if (!ray) return std::nullopt;

@@ -6,11 +6,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/offline/comparison_statistics.hpp"
+#include "app/offline/opencv_peers.hpp"
 #include "app/offline/position_bound.hpp"
 #include "app/report/overlay.hpp"
 #include "perception/ball_position.hpp"
 #include "perception/detector.hpp"
-#include "tests/bench/peers.hpp"
 
 namespace ballservo::bench {
 namespace {

@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "app/commands/command.hpp"
+#include "app/offline/opencv_peers.hpp"
 #include "app/report/svg_grid.hpp"
 #include "app/report/svg_plot.hpp"
 #include "calibration/files/numbers.hpp"
@@ -23,7 +24,6 @@
 #include "perception/detector.hpp"
 #include "tests/bench/bench_frames.hpp"
 #include "tests/bench/memory_read.hpp"
-#include "tests/bench/peers.hpp"
 
 namespace ballservo::bench {
 namespace {

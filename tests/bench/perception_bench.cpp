@@ -18,13 +18,13 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
+#include "app/offline/opencv_peers.hpp"
 #include "perception/classification.hpp"
 #include "perception/detector.hpp"
 #include "perception/light_adaptation.hpp"
 #include "perception/tracker.hpp"
 #include "tests/bench/bench_frames.hpp"
 #include "tests/bench/memory_read.hpp"
-#include "tests/bench/peers.hpp"
 
 namespace ballservo::bench {
 namespace {

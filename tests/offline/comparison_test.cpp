@@ -2,58 +2,100 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <map>
+#include <mutex>
 
 #include "app/offline/comparison_report.hpp"
-#include "app/offline/comparison_statistics.hpp"
+#include "app/offline/comparison_tables.hpp"
+#include "app/offline/plan_pictures.hpp"
 #include "app/offline/rendered_frame.hpp"
+#include "calibration/files/fault.hpp"
 #include "tests/report/markup_check.hpp"
 
 namespace ballservo {
 namespace {
 
 const char* const tiny_plan =
-    "seed: 3\nframes: 3\n"
+    "seed: 3\nframes: 2\nmethods: [vote, paper_one_step, paper_steps_2, paper_steps_3_reselect, "
+    "paper_converged, paper_robust, sphere_one_step, sphere_steps_2, sphere_converged, sphere_robust, "
+    "taubin, "
+    "hsv_contour]\n"
     "defaults: {camera: {focal_px: 400, width_px: 320, height_px: 240}, noise: {read: 2}, blur_px: 0.7, "
     "depth_m: 0.6}\n"
-    "conditions: [{name: base}, {name: hidden, occlusion: 0.3}, {name: aside, off_axis_rad: 0.2}]\n";
+    "conditions: [{name: base}, {name: hidden, occlusion: 0.3}, {name: aside, off_axis_rad: 0.2}]\n"
+    "design: {type: one_at_a_time, vary: {start.center_px: [3]}}\n";
 
-const Comparison& tiny(int threads) {
-  static const ComparisonPlan plan = parse_comparison_plan(tiny_plan, "tiny.yaml", ".");
-  static const Comparison one = run_comparison(plan, 1, [](long) {});
-  static const Comparison two = run_comparison(plan, 2, [](long) {});
+const ComparisonPlan& plan() {
+  static const ComparisonPlan tiny = parse_comparison_plan(tiny_plan, "tiny.yaml", ".");
+  return tiny;
+}
+
+// Notes as a journal keeps them, in memory.
+struct Notebook {
+  std::map<std::string, std::string> items;
+  std::mutex mutex;
+  UnitNotes notes() {
+    return {[this](const std::string& key) -> const std::string* {
+              const std::lock_guard<std::mutex> lock(mutex);
+              const auto it = items.find(key);
+              return it == items.end() ? nullptr : &it->second;
+            },
+            [this](const std::string& key, const std::string& value) {
+              const std::lock_guard<std::mutex> lock(mutex);
+              items.emplace(key, value);
+            }};
+  }
+};
+
+ComparisonResults run(Notebook& book, int threads, const Shard& shard = {}) {
+  PlanPictures source(plan());
+  const auto units = comparison_units(source.conditions(), shard);
+  run_units(source, plan().methods, units, book.notes(), threads, [](long) {});
+  return collect_results(source.conditions(), plan().methods, units, book.notes(), plan().seed);
+}
+
+const ComparisonResults& tiny(int threads) {
+  const auto made = [](int count) {
+    Notebook book;
+    return run(book, count);
+  };
+  static const ComparisonResults one = made(1), two = made(2);
   return threads == 1 ? one : two;
 }
 
-TEST(Quantile, Interpolates) {
-  EXPECT_EQ(quantile({3, 1, 2}, 0.5), 2);
-  EXPECT_EQ(quantile({4, 1, 2, 3}, 0.5), 2.5);
-  EXPECT_EQ(quantile({0, 10}, 0.9), 9);
-  EXPECT_EQ(quantile({7}, 0.1), 7);
-  EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
+std::size_t place(const std::string& name) {
+  for (std::size_t m = 0; m < plan().methods.size(); ++m) {
+    if (plan().methods[m]->name == name) return m;
+  }
+  ADD_FAILURE() << name;
+  return 0;
 }
 
-// A frame whose ball stands at (0.3, 0.4, 1) m and one answer that is off by known amounts.
-ConditionResult known_errors() {
-  ConditionResult condition;
-  condition.name = "known";
+// Frames whose ball stands at (0.3, 0.4, 1) m and one answer that is off by known amounts.
+std::vector<ComparisonRecord> known_errors() {
+  std::vector<ComparisonRecord> frames;
   for (int k = 0; k < 2; ++k) {
-    ComparisonFrame frame;
-    frame.truth.p_CB = {0.3, 0.4, 1};
+    ComparisonRecord frame;
+    frame.truth.frame = k;
+    frame.truth.p_CB = Eigen::Vector3d(0.3, 0.4, 1);
     frame.truth.outline = OutlineEllipse{{100, 100}, 30};
     MethodFit fit;
     fit.outline = {{103, 104}, 31};
-    fit.p_C = frame.truth.p_CB + Eigen::Vector3d(0.0006, 0.0008, -0.002);  // 1 mm outward, 2 mm nearer
+    fit.p_C = *frame.truth.p_CB + Eigen::Vector3d(0.0006, 0.0008, -0.002);  // 1 mm outward, 2 mm nearer
     frame.fits = {fit, {}};
-    condition.frames.push_back(frame);
+    frames.push_back(frame);
   }
-  condition.frames[1].fits[0]->outline.center_px.x() = 200;  // locked onto something else
-  return condition;
+  frames[1].fits[0]->outline.center_px.x() = 200;  // locked onto something else
+  return frames;
 }
 
-TEST(MethodStatistics, StateKnownErrors) {
-  const MethodStatistics s = method_statistics(known_errors(), 0);
+const MethodList two_methods{find_fit_method("vote"), find_fit_method("paper_one_step")};
+
+TEST(ComparisonStatistics, StateKnownErrors) {
+  const ConditionSummary summary = summarize(0, "known", known_errors(), two_methods, 1);
+  const MethodStatistics& s = summary.methods[0];
   EXPECT_EQ(s.frames, 2);
   EXPECT_EQ(s.found, 1);
   EXPECT_EQ(s.failed, 1);
@@ -62,18 +104,61 @@ TEST(MethodStatistics, StateKnownErrors) {
   EXPECT_NEAR(s.depth_bias_mm, -2, 1e-9);
   EXPECT_NEAR(s.lateral_bias_mm, 1, 1e-9);
   EXPECT_NEAR(s.position_median_mm, std::sqrt(5), 1e-9);
-  const MethodStatistics none = method_statistics(known_errors(), 1);
+  EXPECT_TRUE(std::isinf(s.charged_median_mm));  // one of two is missing: the median is between
+  const MethodStatistics& none = summary.methods[1];
   EXPECT_EQ(none.found, 0);
   EXPECT_TRUE(std::isnan(none.center_rms_px));
 }
 
 TEST(ComparisonTables, LeaveUnknownCellsEmpty) {
-  Comparison comparison;
-  comparison.methods = {FitMethod::vote, FitMethod::paper_one_step};
-  comparison.conditions = {known_errors()};
-  EXPECT_NE(compare_csv(comparison).find("known,paper_one_step,2,0,2,,,,,,,,\n"), std::string::npos);
-  EXPECT_NE(fits_csv(comparison).find("known,rendered,0,paper_one_step,0,,,,,,,,\n"), std::string::npos);
-  EXPECT_NE(fits_csv(comparison).find("known,rendered,1,vote,0,200,104,31"), std::string::npos);
+  const ConditionInfo info{"known", "", 2, "", "", 0, false};
+  const std::vector<ComparisonRecord> frames = known_errors();
+  const ConditionSummary summary = summarize(0, "known", frames, two_methods, 1);
+  EXPECT_NE(compare_csv_rows(info, summary, two_methods).find("known,paper_one_step,2,0,2,,,,,,,,,"),
+            std::string::npos);
+  EXPECT_NE(
+      fits_csv_rows(info, frames[0], two_methods).find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,\n"),
+      std::string::npos);
+  EXPECT_NE(fits_csv_rows(info, frames[1], two_methods).find("known,rendered,1,vote,0,200,104,31"),
+            std::string::npos);
+}
+
+// Every row has as many cells as its heading, and the promised columns come first.
+TEST(ComparisonTables, RowsAreAsLongAsTheirHeadings) {
+  for (const auto& [name, text] : tiny(1).files) {
+    std::size_t begin = 0, commas = 0;
+    bool first = true;
+    for (std::size_t end = text.find('\n'); end != std::string::npos;
+         begin = end + 1, end = text.find('\n', begin)) {
+      const auto count = static_cast<std::size_t>(
+          std::count(text.begin() + static_cast<long>(begin), text.begin() + static_cast<long>(end), ','));
+      if (first) commas = count;
+      first = false;
+      EXPECT_EQ(count, commas) << name << ": " << text.substr(begin, end - begin);
+    }
+  }
+  EXPECT_EQ(compare_csv_header().rfind("condition,method,frames,found,failed,center_rms_px,radius_bias_px,"
+                                       "radius_rms_px,position_median_mm,position_p90_mm,position_rms_mm,"
+                                       "depth_bias_mm,lateral_bias_mm,",
+                                       0),
+            0u);
+  EXPECT_EQ(fits_csv_header().rfind("condition,source,frame,method,found,cx_px,cy_px,r_px,x_m,y_m,z_m,"
+                                    "iterations,residual_px,",
+                                    0),
+            0u);
+}
+
+TEST(ComparisonRecord, ComesBackAsItWas) {
+  ComparisonRecord record = known_errors()[0];
+  record.facts = VoteFacts{57, 120, 0.21};
+  record.fits[0]->converged = true;
+  record.fits[0]->arc = 0.1 + 0.2;
+  record.fits[0]->p_C.x() = std::nan("");
+  const ComparisonRecord back = comparison_record_from_json(nlohmann::json::parse(to_json(record).dump()));
+  EXPECT_EQ(to_json(back), to_json(record));
+  EXPECT_EQ(*back.fits[0]->arc, 0.1 + 0.2);
+  EXPECT_TRUE(std::isnan(back.fits[0]->p_C.x()));
+  EXPECT_FALSE(back.fits[1]);
 }
 
 TEST(RenderedFrame, HidesThePartThatTheConditionAsksFor) {
@@ -81,8 +166,9 @@ TEST(RenderedFrame, HidesThePartThatTheConditionAsksFor) {
   condition.name = "hidden";
   for (const double occlusion : {0.0, 0.3, 0.6}) {
     condition.occlusion = occlusion;
-    for (int frame = 0; frame < 3; ++frame) {
-      const RenderedFrame rendered = render_comparison_frame(condition, 1, frame);
+    for (const OcclusionSide side : {OcclusionSide::any, OcclusionSide::above}) {
+      condition.occlusion_side = side;
+      const RenderedFrame rendered = render_comparison_frame(condition, 1, 2);
       EXPECT_NEAR(rendered.truth.visible_fraction, 1 - occlusion, 0.02);
     }
   }
@@ -92,7 +178,7 @@ TEST(RenderedFrame, StandsWhereTheConditionSays) {
   ComparisonCondition condition;
   condition.name = "aside";
   condition.off_axis_rad = 0.2;
-  for (int frame = 0; frame < 5; ++frame) {
+  for (int frame = 0; frame < 3; ++frame) {
     const Eigen::Vector3d p = render_comparison_frame(condition, 1, frame).truth.p_CB;
     EXPECT_NEAR(std::atan2(p.head<2>().norm(), p.z()), 0.2, 0.004);
     EXPECT_NEAR(p.z(), 1, 0.021);
@@ -100,51 +186,70 @@ TEST(RenderedFrame, StandsWhereTheConditionSays) {
 }
 
 TEST(Comparison, FindsTheBallAndPlacesIt) {
-  const Comparison& comparison = tiny(1);
-  for (const ConditionResult& condition : comparison.conditions) {
-    for (std::size_t m = 0; m < comparison.methods.size(); ++m) {
-      const MethodStatistics s = method_statistics(condition, m);
-      EXPECT_EQ(s.found, s.frames) << condition.name << " " << fit_method_name(comparison.methods[m]);
-      // The votes of a partly hidden ball, and the circle refined from them, may be a few pixels off.
-      if (condition.name != "hidden") {
-        EXPECT_LT(s.center_rms_px, 1.5) << condition.name << " " << fit_method_name(comparison.methods[m]);
-      }
+  const ComparisonResults& results = tiny(1);
+  for (const std::string name :
+       {"vote", "paper_one_step", "paper_converged", "sphere_one_step", "sphere_converged", "taubin"}) {
+    for (const std::size_t c : {0u, 2u}) {
+      const MethodStatistics& s = results.summaries[c].methods[place(name)];
+      EXPECT_EQ(s.found, s.frames) << results.conditions[c].name << " " << name;
+      EXPECT_LT(s.center_rms_px, 1.5) << results.conditions[c].name << " " << name;
     }
   }
+  // A start that is 3 px off, and still the place is right: the points are looked for again.
+  EXPECT_LT(results.summaries[3].methods[place("sphere_one_step")].center_rms_px, 0.3);
+  EXPECT_GT(results.summaries[3].methods[place("vote")].center_rms_px, 1);
 }
 
 TEST(Comparison, OneStepIsNearTheConvergedFit) {
-  for (const MethodPair& pair : one_step_pairs(tiny(1).methods)) {
-    PairDifferences all;
-    for (const ConditionResult& condition : tiny(1).conditions)
-      all.add(pair_differences(tiny(1), condition, pair));
-    EXPECT_EQ(all.statistics().frames, 9);
-    EXPECT_LT(all.statistics().center_median_px, 0.05) << fit_method_name(pair.a);
+  const std::vector<MethodPair> pairs = converged_pairs(plan().methods);
+  for (std::size_t k = 0; k < 2; ++k) {
+    for (const std::size_t c : {0u, 1u, 2u})
+      EXPECT_LT(tiny(1).summaries[c].pairs[k].center_median_px, 0.05) << plan().methods[pairs[k].a]->name;
   }
 }
 
-TEST(Comparison, IsTheSameAtOneAndTwoThreads) {
-  EXPECT_EQ(compare_csv(tiny(1)), compare_csv(tiny(2)));
-  EXPECT_EQ(fits_csv(tiny(1)), fits_csv(tiny(2)));
-  EXPECT_EQ(pairs_csv(tiny(1)), pairs_csv(tiny(2)));
+TEST(Comparison, IsTheSameAtOneAndTwoThreads) { EXPECT_EQ(tiny(1).files, tiny(2).files); }
+
+TEST(Comparison, ShardsTogetherAreTheWhole) {
+  Notebook book;
+  run(book, 1, {2, 3});
+  const std::size_t part = book.items.size();
+  run(book, 1, {1, 3});
+  run(book, 1, {3, 3});
+  EXPECT_GT(book.items.size(), part);
+  // Everything is noted by now: nothing is left to be run.
+  EXPECT_EQ(run(book, 1).files, tiny(1).files);
 }
 
 TEST(Comparison, ReportIsAWholePageThatLoadsNothing) {
-  const ComparisonPlan plan = parse_comparison_plan(tiny_plan, "tiny.yaml", ".");
-  const std::string html = comparison_report_html(tiny(1), plan, "<tiny>.yaml");
+  const PlanPictures source(plan());
+  const std::string html = comparison_report_html(tiny(1), &source, {"<tiny>.yaml", "{}", true, false},
+                                                  {{"<says>", "much", "holds", "a plot"}});
   EXPECT_EQ(test::markup_fault(html), "");
   EXPECT_EQ(html.find("http"), std::string::npos);
   EXPECT_NE(html.find("&lt;tiny&gt;"), std::string::npos);
+  const std::string tex = comparison_tables_tex(tiny(1));
+  EXPECT_NE(tex.find("sphere\\_one\\_step"), std::string::npos);
 }
 
 TEST(Comparison, EndsWhenItIsToldTo) {
   struct Stop {};
-  const ComparisonPlan plan = parse_comparison_plan(tiny_plan, "tiny.yaml", ".");
-  EXPECT_THROW(run_comparison(plan, 2,
-                              [](long done) {
-                                if (done == 2) throw Stop();
-                              }),
+  PlanPictures source(plan());
+  Notebook book;
+  const auto units = comparison_units(source.conditions());
+  EXPECT_THROW(run_units(source, plan().methods, units, book.notes(), 2,
+                         [](long done) {
+                           if (done >= 3) throw Stop();
+                         }),
                Stop);
+}
+
+TEST(Comparison, RefusesDamagedNotes) {
+  Notebook book;
+  PlanPictures source(plan());
+  const auto units = comparison_units(source.conditions());
+  for (const ComparisonUnit& unit : units) book.items[unit.key] = "[{\"source\": 3}]";
+  EXPECT_THROW(collect_results(source.conditions(), plan().methods, units, book.notes(), 1), InputError);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 
@@ -175,6 +176,81 @@ TEST(ConvergeCone, HasNoAnswerWithoutEnoughEdges) {
   EXPECT_FALSE(converge_cone({{0, 0, 1}, std::numeric_limits<double>::quiet_NaN()}, edges));
   for (EdgePoint& edge : edges) edge.sigma_px = 0;
   EXPECT_FALSE(converge_cone(truth, edges));
+}
+
+// The step of perception's fits is the step that Ceres' own residuals and derivatives ask for.
+Eigen::Vector3d gauss_newton(const Linearisation& at) {
+  return -(at.jacobian.transpose() * at.jacobian).ldlt().solve(at.jacobian.transpose() * at.residuals);
+}
+
+TEST(Linearisation, OfTheCircleIsThatOfTheStep) {
+  RandomEngine engine = random_stream(9, "test");
+  for (int round = 0; round < 20; ++round) {
+    const UndistortedCircle truth{{uniform(engine, -200, 200), uniform(engine, -200, 200)},
+                                  uniform(engine, 8, 90)};
+    const std::vector<RingPixel> ring = ring_on(truth, 0.7, engine, round % 2 == 0 ? 2 * pi : pi);
+    const UndistortedCircle start = shifted(truth, uniform(engine, -2, 2), uniform(engine, -2, 2), 1);
+    const Linearisation at = linearise_circle(start, ring);
+    ASSERT_EQ(at.residuals.size(), static_cast<Eigen::Index>(ring.size()));
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Eigen::Vector2d away = start.center_px - ring[i].position_px;
+      const double root = std::sqrt(ring[i].weight), d = away.norm();
+      const Eigen::Vector3d row(away.x() / d, away.y() / d, -1);  // paper, "Raffinement"
+      EXPECT_NEAR(at.residuals[static_cast<Eigen::Index>(i)], root * (d - start.radius_px), 1e-9);
+      EXPECT_LT((at.jacobian.row(static_cast<Eigen::Index>(i)).transpose() - root * row).norm(), 1e-9);
+    }
+    const auto step = one_gauss_newton_step(start, ring);
+    ASSERT_TRUE(step);
+    const Eigen::Vector3d expected = gauss_newton(at);
+    EXPECT_LT((step->circle.center_px - start.center_px - expected.head<2>()).norm(), 1e-9);
+    EXPECT_NEAR(step->circle.radius_px - start.radius_px, expected.z(), 1e-9);
+  }
+}
+
+TEST(Linearisation, OfTheConeIsThatOfTheStep) {
+  RandomEngine engine = random_stream(10, "test");
+  for (int round = 0; round < 20; ++round) {
+    const Eigen::Vector3d p_C(uniform(engine, -0.5, 0.5), uniform(engine, -0.4, 0.4),
+                              uniform(engine, 0.5, 3));
+    const std::vector<EdgePoint> edges = edges_on(p_C, 0.035, 0.3, engine);
+    const TangentCone truth = *TangentCone::of_sphere(p_C, 0.035);
+    const TangentCone start = moved(
+        truth, 0.1 * truth.alpha_rad * Eigen::Vector3d(uniform(engine, -1, 1), uniform(engine, -1, 1), 0.5));
+    const auto step = one_gauss_newton_step(start, edges);
+    ASSERT_TRUE(step);
+    const TangentCone expected = moved(start, gauss_newton(linearise_cone(start, edges)));
+    EXPECT_LT((step->cone.axis - expected.axis).norm(), 1e-9);
+    EXPECT_NEAR(step->cone.alpha_rad, expected.alpha_rad, 1e-9);
+  }
+}
+
+// A fifth of the points lie on something else, 3 px outside.
+TEST(RobustFits, HoldWhereSquaresAreDrawnAway) {
+  RandomEngine engine = random_stream(11, "test");
+  const UndistortedCircle truth{{10, -20}, 40};
+  std::vector<RingPixel> ring = ring_on(truth, 0.1, engine);
+  for (std::size_t i = 0; i < ring.size() / 5; ++i)
+    ring[i].position_px += 3 * (ring[i].position_px - truth.center_px).normalized();
+  const auto squares = converge_circle(truth, ring);
+  ASSERT_TRUE(squares);
+  EXPECT_GT((squares->circle.center_px - truth.center_px).norm(), 0.5);
+  for (const RobustLossKind kind : {RobustLossKind::cauchy, RobustLossKind::tukey}) {
+    const auto robust = converge_circle(shifted(truth, 1, 1, 0.5), ring, {kind, 0.5});
+    ASSERT_TRUE(robust) << robust_loss_name(kind);
+    EXPECT_LT((robust->circle.center_px - truth.center_px).norm(), 0.1) << robust_loss_name(kind);
+    EXPECT_EQ(robust->convergence.starts, 2);
+    EXPECT_TRUE(robust->convergence.converged);
+  }
+}
+
+TEST(Convergence, KnowsHowWellThePointsDetermineTheCircle) {
+  RandomEngine engine = random_stream(12, "test");
+  const UndistortedCircle truth{{0, 0}, 30};
+  const auto whole = converge_circle(truth, ring_on(truth, 0.1, engine));
+  const auto short_arc = converge_circle(truth, ring_on(truth, 0.1, engine, 0.3 * pi));
+  ASSERT_TRUE(whole && short_arc);
+  EXPECT_LT(whole->convergence.condition, 4);
+  EXPECT_GT(short_arc->convergence.condition, 5 * whole->convergence.condition);
 }
 
 }  // namespace

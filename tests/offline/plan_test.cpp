@@ -32,7 +32,7 @@ TEST(ComparisonPlan, ConditionsInheritWhatTheyDoNotSay) {
       "conditions:\n- {name: plain}\n- {name: other, noise: {read: 1}, frames: 7, ball: {color: blue}}\n",
       "plan.yaml", ".");
   EXPECT_EQ(plan.seed, 5u);
-  EXPECT_EQ(plan.methods, (std::vector<FitMethod>{FitMethod::vote, FitMethod::sphere_one_step}));
+  EXPECT_EQ(plan.methods, (MethodList{find_fit_method("vote"), find_fit_method("sphere_one_step")}));
   ASSERT_EQ(plan.conditions.size(), 2u);
   EXPECT_EQ(plan.conditions[0].frames, 3);
   EXPECT_EQ(plan.conditions[0].sensor.read_noise, 4);
@@ -46,7 +46,7 @@ TEST(ComparisonPlan, ConditionsInheritWhatTheyDoNotSay) {
 
 TEST(ComparisonPlan, AllMethodsWhereNoneIsNamed) {
   const ComparisonPlan plan = parse_comparison_plan("conditions: [{name: a}]", "plan.yaml", ".");
-  EXPECT_EQ(plan.methods.size(), all_fit_methods.size());
+  EXPECT_EQ(plan.methods.size(), fit_methods().size());
 }
 
 TEST(ComparisonPlan, SaysEveryFaultAtOnce) {
@@ -85,13 +85,95 @@ TEST(ComparisonPlan, RefusesNothingToCompare) {
   EXPECT_FALSE(faults_of("conditions: [{name: a, camera: {file: missing.yaml}}]").empty());
 }
 
+TEST(ComparisonPlan, ReadsEveryNumberThatDesignsVary) {
+  const ComparisonPlan plan = parse_comparison_plan(
+      "conditions:\n- {name: a, occlusion: 0.4, occlusion_side: left, motion_blur_px: 3, light: {level: 0.5, "
+      "angle_rad: 1}, contrast: 0.3, ring_clutter: 5, same_color: 2, touching: true, start: {center_px: 2}, "
+      "resolution: 0.5, gain: 2, ball: {pattern: checks}, camera: {focal_px: 900, model: brown, "
+      "coefficients: [-0.2, 0.05, 0, 0, 0]}}\n",
+      "plan.yaml", ".");
+  const ComparisonCondition& c = plan.conditions[0];
+  EXPECT_EQ(c.occlusion, 0.4);
+  EXPECT_EQ(c.occlusion_side, OcclusionSide::left);
+  EXPECT_EQ(c.motion_blur_px, 3);
+  EXPECT_EQ(c.light_level, 0.5);
+  EXPECT_EQ(c.light_angle_rad, 1);
+  EXPECT_EQ(c.contrast, 0.3);
+  EXPECT_EQ(c.ring_clutter, 5);
+  EXPECT_EQ(c.same_color, 2);
+  EXPECT_TRUE(c.touching);
+  EXPECT_TRUE(c.start_at_truth);
+  EXPECT_EQ(c.start_center_px, 2);
+  EXPECT_EQ(c.ball_pattern, Pattern::checks);
+  EXPECT_EQ(c.camera.size().width_px, 320);
+  EXPECT_EQ(c.camera.focal_px(), 450);
+  EXPECT_EQ(c.camera.parameters().model, LensModel::brown);
+}
+
+TEST(ComparisonPlan, DesignsMakeConditions) {
+  const ComparisonPlan one = parse_comparison_plan(
+      "defaults: {blur_px: 0.7}\ndesign: {type: one_at_a_time, vary: {depth_m: [0.5, 2], noise.read: [4]}}\n",
+      "plan.yaml", ".");
+  ASSERT_EQ(one.conditions.size(), 3u);
+  EXPECT_EQ(one.conditions[0].name, "depth_m_0_5");
+  EXPECT_EQ(one.conditions[0].depth_m, 0.5);
+  EXPECT_EQ(one.conditions[2].name, "noise_read_4");
+  EXPECT_EQ(one.conditions[2].sensor.read_noise, 4);
+  EXPECT_EQ(one.conditions[2].depth_m, 1);
+  const ComparisonPlan grid = parse_comparison_plan(
+      "design: {type: grid, vary: {depth_m: [0.5, 1, 2], occlusion: [0, 0.3]}}\n", "plan.yaml", ".");
+  ASSERT_EQ(grid.conditions.size(), 6u);
+  EXPECT_EQ(grid.conditions[5].depth_m, 2);
+  EXPECT_EQ(grid.conditions[5].occlusion, 0.3);
+  const char* random = "design: {type: random, conditions: 8, vary: {depth_m: {log_uniform: [0.5, 2]}}}\n";
+  const ComparisonPlan drawn = parse_comparison_plan(random, "plan.yaml", ".");
+  const ComparisonPlan again = parse_comparison_plan(random, "plan.yaml", ".");
+  ASSERT_EQ(drawn.conditions.size(), 8u);
+  for (std::size_t k = 0; k < 8; ++k) {
+    EXPECT_GE(drawn.conditions[k].depth_m, 0.5);
+    EXPECT_LE(drawn.conditions[k].depth_m, 2);
+    EXPECT_EQ(drawn.conditions[k].depth_m, again.conditions[k].depth_m);
+  }
+  EXPECT_NE(drawn.conditions[0].depth_m, drawn.conditions[1].depth_m);
+}
+
+TEST(ComparisonPlan, SaysWhatIsWrongWithADesign) {
+  const std::vector<Fault> faults = faults_of(
+      "design: {type: spiral, vary: {depth_m: [], colour: [1], blur_px: [99], noise.read: {uniform: [1, "
+      "2]}}}\n");
+  for (const std::string part : {"type", "depth_m", "colour", "blur_px", "noise.read"})
+    EXPECT_TRUE(any_at(faults, part)) << part;
+  EXPECT_FALSE(
+      faults_of("design: {type: random, conditions: 3, vary: {depth_m: {uniform: [2, 1]}}}\n").empty());
+  EXPECT_FALSE(faults_of("design: {type: grid, vary: {}}\n").empty());
+  EXPECT_FALSE(faults_of("conditions: [{name: a, calibration_sigmas: 1}]").empty());  // no covariance
+}
+
+TEST(ComparisonPlan, EstimatesWhatItTakes) {
+  const ComparisonPlan plan =
+      parse_comparison_plan("frames: 1000000000\nconditions: [{name: a}]", "plan.yaml", ".");
+  const PlanEstimate whole = estimate(plan);
+  EXPECT_EQ(whole.frames, 1e9);
+  EXPECT_GT(whole.core_hours, 1e4);
+  EXPECT_GT(whole.disk_bytes, 1e12);
+  EXPECT_NE(in_words(whole, 2).find("days"), std::string::npos);
+}
+
 TEST(ComparisonPlan, TheBasicOneHoldsItsConditions) {
   const ComparisonPlan plan = read_comparison_plan(test::project_data_dir() / "comparisons" / "basic.yaml");
   std::vector<std::string> names;
   for (const ComparisonCondition& condition : plan.conditions) names.push_back(condition.name);
   EXPECT_EQ(names, (std::vector<std::string>{"base", "sigma_10", "blur_1_5", "occluded_30", "at_2_m",
                                              "axis_0_deg", "axis_15_deg", "axis_28_deg"}));
-  EXPECT_EQ(plan.methods.size(), all_fit_methods.size());
+  EXPECT_EQ(plan.methods.size(), 5u);
+}
+
+TEST(ComparisonPlan, EveryPlanThatIsShippedCanBeRead) {
+  for (const char* name : {"basic.yaml", "paper.yaml", "full.yaml"}) {
+    const ComparisonPlan plan = read_comparison_plan(test::project_data_dir() / "comparisons" / name);
+    EXPECT_FALSE(plan.conditions.empty());
+    EXPECT_EQ(plan.paper_claims, std::string(name) != "basic.yaml");
+  }
 }
 
 }  // namespace

@@ -1,0 +1,37 @@
+// A comparison's drawings.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/offline/comparison.hpp"
+#include "app/report/svg.hpp"
+
+namespace ballservo {
+
+/// The conditions that vary one number, two or more, in its order: places in the results' list.
+struct Sweep {
+  std::string key, label;
+  bool log = false;
+  std::vector<std::size_t> conditions;
+};
+std::vector<Sweep> sweeps_of(const ComparisonResults& results);
+
+/// Median 3-D error of the headline methods against what is varied, with 95 % intervals, and the bound.
+Svg sweep_error_plot(const ComparisonResults& results, const Sweep& sweep);
+/// How far one step lies from the converged fit along a sweep: median and largest.
+Svg sweep_pair_plot(const ComparisonResults& results, const Sweep& sweep);
+/// The 3-D error of every condition that is in no sweep, as bars.
+Svg error_bars(const ComparisonResults& results);
+/// For a pair of methods: the part of the frames in which they lie at most so far apart, by condition.
+Svg difference_plot(const ComparisonResults& results, std::size_t pair);
+/// Error of the one against error of the other, a point a condition, with the line where they are equal.
+Svg scatter_plot(const ComparisonResults& results, const MethodPair& pair);
+/// Depth against sideways error of one condition: bias and two-sigma ellipse of each headline method.
+Svg ellipse_plot(const ComparisonResults& results, std::size_t condition);
+/// What each method costs against how well it does, over all conditions.
+Svg cost_plot(const ComparisonResults& results);
+Svg roc_plot(const std::vector<Certificate>& certificates);
+
+}  // namespace ballservo

@@ -1,0 +1,83 @@
+// One way in which a comparison shows the ball.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/camera/camera.hpp"
+#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/files/strict_yaml.hpp"
+#include "servo/simulation/sensor.hpp"
+#include "servo/simulation/texture.hpp"
+
+namespace ballservo {
+
+/// What stands behind the ball: textured walls and boxes, or walls of one colour.
+enum class ComparisonBackground { clutter, plain };
+
+/// Which part of the ball is hidden, as the picture shows it.
+enum class OcclusionSide { any, left, right, below, above };
+
+/// Every frame of a condition draws its own background, light and sub-pixel position.
+struct ComparisonCondition {
+  std::string name;  ///< 1 to 64 of a-z, 0-9 and _
+  int frames = 20;
+  Camera camera{CameraParameters{LensModel::pinhole, {640, 480}, 857, 857, 319.5, 239.5, {}}};
+  double resolution = 1;  ///< the picture's size and focal length, as a multiple of the camera's
+  /// The camera's own covariance, where its file has one; `calibration_sigmas` times it is what the
+  /// estimators' camera is off by, drawn anew for each frame.
+  std::optional<CameraCovariance> covariance{};
+  double calibration_sigmas = 0;
+
+  std::string ball_color = "red";  ///< a colour word, see color_words()
+  double diameter_m = 0.07;
+  Pattern ball_pattern = Pattern::plain;
+  double depth_m = 1;       ///< Z of the ball's centre
+  double off_axis_rad = 0;  ///< angle of the ball's centre from the optical axis
+  double occlusion = 0;     ///< fraction of the disc behind something with a straight edge, 0 to 0.8
+  OcclusionSide occlusion_side = OcclusionSide::any;
+
+  ComparisonBackground background = ComparisonBackground::clutter;
+  double contrast = 1;      ///< of what is behind to the ball's colour: 0 is that colour itself
+  double ring_clutter = 0;  ///< boxes right behind the ball whose edges cross its outline
+  double same_color = 0;    ///< things of nearly the ball's colour elsewhere in the picture
+  bool touching = false;    ///< a bar of the ball's colour touches it in the picture
+
+  double light_level = 1;  ///< lamp and ambient light, as a multiple of the usual
+  std::optional<double>
+      light_angle_rad{};      ///< of the lamp from the camera's direction; by chance: 27 to 67 deg
+  double motion_blur_px = 0;  ///< how far the ball moves in the picture while it is exposed
+  SensorOptions sensor;
+
+  /// Sigmas of the start's error (centre, each axis; radius): the fits start from the true circle so
+  /// displaced instead of the votes'.
+  bool start_at_truth = false;
+  double start_center_px = 0, start_radius_px = 0;
+
+  /// The factor that a one-at-a-time design varies here; empty: none.
+  std::string swept;
+
+  double radius_m() const { return diameter_m / 2; }
+};
+
+/// A number of a condition that plans can set and vary.
+struct ConditionFactor {
+  std::string key;    ///< "noise.read": its place in the YAML file
+  std::string label;  ///< "noise (grey levels)": for plots
+  NumberRange range;
+  double (*get)(const ComparisonCondition&);
+  void (*set)(ComparisonCondition&, double);
+  bool log = false;  ///< shown on a logarithmic axis
+};
+const std::vector<ConditionFactor>& condition_factors();
+/// Null where there is none.
+const ConditionFactor* find_condition_factor(std::string_view key);
+
+/// "red ball of 70 mm, 60 px across, Z = 1 m ...": what differs from the usual is said.
+std::string in_words(const ComparisonCondition& condition);
+
+/// The camera of a picture whose size is `factor` times as large.
+Camera scaled_camera(const Camera& camera, double factor);
+
+}  // namespace ballservo

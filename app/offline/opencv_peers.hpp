@@ -1,0 +1,73 @@
+// The recipes that users of OpenCV would otherwise take, told what a user could tell them.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "calibration/camera/sphere_outline.hpp"
+
+namespace ballservo {
+
+/// What users of HoughCircles turn: thresholds of the edges and of the votes (HOUGH_GRADIENT), or of the
+/// edges and of roundness (HOUGH_GRADIENT_ALT).
+struct HoughSettings {
+  double edges = 100;   ///< param1: the upper threshold of the edges
+  double support = 20;  ///< param2: votes, or roundness from 0 to 1
+};
+
+/// OpenCV's HoughCircles (HOUGH_GRADIENT) on the grey picture, told the radius to within a half. The circle
+/// with the most votes first.
+class HoughGradient {
+ public:
+  explicit HoughGradient(double expected_radius_px, const HoughSettings& settings = {})
+      : radius_px_(expected_radius_px), settings_(settings) {}
+  std::vector<OutlineEllipse> find(const cv::Mat& bgr);
+
+ private:
+  double radius_px_;
+  HoughSettings settings_;
+  cv::Mat grey_;
+  std::vector<cv::Vec3f> circles_;
+};
+
+/// The same with HOUGH_GRADIENT_ALT, which refines what it finds (OpenCV 4.3 and later).
+class HoughGradientAlt {
+ public:
+  explicit HoughGradientAlt(double expected_radius_px, const HoughSettings& settings = {300, 0.8})
+      : radius_px_(expected_radius_px), settings_(settings) {}
+  std::vector<OutlineEllipse> find(const cv::Mat& bgr);
+
+ private:
+  double radius_px_;
+  HoughSettings settings_;
+  cv::Mat grey_;
+  std::vector<cv::Vec3f> circles_;
+};
+
+/// The range in HSV that counts as the ball's colour: 10 of OpenCV's 180 hues to each side.
+struct HsvSettings {
+  double least_saturation = 120, least_value = 30;
+};
+
+/// The pixels whose hue (0 to 180) and saturation are a ball's, opened and closed.
+cv::Mat hsv_mask(const cv::Mat& bgr, int hue, const HsvSettings& settings);
+
+/// The recipe of countless tutorials: range in HSV, opening and closing, contours, smallest enclosing circle.
+class HsvContour {
+ public:
+  /// `hue` of the balls as OpenCV counts it, 0 to 180; 10 to each side count.
+  explicit HsvContour(int hue, const HsvSettings& settings = {}) : hue_(hue), settings_(settings) {}
+  std::vector<OutlineEllipse> find(const cv::Mat& bgr);
+
+ private:
+  void make_mask(const cv::Mat& bgr);
+  friend cv::Mat hsv_mask(const cv::Mat& bgr, int hue, const HsvSettings& settings);
+
+  int hue_;
+  HsvSettings settings_;
+  cv::Mat hsv_, mask_, other_;
+  std::vector<std::vector<cv::Point>> contours_;
+};
+
+}  // namespace ballservo

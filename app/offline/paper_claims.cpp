@@ -1,0 +1,244 @@
+#include "app/offline/paper_claims.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "app/io/ball_rows.hpp"
+#include "app/offline/comparison_plots.hpp"
+#include "app/offline/step_verdict.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr const char* of_times = "the machine's times";
+constexpr const char* not_measured = "not measured";
+
+std::optional<std::size_t> method_of(const ComparisonResults& results, std::string_view name) {
+  for (std::size_t m = 0; m < results.methods.size(); ++m) {
+    if (results.methods[m]->name == name) return m;
+  }
+  return std::nullopt;
+}
+
+const MethodStatistics* statistics_of(const ComparisonResults& results, std::string_view condition,
+                                      std::string_view method) {
+  const auto m = method_of(results, method);
+  for (std::size_t c = 0; m && c < results.conditions.size(); ++c) {
+    if (results.conditions[c].name == condition) return &results.summaries[c].methods[*m];
+  }
+  return nullptr;
+}
+
+PaperClaim one_millimetre(const ComparisonResults& results) {
+  PaperClaim claim{"the position deviates typically by at most 1 mm: a whole ball of 7 cm at 1 m, 640x480",
+                   "", not_measured, "Where the errors lie: base"};
+  const MethodStatistics *paper = statistics_of(results, "base", "paper_one_step"),
+                         *sphere = statistics_of(results, "base", "sphere_one_step");
+  if (!paper) return claim;
+  claim.measured = fmt::format("paper_one_step: depth RMS {} mm, sideways spread {} mm, 3-D median {} mm",
+                               figure(paper->depth_rms_mm), figure(paper->lateral_spread_mm),
+                               figure(paper->position_median_mm));
+  if (sphere)
+    claim.measured += fmt::format("; sphere_one_step: {}, {}, {} mm", figure(sphere->depth_rms_mm),
+                                  figure(sphere->lateral_spread_mm), figure(sphere->position_median_mm));
+  const bool sideways = paper->lateral_spread_mm <= 1, depth = paper->depth_rms_mm <= 1;
+  claim.verdict = sideways && depth ? "holds"
+                  : sideways ? "holds if the deviation is sideways; not in depth, with the paper's own fit"
+                             : "does not hold";
+  if (!depth && sphere && sphere->depth_rms_mm <= 1) claim.verdict += "; the exact fit does it in depth too";
+  return claim;
+}
+
+PaperClaim votes(const ComparisonResults& results, const PaperMeasurements& m) {
+  std::vector<double> medians;
+  for (const ConditionSummary& summary : results.summaries) {
+    if (std::isfinite(summary.votes_median)) medians.push_back(summary.votes_median);
+  }
+  PaperClaim claim{"about 300 votes are typical", "", not_measured, "frames.csv: votes"};
+  if (!std::isfinite(m.votes)) return claim;
+  claim.measured = fmt::format("whole balls, drawn as the paper draws: median {:.0f}, most {:.0f}", m.votes,
+                               m.votes_largest);
+  if (!medians.empty())
+    claim.measured += fmt::format(
+        "; the detector (which draws half of them from neighbours): medians by condition {:.0f} to {:.0f}",
+        *std::min_element(medians.begin(), medians.end()), *std::max_element(medians.begin(), medians.end()));
+  const double most =
+      std::max(m.votes, medians.empty() ? 0 : *std::max_element(medians.begin(), medians.end()));
+  claim.verdict = m.votes >= 150 && m.votes <= 600 ? "holds"
+                  : most >= 150 ? "holds if part of the ball is hidden or disturbed; a whole one needs fewer"
+                                : "does not hold: fewer are needed";
+  return claim;
+}
+
+PaperClaim quality(const std::string& says, double ball, double other, double wanted) {
+  PaperClaim claim{says, "", not_measured, "this row"};
+  const double ratio = ball / other;
+  if (!std::isfinite(ratio)) return claim;
+  claim.measured = fmt::format("median Q_c {} against {}: {:.1f} times", figure(ball), figure(other), ratio);
+  claim.verdict = ratio >= wanted         ? "holds"
+                  : ratio >= 0.5 * wanted ? fmt::format("holds if {:.1f} times will do", ratio)
+                                          : "does not hold";
+  return claim;
+}
+
+PaperClaim one_step(const ComparisonResults& results) {
+  PaperClaim claim{"exactly one iteration suffices", "", not_measured,
+                   "paper_one_step against paper_converged"};
+  const std::vector<MethodPair> pairs = converged_pairs(results.methods);
+  if (pairs.empty() || results.methods[pairs[0].a]->name != "paper_one_step") return claim;
+  std::vector<double> medians;
+  double largest = 0;
+  int told = 0, better = 0;
+  std::string where;
+  for (std::size_t c = 0; c < results.summaries.size(); ++c) {
+    const PairStatistics& s = results.summaries[c].pairs[0];
+    if (s.frames == 0) continue;
+    medians.push_back(s.center_median_px);
+    largest = std::max(largest, s.center_max_px);
+    const StepVerdict verdict = compare_steps(results.summaries[c], results.methods, 0).verdict;
+    told += verdict != StepVerdict::not_told ? 1 : 0;
+    if (verdict != StepVerdict::further_is_better) continue;
+    ++better;
+    where += (where.empty() ? "" : ", ") + results.conditions[c].name;
+  }
+  claim.measured = fmt::format(
+      "the centres lie {} px apart in the median condition, {} px in the worst frame; converging is the "
+      "better in {} "
+      "of {} conditions{}",
+      figure(quantile(medians, 0.5)), figure(largest), better, told, better > 0 ? " (" + where + ")" : "");
+  claim.verdict = better == 0          ? "holds"
+                  : 4 * better <= told ? "holds if the start is good: not where " + where
+                                       : "does not hold";
+  return claim;
+}
+
+PaperClaim drift(const ComparisonResults& results) {
+  PaperClaim claim{"with outliers or clutter more iterations do harm", "", not_measured,
+                   "tests.csv: paper_steps_10_reselect against paper_one_step"};
+  const auto many = method_of(results, "paper_steps_10_reselect"), one = method_of(results, "paper_one_step");
+  if (!many || !one) return claim;
+  int better = 0, worse = 0, told = 0;
+  std::string where_worse;
+  for (std::size_t c = 0; c < results.summaries.size(); ++c) {
+    for (const PairedTest& test : results.summaries[c].tests) {
+      if (test.pair.a != *many || test.pair.b != *one || test.frames == 0) continue;
+      ++told;
+      if (!(test.holm_p < 0.05)) continue;
+      ++(test.difference_median_mm > 0 ? worse : better);
+      if (test.difference_median_mm > 0)
+        where_worse += (where_worse.empty() ? "" : ", ") + results.conditions[c].name;
+    }
+  }
+  if (told == 0) return claim;
+  claim.measured = fmt::format(
+      "ten steps, the ring chosen anew at each, against one: nearer to the truth in {} of {} conditions, "
+      "further in "
+      "{}{}, no difference that a test tells in {}",
+      better, told, worse, worse > 0 ? " (" + where_worse + ")" : "", told - better - worse);
+  claim.verdict = worse == 0 ? "does not hold" : worse > better ? "holds" : "holds if " + where_worse;
+  return claim;
+}
+
+PaperClaim half_hidden(const ComparisonResults& results) {
+  PaperClaim claim{"worse beyond 50 % occlusion", "", not_measured,
+                   "3-D error against hidden part of the disc"};
+  const auto m = method_of(results, "paper_one_step");
+  for (const Sweep& sweep : sweeps_of(results)) {
+    if (sweep.key != "occlusion" || !m) continue;
+    std::vector<double> below, beyond;
+    double least = NAN;
+    for (const std::size_t c : sweep.conditions) {
+      const MethodStatistics& s = results.summaries[c].methods[*m];
+      const double hidden = results.conditions[c].swept_value;
+      if (!std::isfinite(s.position_median_mm)) continue;
+      if (hidden == 0) least = s.position_median_mm;
+      (hidden > 0.5 ? beyond : below).push_back(s.position_median_mm);
+    }
+    if (below.empty() || beyond.empty()) continue;
+    const double worst_below = *std::max_element(below.begin(), below.end());
+    const double worst_beyond = *std::max_element(beyond.begin(), beyond.end());
+    claim.measured =
+        fmt::format("paper_one_step: {} mm whole, up to {} mm until half is hidden, up to {} mm beyond",
+                    figure(least), figure(worst_below), figure(worst_beyond));
+    claim.verdict = worst_beyond <= 1.2 * worst_below ? "does not hold"
+                    : worst_below > 2 * least         ? "holds, but it gets worse long before that"
+                                                      : "holds";
+  }
+  return claim;
+}
+
+PaperClaim four_classes(const PaperMeasurements& m) {
+  PaperClaim claim{"four colour classes are the practical limit", "", not_measured, "this row"};
+  if (m.class_counts.size() < 2) return claim;
+  for (std::size_t k = 0; k < m.class_counts.size(); ++k)
+    claim.measured +=
+        fmt::format("{}{} classes: {:.1f} % of the balls' pixels told right, {:.1f} % wrong",
+                    k == 0 ? "" : "; ", m.class_counts[k], 100 * m.class_right[k], 100 * m.class_wrong[k]);
+  const double wrong = m.class_wrong.back();
+  claim.verdict = wrong > 0.05 ? "holds"
+                  : wrong > 0.01
+                      ? "holds if a pixel in a hundred must not be told wrong"
+                      : fmt::format("does not hold: {} are told apart in this light", m.class_counts.back());
+  return claim;
+}
+
+PaperClaim time_ratio(const std::string& says, const std::string& what, double us, double paper_us,
+                      double read_us) {
+  PaperClaim claim{says, "", not_measured, of_times};
+  if (!(us > 0) || !(read_us > 0)) return claim;
+  claim.measured = fmt::format("{} {:.2f} ms: {:.1f} times reading the frame once ({:.2f} ms)", what,
+                               us / 1000, us / read_us, read_us / 1000);
+  claim.verdict = us <= paper_us       ? "holds"
+                  : us <= 2 * paper_us ? "holds if the machine is not shared"
+                                       : "does not hold here";
+  return claim;
+}
+
+PaperClaim boundary(const PaperMeasurements& m) {
+  PaperClaim claim{"regions have far fewer boundary pixels than the picture has luminance edges", "",
+                   not_measured, "this row"};
+  if (!(m.edge_px > 0)) return claim;
+  claim.measured = fmt::format(
+      "{:.0f} boundary pixels of the ball's colour (four other things of it in view) against "
+      "{:.0f} edge pixels (Canny): {:.1f} times fewer",
+      m.boundary_px, m.edge_px, m.edge_px / m.boundary_px);
+  claim.verdict = m.edge_px > 2 * m.boundary_px ? "holds"
+                  : m.edge_px > m.boundary_px   ? "holds if fewer will do"
+                                                : "does not hold";
+  return claim;
+}
+
+}  // namespace
+
+std::vector<PaperClaim> paper_claims(const ComparisonResults& results, const PaperMeasurements& m) {
+  return {one_millimetre(results),
+          votes(results, m),
+          quality("Q_c of a round region is typically 4 times that of another", m.quality_ball,
+                  m.quality_other, 4),
+          quality("Q_c is 2 times larger even where a ball touches a region of its own colour",
+                  m.quality_touching, m.quality_other, 2),
+          one_step(results),
+          drift(results),
+          half_hidden(results),
+          four_classes(m),
+          time_ratio("2 ms for a 0.7 Mpix frame with one ball", "detection", m.detect_us, 2000, m.read_us),
+          time_ratio("0.5 ms for the circle's estimation", "votes of one region", m.vote_us, 500, m.read_us),
+          time_ratio("6 ms a frame for classification and connected components", "both", m.segment_us, 6000,
+                     m.read_us),
+          boundary(m)};
+}
+
+std::string claims_csv(const std::vector<PaperClaim>& claims) {
+  std::string csv = "claim,measured,verdict,shown_by\n";
+  for (const PaperClaim& claim : claims) {
+    if (claim.shown_by != of_times)
+      csv += csv_cell(claim.says) + ',' + csv_cell(claim.measured) + ',' + csv_cell(claim.verdict) + ',' +
+             csv_cell(claim.shown_by) + '\n';
+  }
+  return csv;
+}
+
+}  // namespace ballservo

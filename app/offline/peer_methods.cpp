@@ -1,0 +1,50 @@
+#include "app/offline/peer_methods.hpp"
+
+#include <algorithm>
+
+#include "app/offline/method_scene.hpp"
+
+namespace ballservo {
+namespace {
+
+// The first of the list, or the one that is meant.
+std::optional<MethodFit> chosen(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
+  if (found.empty()) return std::nullopt;
+  const auto& near_px = scene.task().near_px;
+  if (!near_px) return scene.from_picture_circle(found.front());
+  return scene.from_picture_circle(
+      *std::min_element(found.begin(), found.end(), [&](const OutlineEllipse& a, const OutlineEllipse& b) {
+        return (a.center_px - *near_px).norm() < (b.center_px - *near_px).norm();
+      }));
+}
+
+}  // namespace
+
+std::optional<MethodFit> fit_hough_gradient(MethodScene& scene) {
+  const MethodTask& task = scene.task();
+  if (!task.expected_radius_px) return std::nullopt;
+  return chosen(scene, HoughGradient(*task.expected_radius_px, task.peers.hough).find(scene.bgr()));
+}
+
+std::optional<MethodFit> fit_hough_gradient_alt(MethodScene& scene) {
+  const MethodTask& task = scene.task();
+  if (!task.expected_radius_px) return std::nullopt;
+  return chosen(scene, HoughGradientAlt(*task.expected_radius_px, task.peers.hough_alt).find(scene.bgr()));
+}
+
+std::optional<MethodFit> fit_hsv_contour(MethodScene& scene) {
+  std::vector<OutlineEllipse> found = HsvContour(scene.task().hue, scene.task().peers.hsv).find(scene.bgr());
+  std::stable_sort(found.begin(), found.end(), [](const OutlineEllipse& a, const OutlineEllipse& b) {
+    return a.radius_px > b.radius_px;
+  });
+  return chosen(scene, found);
+}
+
+std::optional<MethodFit> fit_vpdot2(MethodScene& scene) {
+  const MethodTask& task = scene.task();
+  if (!task.click_px) return std::nullopt;
+  const auto blob = vpdot2_blob(scene.bgr(), task.hue, *task.click_px, task.peers.vpdot2);
+  return blob ? scene.from_picture_circle(*blob) : std::nullopt;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,45 @@
+#include "app/offline/peer_settings.hpp"
+
+#include <fmt/format.h>
+
+namespace ballservo {
+
+const std::vector<HoughSettings>& hough_grid() {
+  static const std::vector<HoughSettings> grid{{100, 20}, {100, 12}, {100, 30},
+                                               {50, 20},  {50, 30},  {200, 12}};
+  return grid;
+}
+
+const std::vector<HoughSettings>& hough_alt_grid() {
+  static const std::vector<HoughSettings> grid{{300, 0.8}, {300, 0.6}, {150, 0.8},
+                                               {150, 0.5}, {80, 0.8},  {80, 0.5}};
+  return grid;
+}
+
+const std::vector<HsvSettings>& hsv_grid() {
+  static const std::vector<HsvSettings> grid{{120, 30}, {80, 30}, {50, 20}, {160, 30}, {120, 60}, {80, 15}};
+  return grid;
+}
+
+const std::vector<VpDot2Settings>& vpdot2_grid() {
+  static const std::vector<VpDot2Settings> grid{
+      {true, 0.65, {120, 30}}, {true, 0, {80, 30}}, {true, 0, {50, 20}}, {false, 0.65, {}}};
+  return grid;
+}
+
+std::string in_words(const HoughSettings& settings) {
+  return fmt::format("param1 {:g}, param2 {:g}", settings.edges, settings.support);
+}
+
+std::string in_words(const HsvSettings& settings) {
+  return fmt::format("saturation from {:g}, value from {:g}", settings.least_saturation,
+                     settings.least_value);
+}
+
+std::string in_words(const VpDot2Settings& settings) {
+  const std::string picture =
+      settings.mask ? "mask of hue, " + in_words(settings.hsv) : std::string("grey picture");
+  return fmt::format("{}; ellipsoid shape precision {:g}", picture, settings.roundness);
+}
+
+}  // namespace ballservo

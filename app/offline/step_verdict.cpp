@@ -1,0 +1,56 @@
+#include "app/offline/step_verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ballservo {
+namespace {
+
+constexpr double small_part = 0.1, significant = 0.05;
+
+}  // namespace
+
+std::string figure(double value) {
+  if (!std::isfinite(value)) return "-";
+  const double size = std::abs(value);
+  if (size != 0 && size < 5e-5) return "under 0.0001";
+  const int decimals = size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : size >= 0.01 || size == 0 ? 3 : 4;
+  return fmt::format("{:.{}f}", value, decimals);
+}
+
+StepComparison compare_steps(const ConditionSummary& summary, const MethodList& methods, std::size_t pair) {
+  const MethodPair places = converged_pairs(methods)[pair];
+  const PairStatistics& apart = summary.pairs[pair];
+  const MethodStatistics &one = summary.methods[places.a], &further = summary.methods[places.b];
+  StepComparison result;
+  if (apart.frames == 0 || !std::isfinite(one.position_median_mm)) {
+    result.words = "not told: no frame in which both found the ball";
+    return result;
+  }
+  const std::string change =
+      fmt::format("stepping on moves the ball by {} mm (median) where one step errs by {} mm",
+                  figure(apart.position_median_mm), figure(one.position_median_mm));
+  const auto test = std::find_if(summary.tests.begin(), summary.tests.end(), [&](const PairedTest& t) {
+    return t.pair.a == places.b && t.pair.b == places.a;
+  });
+  const bool differs = test != summary.tests.end() && test->holm_p < significant;
+  if (apart.position_median_mm < small_part * one.position_median_mm || !differs) {
+    result.verdict = StepVerdict::enough;
+    result.words = "yes: " + change;
+    if (apart.position_median_mm >= small_part * one.position_median_mm)
+      result.words += ", and no test tells which is nearer";
+  } else if (test->difference_median_mm < 0) {
+    result.verdict = StepVerdict::further_is_better;
+    result.words = fmt::format("no: {}, and the converged fit errs by {} mm", change,
+                               figure(further.position_median_mm));
+  } else {
+    result.verdict = StepVerdict::further_is_worse;
+    result.words = fmt::format("yes, and more is worse: {}, and the converged fit errs by {} mm", change,
+                               figure(further.position_median_mm));
+  }
+  return result;
+}
+
+}  // namespace ballservo

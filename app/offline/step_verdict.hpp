@@ -1,0 +1,27 @@
+// Is one step enough in a condition? Said in words, by what stepping on would change.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/offline/comparison_statistics.hpp"
+
+namespace ballservo {
+
+enum class StepVerdict { enough, further_is_better, further_is_worse, not_told };
+
+struct StepComparison {
+  StepVerdict verdict = StepVerdict::not_told;
+  std::string words;  ///< "yes: ..."
+};
+
+/// One step against the converged fit of the same points (`pair` of the summary's pairs). Enough: the median
+/// change of the place is below a tenth of the median error, or no test tells the errors apart; better or
+/// worse: Wilcoxon's test says so (adjusted p below 0.05).
+StepComparison compare_steps(const ConditionSummary& summary, const MethodList& methods, std::size_t pair);
+
+/// "0.0123", "under 0.0001", "12.3": enough decimals to tell small values from zero; "-" where not finite.
+std::string figure(double value);
+
+}  // namespace ballservo
