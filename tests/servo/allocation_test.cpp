@@ -8,9 +8,10 @@
 namespace ballservo {
 namespace {
 
-long allocations_of_run(const std::string& law) {
+long allocations_of_run(const std::string& law, AvoidanceOptions::Type avoidance = {}) {
   ControllerOptions options;
   options.law.name = law;
+  options.avoidance.type = avoidance;
   Controller controller(options);
   long before = 0;
   for (int k = 0; k < 1500; ++k) {
@@ -22,12 +23,19 @@ long allocations_of_run(const std::string& law) {
     frame.p_CB = {0.3, 0.1, 3.0};
     frame.covariance_m2 = 1e-4 * Eigen::Matrix3d::Identity();
     if (k % 700 < 650) controller.see(frame);
-    controller.step(0.02 * k, {}, {0.1, 0.0});
+    // Echoes all around, near ones in between; the robot moves on.
+    const auto transducer = static_cast<std::size_t>(k % 16);
+    controller.hear({0.02 * k - 0.03, transducer, k % 37 < 20 ? 1.2 : 2.5, true});
+    controller.step(0.02 * k, {0.002 * k, 0.0, 0.0}, {0.1, 0.0});
   }
   return test::allocations() - before;
 }
 
 TEST(Allocation, ControlStepTakesNoMemory) { EXPECT_EQ(allocations_of_run("cone"), 0); }
+
+TEST(Allocation, NorDoesOneAmongObstacles) {
+  EXPECT_EQ(allocations_of_run("cone", AvoidanceOptions::Type::full), 0);
+}
 
 TEST(Allocation, TheCounterCounts) { EXPECT_GT(allocations_of_run("visp"), 0); }
 

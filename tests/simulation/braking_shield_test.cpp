@@ -36,7 +36,9 @@ bool run(const ShieldedOptions& options, std::uint64_t seed, int steps, Tally& t
     const bool raised = std::abs(last.v_mps) > std::abs(asked.v_mps) ||
                         std::abs(last.w_radps) > std::abs(asked.w_radps) || last.v_mps * asked.v_mps < 0 ||
                         last.w_radps * asked.w_radps < 0;
-    if (raised || !robot.brakes_clear()) {
+    const bool rests =
+        last.v_mps == 0 && last.w_radps == 0 && robot.twist().v_mps == 0 && robot.twist().w_radps == 0;
+    if (raised || (!rests && !robot.brakes_clear())) {
       ++tally.collisions;
       return false;
     }

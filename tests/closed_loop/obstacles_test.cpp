@@ -1,0 +1,91 @@
+// Whole runs among obstacles, without pictures.
+#include <gtest/gtest.h>
+
+#include "app/experiment/feasibility.hpp"
+#include "tests/closed_loop/closed_loop_run.hpp"
+
+namespace ballservo {
+namespace {
+
+Scenario obstacles(std::uint64_t seed, const std::vector<std::string>& sets = {}) {
+  return load_scenario(test::project_data_dir() / "scenarios" / "obstacles.yaml", sets, seed);
+}
+
+RunRecord run_geometric(const Scenario& scenario, std::uint64_t seed) {
+  return test::run(scenario, PerceptionLevel::geometric, seed);
+}
+
+TEST(Obstacles, AreDrivenAroundAndNeverTouched) {
+  int reached = 0;
+  for (std::uint64_t seed = 100; seed < 112; ++seed) {
+    const Scenario scenario = obstacles(seed);
+    ASSERT_TRUE(check_feasible(scenario).feasible) << check_feasible(scenario).reason;
+    const RunSummary s = run_geometric(scenario, seed).summary;
+    EXPECT_NE(s.outcome, Outcome::collision) << seed << ": " << s.outcome_text;
+    EXPECT_GT(s.min_clearance_m, 0.0) << seed;
+    EXPECT_EQ(s.collision_cause, "") << seed;
+    reached += s.outcome == Outcome::reached ? 1 : 0;
+  }
+  EXPECT_GE(reached, 10);
+}
+
+TEST(Obstacles, TheLawAloneRunsIntoThem) {
+  int collisions = 0;
+  for (std::uint64_t seed = 100; seed < 112; ++seed) {
+    const RunSummary s = run_geometric(obstacles(seed, {"avoidance.type=none"}), seed).summary;
+    if (s.outcome != Outcome::collision) continue;
+    ++collisions;
+    EXPECT_EQ(s.collision_cause, "A1_shield");
+  }
+  EXPECT_GE(collisions, 2);
+}
+
+TEST(Obstacles, ABlindRobotDoesNotMove) {
+  for (const char* faults :
+       {"robot.faults=[{type: dead, array: front}]", "robot.faults=[{type: late, array: front, by_s: 0.5}]",
+        "robot.faults=[{type: dead, sonar: 3}]"}) {
+    const RunRecord record = run_geometric(obstacles(100, {faults, "duration_s=10"}), 100);
+    for (const StepRecord& step : record.steps) EXPECT_LE(step.twist.v_mps, 1e-9) << faults << step.time_s;
+  }
+}
+
+TEST(Obstacles, AnArrayThatFallsSilentStopsTheRobot) {
+  const RunRecord record = run_geometric(
+      obstacles(100, {"robot.faults=[{type: dead, array: front, from_s: 3}]", "duration_s=8"}), 100);
+  bool drove = false;
+  for (const StepRecord& step : record.steps) {
+    drove = drove || step.twist.v_mps > 0.2;
+    // The last answer is heard up to 30 ms after 3 s; 120 ms of silence, a period, and no more.
+    if (step.time_s <= 3.0 + 0.03 + 0.12 + 0.02) continue;
+    EXPECT_LE(step.control.command.v_mps, 0.0) << step.time_s;
+  }
+  EXPECT_TRUE(drove);
+}
+
+TEST(Obstacles, LowThingsAreOutsideTheArgumentAndSaidToBe) {
+  const RunSummary s =
+      run_geometric(
+          obstacles(0, {"obstacles=[{type: box, name: step, position: {x_m: 1.6, y_m: 0}, size: {x_m: 0.2, "
+                        "y_m: 3.0, z_m: 0.05}}]",
+                        "balls.0.position.y_m=0", "robot.pose.yaw_rad=0"}),
+          0)
+          .summary;
+  EXPECT_EQ(s.outcome, Outcome::collision);
+  EXPECT_EQ(s.collision_cause, "A3_echo");
+}
+
+TEST(Feasibility, AWallAcrossTheRoomIsNot) {
+  const Scenario closed = obstacles(0, {"obstacles=[{type: box, name: wall, position: {x_m: 1.6, y_m: 0}, "
+                                        "size: {x_m: 0.2, y_m: 6.98, z_m: 1}}]"});
+  EXPECT_FALSE(check_feasible(closed).feasible);
+  const Scenario open = obstacles(0, {"obstacles=[{type: box, name: wall, position: {x_m: 1.6, y_m: 0}, "
+                                      "size: {x_m: 0.2, y_m: 4.5, z_m: 1}}]"});
+  EXPECT_TRUE(check_feasible(open).feasible) << check_feasible(open).reason;
+}
+
+TEST(Obstacles, TheSameSeedGivesTheSameBytes) {
+  EXPECT_EQ(test::bytes_of(run_geometric(obstacles(7), 7)), test::bytes_of(run_geometric(obstacles(7), 7)));
+}
+
+}  // namespace
+}  // namespace ballservo
