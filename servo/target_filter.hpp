@@ -18,8 +18,8 @@ struct TargetFilterOptions {
   double speed_sigma_mps = 0.3;  ///< of a ball just seen
   double model_share = 0.003;    ///< what covariances leave out: sigma along the ray per distance
   double sigma_floor_m = 2e-4;   ///< and in every direction
-  double gate_sigmas = 6.0;      ///< sightings further from the prediction are doubted
-  int doubts_to_restart = 5;     ///< so many in a row, and the filter starts anew there
+  double gate_sigmas = 4.0;      ///< sightings further from the prediction are doubted
+  int doubts_to_restart = 3;     ///< so many in a row, and the filter starts anew there
   double min_speed_mps = 0.03;   ///< below this, or below three sigma, the ball is taken to rest
   double forget_s = 1.5;         ///< without a sighting for so long, the next one starts the filter anew
 

@@ -8,6 +8,10 @@
 
 namespace ballservo {
 
+namespace {
+constexpr double reference_radius_px = 20;
+}  // namespace
+
 void GeometricSensorOptions::validate() const {
   FaultList faults;
   const auto check = [&](const char* name, double value, double high, const char* allowed) {
@@ -43,8 +47,9 @@ BallMeasurement GeometricBallSensor::measure(const BallTruth& truth, double diam
   const Eigen::Matrix<double, 3, 2> across = perpendicular_basis(ray);
   const double pixel_rad = 1.0 / camera_.focal_px();
   const double radius_px = diameter_m / 2 / distance / pixel_rad;
-  const double across_sigma_m = distance * pixel_rad * options_.center_sigma_px;
-  const double along_sigma_m = distance * options_.radius_sigma_px / radius_px;
+  const double growth = reference_radius_px / radius_px;
+  const double across_sigma_m = distance * pixel_rad * options_.center_sigma_px * growth;
+  const double along_sigma_m = distance * options_.radius_sigma_px * growth / radius_px;
   RandomEngine engine = random_stream(seed, "geometric_ball_sensor", frame_index);
   const double a = standard_normal(engine), b = standard_normal(engine), c = standard_normal(engine);
   measurement.p_CB += across_sigma_m * (a * across.col(0) + b * across.col(1)) + along_sigma_m * c * ray;

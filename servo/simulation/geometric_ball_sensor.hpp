@@ -10,10 +10,14 @@
 
 namespace ballservo {
 
+/// The sigmas are those of an outline of 20 px radius; of another, r px, they are 20 / r times as large:
+/// small outlines err more. Law and defaults are measured: root mean square errors of the frames of
+/// static_ball.yaml at level image, seeds 201 and 202 (538 frames, 7 to 30 px), in five ranges of the radius.
+/// Real errors are also correlated from frame to frame while the robot stands, which these are not.
 struct GeometricSensorOptions {
-  bool exact = false;             ///< level `truth`: no noise
-  double center_sigma_px = 0.03;  ///< of the outline's centre, along each axis
-  double radius_sigma_px = 0.03;  ///< of the outline's radius
+  bool exact = false;              ///< level `truth`: no noise
+  double center_sigma_px = 0.023;  ///< of the outline's centre, along each axis, at 20 px
+  double radius_sigma_px = 0.022;  ///< of the outline's radius, at 20 px
   double min_visible_fraction = 0.5;
   double min_radius_px = 3.0;  ///< smaller outlines are not found
 
