@@ -13,6 +13,7 @@ namespace {
 constexpr double half_diagonal_m = 0.7071067811865476 * FreeSpace::cell_m;
 // A new epoch after so much of motion: a cell counts as seen when its epoch began.
 constexpr double epoch_path_m = 0.01, epoch_turn_rad = 0.03;
+constexpr double same_echo_m = 0.2;  // between two firings of a transducer, while things and robot move
 
 int floor_index(double value_m) { return static_cast<int>(std::floor(value_m / FreeSpace::cell_m)); }
 
@@ -230,7 +231,7 @@ void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number) {
   }
 }
 
-void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer) {
+void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer, bool heard_before) {
   const double half = options_.beam.half_angle_rad;
   const double near_m = std::max(0.0, reading.range_m - options_.range_error_m);
   const double far_m = reading.range_m + options_.range_error_m;
@@ -250,6 +251,7 @@ void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer) {
     return false;
   };
   const bool explained = each([this](const FloorCell& cell) { return !is_free(cell); });
+  if (!explained && !heard_before) return;  // another's ping, perhaps
   each([this, explained](const FloorCell& cell) {
     if (explained && is_free(cell)) return false;
     free_since_[index(cell.column, cell.row)] = 0;
@@ -268,6 +270,7 @@ void FreeSpace::look(const SonarReading& reading, const Pose2& pose_then) {
 
   double& last_range_m = last_range_m_[reading.transducer];
   const double both_m = std::min(reading.range_m, last_range_m);
+  const bool heard_before = std::abs(reading.range_m - last_range_m) < same_echo_m;
   last_range_m = reading.range_m;
   const double radius_m = std::min(both_m - options_.range_error_m, options_.look_range_m);
   if (radius_m > cell_m) {
@@ -289,7 +292,7 @@ void FreeSpace::look(const SonarReading& reading, const Pose2& pose_then) {
     }
     mark_free(cone, epoch_at(reading.fired_s));
   }
-  if (reading.echo && reading.range_m <= options_.look_range_m) mark_arc(reading, transducer);
+  if (reading.echo && reading.range_m <= options_.look_range_m) mark_arc(reading, transducer, heard_before);
 }
 
 bool FreeSpace::comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,

@@ -42,8 +42,8 @@ struct FloorCell {
 /// same transducer heard the time before: one that is missed once does no harm), and neither odometry's drift
 /// since then nor the time in motion since then exceed what is allowed. What was never seen is not free. An
 /// echo lies somewhere on an arc: where some cell of the arc is not free, that explains it; where all are,
-/// something has come, and the whole arc is free no longer. Cells of arcs that nobody has seen free are
-/// *suspected*: a matter for finding ways, not for safety.
+/// and the echo is heard twice, something has come, and the whole arc is free no longer. Cells of arcs that
+/// nobody has seen free are *suspected*: a matter for finding ways, not for safety.
 class FreeSpace {
  public:
   static constexpr double cell_m = 0.03;
@@ -113,7 +113,7 @@ class FreeSpace {
   void mark_free(const Region& region, std::uint32_t epoch_number);
   bool comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
                        const Pose2& from) const;
-  void mark_arc(const SonarReading& reading, const Pose2& transducer);
+  void mark_arc(const SonarReading& reading, const Pose2& transducer, bool heard_before);
   void follow(const Pose2& pose);
   void forget(int column, int row);
 
