@@ -133,8 +133,10 @@ int run_job(const ComparisonJob& job, const CompareOptions& options, const Shard
   const UnitNotes notes{[&](const std::string& key) { return journal.find(key); },
                         [&](const std::string& key, const std::string& value) { journal.add(key, value); }};
   try {
-    if (job.text.claims_wanted && shard.index == 1 && !journal.find(claims_key))
+    if (job.text.claims_wanted && shard.index == 1 && !journal.find(claims_key)) {
+      spdlog::info("compare: looking at what the paper says of votes, classes and times");
       journal.add(claims_key, to_json(measure_paper_claims(*job.plan)).dump());
+    }
     Progress progress("compare", frames, options.common.quiet);
     run_units(job.source, job.methods, units, notes, options.common.threads, [&](long done) {
       throw_if_interrupted();

@@ -348,7 +348,7 @@ std::string comparison_report_html(const ComparisonResults& results, const Pictu
       "not from "
       "stopping early.");
   add_answer(page, results);
-  page.begin_details("Condition by condition", results.conditions.size() <= 24);
+  page.begin_details("Condition by condition", results.conditions.size() <= 40);
   page.table(answer_table(results));
   page.end_details();
   add_claims(page, claims);

@@ -234,8 +234,8 @@ ComparisonPicture PictureFiles::picture(std::size_t condition, int frame) const 
   task.hue = hue_of(row, picture.bgr);
   if (!row.truth.outline) return picture;
   const OutlineEllipse& ball = *row.truth.outline;
-  RandomEngine engine =
-      random_stream(options_.seed, "start/" + row.truth.source, static_cast<std::uint64_t>(frame));
+  RandomEngine engine = random_stream(options_.seed, "start/" + row.class_name + "/" + row.truth.source,
+                                      static_cast<std::uint64_t>(frame));
   task.near_px = task.click_px = ball.center_px;
   task.expected_radius_px = ball.radius_px;
   if (options_.start_at_truth) {

@@ -16,7 +16,7 @@ namespace {
 constexpr long long most_frames = 1000000000;
 
 // Measured: what a picture of 640x480 with all methods takes on one core, and what its rows need.
-constexpr double seconds_a_frame = 0.16, seconds_a_view = 0.08, bytes_a_fit = 230;
+constexpr double seconds_a_frame = 0.15, seconds_a_view = 0.12, seconds_a_condition = 1.5, bytes_a_fit = 230;
 constexpr double usual_pixels = 640.0 * 480.0;
 
 bool is_name(const std::string& name) {
@@ -227,7 +227,8 @@ PlanEstimate estimate(const ComparisonPlan& plan) {
     const double pixels = static_cast<double>(size.width_px) * size.height_px / usual_pixels;
     const double views = condition.motion_blur_px > 0 ? motion_views : 1;
     sum.frames += condition.frames;
-    sum.core_hours += condition.frames * pixels * (seconds_a_frame + views * seconds_a_view) / 3600;
+    sum.core_hours +=
+        pixels * (seconds_a_condition + condition.frames * (seconds_a_frame + views * seconds_a_view)) / 3600;
     sum.disk_bytes += condition.frames * bytes_a_fit * static_cast<double>(plan.methods.size());
   }
   return sum;

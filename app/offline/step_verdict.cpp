@@ -8,7 +8,7 @@
 namespace ballservo {
 namespace {
 
-constexpr double small_part = 0.1, significant = 0.05;
+constexpr double small_part = 0.1, significant = 0.01;
 
 }  // namespace
 
@@ -35,7 +35,7 @@ StepComparison compare_steps(const ConditionSummary& summary, const MethodList& 
   const auto test = std::find_if(summary.tests.begin(), summary.tests.end(), [&](const PairedTest& t) {
     return t.pair.a == places.b && t.pair.b == places.a;
   });
-  const bool differs = test != summary.tests.end() && test->holm_p < significant;
+  const bool differs = test != summary.tests.end() && test->wilcoxon_p < significant;
   if (apart.position_median_mm < small_part * one.position_median_mm || !differs) {
     result.verdict = StepVerdict::enough;
     result.words = "yes: " + change;

@@ -18,7 +18,7 @@ struct StepComparison {
 
 /// One step against the converged fit of the same points (`pair` of the summary's pairs). Enough: the median
 /// change of the place is below a tenth of the median error, or no test tells the errors apart; better or
-/// worse: Wilcoxon's test says so (adjusted p below 0.05).
+/// worse: Wilcoxon's test of this one pair says so (p below 0.01).
 StepComparison compare_steps(const ConditionSummary& summary, const MethodList& methods, std::size_t pair);
 
 /// "0.0123", "under 0.0001", "12.3": enough decimals to tell small values from zero; "-" where not finite.
