@@ -3,12 +3,9 @@
 
 #include <vector>
 
-namespace ballservo {
+#include "app/report/interval.hpp"
 
-/// A range that holds the true value in 95 of 100 such experiments; NaN where nothing is known.
-struct Interval {
-  double low, high;
-};
+namespace ballservo {
 
 /// Of a probability of which `successes` in `trials` were seen: Clopper and Pearson's exact interval
 /// (Biometrika 26, 1934), so 0 in 3000 bounds it at 0.12 % (two-sided). NaN for no trials.

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <sstream>
 
+#include "app/experiment/feasibility.hpp"
 #include "app/experiment/runner.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/files/checksum.hpp"
@@ -68,6 +69,11 @@ std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann
     return TrialRecord{trial_row(trial), ""};
   }
   trial.drawn = scenario->drawn;
+  if (const Feasibility can = check_feasible(*scenario); !can.feasible) {
+    trial.feasible = false;
+    trial.why = can.reason;
+    return TrialRecord{trial_row(trial), ""};
+  }
   RunOptions run_options;
   run_options.perception = options.perception;
   run_options.seed = seed;

@@ -6,12 +6,9 @@
 #include <string_view>
 #include <vector>
 
-namespace ballservo {
+#include "app/report/interval.hpp"
 
-/// A 95 % interval; NaN where there is none.
-struct Interval {
-  double low, high;
-};
+namespace ballservo {
 
 /// Quantile (0 to 1) by linear interpolation between order statistics; NaN for no values.
 double quantile(std::vector<double> values, double fraction);
