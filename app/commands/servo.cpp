@@ -12,7 +12,7 @@
 #include "app/experiment/run_report.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/experiment/runner.hpp"
-#include "app/experiment/taught_target.hpp"
+#include "app/experiment/teaching.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"

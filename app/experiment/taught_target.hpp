@@ -1,13 +1,9 @@
-// Teaching by showing: the robot stands at the goal, looks, and remembers what it saw.
+// What a robot that was taught by showing remembers, and its file.
 #pragma once
 
 #include <Eigen/Core>
 #include <filesystem>
 #include <string>
-
-#include "app/experiment/runner.hpp"
-#include "app/experiment/scenario.hpp"
-#include "calibration/files/strict_yaml.hpp"
 
 namespace ballservo {
 
@@ -21,18 +17,6 @@ struct TaughtTarget {
   int frames = 0;                  ///< in which the ball was confirmed
   double distance_m = 0;           ///< axle to the ball's centre as it stood: what errors are counted from
 };
-
-struct TeachOptions {
-  PerceptionLevel perception = PerceptionLevel::image;
-  std::uint64_t seed = 0;
-  std::shared_ptr<const ColorTable> colors;  ///< for level image
-  int frames = 60;                           ///< looked at; the tracker takes the first to confirm the ball
-};
-
-/// Puts the robot at the scenario's target distance from where the ball is at time 0, facing it, on the line
-/// from its start, and looks; a ball that moves stands. Throws Refusal where something is in the way there,
-/// or the ball is confirmed in less than half of the frames.
-TaughtTarget teach_target(const Scenario& scenario, const TeachOptions& options);
 
 /// The file that `target: {taught: FILE}` names; and back (InputError with every fault).
 std::string taught_target_yaml(const TaughtTarget& target);

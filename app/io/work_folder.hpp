@@ -70,8 +70,8 @@ struct MergeableShards {
 /// they differ), a part given twice, missing parts by their numbers.
 MergeableShards read_shards(const std::vector<std::filesystem::path>& folders);
 
-/// The description of the job whose results the folder holds, be it the whole or a part. Throws InputError for
-/// a folder without a manifest.
+/// The description of the job whose results the folder holds, be it the whole or a part. Throws InputError
+/// for a folder without a manifest.
 nlohmann::json read_finished_job(const std::filesystem::path& folder);
 
 }  // namespace ballservo

@@ -1,5 +1,5 @@
 // Teaching by showing, and what a robot does that believes the wrong things.
-#include "app/experiment/taught_target.hpp"
+#include "app/experiment/teaching.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
