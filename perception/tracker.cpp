@@ -239,7 +239,7 @@ void Tracker::continue_jumps() {
     std::size_t candidate = seen_.size();
     int candidates = 0;
     for (std::size_t k = 0; k < seen_.size(); ++k) {
-      if (match_of_seen_[k] < 0 && seen_[k].quality >= newcomer_quality_ && near(seen_[k]))
+      if (match_of_seen_[k] < 0 && seen_[k].quality >= options_.clear_quality && near(seen_[k]))
         candidate = k, ++candidates;
     }
     if (candidates != 1) continue;

@@ -130,10 +130,12 @@ TEST(LogCsv, HasTheContractsColumnsAndRoundTrips) {
   step.time_s = 0.1 + 0.2;
   step.control.reason = "a comma, and a \"quote\"";
   const std::string csv = log_csv({step});
-  EXPECT_EQ(
-      csv.substr(0, csv.find('\n')),
+  const std::string contract =
       "step,time_s,x_m,y_m,yaw_rad,v_mps,w_radps,v_command_mps,w_command_radps,state,reason,track_state,"
-      "error_1,error_2,range_m,bearing_rad,clearance_m");
+      "error_1,error_2,range_m,bearing_rad,clearance_m";
+  EXPECT_EQ(csv.substr(0, contract.size()), contract);
+  EXPECT_EQ(csv.substr(contract.size(), csv.find('\n') - contract.size()),
+            ",v_intended_mps,w_intended_radps,shield");
   EXPECT_NE(csv.find("0.30000000000000004"), std::string::npos);
   EXPECT_NE(csv.find("\"a comma, and a \"\"quote\"\"\""), std::string::npos);
   EXPECT_NE(csv.find(",none,,,"), std::string::npos);  // unknown errors stay empty
