@@ -8,6 +8,7 @@
 #include <opencv2/core/version.hpp>
 
 #include "app/commands/command.hpp"
+#include "app/commands/scenario_options.hpp"
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_report.hpp"
 #include "app/experiment/run_video.hpp"
@@ -200,18 +201,8 @@ void add_servo_command(CLI::App& program, Action& action) {
       ->required()
       ->type_name("DIR");
   command->add_flag("--teach", options->teach, "Stand at the goal, look, and write what is seen there");
-  command
-      ->add_option("--set", options->sets,
-                   "Sets a value of the scenario before it is read, e.g. law.name=visp (may be repeated)")
-      ->type_name("KEY.PATH=VALUE")
-      ->take_all()
-      ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--perception", options->perception,
-          "image: rendered frames, detector and tracker; geometric: the true place with a fit's errors; "
-          "truth: the true place")
-      ->capture_default_str();
+  add_set_option(*command, options->sets);
+  add_perception_option(*command, options->perception);
   command->add_flag("--video", options->video, "Write video.mp4: camera view and top view side by side");
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_servo(*options); }; });

@@ -7,6 +7,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "app/commands/command.hpp"
+#include "app/commands/scenario_options.hpp"
 #include "app/experiment/sweep_report.hpp"
 #include "app/experiment/sweep_statistics.hpp"
 #include "app/io/interrupt.hpp"
@@ -202,18 +203,8 @@ void add_sweep_command(CLI::App& program, Action& action) {
       ->type_name("I/N")
       ->capture_default_str();
   command->add_flag("--resume", options->resume, "Go on with what an earlier run left in the folder");
-  command
-      ->add_option("--set", options->sets,
-                   "Sets a value of the scenario before it is read, e.g. law.name=visp (may be repeated)")
-      ->type_name("KEY.PATH=VALUE")
-      ->take_all()
-      ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--perception", options->perception,
-          "image: rendered frames, detector and tracker; geometric: the true place with a fit's errors; "
-          "truth: the true place")
-      ->capture_default_str();
+  add_set_option(*command, options->sets);
+  add_perception_option(*command, options->perception);
   command->add_option("--against", options->against, "Folder of another sweep to compare with, seed by seed")
       ->type_name("DIR");
   add_common_options(*command, options->common);
