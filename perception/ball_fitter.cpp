@@ -23,8 +23,29 @@ std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex
                                                   RefinementInput* input) {
   const UndistortedCircle circle{vote.center_px, vote.radius_px};
   if (input) input->vote = circle;
-  auto ball = fit == BallFit::sphere ? refine_sphere(bgr, color_class, circle, boundary, input)
-                                     : refine_paper(bgr, color_class, circle, input);
+  if (fit == BallFit::paper)
+    return finished(refine_paper(bgr, color_class, circle, input), color_class, vote);
+  const double focal_px = rays_->camera().focal_px();
+  const auto voted = cone_near_circle(circle, focal_px);
+  if (!voted) return std::nullopt;
+  const TangentCone start =
+      boundary_cone_.robust(*voted, boundary, focal_px, options_.oval_fraction).value_or(*voted);
+  return finished(refine_sphere(bgr, color_class, start, input), color_class, vote);
+}
+
+std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex color_class,
+                                                  const TangentCone& start) {
+  const double focal_px = rays_->camera().focal_px();
+  CircleEstimate circle;
+  circle.center_px = focal_px / start.axis.z() * start.axis.head<2>();
+  circle.radius_px = focal_px * std::tan(start.alpha_rad);
+  return finished(refine_sphere(bgr, color_class, start, nullptr), color_class, circle);
+}
+
+// With what all fits share.
+std::optional<BallObservation> BallFitter::finished(std::optional<BallObservation> ball,
+                                                    ClassIndex color_class,
+                                                    const CircleEstimate& vote) const {
   if (!ball) return std::nullopt;
   const auto outline = project_sphere(rays_->camera(), ball->cone.axis, std::sin(ball->cone.alpha_rad));
   if (!outline) return std::nullopt;
@@ -34,17 +55,10 @@ std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex
   return ball;
 }
 
+// Measured around the start and followed by one step; and once more where that step was long, so that the
+// pixels were not those around the outline.
 std::optional<BallObservation> BallFitter::refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
-                                                         const UndistortedCircle& circle,
-                                                         const std::vector<BoundaryPoint>& boundary,
-                                                         RefinementInput* input) {
-  const auto voted = cone_near_circle(circle, rays_->camera().focal_px());
-  if (!voted) return std::nullopt;
-  // Measured around the boundary's cone and followed by one step; and once more where that step was long, so
-  // that the pixels were not those around the outline.
-  TangentCone cone =
-      boundary_cone_.robust(*voted, boundary, rays_->camera().focal_px(), options_.oval_fraction)
-          .value_or(*voted);
+                                                         TangentCone cone, RefinementInput* input) {
   std::optional<ConeFit> fit;
   for (int pass = 0; pass < 2; ++pass) {
     measure(bgr, cone);

@@ -38,6 +38,9 @@ class BallFitter {
                                         const std::vector<BoundaryPoint>& boundary, BallFit fit,
                                         RefinementInput* input = nullptr);
 
+  /// Refines a sphere's cone that is known to a pixel or so, by the edges around it alone.
+  std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class, const TangentCone& start);
+
   /// Of the last ball that `refine` fitted as a sphere.
   const OutlineEdges& edges() const { return edges_; }
   const EdgeOffsets& offsets() const { return offsets_; }
@@ -53,12 +56,12 @@ class BallFitter {
   void forget_response() { belief_ = {}; }
 
  private:
-  std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
-                                               const UndistortedCircle& circle,
-                                               const std::vector<BoundaryPoint>& boundary,
+  std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class, TangentCone cone,
                                                RefinementInput* input);
   std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
                                               const UndistortedCircle& circle, RefinementInput* input);
+  std::optional<BallObservation> finished(std::optional<BallObservation> ball, ClassIndex color_class,
+                                          const CircleEstimate& vote) const;
   void measure(const cv::Mat& bgr, const TangentCone& cone);
   std::optional<BallPosition> position(ClassIndex color_class, const ConeFit& fit) const;
 

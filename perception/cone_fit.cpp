@@ -46,8 +46,13 @@ class NormalEquations {
   }
   void add(const Row& row, double residual, double weight) {
     if (!(weight > 0) || !std::isfinite(residual)) return;
-    matrix_ += weight * row * row.transpose();
-    right_ -= weight * row * residual;
+    if (unknowns_ == 3) {
+      matrix_.topLeftCorner<3, 3>() += weight * row.head<3>() * row.head<3>().transpose();
+      right_.head<3>() -= weight * residual * row.head<3>();
+    } else {
+      matrix_ += weight * row * row.transpose();
+      right_ -= weight * residual * row;
+    }
     ++used_;
   }
   std::optional<Row> solve() const {

@@ -31,17 +31,14 @@ Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const C
       regions_(options.max_runs),
       voter_(options.vote),
       fitter_(rays_, options) {
+  scouted_.points.reserve(most_outline_sectors);
   options_.validate();
   if (options_.threads > 1) team_ = std::make_unique<RowTeam>(options_.threads);
 }
 
 const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rect window,
                                                      DetectionStages* stages) {
-  if (bgr.type() != CV_8UC3 || bgr.cols != rays_->size().width_px || bgr.rows != rays_->size().height_px) {
-    throw InputError("picture", std::to_string(bgr.cols) + "x" + std::to_string(bgr.rows),
-                     "the camera's size, " + std::to_string(rays_->size().width_px) + "x" +
-                         std::to_string(rays_->size().height_px) + ", in 8-bit BGR");
-  }
+  check(bgr);
   balls_.clear();
   left_out_ = {};
   const cv::Rect everywhere({0, 0}, bgr.size());
@@ -49,10 +46,7 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
   window &= everywhere;
   if (window.empty()) return balls_;
 
-  classify(bgr(window), colors_, classified_, ClassificationKernel::fastest,
-           window.area() >= worth_sharing_px ? team_.get() : nullptr);
-  morphology_.open(classified_, opened_);
-  morphology_.close(opened_, closed_);
+  segment(bgr, window);
   if (stages) {
     const auto numbers = [&](const ClassPictures& classes) { return class_numbers(classes, window.size()); };
     *stages = {window, numbers(classified_), numbers(opened_), numbers(closed_), {}};
@@ -64,6 +58,46 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
   find_balls(bgr, window, stages);
   if (fitter_.learn_response(bgr, balls_)) find_balls(bgr, window, stages);
   return balls_;
+}
+
+std::optional<BallObservation> Detector::find_expected(const cv::Mat& bgr, const cv::Rect& window,
+                                                       const ExpectedBall& expected, bool clearly) {
+  check(bgr);
+  if (options_.fit != BallFit::sphere) return std::nullopt;
+  const cv::Rect seen = window & cv::Rect({0, 0}, bgr.size());
+  if (seen.empty()) return std::nullopt;
+  OutlineScoutOptions scout;
+  scout.reach_px = expected.reach_px;
+  scout.min_support = options_.min_expected_edge;
+  if (!scout_outline(bgr, rays_->camera(), expected.cone, scout, scouted_)) return std::nullopt;
+  segment(bgr, seen);
+  const ColoredPixels colored{expected.color_class, closed_[expected.color_class - 1u], seen.tl()};
+  Candidate candidate;
+  candidate.ball = fitter_.refine(bgr, expected.color_class, scouted_.cone);
+  if (!candidate.ball) return std::nullopt;
+  judge_fitted(bgr, colored, candidate);
+  if (!candidate.reason) return candidate.ball;
+  const bool is_there = candidate.support.fill >= options_.min_expected_fill &&
+                        candidate.support.leak <= options_.max_leak &&
+                        share_on_outline(*candidate.ball) >= options_.min_expected_edge;
+  if (clearly || !is_there) return std::nullopt;
+  return candidate.ball;
+}
+
+void Detector::check(const cv::Mat& bgr) const {
+  if (bgr.type() == CV_8UC3 && bgr.cols == rays_->size().width_px && bgr.rows == rays_->size().height_px)
+    return;
+  throw InputError("picture", std::to_string(bgr.cols) + "x" + std::to_string(bgr.rows),
+                   "the camera's size, " + std::to_string(rays_->size().width_px) + "x" +
+                       std::to_string(rays_->size().height_px) + ", in 8-bit BGR");
+}
+
+// The pixels of each class in a window, cleaned.
+void Detector::segment(const cv::Mat& bgr, const cv::Rect& window) {
+  classify(bgr(window), colors_, classified_, ClassificationKernel::fastest,
+           window.area() >= worth_sharing_px ? team_.get() : nullptr);
+  morphology_.open(classified_, opened_);
+  morphology_.close(opened_, closed_);
 }
 
 void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, DetectionStages* stages) {
@@ -131,6 +165,7 @@ void Detector::vote_for_balls(const cv::Mat& bgr, const ColoredPixels& colored, 
     if (!vote) return;
     RefinementInput input;
     Candidate candidate = judge(bgr, colored, *vote, stages ? &input : nullptr);
+    if (failures == 0 && !candidate.is_clear()) look_around(bgr, colored, *vote, candidate);
     if (stages) record(region_index, *vote, candidate, input, *stages);
     // Take away what this circle explains, found to be a ball or not, and look at the rest: of a ball also
     // what lies inside its outline, as its terminator does.
@@ -192,12 +227,40 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
     candidate.reason = "no edge along the circle";
     return candidate;
   }
+  judge_fitted(bgr, colored, candidate);
+  return candidate;
+}
+
+// A region may be less than its ball, whose rim is too dark or too pale to have the class's colour: perhaps
+// there is an outline around it in the picture.
+void Detector::look_around(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
+                           Candidate& candidate) {
+  if (options_.fit != BallFit::sphere || vote.radius_px < options_.min_frayed_radius_px ||
+      candidate.support.fill < options_.min_frayed_fill)
+    return;
+  const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, rays_->camera().focal_px());
+  if (!voted) return;
+  OutlineScoutOptions scout;
+  scout.reach_px = options_.frayed_reach * vote.radius_px;
+  scout.min_support = options_.min_frayed_edge;
+  if (!scout_outline(bgr, rays_->camera(), *voted, scout, scouted_)) return;
+  Candidate around;
+  around.ball = fitter_.refine(bgr, colored.color_class, scouted_.cone);
+  if (!around.ball) return;
+  judge_fitted(bgr, colored, around);
+  const bool is_better = candidate.reason || around.ball->quality > candidate.ball->quality;
+  if (!around.reason && is_better) candidate = around;
+}
+
+// Do outline and colour together show a ball where it was fitted?
+void Detector::judge_fitted(const cv::Mat& bgr, const ColoredPixels& colored, Candidate& candidate) {
   BallObservation& ball = *candidate.ball;
+  const Camera& camera = rays_->camera();
   // The paper's fit measures no edges.
   const bool with_edges = options_.fit == BallFit::sphere;
-  const OutlineSectors sectors = with_edges
-                                     ? edge_sectors(fitter_.offsets(), outline_tolerance_px(vote.radius_px))
-                                     : boundary_sectors(points_, ball.cone, camera.focal_px());
+  const OutlineSectors sectors =
+      with_edges ? edge_sectors(fitter_.offsets(), outline_tolerance_px(ball.vote.radius_px))
+                 : boundary_sectors(points_, ball.cone, camera.focal_px());
   const EdgeOffsets offsets = with_edges ? fitter_.offsets() : EdgeOffsets{};
   candidate.support = ball.support =
       outline_support(sectors, offsets, ball.blur_px, colored, camera, ball.cone);
@@ -205,7 +268,6 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
   candidate.reason = rejection(ball);
   if (!candidate.reason && !shows_a_sphere(bgr, colored, ball))
     candidate.reason = "half of it is hidden, and the rest is not shaded as a sphere";
-  return candidate;
 }
 
 // What the region's boundary says before any edge was measured, and a quick look at the picture where it has
@@ -272,19 +334,19 @@ const char* Detector::rejection(const BallObservation& ball) const {
 bool Detector::shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored,
                               const BallObservation& ball) const {
   if (ball.support.hidden <= options_.max_hidden) return true;
-  if (options_.fit == BallFit::sphere && is_whole(ball)) return true;
+  if (options_.fit == BallFit::sphere && share_on_outline(ball) >= options_.min_whole) return true;
   const BallShading shading = ball_shading(bgr, fitter_.response(), colored, *rays_, ball.cone, ball.outline);
   return shading.strength >= options_.min_shading && shading.explained >= options_.min_shading_explained &&
          shading.explained > shading.explained_by_two;
 }
 
-// Whether an edge lies on the outline nearly wherever that runs in the picture.
-bool Detector::is_whole(const BallObservation& ball) const {
+// On how much of the outline that runs in the picture an edge lies.
+double Detector::share_on_outline(const BallObservation& ball) const {
   const EdgeOffsets& offsets = fitter_.offsets();
   int on_outline = 0;
   for (int i = 0; i < offsets.count; ++i)
     on_outline += is_on_outline(offsets[i], ball.outline.radius_px, ball.blur_px) ? 1 : 0;
-  return on_outline > 0 && on_outline >= options_.min_whole * fitter_.edges().stretches_in_picture;
+  return on_outline / std::max(1.0, static_cast<double>(fitter_.edges().stretches_in_picture));
 }
 
 void Detector::drop_repeated() {

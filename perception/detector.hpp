@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,7 @@
 #include "perception/inner_circles.hpp"
 #include "perception/inner_edges.hpp"
 #include "perception/morphology.hpp"
+#include "perception/outline_scout.hpp"
 #include "perception/regions.hpp"
 #include "perception/row_team.hpp"
 #include "perception/straight_sides.hpp"
@@ -33,6 +35,13 @@ struct LeftOut {
   explicit operator bool() const { return regions > 0 || shorter_px > 0; }
 };
 
+/// Where a ball is expected: its outline within `reach_px` of the cone's, nearly in its size.
+struct ExpectedBall {
+  ClassIndex color_class = no_class;
+  TangentCone cone;
+  double reach_px = 5;
+};
+
 class Detector {
  public:
   Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const ColorTable> colors,
@@ -42,6 +51,12 @@ class Detector {
   /// everywhere). Throws InputError for a picture of another size or type.
   const std::vector<BallObservation>& detect(const cv::Mat& bgr, cv::Rect window = {},
                                              DetectionStages* stages = nullptr);
+
+  /// The expected ball, by the edges around it and without votes; nothing where they show none. Looks at the
+  /// colours in `window` only, which holds its outline. A ball that passes as any does (`clearly`), or also
+  /// one whose colour says less, as where its rim is dark.
+  std::optional<BallObservation> find_expected(const cv::Mat& bgr, const cv::Rect& window,
+                                               const ExpectedBall& expected, bool clearly);
 
   const DetectorOptions& options() const { return options_; }
   /// Lets weaker balls through (a tracker knows where one must be), or fewer.
@@ -58,14 +73,21 @@ class Detector {
   const BallFitter& fitter() const { return fitter_; }
 
  private:
+  static constexpr double clear_quality = 0.7;
   struct Candidate {
     std::optional<BallObservation> ball;
     OutlineSupport support;
     const char* reason = nullptr;  // why it is no ball
+    bool is_clear() const { return !reason && ball->quality >= clear_quality; }
   };
+  void check(const cv::Mat& bgr) const;
+  void segment(const cv::Mat& bgr, const cv::Rect& window);
   void collect_boundary(const ColoredPixels& colored, int region);
   Candidate judge(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
                   RefinementInput* input, bool inside_region = false);
+  void look_around(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
+                   Candidate& candidate);
+  void judge_fitted(const cv::Mat& bgr, const ColoredPixels& colored, Candidate& candidate);
   OutlineSupport early_support(const cv::Mat& bgr, const ColoredPixels& colored,
                                const TangentCone& cone) const;
   const char* early_rejection(const OutlineSupport& support) const;
@@ -79,7 +101,7 @@ class Detector {
   void find_balls_in(const cv::Mat& bgr, const cv::Rect& window, int region, DetectionStages* stages);
   const char* rejection(const BallObservation& ball) const;
   bool shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored, const BallObservation& ball) const;
-  bool is_whole(const BallObservation& ball) const;
+  double share_on_outline(const BallObservation& ball) const;
   void drop_repeated();
 
   std::shared_ptr<const RayTable> rays_;
@@ -99,6 +121,7 @@ class Detector {
   InnerCircles inner_circles_;
   BallFitter fitter_;
   BoundaryCone boundary_cone_;
+  ScoutedOutline scouted_;
   std::vector<BoundaryPixel> boundary_, remaining_;
   std::vector<BoundaryPoint> points_, whole_boundary_;
   std::vector<InnerEdge> inside_;

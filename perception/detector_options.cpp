@@ -29,6 +29,10 @@ void DetectorOptions::validate() const {
   if (threads < 1 || threads > most_threads)
     faults.add("threads", std::to_string(threads),
                "a whole number from 1 to " + std::to_string(most_threads));
+  if (!(min_expected_edge > 0 && min_expected_edge <= 1))
+    faults.add("min_expected_edge", number_text(min_expected_edge), "a number above 0 and at most 1");
+  if (!(min_expected_fill >= 0 && min_expected_fill <= 1))
+    faults.add("min_expected_fill", number_text(min_expected_fill), "a number from 0 to 1");
   if (max_runs < 1) faults.add("max_runs", std::to_string(max_runs), "at least 1");
   for (const BallRadius& radius : radii) {
     if (!(radius.radius_m >= 0) || !std::isfinite(radius.radius_m))

@@ -32,6 +32,13 @@ struct DetectorOptions {
   /// But where an edge follows so much of the outline in the picture, nothing hides the rest.
   double min_whole = 0.9;
   double min_quality = 0.36;
+  /// A region that shows no clear ball may be what is left of one, whose rim is too dark or too pale for the
+  /// class, if it is so large and fills its circle so far: then there is an edge on so much of an outline
+  /// around it, its radius larger by a part of the circle's.
+  double min_frayed_radius_px = 8, min_frayed_fill = 0.6, min_frayed_edge = 0.37, frayed_reach = 0.6;
+  /// Where a ball is expected: an edge on so much of its outline in the picture, so much of its disc of its
+  /// colour.
+  double min_expected_edge = 0.37, min_expected_fill = 0.4;
   /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
   double oval_fraction = 0;
   std::uint64_t seed = 0;

@@ -181,13 +181,14 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
   Vector p;
   p << outside_level, contrast, prior.root, 0, start_offset_px, std::log(prior.blur_px);
   double noise = 0;
-  Matrix information = Matrix::Zero();
+  Eigen::LLT<Matrix> llt;
+  double variance = 0;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     NormalEquations normal = normal_equations(samples, p, prior.radius_px);
     const double freedom = samples.count - parameters;
     noise = std::sqrt(normal.squares / std::max(1.0, freedom));
     // Priors count as measurements in units of the noise; a floor stands for quantisation.
-    const double variance = std::max(noise * noise, 0.04);
+    variance = std::max(noise * noise, 0.04);
     const auto believe = [&](int index, double value, double sigma) {
       const double weight = variance / (sigma * sigma);
       normal.matrix(index, index) += weight;
@@ -197,8 +198,7 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
     believe(2, prior.root, prior.root_sigma_fraction * step_size);
     believe(3, 0, prior.ramp_sigma_fraction * step_size);
     believe(5, std::log(prior.blur_px), prior.log_blur_sigma);
-    information = normal.matrix / variance;
-    const Eigen::LLT<Matrix> llt(normal.matrix);
+    llt.compute(normal.matrix);
     Vector step = llt.solve(normal.right);
     if (llt.info() != Eigen::Success || !step.allFinite()) return std::nullopt;
     step(4) = std::clamp(step(4), -1.0, 1.0);
@@ -207,7 +207,7 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
     p(5) = std::clamp(p(5), std::log(0.25), std::log(4.0));
     if (std::abs(step(4)) < options.settled_px && std::abs(step(5)) < 10 * options.settled_px) break;
   }
-  const Vector of_offset = information.llt().solve(Vector::Unit(4));
+  const Vector of_offset = llt.solve(Vector::Unit(4)) * variance;
   EdgeProfileFit fit;
   fit.offset_px = p(4);
   fit.sigma_px = std::sqrt(of_offset(4));

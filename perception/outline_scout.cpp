@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calibration/camera/sphere_outline.hpp"
 
@@ -10,13 +11,16 @@ namespace ballservo {
 namespace {
 
 constexpr double two_pi = 6.283185307179586;
-constexpr int reach = 5, width = 2;  // px: how far from the outline its edge is sought, and what is compared
+// Along each line across the outline so many places to each side are compared, and what is compared.
+constexpr int reach = 5, width = 2;
 constexpr int profile = 2 * (reach + width) + 1;
 constexpr int sectors = 40;
+constexpr int reweightings = 4;
+constexpr double least_in_picture = 0.3;  // of the sectors
 
 struct Step {
   bool seen = false;
-  double size = 0, offset_px = 0;
+  double size = 0, offset = 0;  // places
 };
 
 // Where along a line across the outline the colours before and behind differ most: sum over the channels.
@@ -48,10 +52,11 @@ class Outline {
     return cone_.axis * std::cos(opening) +
            basis_ * Eigen::Vector2d(std::cos(angle), std::sin(angle)) * std::sin(opening);
   }
-  Step step(const cv::Mat& bgr, double angle) const {
-    const auto inner = camera_.project(ray(angle, -reach - width)),
-               outer = camera_.project(ray(angle, reach + width));
-    if (!inner || !outer || !is_inside(bgr, *inner) || !is_inside(bgr, *outer)) return {};
+  // Nothing where the line leaves the picture.
+  std::optional<Step> step(const cv::Mat& bgr, double angle, double spacing_px) const {
+    const double end_px = (reach + width) * spacing_px;
+    const auto inner = camera_.project(ray(angle, -end_px)), outer = camera_.project(ray(angle, end_px));
+    if (!inner || !outer || !is_inside(bgr, *inner) || !is_inside(bgr, *outer)) return std::nullopt;
     std::array<Eigen::Vector3f, profile> colors;
     const Eigen::Vector2d along = (*outer - *inner) / (profile - 1);
     for (int k = 0; k < profile; ++k) {
@@ -80,53 +85,83 @@ class Outline {
 
 Eigen::Vector3d mean_and_wave(double angle) { return {1, std::cos(angle), std::sin(angle)}; }
 
+struct Pass {
+  double within_px, spacing_px;  // how far from the outline an edge counts, and between the places compared
+  int looks;
+  double agreeing;  // of the least number of looks with an edge, what must agree with their common move
+};
+
+// The steps around an outline that count, and in how many looks there might have been one.
+struct SeenSteps {
+  std::array<double, sectors> angle, offset_px;
+  int count = 0, in_picture = 0;
+};
+
+SeenSteps look_around(const cv::Mat& bgr, const Outline& outline, const Pass& pass, int min_step) {
+  SeenSteps steps;
+  for (int i = 0; i < pass.looks; ++i) {
+    const double angle = two_pi * (i + 0.5) / pass.looks;
+    const auto step = outline.step(bgr, angle, pass.spacing_px);
+    if (!step) continue;
+    ++steps.in_picture;
+    const double offset_px = step->offset * pass.spacing_px;
+    if (!step->seen || step->size < min_step || std::abs(offset_px) > pass.within_px) continue;
+    const auto at = static_cast<std::size_t>(steps.count++);
+    steps.angle[at] = angle;
+    steps.offset_px[at] = offset_px;
+  }
+  return steps;
+}
+
+// What the steps say together of where the outline lies (mean, cosine, sine), by least absolute deviations:
+// at first many of them are other things' edges.
+Eigen::Vector3d common_move_px(const SeenSteps& steps, double floor_px) {
+  Eigen::Vector3d move_px(0, 0, 0);
+  for (int iteration = 0; iteration < reweightings; ++iteration) {
+    Eigen::Matrix3d normal = 1e-6 * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(steps.count); ++i) {
+      const Eigen::Vector3d row = mean_and_wave(steps.angle[i]);
+      const double weight = 1 / std::max(floor_px, std::abs(steps.offset_px[i] - move_px.dot(row)));
+      normal += weight * row * row.transpose();
+      right += weight * steps.offset_px[i] * row;
+    }
+    move_px = normal.ldlt().solve(right);
+  }
+  return move_px;
+}
+
 }  // namespace
 
 bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& start,
                    const OutlineScoutOptions& options, ScoutedOutline& found) {
-  const double focal_px = camera.focal_px(), radius_px = start.alpha_rad * focal_px;
+  const double focal_px = camera.focal_px(), on_outline_px = 0.6 + 0.015 * start.alpha_rad * focal_px;
   found.cone = start;
-  // From far with half of the sectors; nearer; and at last what lies on the outline counts.
-  const std::array<double, 3> tolerances_px{reach, 0.5 * reach, 0.6 + 0.015 * radius_px};
-  for (std::size_t pass = 0; pass < tolerances_px.size(); ++pass) {
+  const auto take = [&](const Pass& pass) {
     const Outline outline(camera, found.cone);
-    const bool is_last = pass + 1 == tolerances_px.size();
-    const int looks = pass == 0 ? sectors / 2 : sectors;
-    std::array<Step, sectors> steps;
-    Eigen::Matrix3d normal = 1e-6 * Eigen::Matrix3d::Identity();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    const SeenSteps steps = look_around(bgr, outline, pass, options.min_step);
+    const double least = options.min_support * steps.in_picture;
+    if (steps.in_picture < least_in_picture * pass.looks || steps.count < least) return false;
+    const Eigen::Vector3d move_px = common_move_px(steps, 0.3 * pass.spacing_px);
+    int agreeing = 0;
     found.points.clear();
-    int seen = 0;
-    for (int i = 0; i < looks; ++i) {
-      const double angle = two_pi * (i + 0.5) / looks;
-      Step& step = steps[static_cast<std::size_t>(i)] = outline.step(bgr, angle);
-      step.seen =
-          step.seen && step.size >= options.min_step && std::abs(step.offset_px) <= tolerances_px[pass];
-      if (!step.seen) continue;
-      ++seen;
-      const Eigen::Vector3d row = mean_and_wave(angle);
-      normal += row * row.transpose();
-      right += row * step.offset_px;
-      const Eigen::Vector3d edge = outline.ray(angle, step.offset_px);
-      if (is_last && edge.z() > 0)
+    for (std::size_t i = 0; i < static_cast<std::size_t>(steps.count); ++i) {
+      const double rest_px = steps.offset_px[i] - move_px.dot(mean_and_wave(steps.angle[i]));
+      agreeing += std::abs(rest_px) <= 2 * pass.spacing_px ? 1 : 0;
+      const Eigen::Vector3d edge = outline.ray(steps.angle[i], steps.offset_px[i]);
+      if (edge.z() > 0)
         found.points.push_back({(focal_px / edge.z() * edge.head<2>()).cast<float>(), {0, 0}});
     }
-    const double least = options.min_support * looks;
-    if (seen < least) return false;
-    const Eigen::Vector3d move_px = normal.ldlt().solve(right);
-    // Most must agree with what they say together, roughly at first.
-    int agreeing = 0;
-    for (int i = 0; i < looks; ++i) {
-      const Step& step = steps[static_cast<std::size_t>(i)];
-      const double rest_px = step.offset_px - move_px.dot(mean_and_wave(two_pi * (i + 0.5) / looks));
-      agreeing += step.seen && std::abs(rest_px) <= 2 ? 1 : 0;
-    }
-    if (agreeing < (is_last ? 1 : 0.7) * least) return false;
+    if (agreeing < pass.agreeing * least) return false;
     found.cone = outline.moved(move_px);
-    if (!(found.cone.axis.z() > 0 && found.cone.alpha_rad > 0)) return false;
-    found.support = static_cast<double>(seen) / looks;
-  }
-  return true;
+    found.support = static_cast<double>(steps.count) / steps.in_picture;
+    return found.cone.axis.z() > 0 && found.cone.alpha_rad > 0;
+  };
+  // From far with half of the sectors; nearer; and at last what lies on the outline counts.
+  for (double within_px = options.reach_px; within_px > reach; within_px /= 2)
+    if (!take({within_px, within_px / reach, sectors / 2, 0.7})) return false;
+  return take({reach, 1, sectors / 2, 0.7}) && take({0.5 * reach, 1, sectors, 0.7}) &&
+         take({on_outline_px, 1, sectors, 1});
 }
 
 }  // namespace ballservo

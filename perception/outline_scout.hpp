@@ -15,6 +15,7 @@ namespace ballservo {
 
 struct OutlineScoutOptions {
   int min_step = 12;         ///< sum over the channels of the grey levels across the outline
+  double reach_px = 5;       ///< how far from the supposed outline the edge may lie
   double min_support = 0.6;  ///< of the sectors must have such a step on the outline
 };
 
@@ -25,8 +26,8 @@ struct ScoutedOutline {
   std::vector<BoundaryPoint> points;  ///< where they have it: undistorted px, no normals, in order around it
 };
 
-/// Moves the cone to the edges within 5 px of its outline in the picture, and says where they lie on it in
-/// the end. False, and `found` of no meaning, where fewer sectors than asked for have one.
+/// Moves the cone to the edges near its outline in the picture, coarse to fine, and says where they lie on it
+/// in the end. False, and `found` of no meaning, where fewer sectors than asked for have one.
 bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& start,
                    const OutlineScoutOptions& options, ScoutedOutline& found);
 

@@ -27,7 +27,7 @@ BallPosition position_of(const Eigen::Vector3d& features, const Eigen::Vector3d&
 struct TrackFilterOptions {
   /// Process noise: sigma of an acceleration that is another one every `acceleration_lasts_s`, ball radii per
   /// s^2.
-  double acceleration_radii_s2 = 60;
+  double acceleration_radii_s2 = 200;
   double size_acceleration_s2 = 3;  ///< the same of log distance, 1/s^2
   double acceleration_lasts_s = 1.0 / 30;
   double velocity_radii_s = 20;  ///< sigma of the velocity at first sight

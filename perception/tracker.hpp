@@ -15,8 +15,10 @@ struct TrackerOptions {
   int confirm_after = 3;  ///< pictures in a row
   double coast_s = 1.0;   ///< how long a confirmed ball is predicted before it is given up
   double gate_distance2 =
-      16.27;              ///< squared Mahalanobis distance; 99.9 % of chi-square with 3 degrees of freedom
-  double jump_radii = 6;  ///< a lone ball of the class this near an unmatched track continues it
+      16.27;                 ///< squared Mahalanobis distance; 99.9 % of chi-square with 3 degrees of freedom
+  double jump_radii = 6;     ///< a lone ball of the class this near an unmatched track continues it
+  double reach_px = 5;       ///< a ball's outline is sought so near the prediction, before its region is,
+  double reach_radii = 0.4;  ///< and so near where its region shows no ball
   int newcomers_every =
       5;  ///< pictures between two looks at the whole picture while all balls are being found
   double expected_quality =
@@ -77,7 +79,7 @@ class Tracker {
   bool is_matched(std::size_t followed) const;
   void look(const cv::Mat& bgr, DetectionStages* stages);
   void look_near_predictions(const cv::Mat& bgr);
-  void add_new(const std::vector<BallObservation>& balls);
+  void add_new(const BallObservation& ball);
   bool is_seen(const Followed& followed) const;
   double expected_quality() const;
   bool is_plausible(const Followed& followed, const BallObservation& ball) const;

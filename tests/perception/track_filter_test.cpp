@@ -97,11 +97,12 @@ double normalized_error(double rate_hz, double unseen_s) {
 }
 
 TEST(TrackFilter, ThePredictionsCovarianceIsTheirErrorAtAnyRate) {
-  // 800 squared normal draws: their mean has a sigma of 5 %.
+  // 800 squared normal draws: their mean has a sigma of 5 %. Held for a while, an acceleration moves the ball
+  // less within that while than white noise does: by 3/4 of its variance.
   for (const double rate_hz : {15.0, 30.0, 60.0}) {
     for (const double unseen_s : {1 / rate_hz, 0.2, 0.4, 0.8}) {
       const double error = normalized_error(rate_hz, unseen_s);
-      EXPECT_GT(error, 0.75) << rate_hz << " Hz, " << unseen_s << " s";
+      EXPECT_GT(error, 0.65) << rate_hz << " Hz, " << unseen_s << " s";
       EXPECT_LT(error, 1.25) << rate_hz << " Hz, " << unseen_s << " s";
     }
   }
