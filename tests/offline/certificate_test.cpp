@@ -109,6 +109,13 @@ TEST(Certificate, NeverAlarmsWhereItSawNoBreak) {
   EXPECT_EQ(rule.words.rfind("never", 0), 0u) << rule.words;
 }
 
+TEST(Certificate, SeesNothingOfTheConditionsItIsTestedOn) {
+  const CertificateRule rule = trained_and_tested(0.2, 6).rules.front();
+  EXPECT_GT(rule.tested.breaks, 30);
+  EXPECT_EQ(rule.tested.caught, 0);
+  EXPECT_TRUE(std::isinf(rule.threshold));
+}
+
 // Step lengths that say nothing: whoever has a good area there is looking at the answer.
 TEST(Certificate, IsChanceWhereTheFitKnowsNothing) {
   CertificateStudy study(methods);
