@@ -110,8 +110,10 @@ TEST(Certificate, NeverAlarmsWhereItSawNoBreak) {
 }
 
 TEST(Certificate, SeesNothingOfTheConditionsItIsTestedOn) {
-  const CertificateRule rule = trained_and_tested(0.2, 6).rules.front();
+  const Certificate certificate = trained_and_tested(0.2, 6);
+  const CertificateRule& rule = certificate.rules.front();
   EXPECT_GT(rule.tested.breaks, 30);
+  EXPECT_EQ(certificate.rules.back().tested.area, 0.5);  // a regression on no break has no weights
   EXPECT_EQ(rule.tested.caught, 0);
   EXPECT_TRUE(std::isinf(rule.threshold));
 }
