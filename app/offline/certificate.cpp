@@ -17,6 +17,7 @@ constexpr double caught_in_training = 0.97;  // so that 95 % are left on other c
 constexpr double least_bend_px = 1e-6;
 constexpr double shrinkage = 1e-3;  // of the regression's weights, so that separable data have a solution
 constexpr int most_roc_points = 200;
+constexpr std::size_t most_samples = 200000;
 
 std::size_t index_of(const MethodList& methods, std::string_view name) {
   const auto it =
@@ -134,9 +135,17 @@ void CertificateStudy::add(std::size_t condition, const ComparisonRecord& record
     sample.apart_after_px = apart_px(*two, *converged);
     const bool finite =
         std::all_of(sample.x.begin(), sample.x.end(), [](double v) { return std::isfinite(v); });
-    if (finite && std::isfinite(sample.apart_px) && std::isfinite(sample.apart_after_px))
-      pair.samples.push_back(sample);
+    if (finite && std::isfinite(sample.apart_px) && std::isfinite(sample.apart_after_px)) pair.keep(sample);
   }
+}
+
+void CertificateStudy::Pair::keep(const Sample& sample) {
+  if (seen++ % stride != 0) return;
+  samples.push_back(sample);
+  if (samples.size() < most_samples) return;
+  for (std::size_t k = 0; 2 * k < samples.size(); ++k) samples[k] = samples[2 * k];
+  samples.resize((samples.size() + 1) / 2);
+  stride *= 2;
 }
 
 // By Newton's method on the log-likelihood with a small quadratic penalty; breaks and others count alike,

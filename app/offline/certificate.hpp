@@ -48,7 +48,7 @@ struct Certificate {
 };
 
 /// Collects frames and makes the certificates: rules are made on every other condition and tested on the
-/// rest.
+/// rest. Of very many frames every second, fourth... is kept.
 class CertificateStudy {
  public:
   explicit CertificateStudy(const MethodList& methods);
@@ -66,6 +66,9 @@ class CertificateStudy {
   struct Pair {
     std::size_t one, two, converged;
     std::vector<Sample> samples;
+    std::size_t seen = 0, stride = 1;
+
+    void keep(const Sample& sample);
   };
   static Certificate certificate(const MethodList& methods, const Pair& pair);
   static std::array<double, features> regression(const std::vector<Sample>& samples);

@@ -69,12 +69,6 @@ PlotOptions sweep_options(const Sweep& sweep) {
   return options;
 }
 
-double root_mean_square(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value * value;
-  return values.empty() ? nan : std::sqrt(sum / static_cast<double>(values.size()));
-}
-
 // The part of the values (%) that are at most so large.
 PlotSeries share_curve(const std::string& name, std::vector<double> values, int color) {
   std::sort(values.begin(), values.end());
@@ -135,7 +129,7 @@ Svg sweep_error_plot(const ComparisonResults& results, const Sweep& sweep) {
   PlotSeries bound = series_of("bound (RMS)", PlotColor::text(), true);
   for (const std::size_t c : sweep.conditions) {
     bound.x.push_back(results.conditions[c].swept_value);
-    bound.y.push_back(root_mean_square(results.summaries[c].bounds_mm));
+    bound.y.push_back(results.summaries[c].bound_rms_mm);
   }
   all.push_back(std::move(bound));
   PlotOptions options = sweep_options(sweep);
@@ -201,7 +195,7 @@ Svg difference_plot(const ComparisonResults& results, std::size_t pair) {
   const MethodPair methods = converged_pairs(results.methods)[pair];
   std::vector<double> all_px;
   for (const ConditionSummary& summary : results.summaries) {
-    const std::vector<double>& px = summary.differences[pair].center_px;
+    const std::vector<double>& px = summary.centers_apart_px[pair];
     all_px.insert(all_px.end(), px.begin(), px.end());
   }
   std::vector<double> worst_px;
@@ -211,7 +205,7 @@ Svg difference_plot(const ComparisonResults& results, std::size_t pair) {
     const double median = results.summaries[c].pairs[pair].center_median_px;
     if (!(median > largest_median)) continue;
     largest_median = median;
-    worst_px = results.summaries[c].differences[pair].center_px;
+    worst_px = results.summaries[c].centers_apart_px[pair];
     worst_name = results.conditions[c].name;
   }
   const std::vector<PlotSeries> curves{share_curve("all conditions", all_px, 0),

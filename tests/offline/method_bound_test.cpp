@@ -28,12 +28,14 @@ TEST(UnbiasedMethods, AreNotBelowTheBound) {
   PlanPictures source(plan);
   source.prepare(std::vector<char>(plan.conditions.size(), 1));
   for (std::size_t c = 0; c < plan.conditions.size(); ++c) {
-    std::vector<ComparisonRecord> frames;
-    for (int k = 0; k < plan.conditions[c].frames; ++k)
-      frames.push_back(measure(source.picture(c, k), plan.methods));
     const std::string& name = plan.conditions[c].name;
-    const ConditionSummary summary = summarize(c, name, frames, plan.methods, plan.seed);
-    ASSERT_EQ(summary.bounds_mm.size(), frames.size()) << name;
+    ConditionStatistics statistics(c, name, plan.methods, plan.seed);
+    for (int k = 0; k < plan.conditions[c].frames; ++k) {
+      const ComparisonRecord frame = measure(source.picture(c, k), plan.methods);
+      ASSERT_TRUE(frame.truth.bound_m) << name;
+      statistics.add(frame);
+    }
+    const ConditionSummary summary = statistics.summary();
     for (std::size_t m = 0; m < plan.methods.size(); ++m) {
       const MethodStatistics& s = summary.methods[m];
       ASSERT_GE(s.found, 15) << name << " " << plan.methods[m]->name;
@@ -47,7 +49,7 @@ TEST(UnbiasedMethods, AreNotBelowTheBound) {
 // Answers that scatter by `share` of a bound of 1 mm.
 MethodStatistics scattered(double share) {
   const MethodList methods{find_fit_method("sphere_one_step")};
-  std::vector<ComparisonRecord> frames;
+  ConditionStatistics statistics(0, "scattered", methods, 1);
   for (std::uint64_t k = 0; k < 100; ++k) {
     RandomEngine engine = random_stream(1, "method_bound_test", k);
     ComparisonRecord frame;
@@ -60,9 +62,9 @@ MethodStatistics scattered(double share) {
     for (int axis = 0; axis < 3; ++axis)
       fit.p_C[axis] = (*frame.truth.p_CB)[axis] + sigma_m * standard_normal(engine);
     frame.fits = {fit};
-    frames.push_back(frame);
+    statistics.add(frame);
   }
-  return summarize(0, "scattered", frames, methods, 1).methods[0];
+  return statistics.summary().methods[0];
 }
 
 TEST(UnbiasedMethods, AreSeenWhereTheyPretendToBeBelowTheBound) {
