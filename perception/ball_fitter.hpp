@@ -16,6 +16,12 @@
 
 namespace ballservo {
 
+/// One step was enough where the next one, on the same points, would be shorter than this. It is the
+/// tolerance of the comparison's certificate, whose rule on other conditions than it was made on catches
+/// nearly every break by the next step's length (`ballservo compare data/comparisons/paper.yaml`,
+/// certificate.csv).
+inline constexpr double enough_next_step_px = 0.05;
+
 /// What the last refinement of a candidate started from and used: the material of one-step against converged
 /// fits.
 struct RefinementInput {

@@ -11,6 +11,8 @@
 namespace ballservo {
 namespace {
 
+constexpr std::size_t most_rows = 24;
+
 std::string fit_words(const FitMethod& one_step) {
   return one_step.points == MethodPoints::edges ? "The exact fit" : "The paper's fit";
 }
@@ -97,16 +99,20 @@ std::string range_of(const ComparisonResults& results, const Sweep& sweep) {
 void add_named_conditions(Page& page, const ComparisonResults& results,
                           const std::vector<std::size_t>& pairs) {
   std::vector<std::pair<std::string, std::string>> rows;
-  for (std::size_t c = 0; c < results.conditions.size() && rows.size() < 12; ++c) {
+  for (std::size_t c = 0; c < results.conditions.size() && rows.size() < most_rows; ++c) {
     if (!results.conditions[c].swept_key.empty()) continue;
-    std::string answers;
     for (const std::size_t pair : pairs)
-      answers += (answers.empty() ? "" : " ") + answer_of(results, c, pair);
-    rows.emplace_back(results.conditions[c].words, answers);
+      rows.emplace_back(pair == pairs.front() ? results.conditions[c].words : "",
+                        answer_of(results, c, pair));
   }
   if (rows.empty()) return;
   page.heading("Is one step enough for ...", 3);
   page.key_values(rows);
+  page.paragraph(
+      "Enough says that stopping after one step is not what errs: stepping on would move the ball by less "
+      "than a "
+      "tenth of the error, or no test tells which is nearer to the truth. It does not say that the error is "
+      "small.");
 }
 
 void add_sweeps(Page& page, const ComparisonResults& results, const std::vector<std::size_t>& pairs) {

@@ -319,6 +319,7 @@ Svg roc_plot(const std::vector<Certificate>& certificates) {
       curve.name = certificate.one_step + ", " + rule.name;
       curve.color = PlotColor::series(color);
       curve.dashed = &rule != &certificate.rules.front();
+      curve.opacity = &rule == &certificate.rules.back() ? 0.5 : 1;
       for (const double rate : rule.roc_false_alarms) curve.x.push_back(100 * rate);
       for (const double rate : rule.roc_caught) curve.y.push_back(100 * rate);
       all.push_back(std::move(curve));

@@ -9,6 +9,7 @@
 #include "app/offline/comparison_plots.hpp"
 #include "app/offline/step_verdict.hpp"
 #include "app/report/page.hpp"
+#include "perception/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {
@@ -110,8 +111,7 @@ void add_methods(Page& page, const ComparisonResults& results) {
       settings.push_back(results.conditions[c].name + ": " + results.peer_words[c]);
   }
   if (settings.empty()) return;
-  page.begin_details(
-      "How the peers were set up: the best of a small grid, chosen on three other frames of each condition");
+  page.begin_details("How the peers were set up");
   page.bullets(settings);
   page.end_details();
 }
@@ -213,7 +213,7 @@ void add_certificates(Page& page, const ComparisonResults& results) {
   std::vector<std::string> worth;
   for (const Certificate& c : results.certificates) {
     worth.push_back(
-        fmt::format("{}: one more step where the threshold rule asks for it is taken in {:.1f} % of the "
+        fmt::format("{}: one more step where the first rule asks for it is taken in {:.1f} % of the "
                     "frames tested and leaves "
                     "{} breaks of {}, and at most {} px instead of {} px.",
                     c.one_step, 100 * c.second_step_rate, c.breaks_after, c.breaks_before,
@@ -228,10 +228,11 @@ void add_certificates(Page& page, const ComparisonResults& results) {
   for (const double rate : second) sum += rate;
   if (!second.empty())
     page.paragraph(fmt::format(
-        "On line the exact fit already looks again, at new edge points, after a step longer than a pixel: "
-        "here in "
-        "{:.1f} % of the frames (mean over the conditions). sphere_one_step is the step from there.",
-        100 * sum / static_cast<double>(second.size())));
+        "On line the exact fit looks again, at new edge points, where its step was longer than a pixel or "
+        "the "
+        "next would be longer than {:g} px: here in {:.1f} % of the frames (mean over the conditions). "
+        "sphere_one_step is the step from there, and what is left to the rules above.",
+        enough_next_step_px, 100 * sum / static_cast<double>(second.size())));
 }
 
 void add_worst(Page& page, const ComparisonResults& results, const ShowFrame& show_again) {

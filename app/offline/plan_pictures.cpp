@@ -198,9 +198,7 @@ ShownPicture show_frame(const ComparisonPlan& plan, std::size_t condition, int f
 
 std::string PlanPictures::peer_words(std::size_t condition) const {
   if (!peers_asked_ || !setups_[condition].rays) return "";
-  const PeerSettings& peers = setups_[condition].peers;
-  return "hough_gradient: " + in_words(peers.hough) + "; hough_gradient_alt: " + in_words(peers.hough_alt) +
-         "; hsv_contour: " + in_words(peers.hsv) + "; vpdot2: " + in_words(peers.vpdot2);
+  return "the best of a small grid on three other frames: " + in_words(setups_[condition].peers);
 }
 
 }  // namespace ballservo
