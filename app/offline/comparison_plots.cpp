@@ -69,6 +69,9 @@ PlotOptions sweep_options(const Sweep& sweep) {
   return options;
 }
 
+// Not finite stays so, and is a gap in a curve.
+double at_least(double least, double value) { return std::isfinite(value) ? std::max(least, value) : nan; }
+
 // The part of the values (%) that are at most so large.
 PlotSeries share_curve(const std::string& name, std::vector<double> values, int color) {
   std::sort(values.begin(), values.end());
@@ -152,8 +155,8 @@ Svg sweep_pair_plot(const ComparisonResults& results, const Sweep& sweep) {
     for (const std::size_t c : sweep.conditions) {
       const PairStatistics& s = results.summaries[c].pairs[k];
       for (PlotSeries* series : {&median, &largest}) series->x.push_back(results.conditions[c].swept_value);
-      median.y.push_back(std::max(1e-5, s.center_median_px));
-      largest.y.push_back(std::max(1e-5, s.center_max_px));
+      median.y.push_back(at_least(1e-5, s.center_median_px));
+      largest.y.push_back(at_least(1e-5, s.center_max_px));
     }
     all.push_back(std::move(median));
     all.push_back(std::move(largest));

@@ -235,6 +235,33 @@ void add_certificates(Page& page, const ComparisonResults& results) {
         enough_next_step_px, 100 * sum / static_cast<double>(second.size())));
 }
 
+void add_costs(Page& page, const ComparisonResults& results) {
+  page.heading("What each costs");
+  PageTable table;
+  table.heading = {"method", "processor time a frame, ms"};
+  double own_ms = 0, peers_ms = 0;
+  for (std::size_t m = 0; m < results.methods.size(); ++m) {
+    std::vector<double> times_ms;
+    for (const ConditionSummary& summary : results.summaries) {
+      if (std::isfinite(summary.methods[m].time_us_median))
+        times_ms.push_back(summary.methods[m].time_us_median / 1000);
+    }
+    const double median_ms = quantile(times_ms, 0.5);
+    table.rows.push_back({results.methods[m]->name, figure(median_ms)});
+    if (std::isfinite(median_ms)) (results.methods[m]->is_peer ? peers_ms : own_ms) += median_ms;
+  }
+  page.paragraph(fmt::format(
+      "A frame through all methods but the peers takes {} ms of one core: {:.0f} frames a second; the peers "
+      "take {} "
+      "ms. Medians over the conditions, one thread; fits are timed from the starting circle, the choice of "
+      "their points included, the votes and the peers from the picture.",
+      figure(own_ms), own_ms > 0 ? 1000 / own_ms : 0, figure(peers_ms)));
+  page.figure(drawing(cost_plot(results), "Down and to the left is better."));
+  page.begin_details("Method by method");
+  page.table(table);
+  page.end_details();
+}
+
 void add_worst(Page& page, const ComparisonResults& results, const ShowFrame& show_again) {
   const auto show = [&](const std::vector<NotableFrame>& frames, const std::string& title,
                         const std::string& unit) {
@@ -302,11 +329,7 @@ std::string comparison_report_html(const ComparisonResults& results, const ShowF
   add_steps(page, results);
   add_errors(page, results, text);
   add_certificates(page, results);
-  page.heading("What each costs");
-  page.figure(
-      drawing(cost_plot(results),
-              "Medians over the conditions, one thread; fits are timed from the starting circle, the choice "
-              "of their points included, the votes and the peers from the picture."));
+  add_costs(page, results);
   if (show) {
     add_worst(page, results, show);
     add_examples(page, results, show, text);
