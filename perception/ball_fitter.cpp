@@ -1,6 +1,7 @@
 #include "perception/ball_fitter.hpp"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "perception/ball_position.hpp"
@@ -9,6 +10,13 @@ namespace ballservo {
 namespace {
 
 constexpr double long_step_px = 1;
+// Length of the step that would follow; infinite where there is none.
+template <class Start, class Points, class... More>
+double following_step_px(const Start& start, const Points& points, More... more) {
+  const auto next = one_gauss_newton_step(start, points, more...);
+  return next ? next->step_px : std::numeric_limits<double>::infinity();
+}
+
 // Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.
 constexpr double robust_floor_px = 0.06;
 
@@ -55,12 +63,14 @@ std::optional<BallObservation> BallFitter::finished(std::optional<BallObservatio
   return ball;
 }
 
-// Measured around the start and followed by one step; and once more where that step was long, so that the
-// pixels were not those around the outline.
+// Measured around the start and followed by one step; and once more where that was not enough: it was long,
+// so that the pixels were not those around the outline, or another would still move it.
 std::optional<BallObservation> BallFitter::refine_sphere(const cv::Mat& bgr, ClassIndex color_class,
                                                          TangentCone cone, RefinementInput* input) {
   std::optional<ConeFit> fit;
-  for (int pass = 0; pass < 2; ++pass) {
+  double next_step_px = 0;
+  bool enough = false;
+  for (int pass = 0; pass < 2 && !enough; ++pass) {
     measure(bgr, cone);
     if (input) {
       input->start = cone;
@@ -70,13 +80,16 @@ std::optional<BallObservation> BallFitter::refine_sphere(const cv::Mat& bgr, Cla
     fit = one_gauss_newton_step(cone, edges_.points, options_.oval_fraction);
     if (!fit) return std::nullopt;
     cone = fit->cone;
-    if (fit->step_px < long_step_px) break;
+    next_step_px = following_step_px(cone, edges_.points, options_.oval_fraction);
+    enough = fit->step_px < long_step_px && next_step_px <= enough_next_step_px;
   }
   BallObservation ball;
   ball.cone = cone;
   ball.cone_covariance_rad2 = fit->covariance_rad2;
   ball.residual_px = fit->residual_px;
   ball.step_px = fit->step_px;
+  ball.next_step_px = next_step_px;
+  ball.one_step_enough = enough;
   ball.edges_used = fit->used;
   ball.blur_px = edges_.blur_px;
   offsets_ = edge_offsets(edges_, *fit);
@@ -100,6 +113,8 @@ std::optional<BallObservation> BallFitter::refine_paper(const cv::Mat& bgr, Clas
   ball.cone_covariance_rad2 = fit->covariance_px2 / (focal_px * focal_px);
   ball.residual_px = fit->residual_px;
   ball.step_px = fit->step_px;
+  ball.next_step_px = following_step_px(fit->circle, ring_);
+  ball.one_step_enough = ball.next_step_px <= enough_next_step_px;  // said only: the paper's fit is one step
   ball.edges_used = fit->used;
   if (const BallRadius radius = radius_of(color_class); radius.radius_m > 0) {
     const Eigen::Matrix3d jacobian = paper_position_jacobian(fit->circle, focal_px, radius.radius_m);

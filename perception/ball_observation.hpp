@@ -39,6 +39,10 @@ struct BallObservation {
   CircleEstimate vote;
   double residual_px = 0;  ///< RMS distance of the edge from the outline
   double step_px = 0;      ///< length of the last Gauss-Newton step
+  /// Of the step that would follow it on the same points: what stopping leaves, to first order.
+  double next_step_px = 0;
+  /// Stopping leaves less than would matter: see enough_next_step_px in ball_fitter.hpp.
+  bool one_step_enough = false;
   int edges_used = 0;
   double blur_px = 0;
 };

@@ -6,6 +6,7 @@
 
 #include "app/commands/command.hpp"
 #include "app/io/interrupt.hpp"
+#include "app/io/noted_lines.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/work_folder.hpp"
 #include "app/offline/comparison_archive.hpp"
@@ -20,9 +21,9 @@
 namespace ballservo {
 namespace {
 
-// A journal is held in memory, and so are the tables made of it.
-constexpr double most_bytes_a_run = 8e8;
 constexpr double most_core_hours = 24, most_disk_bytes = 10e9;
+// A condition's errors are held in memory, about 3 kB a frame with all methods.
+constexpr int most_frames_a_condition = 100000;
 
 // What `compare merge` needs of a part; times in the notes differ between runs.
 constexpr const char *setting_name = "comparison.json", *notes_name = "notes.jsonl";
@@ -48,7 +49,7 @@ int threads_of(const CommonOptions& common) {
                             : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-void check_size(const ComparisonPlan& plan, const Shard& shard, const CompareOptions& options) {
+void check_size(const ComparisonPlan& plan, const CompareOptions& options) {
   const PlanEstimate whole = estimate(plan);
   const std::string words = in_words(whole, threads_of(options.common));
   spdlog::info("compare: {}", words);
@@ -58,10 +59,10 @@ void check_size(const ComparisonPlan& plan, const Shard& shard, const CompareOpt
         options.plan.string(), words,
         "fewer frames or conditions, or --force where so much is meant (then better in parts: --shard)");
   }
-  if (whole.disk_bytes / shard.count > most_bytes_a_run) {
-    faults.add("--shard", shard.to_text() + " of " + words,
-               "parts of at most 800 MB each: --shard 1/" +
-                   std::to_string(static_cast<long>(whole.disk_bytes / most_bytes_a_run) + 1) + " and so on");
+  for (const ComparisonCondition& condition : plan.conditions) {
+    if (condition.frames > most_frames_a_condition)
+      faults.add(options.plan.string() + ": " + condition.name, std::to_string(condition.frames) + " frames",
+                 "at most " + std::to_string(most_frames_a_condition) + " in one condition");
   }
   faults.throw_if_any();
 }
@@ -98,7 +99,7 @@ struct ComparisonJob {
   const ComparisonPlan* plan = nullptr;  ///< where there is one
 };
 
-// The contents of the folder.
+// The contents of the folder, but for what has rows for every frame.
 std::map<std::string, std::string> result_files(const ComparisonResults& results,
                                                 const std::vector<PaperClaim>& claims,
                                                 const std::string& setting) {
@@ -110,13 +111,25 @@ std::map<std::string, std::string> result_files(const ComparisonResults& results
 }
 
 std::vector<PaperClaim> claims_of(const ComparisonResults& results, const UnitNotes& notes) {
-  const std::string* noted = notes.find(claims_key);
+  const std::optional<std::string> noted = notes.find(claims_key);
   if (!noted) return {};
   try {
     return paper_claims(results, paper_measurements_from_json(nlohmann::json::parse(*noted)));
   } catch (const nlohmann::json::exception&) {
     throw InputError("the notes of the paper's claims", "damaged", "the folder as the run left it");
   }
+}
+
+// What a part hands to `compare merge`.
+void write_notes(const std::vector<ConditionInfo>& conditions, const std::vector<ComparisonUnit>& units,
+                 const UnitNotes& notes, WorkResults& files) {
+  files.append_untracked(notes_name, "");
+  const auto copy = [&](const std::string& key) {
+    if (const auto value = notes.find(key)) files.append_untracked(notes_name, note_line(key, *value));
+  };
+  copy(claims_key);
+  for (const ConditionInfo& info : conditions) copy(settings_key(info));
+  for (const ComparisonUnit& unit : units) copy(unit.key);
 }
 
 int run_job(const ComparisonJob& job, const CompareOptions& options, const Shard& shard) {
@@ -133,7 +146,7 @@ int run_job(const ComparisonJob& job, const CompareOptions& options, const Shard
   const UnitNotes notes{[&](const std::string& key) { return journal.find(key); },
                         [&](const std::string& key, const std::string& value) { journal.add(key, value); }};
   try {
-    if (job.text.claims_wanted && shard.index == 1 && !journal.find(claims_key)) {
+    if (job.text.claims_wanted && shard.index == 1 && !journal.has(claims_key)) {
       spdlog::info("compare: looking at what the paper says of votes, classes and times");
       journal.add(claims_key, to_json(measure_paper_claims(*job.plan)).dump());
     }
@@ -147,24 +160,22 @@ int run_job(const ComparisonJob& job, const CompareOptions& options, const Shard
                  options.output.string());
     throw;
   }
+  WorkResults files = folder.begin_results();
   const ComparisonResults results =
-      collect_results(job.source.conditions(), job.methods, units, notes, job.seed);
+      collect_results(job.source.conditions(), job.methods, units, notes, job.seed,
+                      [&](const std::string& name, std::string_view rows) { files.append(name, rows); });
   const std::vector<PaperClaim> claims = claims_of(results, notes);
-  std::map<std::string, std::string> untracked = results.timing_files;
-  untracked["report.html"] = comparison_report_html(results, &job.source, job.text, claims);
-  if (!shard.is_whole()) {
-    std::map<std::string, std::string> all;
-    for (const ComparisonUnit& unit : units) all[unit.key] = *journal.find(unit.key);
-    for (const ConditionInfo& info : job.source.conditions()) {
-      if (const std::string* settings = journal.find("settings:" + info.name))
-        all["settings:" + info.name] = *settings;
-    }
-    if (const std::string* noted = journal.find(claims_key)) all[claims_key] = *noted;
-    untracked[notes_name] = notes_text(all);
-  }
   const std::string setting =
       comparison_setting_text(job.source.conditions(), job.methods, job.seed, job.text);
-  folder.write_results(result_files(results, claims, setting), true, untracked);
+  for (const auto& [name, contents] : result_files(results, claims, setting)) files.write(name, contents);
+  for (const auto& [name, contents] : results.timing_files) files.write_untracked(name, contents);
+  const ShowFrame show = [&](std::size_t condition, int frame) {
+    const ComparisonPicture picture = job.source.picture(condition, frame);
+    return ShownPicture{picture.bgr, picture.truth.outline};
+  };
+  files.write_untracked("report.html", comparison_report_html(results, show, job.text, claims));
+  if (!shard.is_whole()) write_notes(job.source.conditions(), units, notes, files);
+  folder.commit_results(std::move(files), true);
   write_json_results(options.common, comparison_json(results));
   return exit_done;
 }
@@ -177,7 +188,7 @@ int compare_plan(const CompareOptions& options) {
   faults.collect([&] { shard = parse_shard(options.shard); });
   faults.throw_if_any();
   plan.seed += options.common.seed;
-  check_size(plan, shard, options);
+  check_size(plan, options);
   PlanPictures source(plan);
   const ComparisonReportText text{options.plan.filename().string(), plan.resolved_json, true,
                                   plan.paper_claims};
@@ -220,32 +231,52 @@ int run_compare(const CompareOptions& options) {
   return options.pictures.folder.empty() ? compare_plan(options) : compare_pictures(options);
 }
 
+// What the parts rendered, so that the worst frames of all can be drawn again; nothing where that was a
+// user's own pictures, or a camera's file that lies elsewhere.
+std::optional<ComparisonPlan> plan_of(const ComparisonSetting& setting) {
+  if (!setting.text.rendered) return std::nullopt;
+  try {
+    ComparisonPlan plan = parse_comparison_plan(setting.text.setting, setting.text.subject, ".");
+    plan.seed = setting.seed;
+    const bool same = plan.conditions.size() == setting.conditions.size();
+    return same ? std::optional<ComparisonPlan>(std::move(plan)) : std::nullopt;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
 int run_merge(const MergeOptions& options) {
   if (options.output.empty()) throw InputError("--output", "nothing", "a folder for the results");
   std::vector<std::filesystem::path> paths(options.folders.begin(), options.folders.end());
   const MergeableShards parts = read_shards(paths);
-  constexpr std::size_t most_bytes = std::size_t{2} << 30;
-  std::map<std::string, std::string> all;
+  constexpr std::size_t most_setting_bytes = std::size_t{1} << 28;
+  std::vector<NoteFile> parts_notes;
   std::string setting_text;
   for (const FinishedShard& part : parts.shards) {
-    const std::filesystem::path file = part.folder / notes_name, setting_file = part.folder / setting_name;
-    add_notes(read_file_bytes(file, most_bytes), file.string(), all);
-    setting_text = read_file_bytes(setting_file, most_bytes);
+    parts_notes.emplace_back(part.folder / notes_name);
+    setting_text = read_file_bytes(part.folder / setting_name, most_setting_bytes);
   }
   const ComparisonSetting setting = read_comparison_setting(setting_text, setting_name);
   const UnitNotes notes{[&](const std::string& key) {
-                          const auto it = all.find(key);
-                          return it == all.end() ? nullptr : &it->second;
+                          std::optional<std::string> value;
+                          for (const NoteFile& part : parts_notes) {
+                            if (!value) value = part.find(key);
+                          }
+                          return value;
                         },
                         [](const std::string&, const std::string&) {}};
   OutputFolder folder(options.output, options.common.overwrite());
   const ComparisonResults results = collect_results(
-      setting.conditions, setting.methods, comparison_units(setting.conditions), notes, setting.seed);
+      setting.conditions, setting.methods, comparison_units(setting.conditions), notes, setting.seed,
+      [&](const std::string& name, std::string_view rows) { folder.append(name, rows); });
   const std::vector<PaperClaim> claims = claims_of(results, notes);
   for (const auto& [name, contents] : result_files(results, claims, setting_text))
     folder.write(name, contents);
   for (const auto& [name, contents] : results.timing_files) folder.write(name, contents);
-  folder.write("report.html", comparison_report_html(results, nullptr, setting.text, claims));
+  const std::optional<ComparisonPlan> plan = plan_of(setting);
+  ShowFrame show;
+  if (plan) show = [&](std::size_t condition, int frame) { return show_frame(*plan, condition, frame); };
+  folder.write("report.html", comparison_report_html(results, show, setting.text, claims));
   folder.commit();
   write_json_results(options.common, comparison_json(results));
   return exit_done;
@@ -256,7 +287,7 @@ void add_merge_command(CLI::App& compare, Action& action) {
   CLI::App* command = compare.add_subcommand("merge", "Put the parts of a comparison together");
   command->footer(
       "Example: ballservo compare merge part_1 part_2 part_3 -o whole\n"
-      "gives the tables of the whole, the same bytes as in one run; the page has no pictures then.");
+      "gives the tables of the whole, the same bytes as in one run.");
   command->add_option("DIR", options->folders, "Folders of all parts (--shard I/N)")->required();
   command->add_option("-o,--output", options->output, "Folder for the results")->type_name("DIR");
   add_common_options(*command, options->common);

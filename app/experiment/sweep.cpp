@@ -144,7 +144,7 @@ std::vector<TrialRecord> run_sweep(const SweepOptions& options, const nlohmann::
   for (long k = 0; k < options.trials; ++k) {
     if (!options.shard.holds(static_cast<std::size_t>(k))) continue;
     mine.push_back(options.first_seed + static_cast<std::uint64_t>(k));
-    if (journal.find(std::to_string(mine.back())) == nullptr) missing.push_back(mine.back());
+    if (!journal.has(std::to_string(mine.back()))) missing.push_back(mine.back());
   }
   std::mutex mutex;
   const long total = static_cast<long>(mine.size());
@@ -170,7 +170,7 @@ std::vector<TrialRecord> run_sweep(const SweepOptions& options, const nlohmann::
   });
   std::vector<TrialRecord> records;
   for (const std::uint64_t seed : mine) {
-    if (const std::string* text = journal.find(std::to_string(seed))) records.push_back(split_record(*text));
+    if (const auto text = journal.find(std::to_string(seed))) records.push_back(split_record(*text));
   }
   return records;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "calibration/files/checksum.hpp"
 #include "calibration/files/fault.hpp"
 #include "calibration/files/image_file.hpp"
 
@@ -12,7 +11,7 @@ namespace fs = std::filesystem;
 namespace ballservo {
 namespace {
 
-constexpr std::size_t max_manifest_bytes = 16u << 20, max_result_bytes = std::size_t{4} << 30;
+constexpr std::size_t max_manifest_bytes = 16u << 20;
 
 /// A manifest as far as it can be believed.
 struct Manifest {
@@ -64,7 +63,7 @@ void check_results(const FinishedShard& shard, const Manifest& manifest, FaultLi
   for (const auto& [name, hash] : manifest.hashes) {
     faults.collect([&, result = name, expected = hash] {
       const fs::path file = shard.folder / result;
-      if (sha256_hex(read_file_bytes(file, max_result_bytes)) != expected) {
+      if (sha256_of_file(file) != expected) {
         throw InputError(file.string(), "not what the job wrote (its checksum differs)",
                          "the file as it was written");
       }
@@ -122,22 +121,42 @@ WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite over
   journal_ = std::make_unique<WorkJournal>(journal_file, job_.sha256());
 }
 
-void WorkFolder::write_results(const std::map<std::string, std::string>& results, bool finished,
-                               const std::map<std::string, std::string>& untracked) {
-  OutputFolder folder(target_, Overwrite::allow);
-  nlohmann::json hashes = nlohmann::json::object();
-  for (const auto& [name, contents] : results) {
-    folder.write(name, contents);
-    hashes[name] = sha256_hex(contents);
-  }
-  for (const auto& [name, contents] : untracked) folder.write(name, contents);
+void WorkResults::write(const std::string& name, std::string_view contents) {
+  hashes_[name].add(contents);
+  folder_.write(name, contents);
+}
+
+void WorkResults::append(const std::string& name, std::string_view piece) {
+  hashes_[name].add(piece);
+  folder_.append(name, piece);
+}
+
+void WorkResults::write_untracked(const std::string& name, std::string_view contents) {
+  folder_.write(name, contents);
+}
+
+void WorkResults::append_untracked(const std::string& name, std::string_view piece) {
+  folder_.append(name, piece);
+}
+
+void WorkFolder::commit_results(WorkResults&& results, bool finished) {
   if (finished) {
+    nlohmann::json hashes = nlohmann::json::object();
+    for (auto& [name, hash] : results.hashes_) hashes[name] = hash.hex();
     const nlohmann::json manifest = {
         {"job", job_.description}, {"shard", job_.shard.to_text()}, {"sha256", hashes}};
-    folder.write(manifest_name, manifest.dump(2) + "\n");
+    results.folder_.write(manifest_name, manifest.dump(2) + "\n");
   }
-  folder.commit();
+  results.folder_.commit();
   if (finished) journal_->remove();
+}
+
+void WorkFolder::write_results(const std::map<std::string, std::string>& results, bool finished,
+                               const std::map<std::string, std::string>& untracked) {
+  WorkResults all = begin_results();
+  for (const auto& [name, contents] : results) all.write(name, contents);
+  for (const auto& [name, contents] : untracked) all.write_untracked(name, contents);
+  commit_results(std::move(all), finished);
 }
 
 MergeableShards read_shards(const std::vector<fs::path>& folders) {

@@ -10,6 +10,7 @@
 
 #include "app/io/shard.hpp"
 #include "app/io/work_journal.hpp"
+#include "calibration/files/checksum.hpp"
 #include "calibration/files/output.hpp"
 
 namespace ballservo {
@@ -21,6 +22,24 @@ struct WorkJob {
   Shard shard;
 
   std::string sha256() const;  ///< of description and shard
+};
+
+/// A job's results on their way: none is there before all are (see OutputFolder).
+class WorkResults {
+ public:
+  void write(const std::string& name, std::string_view contents);
+  /// Adds to a result that is too long to be held whole.
+  void append(const std::string& name, std::string_view piece);
+  /// Results that are not the same each time (wall-clock figures), left out of the manifest.
+  void write_untracked(const std::string& name, std::string_view contents);
+  void append_untracked(const std::string& name, std::string_view piece);
+
+ private:
+  friend class WorkFolder;
+  explicit WorkResults(const std::filesystem::path& target) : folder_(target, Overwrite::allow) {}
+
+  OutputFolder folder_;
+  std::map<std::string, Sha256> hashes_;
 };
 
 /// A folder with, while the job is under way, `unfinished.journal`, and at the end its results and
@@ -41,9 +60,14 @@ class WorkFolder {
   /// What is done so far; not to be called where the job is already finished.
   WorkJournal& journal() { return *journal_; }
 
-  /// Writes the results, all or none, in the place of older ones of this job. `finished` also writes the
-  /// manifest and removes the journal; without it (interrupted) the folder can be resumed. `untracked` are
-  /// results that are not the same each time (wall-clock figures), left out of the manifest.
+  /// Results that are written piece by piece, then put in the place of older ones of this job by
+  /// `commit_results`.
+  WorkResults begin_results() const { return WorkResults(target_); }
+  /// `finished` also writes the manifest and removes the journal; without it (interrupted) the folder can be
+  /// resumed.
+  void commit_results(WorkResults&& results, bool finished);
+
+  /// All at once; `untracked` as for WorkResults::write_untracked.
   void write_results(const std::map<std::string, std::string>& results, bool finished,
                      const std::map<std::string, std::string>& untracked = {});
 

@@ -1,18 +1,21 @@
 // What a long job has finished so far, in a file that survives a kill at any moment.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
-#include <string_view>
+
+#include "app/io/noted_lines.hpp"
 
 namespace ballservo {
 
 /// One line a finished item, as JSON: ["key","value"]; the first line names the job. Every line is handed to
 /// the system whole, with its line end as the last byte: a line without one was under way when the process
 /// died, and counts as never written. (A machine that loses power may lose lines, too.) One process at a time
-/// works with a journal. Thread-safe.
+/// works with a journal. Values are kept in the file only. Thread-safe.
 class WorkJournal {
  public:
   /// Opens the journal at `file`, or begins one where there is none or an empty one. `job` is a text (a hash)
@@ -23,9 +26,9 @@ class WorkJournal {
   WorkJournal(const WorkJournal&) = delete;
   WorkJournal& operator=(const WorkJournal&) = delete;
 
-  /// The value noted for an item, by an earlier process or this one; null where there is none. The pointer
-  /// stays valid as long as the journal.
-  const std::string* find(const std::string& key) const;
+  /// Whether an item is noted, by an earlier process or this one; and its value, nothing where it is not.
+  bool has(const std::string& key) const;
+  std::optional<std::string> find(const std::string& key) const;
   std::size_t size() const;
 
   /// Notes a finished item. A key that is known already keeps its value. InputError on a full disk.
@@ -36,12 +39,13 @@ class WorkJournal {
 
  private:
   void read(const std::string& job);
-  void append(const std::string& line);
+  NotePlace append(const std::string& line);
 
   std::filesystem::path file_;
   int descriptor_ = -1;
   mutable std::mutex mutex_;
-  std::map<std::string, std::string> items_;
+  std::uint64_t end_ = 0;  // of the whole lines
+  std::map<std::string, NotePlace> places_;
 };
 
 }  // namespace ballservo

@@ -5,18 +5,22 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
+#include "app/offline/resampling.hpp"
 #include "calibration/files/numbers.hpp"
 
 namespace ballservo {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double caught_in_training = 0.97;  // so that 95 % are left on other conditions
+// So that on other conditions 95 % are left, and 5 % are not reached.
+constexpr double caught_in_training = 0.97, alarms_in_training = 0.025;
 constexpr double least_bend_px = 1e-6;
 constexpr double shrinkage = 1e-3;  // of the regression's weights, so that separable data have a solution
 constexpr int most_roc_points = 200;
+constexpr std::size_t most_samples = 200000;
 
 std::size_t index_of(const MethodList& methods, std::string_view name) {
   const auto it =
@@ -57,16 +61,17 @@ CertificateScore rate(const std::vector<Scored>& scored, double threshold) {
   return s;
 }
 
-// The highest threshold that catches enough of the breaks; above all scores where there are none.
+// The threshold that catches enough of the breaks, or, where fewer false alarms than may be had are needed
+// for that, the lower one that has them. Above all scores where there are no breaks.
 double choose_threshold(const std::vector<Scored>& scored) {
-  std::vector<double> breaks;
-  for (const Scored& it : scored) {
-    if (it.breaks) breaks.push_back(it.score);
-  }
+  std::vector<double> breaks, others;
+  for (const Scored& it : scored) (it.breaks ? breaks : others).push_back(it.score);
   if (breaks.empty()) return std::numeric_limits<double>::infinity();
   std::sort(breaks.begin(), breaks.end());
   const auto missed = static_cast<std::size_t>((1 - caught_in_training) * static_cast<double>(breaks.size()));
-  return std::nextafter(breaks[missed], -std::numeric_limits<double>::infinity());
+  double threshold = std::nextafter(breaks[missed], -std::numeric_limits<double>::infinity());
+  if (!others.empty()) threshold = std::min(threshold, quantile(others, 1 - alarms_in_training));
+  return threshold;
 }
 
 void draw_roc(std::vector<Scored> scored, CertificateRule& rule) {
@@ -121,7 +126,8 @@ void CertificateStudy::add(std::size_t condition, const ComparisonRecord& record
   for (Pair& pair : pairs_) {
     const auto &one = record.fits[pair.one], &two = record.fits[pair.two],
                &converged = record.fits[pair.converged];
-    if (!one || !two || !converged || !one->step_px || !one->residual_px || !one->arc || !one->condition)
+    if (!one || !two || !converged || !one->step_px || !one->next_step_px || !one->residual_px || !one->arc ||
+        !one->condition)
       continue;
     if (!at_the_ball(*one, record.truth) && !at_the_ball(*converged, record.truth)) continue;
     const double radius_px = one->outline.radius_px;
@@ -130,13 +136,22 @@ void CertificateStudy::add(std::size_t condition, const ComparisonRecord& record
     sample.tested = condition % 2 == 1;
     sample.x = {1, std::log10(bend_px), std::log10(std::max(1e-6, *one->residual_px / radius_px)), *one->arc,
                 std::log10(std::max(1.0, *one->condition))};
+    sample.log_next = std::log10(std::max(least_bend_px, *one->next_step_px));
     sample.apart_px = apart_px(*one, *converged);
     sample.apart_after_px = apart_px(*two, *converged);
     const bool finite =
         std::all_of(sample.x.begin(), sample.x.end(), [](double v) { return std::isfinite(v); });
-    if (finite && std::isfinite(sample.apart_px) && std::isfinite(sample.apart_after_px))
-      pair.samples.push_back(sample);
+    if (finite && std::isfinite(sample.apart_px) && std::isfinite(sample.apart_after_px)) pair.keep(sample);
   }
+}
+
+void CertificateStudy::Pair::keep(const Sample& sample) {
+  if (seen++ % stride != 0) return;
+  samples.push_back(sample);
+  if (samples.size() < most_samples) return;
+  for (std::size_t k = 0; 2 * k < samples.size(); ++k) samples[k] = samples[2 * k];
+  samples.resize((samples.size() + 1) / 2);
+  stride *= 2;
 }
 
 // By Newton's method on the log-likelihood with a small quadratic penalty; breaks and others count alike,
@@ -178,37 +193,36 @@ Certificate CertificateStudy::certificate(const MethodList& methods, const Pair&
     if (!sample.tested) training.push_back(sample);
   }
   const std::array<double, features> w = regression(training);
-  const auto scored = [&](bool tested, bool logistic) {
-    std::vector<Scored> list;
-    for (const Sample& s : pair.samples) {
-      if (s.tested != tested) continue;
-      double score = s.x[1];
-      if (logistic) {
-        score = 0;
-        for (std::size_t k = 0; k < features; ++k) score += w[k] * s.x[k];
-      }
-      list.push_back({score, s.breaks()});
-    }
-    return list;
+  const auto regressed = [&](const Sample& s) {
+    double score = 0;
+    for (std::size_t k = 0; k < features; ++k) score += w[k] * s.x[k];
+    return score;
   };
-  CertificateRule bend = make_rule("threshold", scored(false, false), scored(true, false));
-  const std::string never = "never: no break in the conditions that it was made on";
-  bend.words = std::isinf(bend.threshold) ? never
-                                          : fmt::format("one more step where step^2 / (2 r) > {:.2g} px",
-                                                        std::pow(10, bend.threshold));
-  CertificateRule logistic = make_rule("logistic", scored(false, true), scored(true, true));
-  logistic.words = std::isinf(logistic.threshold) ? never
-                                                  : fmt::format(
-                                                        "one more step where {:.2f} {:+.2f} log10(step^2 / 2 "
-                                                        "r) {:+.2f} log10(residual / r) {:+.2f} arc "
-                                                        "{:+.2f} "
-                                                        "log10(condition) > {:.2f}",
-                                                        w[0], w[1], w[2], w[3], w[4], logistic.threshold);
+  const auto rule_of = [&](const char* name, const std::function<double(const Sample&)>& score) {
+    std::vector<Scored> halves[2];
+    for (const Sample& s : pair.samples) halves[s.tested ? 1 : 0].push_back({score(s), s.breaks()});
+    CertificateRule rule = make_rule(name, halves[0], halves[1]);
+    if (std::isinf(rule.threshold)) rule.words = "never: no break in the conditions that it was made on";
+    return rule;
+  };
+  CertificateRule next = rule_of("next_step", [](const Sample& s) { return s.log_next; });
+  CertificateRule bend = rule_of("bend", [](const Sample& s) { return s.x[1]; });
+  CertificateRule logistic = rule_of("logistic", regressed);
+  if (next.words.empty())
+    next.words =
+        fmt::format("one more step where it would be longer than {:.2g} px", std::pow(10, next.threshold));
+  if (bend.words.empty())
+    bend.words = fmt::format("one more step where step^2 / (2 r) > {:.2g} px", std::pow(10, bend.threshold));
+  if (logistic.words.empty())
+    logistic.words = fmt::format(
+        "one more step where {:.2f} {:+.2f} log10(step^2 / 2 r) {:+.2f} log10(residual / r) {:+.2f} arc "
+        "{:+.2f} log10(condition) > {:.2f}",
+        w[0], w[1], w[2], w[3], w[4], logistic.threshold);
   int steps = 0, tested = 0;
   for (const Sample& s : pair.samples) {
     if (!s.tested) continue;
     ++tested;
-    const bool alarm = s.x[1] > bend.threshold;
+    const bool alarm = s.log_next > next.threshold;
     const double after_px = alarm ? s.apart_after_px : s.apart_px;
     steps += alarm ? 1 : 0;
     certificate.breaks_before += s.breaks() ? 1 : 0;
@@ -217,7 +231,7 @@ Certificate CertificateStudy::certificate(const MethodList& methods, const Pair&
     certificate.largest_after_px = std::max(certificate.largest_after_px, after_px);
   }
   certificate.second_step_rate = tested > 0 ? static_cast<double>(steps) / tested : nan;
-  certificate.rules = {std::move(bend), std::move(logistic)};
+  certificate.rules = {std::move(next), std::move(bend), std::move(logistic)};
   return certificate;
 }
 

@@ -1,9 +1,11 @@
-// Can one step tell by itself whether it was enough? From what the fit knows without converging: how long its
-// step was, how its points scatter, how much of the outline they cover, and how well they determine it.
+// Can one step tell by itself whether it was enough? From what the fit knows without converging.
 //
-// A Gauss-Newton step is exact where the residual is linear. Moving a circle by d bends its distance to a
-// point by about d^2 / (2 r): that is what one step leaves, and the first rule's only feature. The second is
-// a logistic regression (Cox 1958) on four.
+// The first rule looks at the step that would follow on the same points: it costs a small linear system, no
+// look at the picture, and is what one step leaves, to first order. It is the one that runs on line. The
+// second is what can be had for nothing: a Gauss-Newton step is exact where the residual is linear, and
+// moving a circle by d bends its distance to a point by about d^2 / (2 r). The third is a logistic regression
+// (Cox 1958) on the second, the points' scatter, the arc that they cover, and how well they determine the
+// fit.
 #pragma once
 
 #include <array>
@@ -27,7 +29,7 @@ struct CertificateScore {
 
 /// A rule that raises an alarm where its score exceeds a threshold.
 struct CertificateRule {
-  std::string name;   ///< "threshold", "logistic"
+  std::string name;   ///< "next_step", "bend", "logistic"
   std::string words;  ///< the rule written out
   double threshold = 0;
   CertificateScore trained, tested;
@@ -48,7 +50,7 @@ struct Certificate {
 };
 
 /// Collects frames and makes the certificates: rules are made on every other condition and tested on the
-/// rest.
+/// rest. Of very many frames every second, fourth... is kept.
 class CertificateStudy {
  public:
   explicit CertificateStudy(const MethodList& methods);
@@ -60,12 +62,16 @@ class CertificateStudy {
   struct Sample {
     bool tested = false;
     std::array<double, features> x{};
+    double log_next = 0;
     double apart_px = 0, apart_after_px = 0;  // from the converged fit, of one step and of two
     bool breaks() const { return apart_px > Certificate::tolerance_px; }
   };
   struct Pair {
     std::size_t one, two, converged;
     std::vector<Sample> samples;
+    std::size_t seen = 0, stride = 1;
+
+    void keep(const Sample& sample);
   };
   static Certificate certificate(const MethodList& methods, const Pair& pair);
   static std::array<double, features> regression(const std::vector<Sample>& samples);

@@ -86,6 +86,7 @@ std::optional<MethodFit> fit_paper_steps(MethodScene& scene, int steps, bool res
   fit->iterations = taken;
   fit->residual_px = last->residual_px;
   fit->step_px = last->step_px;
+  if (const auto next = one_gauss_newton_step(circle, ring)) fit->next_step_px = next->step_px;
   fit->condition = condition_of(last->covariance_px2);
   fit->arc = arc_of(circle, ring);
   return fit;

@@ -19,9 +19,6 @@ constexpr int frames_a_unit = 8;
 constexpr std::size_t notable_frames = 8;
 constexpr int notable_of_condition = 2;
 
-// Under which a condition's settings of the peers are noted; no unit's key has a colon.
-std::string settings_key(const ConditionInfo& info) { return "settings:" + info.name; }
-
 std::string run_unit(const PictureSource& source, const MethodList& methods, const ComparisonUnit& unit) {
   nlohmann::json records = nlohmann::json::array();
   for (int k = 0; k < unit.frames; ++k)
@@ -103,6 +100,8 @@ class NotableFrames {
 
 }  // namespace
 
+std::string settings_key(const ConditionInfo& info) { return "settings:" + info.name; }
+
 std::vector<ComparisonUnit> comparison_units(const std::vector<ConditionInfo>& conditions,
                                              const Shard& shard) {
   std::vector<ComparisonUnit> units;
@@ -151,7 +150,7 @@ void run_units(PictureSource& source, const MethodList& methods, const std::vect
 
 ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, const MethodList& methods,
                                   const std::vector<ComparisonUnit>& units, const UnitNotes& notes,
-                                  std::uint64_t seed) {
+                                  std::uint64_t seed, const RowSink& rows) {
   ComparisonResults results;
   results.methods = methods;
   results.conditions = conditions;
@@ -159,31 +158,30 @@ ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, 
   files["compare.csv"] = compare_csv_header();
   files["pairs.csv"] = pairs_csv_header();
   files["tests.csv"] = tests_csv_header();
-  files["fits.csv"] = fits_csv_header();
-  files["frames.csv"] = frames_csv_header();
+  rows("fits.csv", fits_csv_header());
+  rows("frames.csv", frames_csv_header());
   std::string timing = timing_csv_header();
   const NotableFrames notable(methods);
   CertificateStudy study(methods);
   std::size_t next = 0;
   for (std::size_t c = 0; c < results.conditions.size(); ++c) {
     const ConditionInfo& info = results.conditions[c];
-    std::vector<ComparisonRecord> frames;
+    ConditionStatistics statistics(c, info.name, methods, seed);
     for (; next < units.size() && units[next].condition == c; ++next) {
       const ComparisonUnit& unit = units[next];
-      const std::string* text = notes.find(unit.key);
+      const std::optional<std::string> text = notes.find(unit.key);
       if (!text) continue;
       int index = unit.first_frame;
       for (ComparisonRecord& record : records_of(unit, *text, methods)) {
-        files["fits.csv"] += fits_csv_rows(info, record, methods);
-        files["frames.csv"] += frames_csv_row(info, record);
+        rows("fits.csv", fits_csv_rows(info, record, methods));
+        rows("frames.csv", frames_csv_row(info, record));
         study.add(c, record);
-        notable.add({c, index++, 0, record}, results);
-        frames.push_back(std::move(record));
+        statistics.add(record);
+        notable.add({c, index++, 0, std::move(record)}, results);
       }
     }
-    const std::string* settings = notes.find(settings_key(info));
-    results.peer_words.push_back(settings ? *settings : "");
-    ConditionSummary summary = summarize(c, info.name, frames, methods, seed);
+    results.peer_words.push_back(notes.find(settings_key(info)).value_or(""));
+    ConditionSummary summary = statistics.summary();
     files["compare.csv"] += compare_csv_rows(info, summary, methods);
     files["pairs.csv"] += pairs_csv_rows(info, summary, methods);
     files["tests.csv"] += tests_csv_rows(info, summary, methods);

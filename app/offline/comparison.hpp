@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,7 @@ std::vector<ComparisonUnit> comparison_units(const std::vector<ConditionInfo>& c
 
 /// Where units are noted; both functions are called from several threads.
 struct UnitNotes {
-  std::function<const std::string*(const std::string& key)> find;
+  std::function<std::optional<std::string>(const std::string& key)> find;
   std::function<void(const std::string& key, const std::string& records)> add;
 };
 
@@ -58,13 +59,20 @@ struct ComparisonResults {
   std::vector<Certificate> certificates;
   std::vector<NotableFrame> worst;  ///< where what runs on line errs most, or else the first method that fits
   std::vector<NotableFrame> most_apart;  ///< where one step is furthest from the converged fit
-  /// Contents of the CSV files by name, and of those with times in them.
+  /// Contents of the CSV files by name that have a row a condition or so, and of those with times in them.
   std::map<std::string, std::string> files, timing_files;
 };
 
-/// Adds up the units' notes. Units that are missing are left out (a shard); damaged ones throw InputError.
+/// Takes the next rows of a CSV file that has some for every frame: fits.csv, frames.csv.
+using RowSink = std::function<void(const std::string& name, std::string_view rows)>;
+
+/// Adds up the units' notes, one at a time. Units that are missing are left out (a shard); damaged ones throw
+/// InputError.
 ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, const MethodList& methods,
                                   const std::vector<ComparisonUnit>& units, const UnitNotes& notes,
-                                  std::uint64_t seed);
+                                  std::uint64_t seed, const RowSink& rows);
+
+/// The key under which the peers' settings of a condition are noted; no unit's key has a colon.
+std::string settings_key(const ConditionInfo& info);
 
 }  // namespace ballservo

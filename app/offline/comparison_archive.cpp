@@ -63,25 +63,4 @@ ComparisonSetting read_comparison_setting(const std::string& text, const std::st
   return setting;
 }
 
-std::string notes_text(const std::map<std::string, std::string>& notes) {
-  std::string text;
-  for (const auto& [key, value] : notes)
-    text += json::array({key, value}).dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
-  return text;
-}
-
-void add_notes(const std::string& text, const std::string& place, std::map<std::string, std::string>& notes) {
-  std::size_t begin = 0;
-  long line = 0;
-  while (begin < text.size()) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const json item = json::parse(text.substr(begin, end - begin), nullptr, false);
-    ++line;
-    if (!item.is_array() || item.size() != 2 || !item[0].is_string() || !item[1].is_string())
-      damaged(place + ":" + std::to_string(line));
-    notes[item[0].get<std::string>()] = item[1].get<std::string>();
-    begin = end + 1;
-  }
-}
-
 }  // namespace ballservo

@@ -1,8 +1,6 @@
 // What a part of a comparison hands to `compare merge`: its conditions, methods and notes, as text.
 #pragma once
 
-#include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -23,10 +21,5 @@ struct ComparisonSetting {
 };
 /// Throws InputError naming `place` for anything else than comparison_setting_text writes.
 ComparisonSetting read_comparison_setting(const std::string& text, const std::string& place);
-
-/// The notes as lines of JSON, ["key","value"].
-std::string notes_text(const std::map<std::string, std::string>& notes);
-/// Adds a file's notes to `notes`. Throws InputError naming `place` and line.
-void add_notes(const std::string& text, const std::string& place, std::map<std::string, std::string>& notes);
 
 }  // namespace ballservo

@@ -65,11 +65,11 @@ cv::Scalar color_of(const FitMethod& method) {
 
 }  // namespace
 
-cv::Mat example_photo(const ComparisonPicture& picture) {
-  return enlarged(picture.bgr, crop_around(picture.bgr, picture.truth.outline, 220));
+cv::Mat example_photo(const ShownPicture& picture) {
+  return enlarged(picture.bgr, crop_around(picture.bgr, picture.ball, 220));
 }
 
-cv::Mat outlines_photo(const ComparisonPicture& picture, const ComparisonRecord& record,
+cv::Mat outlines_photo(const ShownPicture& picture, const ComparisonRecord& record,
                        const MethodList& methods) {
   std::optional<OutlineEllipse> ball = record.truth.outline;
   for (const auto& fit : record.fits) {

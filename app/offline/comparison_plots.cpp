@@ -69,11 +69,8 @@ PlotOptions sweep_options(const Sweep& sweep) {
   return options;
 }
 
-double root_mean_square(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value * value;
-  return values.empty() ? nan : std::sqrt(sum / static_cast<double>(values.size()));
-}
+// Not finite stays so, and is a gap in a curve.
+double at_least(double least, double value) { return std::isfinite(value) ? std::max(least, value) : nan; }
 
 // The part of the values (%) that are at most so large.
 PlotSeries share_curve(const std::string& name, std::vector<double> values, int color) {
@@ -135,7 +132,7 @@ Svg sweep_error_plot(const ComparisonResults& results, const Sweep& sweep) {
   PlotSeries bound = series_of("bound (RMS)", PlotColor::text(), true);
   for (const std::size_t c : sweep.conditions) {
     bound.x.push_back(results.conditions[c].swept_value);
-    bound.y.push_back(root_mean_square(results.summaries[c].bounds_mm));
+    bound.y.push_back(results.summaries[c].bound_rms_mm);
   }
   all.push_back(std::move(bound));
   PlotOptions options = sweep_options(sweep);
@@ -158,8 +155,8 @@ Svg sweep_pair_plot(const ComparisonResults& results, const Sweep& sweep) {
     for (const std::size_t c : sweep.conditions) {
       const PairStatistics& s = results.summaries[c].pairs[k];
       for (PlotSeries* series : {&median, &largest}) series->x.push_back(results.conditions[c].swept_value);
-      median.y.push_back(std::max(1e-5, s.center_median_px));
-      largest.y.push_back(std::max(1e-5, s.center_max_px));
+      median.y.push_back(at_least(1e-5, s.center_median_px));
+      largest.y.push_back(at_least(1e-5, s.center_max_px));
     }
     all.push_back(std::move(median));
     all.push_back(std::move(largest));
@@ -201,7 +198,7 @@ Svg difference_plot(const ComparisonResults& results, std::size_t pair) {
   const MethodPair methods = converged_pairs(results.methods)[pair];
   std::vector<double> all_px;
   for (const ConditionSummary& summary : results.summaries) {
-    const std::vector<double>& px = summary.differences[pair].center_px;
+    const std::vector<double>& px = summary.centers_apart_px[pair];
     all_px.insert(all_px.end(), px.begin(), px.end());
   }
   std::vector<double> worst_px;
@@ -211,7 +208,7 @@ Svg difference_plot(const ComparisonResults& results, std::size_t pair) {
     const double median = results.summaries[c].pairs[pair].center_median_px;
     if (!(median > largest_median)) continue;
     largest_median = median;
-    worst_px = results.summaries[c].differences[pair].center_px;
+    worst_px = results.summaries[c].centers_apart_px[pair];
     worst_name = results.conditions[c].name;
   }
   const std::vector<PlotSeries> curves{share_curve("all conditions", all_px, 0),
@@ -325,6 +322,7 @@ Svg roc_plot(const std::vector<Certificate>& certificates) {
       curve.name = certificate.one_step + ", " + rule.name;
       curve.color = PlotColor::series(color);
       curve.dashed = &rule != &certificate.rules.front();
+      curve.opacity = &rule == &certificate.rules.back() ? 0.5 : 1;
       for (const double rate : rule.roc_false_alarms) curve.x.push_back(100 * rate);
       for (const double rate : rule.roc_caught) curve.y.push_back(100 * rate);
       all.push_back(std::move(curve));

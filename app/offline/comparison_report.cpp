@@ -5,64 +5,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/offline/comparison_photos.hpp"
+#include "app/offline/comparison_answers.hpp"
 #include "app/offline/comparison_plots.hpp"
 #include "app/offline/step_verdict.hpp"
 #include "app/report/page.hpp"
+#include "perception/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {
 
 constexpr std::size_t most_examples = 16, most_tables = 40;
 
-// Places of the pairs of one step and converged fit in the list of pairs.
-std::vector<std::size_t> one_step_pairs(const MethodList& methods) {
-  const std::vector<MethodPair> pairs = converged_pairs(methods);
-  std::vector<std::size_t> places;
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    if (methods[pairs[k].a]->name.find("_one_step") != std::string::npos) places.push_back(k);
-  }
-  return places;
-}
-
 std::string found_words(const MethodStatistics& s) { return fmt::format("{} of {}", s.found, s.frames); }
 
 std::string with_interval(double value, const Interval& interval) {
   if (!std::isfinite(interval.low)) return figure(value);
   return fmt::format("{} ({} to {})", figure(value), figure(interval.low), figure(interval.high));
-}
-
-void add_answer(Page& page, const ComparisonResults& results) {
-  const std::vector<MethodPair> pairs = converged_pairs(results.methods);
-  for (const std::size_t k : one_step_pairs(results.methods)) {
-    std::vector<double> medians;
-    double largest = 0;
-    int enough = 0, better = 0, worse = 0, told = 0;
-    for (const ConditionSummary& summary : results.summaries) {
-      if (summary.pairs[k].frames == 0) continue;
-      medians.push_back(summary.pairs[k].center_median_px);
-      largest = std::max(largest, summary.pairs[k].center_max_px);
-      const StepVerdict verdict = compare_steps(summary, results.methods, k).verdict;
-      told += verdict != StepVerdict::not_told ? 1 : 0;
-      enough += verdict == StepVerdict::enough ? 1 : 0;
-      better += verdict == StepVerdict::further_is_better ? 1 : 0;
-      worse += verdict == StepVerdict::further_is_worse ? 1 : 0;
-    }
-    if (medians.empty()) continue;
-    std::string text = fmt::format(
-        "{} against {}: in the median condition the two centres lie {} px apart (median frame), in the worst "
-        "frame "
-        "of all {} px.",
-        results.methods[pairs[k].a]->name, results.methods[pairs[k].b]->name, figure(quantile(medians, 0.5)),
-        figure(largest));
-    if (told > 0)
-      text += fmt::format(
-          " One step is enough in {} of {} conditions; in {} the converged fit is nearer to the truth, in {} "
-          "it is "
-          "further from it.",
-          enough, told, better, worse);
-    page.note(text);
-  }
 }
 
 PageTable answer_table(const ComparisonResults& results) {
@@ -120,7 +78,7 @@ PageTable pair_table(const ComparisonResults& results) {
   return table;
 }
 
-void add_examples(Page& page, const ComparisonResults& results, const PictureSource& source,
+void add_examples(Page& page, const ComparisonResults& results, const ShowFrame& show_again,
                   const ComparisonReportText& text) {
   page.heading("What was shown");
   if (text.rendered)
@@ -135,7 +93,7 @@ void add_examples(Page& page, const ComparisonResults& results, const PictureSou
     const ConditionInfo& info = results.conditions[c];
     if (!info.swept_key.empty()) continue;
     examples.push_back(
-        photo(example_photo(source.picture(c, 0)), info.name + ": " + info.words, PictureFormat::png));
+        photo(example_photo(show_again(c, 0)), info.name + ": " + info.words, PictureFormat::png));
   }
   if (!examples.empty()) page.figures(examples, true);
 }
@@ -153,21 +111,9 @@ void add_methods(Page& page, const ComparisonResults& results) {
       settings.push_back(results.conditions[c].name + ": " + results.peer_words[c]);
   }
   if (settings.empty()) return;
-  page.begin_details(
-      "How the peers were set up: the best of a small grid, chosen on three other frames of each condition");
+  page.begin_details("How the peers were set up");
   page.bullets(settings);
   page.end_details();
-}
-
-void add_claims(Page& page, const std::vector<PaperClaim>& claims) {
-  if (claims.empty()) return;
-  page.heading("The paper's claims");
-  PageTable table;
-  table.heading = {"the paper says", "verdict", "measured here", "shown by"};
-  table.number_columns = {false, false, false, false};
-  for (const PaperClaim& claim : claims)
-    table.rows.push_back({claim.says, claim.verdict, claim.measured, claim.shown_by});
-  page.table(table);
 }
 
 void add_errors(Page& page, const ComparisonResults& results, const ComparisonReportText& text) {
@@ -239,7 +185,10 @@ void add_steps(Page& page, const ComparisonResults& results) {
 }
 
 void add_certificates(Page& page, const ComparisonResults& results) {
-  if (results.certificates.empty()) return;
+  const bool tested =
+      std::any_of(results.certificates.begin(), results.certificates.end(),
+                  [](const Certificate& certificate) { return certificate.rules.front().tested.frames > 0; });
+  if (!tested) return;  // one condition alone
   page.heading("Can one step tell that it was not enough?");
   page.paragraph(
       fmt::format("A break is a frame in which one step and the converged fit differ by more than {:g} px in "
@@ -267,7 +216,7 @@ void add_certificates(Page& page, const ComparisonResults& results) {
   std::vector<std::string> worth;
   for (const Certificate& c : results.certificates) {
     worth.push_back(
-        fmt::format("{}: one more step where the threshold rule asks for it is taken in {:.1f} % of the "
+        fmt::format("{}: one more step where the first rule asks for it is taken in {:.1f} % of the "
                     "frames tested and leaves "
                     "{} breaks of {}, and at most {} px instead of {} px.",
                     c.one_step, 100 * c.second_step_rate, c.breaks_after, c.breaks_before,
@@ -282,13 +231,41 @@ void add_certificates(Page& page, const ComparisonResults& results) {
   for (const double rate : second) sum += rate;
   if (!second.empty())
     page.paragraph(fmt::format(
-        "On line the exact fit already looks again, at new edge points, after a step longer than a pixel: "
-        "here in "
-        "{:.1f} % of the frames (mean over the conditions). sphere_one_step is the step from there.",
-        100 * sum / static_cast<double>(second.size())));
+        "On line the exact fit looks again, at new edge points, where its step was longer than a pixel or "
+        "the "
+        "next would be longer than {:g} px: here in {:.1f} % of the frames (mean over the conditions). "
+        "sphere_one_step is the step from there, and what is left to the rules above.",
+        enough_next_step_px, 100 * sum / static_cast<double>(second.size())));
 }
 
-void add_worst(Page& page, const ComparisonResults& results, const PictureSource& source) {
+void add_costs(Page& page, const ComparisonResults& results) {
+  page.heading("What each costs");
+  PageTable table;
+  table.heading = {"method", "processor time a frame, ms"};
+  double own_ms = 0, peers_ms = 0;
+  for (std::size_t m = 0; m < results.methods.size(); ++m) {
+    std::vector<double> times_ms;
+    for (const ConditionSummary& summary : results.summaries) {
+      if (std::isfinite(summary.methods[m].time_us_median))
+        times_ms.push_back(summary.methods[m].time_us_median / 1000);
+    }
+    const double median_ms = quantile(times_ms, 0.5);
+    table.rows.push_back({results.methods[m]->name, figure(median_ms)});
+    if (std::isfinite(median_ms)) (results.methods[m]->is_peer ? peers_ms : own_ms) += median_ms;
+  }
+  page.paragraph(fmt::format(
+      "A frame through all methods but the peers takes {} ms of one core: {:.0f} frames a second; the peers "
+      "take {} "
+      "ms. Medians over the conditions, one thread; fits are timed from the starting circle, the choice of "
+      "their points included, the votes and the peers from the picture.",
+      figure(own_ms), own_ms > 0 ? 1000 / own_ms : 0, figure(peers_ms)));
+  page.figure(drawing(cost_plot(results), "Down and to the left is better."));
+  page.begin_details("Method by method");
+  page.table(table);
+  page.end_details();
+}
+
+void add_worst(Page& page, const ComparisonResults& results, const ShowFrame& show_again) {
   const auto show = [&](const std::vector<NotableFrame>& frames, const std::string& title,
                         const std::string& unit) {
     if (frames.empty()) return;
@@ -302,7 +279,7 @@ void add_worst(Page& page, const ComparisonResults& results, const PictureSource
       const ConditionInfo& info = results.conditions[frame.condition];
       const std::string value = frame.value >= 1e9 ? "not found" : figure(frame.value) + unit;
       photos.push_back(
-          photo(outlines_photo(source.picture(frame.condition, frame.index), frame.record, results.methods),
+          photo(outlines_photo(show_again(frame.condition, frame.index), frame.record, results.methods),
                 fmt::format("{}, frame {} ({}): {}", info.name, frame.record.truth.frame,
                             frame.record.truth.source, value)));
     }
@@ -323,11 +300,14 @@ void add_tables(Page& page, const ComparisonResults& results) {
       "puts the ball too near (negative depth bias). Paired tests of all methods against sphere_one_step and "
       "paper_one_step are in tests.csv.");
   for (std::size_t c = 0; c < results.summaries.size() && c < most_tables; ++c) {
-    page.begin_details(results.conditions[c].name + ": " + results.conditions[c].words, c == 0);
+    page.begin_details(results.conditions[c].name + ": " + results.conditions[c].words);
     page.table(error_table(results, c));
     page.end_details();
   }
   if (results.summaries.size() > most_tables) page.paragraph("The other conditions are in compare.csv.");
+  page.begin_details("Is one step enough? Condition by condition");
+  page.table(answer_table(results));
+  page.end_details();
   page.begin_details(
       "One step, more steps and robust fits against the converged fit, condition by condition");
   page.table(pair_table(results));
@@ -336,7 +316,7 @@ void add_tables(Page& page, const ComparisonResults& results) {
 
 }  // namespace
 
-std::string comparison_report_html(const ComparisonResults& results, const PictureSource* source,
+std::string comparison_report_html(const ComparisonResults& results, const ShowFrame& show,
                                    const ComparisonReportText& text, const std::vector<PaperClaim>& claims) {
   Page page("Is one step enough?", "Every estimator of the ball on the same pixels: " + text.subject);
   page.paragraph(
@@ -347,21 +327,18 @@ std::string comparison_report_html(const ComparisonResults& results, const Pictu
       "Where the two agree, one step is enough, and what error is left comes from the pixels and the model, "
       "not from "
       "stopping early.");
-  add_answer(page, results);
-  page.begin_details("Condition by condition", results.conditions.size() <= 40);
-  page.table(answer_table(results));
-  page.end_details();
+  add_answers(page, results);
   add_claims(page, claims);
-  add_errors(page, results, text);
   add_steps(page, results);
+  add_errors(page, results, text);
   add_certificates(page, results);
-  page.heading("What each costs");
-  page.figure(
-      drawing(cost_plot(results),
-              "Medians over the conditions, one thread; fits are timed from the starting circle, the choice "
-              "of their points included, the votes and the peers from the picture."));
-  if (source) add_examples(page, results, *source, text);
-  if (source) add_worst(page, results, *source);
+  add_costs(page, results);
+  if (show) {
+    add_worst(page, results, show);
+    add_examples(page, results, show, text);
+  } else {
+    page.note("The pictures are not at hand here: the worst frames are shown by each part's own page.");
+  }
   add_methods(page, results);
   add_tables(page, results);
   page.begin_details("The setting, as it was read");

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/offline/comparison.hpp"
+#include "app/offline/comparison_photos.hpp"
 #include "app/offline/paper_claims.hpp"
 
 namespace ballservo {
@@ -16,9 +17,9 @@ struct ComparisonReportText {
   bool claims_wanted = false;  ///< the paper's claims are to be looked at one by one
 };
 
-/// report.html of a comparison. `source` shows examples and the worst frames again; null where the pictures
-/// are not at hand. `claims`: the paper's, if they were looked at.
-std::string comparison_report_html(const ComparisonResults& results, const PictureSource* source,
+/// report.html of a comparison. `show` draws examples and the worst frames again; empty where the pictures
+/// are not at hand, and the page says so. `claims`: the paper's, if they were looked at.
+std::string comparison_report_html(const ComparisonResults& results, const ShowFrame& show,
                                    const ComparisonReportText& text, const std::vector<PaperClaim>& claims);
 
 /// The error table and the table of pairs as LaTeX (booktabs).

@@ -124,36 +124,66 @@ class Errors {
       unconverged_, bounds_mm_, bounded_mm_;
 };
 
-PairedTest paired_test(const MethodPair& pair, const std::vector<ComparisonRecord>& frames,
-                       std::uint64_t seed, const std::string& purpose) {
-  PairedTest test;
-  test.pair = pair;
-  std::vector<double> differences_mm;
-  for (const ComparisonRecord& frame : frames) {
-    const auto &a = frame.fits[pair.a], &b = frame.fits[pair.b];
-    const bool found_a = a && at_the_ball(*a, frame.truth), found_b = b && at_the_ball(*b, frame.truth);
-    test.only_a += found_a && !found_b ? 1 : 0;
-    test.only_b += found_b && !found_a ? 1 : 0;
-    if (!found_a || !found_b) continue;
-    ++test.frames;
-    if (!frame.truth.p_CB) continue;
-    differences_mm.push_back(1000 *
-                             ((a->p_C - *frame.truth.p_CB).norm() - (b->p_C - *frame.truth.p_CB).norm()));
+// The differences of two fits, frame by frame.
+class Differences {
+ public:
+  void add(const MethodFit& a, const MethodFit& b) {
+    centers_px_.push_back((a.outline.center_px - b.outline.center_px).norm());
+    radii_px_.push_back(std::abs(a.outline.radius_px - b.outline.radius_px));
+    const double apart_mm = 1000 * (a.p_C - b.p_C).norm();
+    if (std::isfinite(apart_mm)) positions_mm_.push_back(apart_mm);  // not where no diameter is known
   }
-  test.difference_median_mm = median(differences_mm);
-  test.difference_ci95_mm = bootstrap(differences_mm, median, seed, purpose);
-  test.wilcoxon_p = differences_mm.empty() ? nan : wilcoxon_p(differences_mm);
-  test.mcnemar_p = mcnemar_p(test.only_a, test.only_b);
-  return test;
-}
+  const std::vector<double>& centers_px() const { return centers_px_; }
+  PairStatistics statistics() const {
+    return {static_cast<int>(centers_px_.size()),
+            median(centers_px_),
+            largest(centers_px_),
+            median(radii_px_),
+            largest(radii_px_),
+            median(positions_mm_),
+            largest(positions_mm_)};
+  }
+
+ private:
+  std::vector<double> centers_px_, radii_px_, positions_mm_;
+};
+
+// Which of two methods is nearer to the truth, frame by frame.
+class Duel {
+ public:
+  explicit Duel(const MethodPair& pair) { test_.pair = pair; }
+  void add(const ComparisonRecord& frame) {
+    const auto &a = frame.fits[test_.pair.a], &b = frame.fits[test_.pair.b];
+    const bool found_a = a && at_the_ball(*a, frame.truth), found_b = b && at_the_ball(*b, frame.truth);
+    test_.only_a += found_a && !found_b ? 1 : 0;
+    test_.only_b += found_b && !found_a ? 1 : 0;
+    if (!found_a || !found_b) return;
+    ++test_.frames;
+    if (!frame.truth.p_CB) return;
+    differences_mm_.push_back(1000 *
+                              ((a->p_C - *frame.truth.p_CB).norm() - (b->p_C - *frame.truth.p_CB).norm()));
+  }
+  PairedTest test(std::uint64_t seed, const std::string& purpose) const {
+    PairedTest test = test_;
+    test.difference_median_mm = median(differences_mm_);
+    test.difference_ci95_mm = bootstrap(differences_mm_, median, seed, purpose);
+    test.wilcoxon_p = differences_mm_.empty() ? nan : wilcoxon_p(differences_mm_);
+    test.mcnemar_p = mcnemar_p(test.only_a, test.only_b);
+    return test;
+  }
+
+ private:
+  PairedTest test_{};
+  std::vector<double> differences_mm_;
+};
 
 // Every n-th, so that a long condition is kept as a short one is.
-void thin(std::vector<double>& values) {
-  const std::size_t stride = (values.size() + kept_differences - 1) / kept_differences;
-  if (stride < 2) return;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < values.size(); i += stride) values[kept++] = values[i];
-  values.resize(kept);
+std::vector<double> thinned(const std::vector<double>& values) {
+  const std::size_t stride =
+      std::max<std::size_t>(1, (values.size() + kept_differences - 1) / kept_differences);
+  std::vector<double> kept;
+  for (std::size_t i = 0; i < values.size(); i += stride) kept.push_back(values[i]);
+  return kept;
 }
 
 }  // namespace
@@ -182,66 +212,74 @@ std::vector<MethodPair> tested_pairs(const MethodList& methods) {
   return pairs;
 }
 
-void PairDifferences::add(const MethodFit& a, const MethodFit& b) {
-  center_px.push_back((a.outline.center_px - b.outline.center_px).norm());
-  radius_px.push_back(std::abs(a.outline.radius_px - b.outline.radius_px));
-  const double apart_mm = 1000 * (a.p_C - b.p_C).norm();
-  if (std::isfinite(apart_mm)) position_mm.push_back(apart_mm);  // not where no diameter is known
+struct ConditionStatistics::Sums {
+  std::size_t index;
+  std::string name;
+  MethodList methods;
+  std::uint64_t seed;
+  std::vector<MethodPair> pairs;
+  std::vector<Errors> errors;
+  std::vector<Differences> differences;
+  std::vector<Duel> duels;
+  std::vector<double> bounds_mm, votes, qualities, second_passes;
+};
+
+ConditionStatistics::ConditionStatistics(std::size_t index, std::string name, const MethodList& methods,
+                                         std::uint64_t seed)
+    : sums_(std::make_unique<Sums>()) {
+  sums_->index = index;
+  sums_->name = std::move(name);
+  sums_->methods = methods;
+  sums_->seed = seed;
+  sums_->pairs = converged_pairs(methods);
+  sums_->errors.resize(methods.size());
+  sums_->differences.resize(sums_->pairs.size());
+  for (const MethodPair& pair : tested_pairs(methods)) sums_->duels.emplace_back(pair);
 }
 
-PairStatistics PairDifferences::statistics() const {
-  return {static_cast<int>(center_px.size()),
-          median(center_px),
-          largest(center_px),
-          median(radius_px),
-          largest(radius_px),
-          median(position_mm),
-          largest(position_mm)};
+ConditionStatistics::~ConditionStatistics() = default;
+
+void ConditionStatistics::add(const ComparisonRecord& frame) {
+  Sums& sums = *sums_;
+  for (std::size_t m = 0; m < sums.methods.size(); ++m) sums.errors[m].add(frame.fits[m], frame.truth);
+  for (std::size_t k = 0; k < sums.pairs.size(); ++k) {
+    const auto &a = frame.fits[sums.pairs[k].a], &b = frame.fits[sums.pairs[k].b];
+    if (a && b && at_the_ball(*a, frame.truth) && at_the_ball(*b, frame.truth))
+      sums.differences[k].add(*a, *b);
+  }
+  for (Duel& duel : sums.duels) duel.add(frame);
+  if (frame.truth.bound_m) sums.bounds_mm.push_back(1000 * *frame.truth.bound_m);
+  if (frame.facts) {
+    sums.votes.push_back(frame.facts->votes);
+    sums.qualities.push_back(frame.facts->quality);
+  }
+  if (frame.passes > 0) sums.second_passes.push_back(frame.passes > 1 ? 1 : 0);
 }
 
-ConditionSummary summarize(std::size_t index, const std::string& name,
-                           const std::vector<ComparisonRecord>& frames, const MethodList& methods,
-                           std::uint64_t seed) {
+ConditionSummary ConditionStatistics::summary() const {
+  const Sums& sums = *sums_;
   ConditionSummary summary;
-  summary.index = index;
-  std::vector<Errors> errors(methods.size());
-  const std::vector<MethodPair> pairs = converged_pairs(methods);
-  summary.differences.resize(pairs.size());
-  std::vector<double> votes, qualities, second;
-  for (const ComparisonRecord& frame : frames) {
-    for (std::size_t m = 0; m < methods.size(); ++m) errors[m].add(frame.fits[m], frame.truth);
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const auto &a = frame.fits[pairs[k].a], &b = frame.fits[pairs[k].b];
-      if (a && b && at_the_ball(*a, frame.truth) && at_the_ball(*b, frame.truth))
-        summary.differences[k].add(*a, *b);
-    }
-    if (frame.truth.bound_m) summary.bounds_mm.push_back(1000 * *frame.truth.bound_m);
-    if (frame.facts) {
-      votes.push_back(frame.facts->votes);
-      qualities.push_back(frame.facts->quality);
-    }
-    if (frame.passes > 0) second.push_back(frame.passes > 1 ? 1 : 0);
-  }
-  for (std::size_t m = 0; m < methods.size(); ++m)
-    summary.methods.push_back(errors[m].statistics(seed, name + "/" + methods[m]->name));
-  for (PairDifferences& differences : summary.differences) {
+  summary.index = sums.index;
+  for (std::size_t m = 0; m < sums.methods.size(); ++m)
+    summary.methods.push_back(sums.errors[m].statistics(sums.seed, sums.name + "/" + sums.methods[m]->name));
+  for (const Differences& differences : sums.differences) {
     summary.pairs.push_back(differences.statistics());
-    thin(differences.center_px);
-    thin(differences.radius_px);
-    thin(differences.position_mm);
+    summary.centers_apart_px.push_back(thinned(differences.centers_px()));
   }
+  const std::vector<MethodPair> tested = tested_pairs(sums.methods);
   std::vector<double> p;
-  for (const MethodPair& pair : tested_pairs(methods)) {
-    summary.tests.push_back(paired_test(
-        pair, frames, seed, fmt::format("{}/{}/{}", name, methods[pair.a]->name, methods[pair.b]->name)));
+  for (std::size_t k = 0; k < tested.size(); ++k) {
+    const std::string purpose =
+        fmt::format("{}/{}/{}", sums.name, sums.methods[tested[k].a]->name, sums.methods[tested[k].b]->name);
+    summary.tests.push_back(sums.duels[k].test(sums.seed, purpose));
     p.push_back(summary.tests.back().wilcoxon_p);
   }
   const std::vector<double> adjusted = holm(p);
   for (std::size_t k = 0; k < adjusted.size(); ++k) summary.tests[k].holm_p = adjusted[k];
-  thin(summary.bounds_mm);
-  summary.votes_median = median(votes);
-  summary.quality_median = median(qualities);
-  summary.second_pass_rate = mean(second);
+  summary.bound_rms_mm = root_mean_square(sums.bounds_mm);
+  summary.votes_median = median(sums.votes);
+  summary.quality_median = median(sums.qualities);
+  summary.second_pass_rate = mean(sums.second_passes);
   return summary;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -49,14 +50,6 @@ struct PairStatistics {
   double position_median_mm, position_max_mm;
 };
 
-/// The differences themselves, frame by frame.
-struct PairDifferences {
-  std::vector<double> center_px, radius_px, position_mm;
-
-  void add(const MethodFit& a, const MethodFit& b);
-  PairStatistics statistics() const;
-};
-
 /// One row of tests.csv: is one method nearer to the truth than the other on the same frames?
 struct PairedTest {
   MethodPair pair;
@@ -72,19 +65,32 @@ struct PairedTest {
 struct ConditionSummary {
   std::size_t index = 0;  ///< in the source's list
   std::vector<MethodStatistics> methods;
-  std::vector<PairStatistics> pairs;         ///< in the order of converged_pairs
-  std::vector<PairDifferences> differences;  ///< of the same, thinned to at most 400 frames
+  std::vector<PairStatistics> pairs;  ///< in the order of converged_pairs
+  /// Of the same, the distances between the centres (px), thinned to at most 400 frames.
+  std::vector<std::vector<double>> centers_apart_px;
   std::vector<PairedTest> tests;
-  std::vector<double> bounds_mm;
+  double bound_rms_mm;  ///< over the frames that have a bound
   double votes_median, quality_median, second_pass_rate;
 };
 
-/// `seed` draws the bootstrap's samples. Frames are all of one condition.
-ConditionSummary summarize(std::size_t index, const std::string& name,
-                           const std::vector<ComparisonRecord>& frames, const MethodList& methods,
-                           std::uint64_t seed);
-
 /// The methods that all others are tested against: what runs on line, and the paper's.
 std::vector<MethodPair> tested_pairs(const MethodList& methods);
+
+/// Adds up the frames of one condition, of which it keeps a few numbers each.
+class ConditionStatistics {
+ public:
+  /// `seed` draws the bootstrap's samples.
+  ConditionStatistics(std::size_t index, std::string name, const MethodList& methods, std::uint64_t seed);
+  ~ConditionStatistics();
+  ConditionStatistics(const ConditionStatistics&) = delete;
+  ConditionStatistics& operator=(const ConditionStatistics&) = delete;
+
+  void add(const ComparisonRecord& frame);
+  ConditionSummary summary() const;
+
+ private:
+  struct Sums;
+  std::unique_ptr<Sums> sums_;
+};
 
 }  // namespace ballservo

@@ -98,7 +98,7 @@ std::string timing_csv_rows(const ConditionInfo& info, const ConditionSummary& s
 
 std::string fits_csv_header() {
   return "condition,source,frame,method,found,cx_px,cy_px,r_px,x_m,y_m,z_m,iterations,residual_px,"
-         "step_px,arc,condition_number,converged\n";
+         "step_px,arc,condition_number,converged,next_step_px\n";
 }
 
 std::string fits_csv_rows(const ConditionInfo& info, const ComparisonRecord& record,
@@ -110,13 +110,13 @@ std::string fits_csv_rows(const ConditionInfo& info, const ComparisonRecord& rec
     const auto& fit = record.fits[m];
     rows += place + methods[m]->name + (fit && at_the_ball(*fit, record.truth) ? ",1" : ",0");
     if (!fit) {
-      rows += ",,,,,,,,,,,,\n";
+      rows += ",,,,,,,,,,,,,\n";
       continue;
     }
     rows += cells({fit->outline.center_px.x(), fit->outline.center_px.y(), fit->outline.radius_px,
                    fit->p_C.x(), fit->p_C.y(), fit->p_C.z()});
     rows += cell(fit->iterations) + cell(fit->residual_px) + cell(fit->step_px) + cell(fit->arc) +
-            cell(fit->condition) + cell(fit->converged) + '\n';
+            cell(fit->condition) + cell(fit->converged) + cell(fit->next_step_px) + '\n';
   }
   return rows;
 }

@@ -69,6 +69,7 @@ std::optional<MethodFit> fit_sphere_steps(MethodScene& scene, int steps) {
   fit->iterations = taken;
   fit->residual_px = last->residual_px;
   fit->step_px = last->step_px;
+  if (const auto next = one_gauss_newton_step(cone, edges->points)) fit->next_step_px = next->step_px;
   fit->condition = condition_of(cone, edges->points);
   fit->arc = arc_of(edges->points);
   return fit;

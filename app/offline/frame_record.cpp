@@ -39,7 +39,8 @@ json fit_json(const MethodFit& fit) {
   return json::array({outline_json(fit.outline), vector_json(fit.p_C), optional_number(fit.iterations),
                       optional_number(fit.residual_px), optional_number(fit.step_px),
                       optional_number(fit.arc), optional_number(fit.condition),
-                      optional_number(fit.converged), number(fit.time_us)});
+                      optional_number(fit.converged), number(fit.time_us),
+                      optional_number(fit.next_step_px)});
 }
 
 MethodFit fit_from(const json& value) {
@@ -53,6 +54,7 @@ MethodFit fit_from(const json& value) {
   fit.condition = optional_from(value.at(6));
   if (const auto converged = optional_from(value.at(7))) fit.converged = *converged != 0;
   fit.time_us = number_from(value.at(8));
+  fit.next_step_px = optional_from(value.at(9));
   return fit;
 }
 

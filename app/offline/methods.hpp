@@ -21,10 +21,11 @@ struct MethodFit {
   OutlineEllipse outline;        ///< in the picture as given
   Eigen::Vector3d p_C{0, 0, 0};  ///< the ball's centre (m, camera frame)
   std::optional<int> iterations;
-  std::optional<double> residual_px;  ///< weighted RMS distance of the points from the outline
-  std::optional<double> step_px;      ///< largest move of the outline by the last Gauss-Newton step
-  std::optional<double> arc;          ///< of the outline, has points of weight (0 to 1)
-  std::optional<double> condition;    ///< of the weighted Jacobian
+  std::optional<double> residual_px;   ///< weighted RMS distance of the points from the outline
+  std::optional<double> step_px;       ///< largest move of the outline by the last Gauss-Newton step
+  std::optional<double> next_step_px;  ///< of the step that would follow on the same points
+  std::optional<double> arc;           ///< of the outline, has points of weight (0 to 1)
+  std::optional<double> condition;     ///< of the weighted Jacobian
   std::optional<bool> converged;
   double time_us = 0;  ///< from the picture and the starting circle; vote: from the picture
 };

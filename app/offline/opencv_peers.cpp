@@ -4,35 +4,17 @@
 #include <opencv2/imgproc.hpp>
 
 namespace ballservo {
-namespace {
-
 // Circles of half to one and a half times the radius, at least a radius apart.
-void hough(const cv::Mat& grey, cv::HoughModes mode, double resolution, double radius_px,
-           const HoughSettings& settings, std::vector<cv::Vec3f>& circles) {
-  cv::HoughCircles(grey, circles, mode, resolution, std::max(1.0, radius_px), settings.edges,
-                   settings.support, static_cast<int>(0.5 * radius_px), static_cast<int>(1.5 * radius_px));
-}
-
-std::vector<OutlineEllipse> outlines(const std::vector<cv::Vec3f>& circles) {
-  std::vector<OutlineEllipse> found;
-  for (const cv::Vec3f& circle : circles) found.push_back({{circle[0], circle[1]}, circle[2]});
-  return found;
-}
-
-}  // namespace
-
 std::vector<OutlineEllipse> HoughGradient::find(const cv::Mat& bgr) {
   cv::cvtColor(bgr, grey_, cv::COLOR_BGR2GRAY);
   cv::GaussianBlur(grey_, grey_, {5, 5}, 1.2);
-  hough(grey_, cv::HOUGH_GRADIENT, 1, radius_px_, settings_, circles_);
-  return outlines(circles_);
-}
-
-std::vector<OutlineEllipse> HoughGradientAlt::find(const cv::Mat& bgr) {
-  cv::cvtColor(bgr, grey_, cv::COLOR_BGR2GRAY);
-  cv::GaussianBlur(grey_, grey_, {5, 5}, 1.2);
-  hough(grey_, cv::HOUGH_GRADIENT_ALT, 1.5, radius_px_, settings_, circles_);
-  return outlines(circles_);
+  const bool plain = settings_.mode == HoughMode::gradient;
+  cv::HoughCircles(grey_, circles_, plain ? cv::HOUGH_GRADIENT : cv::HOUGH_GRADIENT_ALT, plain ? 1 : 1.5,
+                   std::max(1.0, radius_px_), settings_.edges, settings_.support,
+                   static_cast<int>(0.5 * radius_px_), static_cast<int>(1.5 * radius_px_));
+  std::vector<OutlineEllipse> found;
+  for (const cv::Vec3f& circle : circles_) found.push_back({{circle[0], circle[1]}, circle[2]});
+  return found;
 }
 
 void HsvContour::make_mask(const cv::Mat& bgr) {

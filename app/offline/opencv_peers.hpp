@@ -9,32 +9,20 @@
 
 namespace ballservo {
 
-/// What users of HoughCircles turn: thresholds of the edges and of the votes (HOUGH_GRADIENT), or of the
-/// edges and of roundness (HOUGH_GRADIENT_ALT).
+/// OpenCV's two ways: HOUGH_GRADIENT, and HOUGH_GRADIENT_ALT, which refines what it finds (4.3 and later).
+enum class HoughMode { gradient, gradient_alt };
+
+/// What users of HoughCircles turn.
 struct HoughSettings {
+  HoughMode mode = HoughMode::gradient;
   double edges = 100;   ///< param1: the upper threshold of the edges
-  double support = 20;  ///< param2: votes, or roundness from 0 to 1
+  double support = 20;  ///< param2: votes; of HOUGH_GRADIENT_ALT roundness, 0 to 1
 };
 
-/// OpenCV's HoughCircles (HOUGH_GRADIENT) on the grey picture, told the radius to within a half. The circle
-/// with the most votes first.
+/// HoughCircles on the grey picture, told the radius to within a half. The circle with the most votes first.
 class HoughGradient {
  public:
   explicit HoughGradient(double expected_radius_px, const HoughSettings& settings = {})
-      : radius_px_(expected_radius_px), settings_(settings) {}
-  std::vector<OutlineEllipse> find(const cv::Mat& bgr);
-
- private:
-  double radius_px_;
-  HoughSettings settings_;
-  cv::Mat grey_;
-  std::vector<cv::Vec3f> circles_;
-};
-
-/// The same with HOUGH_GRADIENT_ALT, which refines what it finds (OpenCV 4.3 and later).
-class HoughGradientAlt {
- public:
-  explicit HoughGradientAlt(double expected_radius_px, const HoughSettings& settings = {300, 0.8})
       : radius_px_(expected_radius_px), settings_(settings) {}
   std::vector<OutlineEllipse> find(const cv::Mat& bgr);
 

@@ -18,18 +18,20 @@ std::optional<MethodFit> chosen(const MethodScene& scene, const std::vector<Outl
       }));
 }
 
+std::optional<MethodFit> hough(MethodScene& scene, const HoughSettings& settings) {
+  const auto& radius_px = scene.task().expected_radius_px;
+  if (!radius_px) return std::nullopt;
+  return chosen(scene, HoughGradient(*radius_px, settings).find(scene.bgr()));
+}
+
 }  // namespace
 
 std::optional<MethodFit> fit_hough_gradient(MethodScene& scene) {
-  const MethodTask& task = scene.task();
-  if (!task.expected_radius_px) return std::nullopt;
-  return chosen(scene, HoughGradient(*task.expected_radius_px, task.peers.hough).find(scene.bgr()));
+  return hough(scene, scene.task().peers.hough);
 }
 
 std::optional<MethodFit> fit_hough_gradient_alt(MethodScene& scene) {
-  const MethodTask& task = scene.task();
-  if (!task.expected_radius_px) return std::nullopt;
-  return chosen(scene, HoughGradientAlt(*task.expected_radius_px, task.peers.hough_alt).find(scene.bgr()));
+  return hough(scene, scene.task().peers.hough_alt);
 }
 
 std::optional<MethodFit> fit_hsv_contour(MethodScene& scene) {

@@ -4,16 +4,13 @@
 
 namespace ballservo {
 
-const std::vector<HoughSettings>& hough_grid() {
-  static const std::vector<HoughSettings> grid{{100, 20}, {100, 12}, {100, 30},
-                                               {50, 20},  {50, 30},  {200, 12}};
-  return grid;
-}
-
-const std::vector<HoughSettings>& hough_alt_grid() {
-  static const std::vector<HoughSettings> grid{{300, 0.8}, {300, 0.6}, {150, 0.8},
-                                               {150, 0.5}, {80, 0.8},  {80, 0.5}};
-  return grid;
+const std::vector<HoughSettings>& hough_grid(HoughMode mode) {
+  constexpr HoughMode plain = HoughMode::gradient, alt = HoughMode::gradient_alt;
+  static const std::vector<HoughSettings> of_plain{{plain, 100, 20}, {plain, 100, 12}, {plain, 100, 30},
+                                                   {plain, 50, 20},  {plain, 50, 30},  {plain, 200, 12}};
+  static const std::vector<HoughSettings> of_alt{{alt, 300, 0.8}, {alt, 300, 0.6}, {alt, 150, 0.8},
+                                                 {alt, 150, 0.5}, {alt, 80, 0.8},  {alt, 80, 0.5}};
+  return mode == plain ? of_plain : of_alt;
 }
 
 const std::vector<HsvSettings>& hsv_grid() {
@@ -40,6 +37,12 @@ std::string in_words(const VpDot2Settings& settings) {
   const std::string picture =
       settings.mask ? "mask of hue, " + in_words(settings.hsv) : std::string("grey picture");
   return fmt::format("{}; ellipsoid shape precision {:g}", picture, settings.roundness);
+}
+
+std::string in_words(const PeerSettings& settings) {
+  return "hough_gradient: " + in_words(settings.hough) +
+         "; hough_gradient_alt: " + in_words(settings.hough_alt) +
+         "; hsv_contour: " + in_words(settings.hsv) + "; vpdot2: " + in_words(settings.vpdot2);
 }
 
 }  // namespace ballservo

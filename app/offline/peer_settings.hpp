@@ -10,16 +10,15 @@
 namespace ballservo {
 
 struct PeerSettings {
-  HoughSettings hough{100, 20};
-  HoughSettings hough_alt{300, 0.8};
+  HoughSettings hough{HoughMode::gradient, 100, 20};
+  HoughSettings hough_alt{HoughMode::gradient_alt, 300, 0.8};
   HsvSettings hsv;
   VpDot2Settings vpdot2;
 };
 
 /// The small grids that the best settings of each peer are chosen from, on other frames than it is measured
 /// on.
-const std::vector<HoughSettings>& hough_grid();
-const std::vector<HoughSettings>& hough_alt_grid();
+const std::vector<HoughSettings>& hough_grid(HoughMode mode);
 const std::vector<HsvSettings>& hsv_grid();
 const std::vector<VpDot2Settings>& vpdot2_grid();
 
@@ -27,5 +26,6 @@ const std::vector<VpDot2Settings>& vpdot2_grid();
 std::string in_words(const HoughSettings& settings);
 std::string in_words(const HsvSettings& settings);
 std::string in_words(const VpDot2Settings& settings);
+std::string in_words(const PeerSettings& settings);
 
 }  // namespace ballservo

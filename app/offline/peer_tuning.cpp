@@ -62,16 +62,13 @@ PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const Metho
     return std::any_of(methods.begin(), methods.end(), [&](const FitMethod* m) { return m->name == name; });
   };
   PeerSettings chosen;
+  const auto hough = [](const TuningPicture& p, const HoughSettings& s) {
+    return first(HoughGradient(p.task.expected_radius_px.value_or(30), s).find(p.bgr));
+  };
   if (asked("hough_gradient"))
-    chosen.hough =
-        best<HoughSettings>(pictures, hough_grid(), [](const TuningPicture& p, const HoughSettings& s) {
-          return first(HoughGradient(p.task.expected_radius_px.value_or(30), s).find(p.bgr));
-        });
+    chosen.hough = best<HoughSettings>(pictures, hough_grid(HoughMode::gradient), hough);
   if (asked("hough_gradient_alt"))
-    chosen.hough_alt =
-        best<HoughSettings>(pictures, hough_alt_grid(), [](const TuningPicture& p, const HoughSettings& s) {
-          return first(HoughGradientAlt(p.task.expected_radius_px.value_or(30), s).find(p.bgr));
-        });
+    chosen.hough_alt = best<HoughSettings>(pictures, hough_grid(HoughMode::gradient_alt), hough);
   if (asked("hsv_contour"))
     chosen.hsv = best<HsvSettings>(pictures, hsv_grid(), [](const TuningPicture& p, const HsvSettings& s) {
       return largest(HsvContour(p.task.hue, s).find(p.bgr));

@@ -35,7 +35,9 @@ class PictureFiles : public PictureSource {
   const std::vector<ConditionInfo>& conditions() const override { return infos_; }
   void prepare(const std::vector<char>&) override {}
   ComparisonPicture picture(std::size_t condition, int frame) const override;
-  std::string peer_words(std::size_t) const override { return ""; }
+  std::string peer_words(std::size_t) const override {
+    return "tuned to nothing, as tutorials have them: " + in_words(PeerSettings{});
+  }
 
   /// Hash of every file that the results depend on.
   const std::string& sha256() const { return sha256_; }

@@ -191,11 +191,14 @@ ComparisonPicture PlanPictures::picture(std::size_t index, int frame) const {
   return picture;
 }
 
+ShownPicture show_frame(const ComparisonPlan& plan, std::size_t condition, int frame) {
+  const RenderedFrame rendered = render_comparison_frame(plan.conditions[condition], plan.seed, frame);
+  return {rendered.bgr, rendered.truth.outline};
+}
+
 std::string PlanPictures::peer_words(std::size_t condition) const {
   if (!peers_asked_ || !setups_[condition].rays) return "";
-  const PeerSettings& peers = setups_[condition].peers;
-  return "hough_gradient: " + in_words(peers.hough) + "; hough_gradient_alt: " + in_words(peers.hough_alt) +
-         "; hsv_contour: " + in_words(peers.hsv) + "; vpdot2: " + in_words(peers.vpdot2);
+  return "the best of a small grid on three other frames: " + in_words(setups_[condition].peers);
 }
 
 }  // namespace ballservo

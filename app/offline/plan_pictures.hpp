@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "app/offline/comparison_photos.hpp"
 #include "app/offline/picture_source.hpp"
 #include "app/offline/plan.hpp"
 
@@ -33,5 +34,8 @@ class PlanPictures : public PictureSource {
   std::vector<ConditionInfo> infos_;
   std::vector<Setup> setups_;
 };
+
+/// A frame's picture alone, which needs nothing learnt.
+ShownPicture show_frame(const ComparisonPlan& plan, std::size_t condition, int frame);
 
 }  // namespace ballservo

@@ -25,8 +25,15 @@ StepComparison compare_steps(const ConditionSummary& summary, const MethodList& 
   const PairStatistics& apart = summary.pairs[pair];
   const MethodStatistics &one = summary.methods[places.a], &further = summary.methods[places.b];
   StepComparison result;
-  if (apart.frames == 0 || !std::isfinite(one.position_median_mm)) {
+  result.short_words = "not told.";
+  if (apart.frames == 0) {
     result.words = "not told: no frame in which both found the ball";
+    return result;
+  }
+  if (!std::isfinite(one.position_median_mm)) {
+    result.words =
+        fmt::format("not told: the centres lie {} px apart (median), but no place in space is known",
+                    figure(apart.center_median_px));
     return result;
   }
   const std::string change =
@@ -38,15 +45,18 @@ StepComparison compare_steps(const ConditionSummary& summary, const MethodList& 
   const bool differs = test != summary.tests.end() && test->wilcoxon_p < significant;
   if (apart.position_median_mm < small_part * one.position_median_mm || !differs) {
     result.verdict = StepVerdict::enough;
+    result.short_words = "yes.";
     result.words = "yes: " + change;
     if (apart.position_median_mm >= small_part * one.position_median_mm)
       result.words += ", and no test tells which is nearer";
   } else if (test->difference_median_mm < 0) {
     result.verdict = StepVerdict::further_is_better;
+    result.short_words = "no.";
     result.words = fmt::format("no: {}, and the converged fit errs by {} mm", change,
                                figure(further.position_median_mm));
   } else {
     result.verdict = StepVerdict::further_is_worse;
+    result.short_words = "yes, and more is worse.";
     result.words = fmt::format("yes, and more is worse: {}, and the converged fit errs by {} mm", change,
                                figure(further.position_median_mm));
   }

@@ -13,7 +13,8 @@ enum class StepVerdict { enough, further_is_better, further_is_worse, not_told }
 
 struct StepComparison {
   StepVerdict verdict = StepVerdict::not_told;
-  std::string words;  ///< "yes: ..."
+  std::string words;        ///< "yes: ..."
+  std::string short_words;  ///< "yes."
 };
 
 /// One step against the converged fit of the same points (`pair` of the summary's pairs). Enough: the median

@@ -36,6 +36,7 @@ figcaption { color: var(--faint); font-size: .9rem; max-width: 46rem; margin-top
 .figures.small { grid-template-columns: repeat(auto-fit, minmax(min(100%, 13rem), 1fr)); }
 pre { background: var(--panel); padding: .7rem 1rem; border-radius: 6px; overflow-x: auto; font: .88rem/1.45 ui-monospace, "DejaVu Sans Mono", monospace; }
 a { color: var(--accent); }
+@media (max-width: 40rem) { figure { overflow-x: auto; } figure svg { min-width: 32rem; } }
 details { margin: 1rem 0; border: 1px solid var(--line); border-radius: 6px; padding: .4rem .9rem; }
 summary { cursor: pointer; font-weight: 600; }
 )";

@@ -152,14 +152,22 @@ OutputFolder::~OutputFolder() {
   if (!staging_.empty()) fs::remove_all(staging_, ignored);
 }
 
-void OutputFolder::write(const std::string& name, std::string_view contents) const {
+fs::path OutputFolder::staged(const std::string& name) const {
   const fs::path relative = fs::path(name).lexically_normal();
   if (relative.empty() || relative.is_absolute() || *relative.begin() == "..") {
     throw std::invalid_argument("an output's name must lie inside its folder: " + name);
   }
   std::error_code error;
   fs::create_directories((staging_ / relative).parent_path(), error);
-  write_bytes(staging_ / relative, contents, (target_ / relative).string());
+  return staging_ / relative;
+}
+
+void OutputFolder::write(const std::string& name, std::string_view contents) const {
+  write_bytes(staged(name), contents, (target_ / name).string());
+}
+
+void OutputFolder::append(const std::string& name, std::string_view piece) const {
+  append_bytes(staged(name), piece, (target_ / name).string());
 }
 
 void OutputFolder::commit() {

@@ -58,9 +58,13 @@ class OutputFolder {
   const std::filesystem::path& path() const { return staging_; }
   /// A file inside the staging folder, its subfolders made as needed; InputError on a full disk.
   void write(const std::string& name, std::string_view contents) const;
+  /// Adds to such a file: for what is too long to be held whole.
+  void append(const std::string& name, std::string_view piece) const;
   void commit();
 
  private:
+  std::filesystem::path staged(const std::string& name) const;
+
   std::filesystem::path target_, staging_;
   bool existed_ = false;
 };

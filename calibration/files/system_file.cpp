@@ -41,15 +41,9 @@ class Descriptor {
   throw InputError(place, system_error_text(errno), writable_place);
 }
 
-}  // namespace
-
-std::string system_error_text(int error_number) {
-  const char* description = ::strerrordesc_np(error_number);
-  return description ? description : "system error " + std::to_string(error_number);
-}
-
-void write_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place) {
-  Descriptor descriptor(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+void write_with(int flags, const std::filesystem::path& file, std::string_view contents,
+                const std::string& place) {
+  Descriptor descriptor(::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | flags, 0666));
   if (descriptor.number() < 0) fail(place);
   while (!contents.empty()) {
     const ssize_t written = ::write(descriptor.number(), contents.data(), contents.size());
@@ -58,6 +52,21 @@ void write_bytes(const std::filesystem::path& file, std::string_view contents, c
     contents.remove_prefix(static_cast<std::size_t>(written));
   }
   if (!descriptor.close()) fail(place);
+}
+
+}  // namespace
+
+std::string system_error_text(int error_number) {
+  const char* description = ::strerrordesc_np(error_number);
+  return description ? description : "system error " + std::to_string(error_number);
+}
+
+void write_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place) {
+  write_with(O_TRUNC, file, contents, place);
+}
+
+void append_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place) {
+  write_with(O_APPEND, file, contents, place);
 }
 
 bool make_new_file(const std::filesystem::path& file, const std::string& place) {

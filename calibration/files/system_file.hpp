@@ -14,6 +14,9 @@ std::string system_error_text(int error_number);
 /// too.
 void write_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place);
 
+/// Adds `contents` to the end of `file` (made if missing). InputError as write_bytes.
+void append_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place);
+
 /// Makes a new empty file, or folder; false if something of this name exists. InputError about `place` if it
 /// fails.
 bool make_new_file(const std::filesystem::path& file, const std::string& place);

@@ -79,7 +79,36 @@ TEST_F(Work, AJournalKeepsWhatWasNoted) {
   ASSERT_EQ(again.size(), 2u);
   EXPECT_EQ(*again.find("a"), odd);
   EXPECT_EQ(*again.find("b"), "");
-  EXPECT_EQ(again.find("c"), nullptr);
+  EXPECT_EQ(again.find("c"), std::nullopt);
+  EXPECT_TRUE(again.has("a"));
+  EXPECT_FALSE(again.has("c"));
+}
+
+TEST_F(Work, NotesAreFoundInTheirFile) {
+  const std::string many(3000, 'x');  // lines longer and shorter than what is read at once
+  std::string text;
+  for (int k = 0; k < 100; ++k)
+    text += note_line("key " + std::to_string(k), many + "\n" + std::to_string(k));
+  std::ofstream(dir / "notes") << text;
+  const NoteFile notes(dir / "notes");
+  for (int k = 0; k < 100; ++k)
+    EXPECT_EQ(notes.find("key " + std::to_string(k)), many + "\n" + std::to_string(k));
+  EXPECT_EQ(notes.find("key 100"), std::nullopt);
+  std::ofstream(dir / "bad") << note_line("a", "b") << "[\"a\",3]\n";
+  EXPECT_THAT(faults_of([&] { NoteFile(dir / "bad"); }), HasSubstr("bad:2"));
+  std::ofstream(dir / "short") << "[\"a\",\"b\"]";
+  EXPECT_THAT(faults_of([&] { NoteFile(dir / "short"); }), HasSubstr("unfinished"));
+  EXPECT_THAT(faults_of([&] { NoteFile(dir / "none"); }), HasSubstr("none"));
+}
+
+TEST_F(Work, ResultsWrittenPieceByPieceAreThoseWrittenWhole) {
+  finish("whole", job("x"), "one\ntwo\n");
+  WorkFolder folder(dir / "pieces", job("x"), false, Overwrite::refuse);
+  WorkResults results = folder.begin_results();
+  for (const char* piece : {"one\n", "", "two\n"}) results.append("trials.csv", piece);
+  folder.commit_results(std::move(results), true);
+  for (const char* name : {"trials.csv", "manifest.json"})
+    EXPECT_EQ(contents(dir / "pieces" / name), contents(dir / "whole" / name)) << name;
 }
 
 TEST_F(Work, AJournalCutAnywhereIsAWholeShorterOne) {

@@ -37,10 +37,10 @@ struct Notebook {
   std::map<std::string, std::string> items;
   std::mutex mutex;
   UnitNotes notes() {
-    return {[this](const std::string& key) -> const std::string* {
+    return {[this](const std::string& key) -> std::optional<std::string> {
               const std::lock_guard<std::mutex> lock(mutex);
               const auto it = items.find(key);
-              return it == items.end() ? nullptr : &it->second;
+              return it == items.end() ? std::nullopt : std::optional<std::string>(it->second);
             },
             [this](const std::string& key, const std::string& value) {
               const std::lock_guard<std::mutex> lock(mutex);
@@ -53,7 +53,12 @@ ComparisonResults run(Notebook& book, int threads, const Shard& shard = {}) {
   PlanPictures source(plan());
   const auto units = comparison_units(source.conditions(), shard);
   run_units(source, plan().methods, units, book.notes(), threads, [](long) {});
-  return collect_results(source.conditions(), plan().methods, units, book.notes(), plan().seed);
+  std::map<std::string, std::string> rows;
+  ComparisonResults results =
+      collect_results(source.conditions(), plan().methods, units, book.notes(), plan().seed,
+                      [&](const std::string& name, std::string_view more) { rows[name] += more; });
+  results.files.merge(rows);
+  return results;
 }
 
 const ComparisonResults& tiny(int threads) {
@@ -91,10 +96,16 @@ std::vector<ComparisonRecord> known_errors() {
   return frames;
 }
 
+ConditionSummary summarize(const std::vector<ComparisonRecord>& frames, const MethodList& methods) {
+  ConditionStatistics statistics(0, "known", methods, 1);
+  for (const ComparisonRecord& frame : frames) statistics.add(frame);
+  return statistics.summary();
+}
+
 const MethodList two_methods{find_fit_method("vote"), find_fit_method("paper_one_step")};
 
 TEST(ComparisonStatistics, StateKnownErrors) {
-  const ConditionSummary summary = summarize(0, "known", known_errors(), two_methods, 1);
+  const ConditionSummary summary = summarize(known_errors(), two_methods);
   const MethodStatistics& s = summary.methods[0];
   EXPECT_EQ(s.frames, 2);
   EXPECT_EQ(s.found, 1);
@@ -113,11 +124,11 @@ TEST(ComparisonStatistics, StateKnownErrors) {
 TEST(ComparisonTables, LeaveUnknownCellsEmpty) {
   const ConditionInfo info{"known", "", 2, "", "", 0, false};
   const std::vector<ComparisonRecord> frames = known_errors();
-  const ConditionSummary summary = summarize(0, "known", frames, two_methods, 1);
+  const ConditionSummary summary = summarize(frames, two_methods);
   EXPECT_NE(compare_csv_rows(info, summary, two_methods).find("known,paper_one_step,2,0,2,,,,,,,,,"),
             std::string::npos);
   EXPECT_NE(
-      fits_csv_rows(info, frames[0], two_methods).find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,\n"),
+      fits_csv_rows(info, frames[0], two_methods).find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,,\n"),
       std::string::npos);
   EXPECT_NE(fits_csv_rows(info, frames[1], two_methods).find("known,rendered,1,vote,0,200,104,31"),
             std::string::npos);
@@ -222,8 +233,10 @@ TEST(Comparison, ShardsTogetherAreTheWhole) {
 }
 
 TEST(Comparison, ReportIsAWholePageThatLoadsNothing) {
-  const PlanPictures source(plan());
-  const std::string html = comparison_report_html(tiny(1), &source, {"<tiny>.yaml", "{}", true, false},
+  const ShowFrame show = [](std::size_t condition, int frame) {
+    return show_frame(plan(), condition, frame);
+  };
+  const std::string html = comparison_report_html(tiny(1), show, {"<tiny>.yaml", "{}", true, false},
                                                   {{"<says>", "much", "holds", "a plot"}});
   EXPECT_EQ(test::markup_fault(html), "");
   EXPECT_EQ(html.find("http"), std::string::npos);
@@ -249,7 +262,9 @@ TEST(Comparison, RefusesDamagedNotes) {
   PlanPictures source(plan());
   const auto units = comparison_units(source.conditions());
   for (const ComparisonUnit& unit : units) book.items[unit.key] = "[{\"source\": 3}]";
-  EXPECT_THROW(collect_results(source.conditions(), plan().methods, units, book.notes(), 1), InputError);
+  EXPECT_THROW(collect_results(source.conditions(), plan().methods, units, book.notes(), 1,
+                               [](const std::string&, std::string_view) {}),
+               InputError);
 }
 
 }  // namespace

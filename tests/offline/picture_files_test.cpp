@@ -96,11 +96,6 @@ TEST(ComparisonArchive, ComesBackAsItWas) {
   EXPECT_EQ(comparison_setting_text(setting.conditions, setting.methods, setting.seed, setting.text), text);
   EXPECT_THROW(read_comparison_setting("{}", "comparison.json"), InputError);
   EXPECT_THROW(read_comparison_setting(text.substr(0, 40), "comparison.json"), InputError);
-  const std::map<std::string, std::string> notes{{"a/0", "[1,\"two\"]"}, {"settings:a", "x\ny"}};
-  std::map<std::string, std::string> back;
-  add_notes(notes_text(notes), "notes", back);
-  EXPECT_EQ(back, notes);
-  EXPECT_THROW(add_notes("[\"a\",3]\n", "notes", back), InputError);
 }
 
 }  // namespace

@@ -45,6 +45,27 @@ TEST(Detector, ThePapersFitIsNearOnTheAxis) {
   EXPECT_LT((balls[0].position->p_C - Eigen::Vector3d(0, 0, 1)).norm(), 0.02);
 }
 
+TEST(BallFitter, KnowsWhetherOneStepWasEnough) {
+  const Camera camera = test::pinhole(size, 400);
+  cv::Mat bgr = test::grey_picture();
+  test::paint_ball(bgr, camera, {0, 0, 1}, 0.06, test::red);  // 24 px
+  BallFitter fitter(std::make_shared<const RayTable>(camera), {});
+  CircleEstimate vote;
+  vote.radius_px = 24;
+  for (const BallFit fit : {BallFit::sphere, BallFit::paper}) {
+    vote.center_px = {0.2, -0.1};
+    const auto near = fitter.refine(bgr, 1, vote, {}, fit);
+    ASSERT_TRUE(near);
+    EXPECT_TRUE(near->one_step_enough);
+    EXPECT_LT(near->next_step_px, enough_next_step_px);
+  }
+  vote.center_px = {5, -4};
+  const auto far = fitter.refine(bgr, 1, vote, {}, BallFit::paper);
+  ASSERT_TRUE(far);
+  EXPECT_FALSE(far->one_step_enough);
+  EXPECT_GT(far->next_step_px, enough_next_step_px);
+}
+
 TEST(Detector, WorksInTwoDimensionsWithoutACamera) {
   cv::Mat bgr = test::grey_picture();
   test::paint_disc(bgr, {101.3, 88.6}, 20, test::green);

@@ -36,6 +36,7 @@ TEST_F(CompareTest, PartsKilledAndResumedMergeIntoTheWhole) {
   }
   ASSERT_EQ(run("compare merge part_2 part_1 -o merged --quiet").code, 0);
   expect_same("whole", "merged");
+  EXPECT_THAT(contents("merged/report.html"), HasSubstr("src=\"data:image/"));
   const test::Ending missing = run("compare merge part_1 -o too_few");
   EXPECT_EQ(missing.code, 2);
   EXPECT_THAT(missing.messages, HasSubstr("2/2"));
