@@ -56,6 +56,7 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
 ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) {
   SensorStamps stamps = watch_.stamps();
   stamps.frame_s = frame_s_;
+  stamps.step_s = now_s;
   const GuardVerdict allowed = guard(now_s, stamps, options_.guard);
   Twist2 guarded = command;
   if (!allowed.forward && guarded.v_mps > 0.0) guarded.v_mps = 0.0;

@@ -37,8 +37,8 @@ class Avoidance {
   void hear(const SonarReading& reading) {
     if (inbox_count_ < inbox_.size()) inbox_[inbox_count_++] = reading;
   }
-  /// A frame of the camera arrived, whatever it showed.
-  void see_frame(double now_s) { frame_s_ = now_s; }
+  /// A frame of the camera arrived then, whatever it showed.
+  void see_frame(double arrived_s) { frame_s_ = arrived_s; }
 
   /// A control step begins: the robot is there; `poses` holds where it was.
   void update(double now_s, const Pose2& pose, const PoseHistory& poses);

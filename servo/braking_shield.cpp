@@ -35,15 +35,18 @@ bool can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, con
   const Twist2 from = when_it_acts.twist;
   const Twist2 after = limit_acceleration(from, command, options.limits, options.period_s);
   const Twist2 mean{0.5 * (from.v_mps + after.v_mps), 0.5 * (from.w_radps + after.w_radps)};
-  // Either speed may be reached early in the period and kept: the larger one bounds the way.
   const Pose2 start = integrate(when_it_acts.pose, mean, options.period_s);
+  const auto places_on = [corner](const Twist2& twist, double time_s) {
+    const double way_m = time_s * (std::abs(twist.v_mps) + std::abs(twist.w_radps) * corner);
+    return std::max(1, static_cast<int>(std::ceil(way_m / spacing_m)));
+  };
   const double brake_s = std::max(std::abs(after.v_mps) / options.limits.a_max_mps2,
                                   std::abs(after.w_radps) / options.limits.alpha_max_radps2);
-  const double way_m = 0.5 * brake_s * (std::abs(after.v_mps) + std::abs(after.w_radps) * corner);
-  const int places = std::max(1, static_cast<int>(std::ceil(way_m / spacing_m)));
+  const int driven = places_on(mean, options.period_s), braked = places_on(after, 0.5 * brake_s);
   const auto clear = [&](FreeSpace::Drift drift, const Pose2* standing) {
-    for (int k = 0; k <= places; ++k) {
-      const Pose2 pose = integrate(start, after, 0.5 * brake_s * k / places);
+    for (int k = 1; k <= driven + braked; ++k) {
+      const Pose2 pose = k <= driven ? integrate(when_it_acts.pose, mean, options.period_s * k / driven)
+                                     : integrate(start, after, 0.5 * brake_s * (k - driven) / braked);
       if (!space.covers(options.footprint, pose, margin_m, drift, blocked, standing)) return false;
     }
     return true;

@@ -13,7 +13,7 @@ namespace ballservo {
 struct ShieldOptions {
   UnicycleLimits limits;
   Footprint footprint;
-  double period_s = 0.02;  ///< a command drives so long before the next one can take over
+  double period_s = 0.02;  ///< a command drives at most so long before the next one, or rest, takes over
   double model_m = 0.01;  ///< bound on how far the robot leaves the way that the model of its drive foretells
 
   void check(FaultList& faults, const std::string& place) const;

@@ -9,6 +9,15 @@
 
 namespace ballservo {
 
+/// The robot at one instant.
+struct RobotView {
+  double time_s = 0;
+  Pose2 pose;      ///< the true one
+  Twist2 twist;    ///< the true one
+  Pose2 odometry;  ///< what the robot believes
+  Twist2 measured_twist;
+};
+
 class RunRobot {
  public:
   /// `scenario` must outlive the robot.
@@ -18,12 +27,10 @@ class RunRobot {
   void command(const Twist2& twist) { drive_.command(twist); }
 
   double time_s() const { return drive_.time_s(); }
-  const Pose2& pose() const { return drive_.pose(); }     ///< the true one
-  const Twist2& twist() const { return drive_.twist(); }  ///< the true one
-
-  /// What the robot believes.
-  const Pose2& odometry() const { return odometry_.pose(); }
-  Twist2 measured_twist() const { return odometry_.measure(drive_.twist()); }
+  const Pose2& pose() const { return drive_.pose(); }  ///< the true one
+  RobotView view() const {
+    return {time_s(), pose(), drive_.twist(), odometry_.pose(), odometry_.measure(drive_.twist())};
+  }
 
   /// When the next sonar fires (s); never for a robot without sonars.
   double next_sonar_s() const;
