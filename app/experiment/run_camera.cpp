@@ -82,8 +82,7 @@ SeenFrame RunCamera::finish(std::string& rows) {
   FrameRecord& record = frame.record;
   record.frame = static_cast<int>(frame_);
   record.time_s = middle_.time_s;
-  const std::vector<BallTruth> truth = ball_truth(camera.camera, scenario_.world, middle_);
-  const BallTruth& target = truth[scenario_.target];
+  const BallTruth target = ball_truth(camera.camera, scenario_.world, middle_, scenario_.target);
   record.truth = target.outline;
   record.truth_p_CB = target.p_CB;
   record.visible_fraction = target.visible_fraction;
