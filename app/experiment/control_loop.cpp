@@ -6,7 +6,6 @@
 
 #include "app/experiment/cpu_clock.hpp"
 #include "app/experiment/time_optimal.hpp"
-#include "servo/simulation/collision.hpp"
 
 namespace ballservo {
 
@@ -51,6 +50,17 @@ StepRecord ControlLoop::observe(const RobotView& robot) const {
   return record;
 }
 
+/// What the robot has run into; empty: nothing. Touching the target is none of it (the judge counts that),
+/// nor is a ball that lies under the sonars' beam; any other ball is a thing like others, unless it came to a
+/// robot at rest.
+std::string ControlLoop::collided_with(const ContactReport& contacts, const Twist2& twist) const {
+  if (contacts.collision()) return contacts.nearest;
+  const bool moves = std::abs(twist.v_mps) >= 1e-3 || std::abs(twist.w_radps) >= 1e-3;
+  if (!contacts.ball_contact() || !moves || contacts.nearest_ball == scenario_.target_ball().name) return "";
+  const Ball* ball = scenario_.world.find_ball(contacts.nearest_ball);
+  return ball != nullptr && ball->sonar ? contacts.nearest_ball : "";
+}
+
 Twist2 ControlLoop::step(const RobotView& robot) {
   StepRecord record = observe(robot);
   const ContactReport contacts =
@@ -65,8 +75,9 @@ Twist2 ControlLoop::step(const RobotView& robot) {
   if (heard_) run_.timing.image_to_command_ms.push_back(perception_ms_ + control_us * 1e-3);
   heard_ = false;
 
-  judge_.look(record, contacts.collision() ? contacts.nearest : "");
-  if (contacts.collision() && touched_.empty()) touched_ = contacts.nearest;
+  const std::string touched = collided_with(contacts, robot.twist);
+  judge_.look(record, touched);
+  if (touched_.empty()) touched_ = touched;
   run_.steps.push_back(record);
   return record.control.command;
 }

@@ -5,6 +5,7 @@
 #include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_camera.hpp"
 #include "app/experiment/run_robot.hpp"
+#include "servo/simulation/collision.hpp"
 
 namespace ballservo {
 
@@ -34,6 +35,7 @@ class ControlLoop {
 
  private:
   StepRecord observe(const RobotView& robot) const;
+  std::string collided_with(const ContactReport& contacts, const Twist2& twist) const;
 
   const Scenario& scenario_;
   Controller controller_;

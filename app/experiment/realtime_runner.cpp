@@ -147,7 +147,8 @@ class Realtime {
     run.tracks_csv = std::move(tracks_csv_);
     run.key_frames = pictures_.finish();
     if (!control_.touched().empty()) {
-      run.summary.collision_cause = collision_cause(scenario_, control_.touched(), run.steps.back().time_s);
+      run.summary.collision_cause =
+          collision_cause(scenario_, {control_.touched(), run.steps, robot_.firings()});
     }
     timing_.guard_rests = std::count_if(drive_.commands().begin(), drive_.commands().end(),
                                         [](const DriveCommand& c) { return c.by_guard; });

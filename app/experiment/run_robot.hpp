@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "app/experiment/scenario.hpp"
 #include "servo/simulation/unicycle_robot.hpp"
@@ -34,7 +35,11 @@ class RunRobot {
 
   /// When the next sonar fires (s); never for a robot without sonars.
   double next_sonar_s() const;
-  void fire_sonar() { sonar_->fire(drive_.pose()); }
+  void fire_sonar() {
+    if (const auto firing = sonar_->fire(drive_.pose())) firings_.push_back(*firing);
+  }
+  /// All that the sonars have said.
+  const std::vector<SonarFiring>& firings() const { return firings_; }
   /// Hands over what has been heard by now.
   void listen(const std::function<void(const SonarReading&)>& hear);
 
@@ -42,6 +47,7 @@ class RunRobot {
   UnicycleRobot drive_;
   Odometry odometry_;
   std::optional<SonarRing> sonar_;
+  std::vector<SonarFiring> firings_;
 };
 
 }  // namespace ballservo

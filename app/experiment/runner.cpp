@@ -92,7 +92,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
   run.tracks_csv = std::move(tracks);
   run.key_frames = pictures.finish();
   if (!control.touched().empty()) {
-    run.summary.collision_cause = collision_cause(scenario, control.touched(), run.steps.back().time_s);
+    run.summary.collision_cause = collision_cause(scenario, {control.touched(), run.steps, robot.firings()});
   }
   return run;
 }

@@ -86,6 +86,7 @@ bool read_robot(StrictYaml& yaml, RobotSettings& robot) {
   read_pose(node, robot.pose);
   robot.actuation_delay_s = node.number("actuation_delay_s", NumberRange::within(0, 2, "s"), 0.05);
   read_limits(node, robot.limits);
+  robot.acceleration_share = node.number("acceleration_share", NumberRange::within(0.01, 10, ""), 1.0);
   robot.odometry = read_odometry(node);
   if (node.has("sonar")) robot.sonar = read_sonar(node.map("sonar"));
   for (YamlNode& fault : node.list("faults")) read_fault(fault, robot.sonar_faults);
