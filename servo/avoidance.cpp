@@ -28,7 +28,7 @@ void AvoidanceOptions::check(FaultList& faults, const std::string& place) const 
 
 Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s)
     : options_(options),
-      shield_{limits, options.space.footprint, period_s, options.model_m},
+      shield_{limits, options.space.footprint, period_s, options.creep, options.model_m},
       space_(options.space),
       watch_(options.guard) {
   if (options.type == AvoidanceOptions::Type::full) {
@@ -66,7 +66,7 @@ ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotM
   const bool changed = guarded.v_mps != command.v_mps || guarded.w_radps != command.w_radps;
   if (changed && verdict.passed) {
     verdict.passed = false;
-    verdict.reason = allowed.reason;
+    if (verdict.reason.empty()) verdict.reason = allowed.reason;
   }
   last_ = verdict;
   return verdict;

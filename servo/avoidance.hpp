@@ -21,6 +21,7 @@ struct AvoidanceOptions {
   FreeSpaceOptions space;
   GuardOptions guard;
   SteeringOptions steering;
+  bool creep = true;      ///< see ShieldOptions
   double model_m = 0.01;  ///< see ShieldOptions
 
   void check(FaultList& faults, const std::string& place) const;

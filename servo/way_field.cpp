@@ -201,8 +201,7 @@ void WayField::spread(const Eigen::Vector2d& p_OR) {
             if (!from_robot) continue;
           }
           const double length = (dc != 0 && dr != 0 ? 1.4142135623730951 : 1.0) * block_m;
-          const std::int32_t cost =
-              now + static_cast<std::int32_t>(length * price(room) / quantum_m + 0.5);
+          const std::int32_t cost = now + static_cast<std::int32_t>(length * price(room) / quantum_m + 0.5);
           if (cost >= cost_[other]) continue;
           if (cost_[other] != none) take(other);
           put(other, cost);
@@ -234,8 +233,7 @@ void WayField::find_ways() {
   spread(p_OR_);
 }
 
-std::optional<double> WayField::heading(const Pose2& pose, double ball_heading_rad,
-                                        double half_view_rad) {
+std::optional<double> WayField::heading(const Pose2& pose, double ball_heading_rad, double half_view_rad) {
   find_ways();
   constexpr int headings = 72;
   const Eigen::Vector2d p(pose.x_m, pose.y_m);

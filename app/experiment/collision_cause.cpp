@@ -153,6 +153,14 @@ bool drive_strayed(const Scenario& scenario, const std::vector<StepRecord>& step
   return false;
 }
 
+/// Whether a command that may have led here passed by the rule of creeping away.
+bool crept(const std::vector<StepRecord>& steps) {
+  constexpr double brake_s = 1.0;  // more than the delay and a brake from creeping speed
+  return std::any_of(steps.begin(), steps.end(), [&](const StepRecord& step) {
+    return step.time_s >= steps.back().time_s - brake_s && step.control.shield == creeping_reason;
+  });
+}
+
 }  // namespace
 
 std::string collision_cause(const Scenario& scenario, const CollisionEvidence& evidence) {
@@ -179,7 +187,7 @@ std::string collision_cause(const Scenario& scenario, const CollisionEvidence& e
                   [&](const Eigen::Vector2d& p) { return (p - start).norm() < clear_m; })) {
     return "A7_start";
   }
-  return "none_broken";
+  return crept(steps) ? "A8_creep" : "none_broken";
 }
 
 }  // namespace ballservo

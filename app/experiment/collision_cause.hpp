@@ -18,7 +18,7 @@ struct CollisionEvidence {
   std::vector<SonarFiring> firings;  ///< up to then
 };
 
-/// The assumption's name as in servo/SAFETY.md ("A1_shield" to "A7_start"), the first in their order that was
+/// The assumption's name as in servo/SAFETY.md ("A1_shield" to "A8_creep"), the first in their order that was
 /// broken for this collision; "none_broken" where all held:
 ///   A1  the commands passed no shield
 ///   A2  what was touched moves
@@ -29,6 +29,7 @@ struct CollisionEvidence {
 ///   A5  at some time within that memory odometry erred, as to the point of contact, by more than its bound
 ///   A6  from some time in the last five seconds on the drive did not go as its model foretells
 ///   A7  the point of contact was nearer to the start than start_clear_m
+///   A8  in the last second a command passed by the rule of creeping away
 std::string collision_cause(const Scenario& scenario, const CollisionEvidence& evidence);
 
 }  // namespace ballservo

@@ -6,6 +6,7 @@
 
 #include "app/experiment/cpu_clock.hpp"
 #include "app/experiment/time_optimal.hpp"
+#include "servo/simulation/scene.hpp"
 
 namespace ballservo {
 
@@ -41,7 +42,14 @@ StepRecord ControlLoop::observe(const RobotView& robot) const {
   record.range_m = p_RB.norm();
   record.range_error_m = record.range_m - scenario_.target_distance_m;
   record.bearing_rad = std::atan2(p_RB.y(), p_RB.x());
-  const Eigen::Vector3d p_CB = scenario_.X_WC(record.pose).inverse() * record.p_WB;
+  const Eigen::Isometry3d X_WC = scenario_.X_WC(record.pose);
+  const Eigen::Vector3d p_CB = X_WC.inverse() * record.p_WB;
+  const Eigen::Vector3d away = record.p_WB - X_WC.translation();
+  const double distance_m = away.norm();
+  record.hidden =
+      distance_m > 0 &&
+      Scene(scenario_.world, record.time_s).hit_solids(X_WC.translation(), away / distance_m, distance_m) <
+          distance_m;
   if (const auto pixel = scenario_.camera.camera.project(p_CB)) {
     const ImageSize size = scenario_.camera.camera.size();
     record.in_view = pixel->x() >= -0.5 && pixel->x() <= size.width_px - 0.5 && pixel->y() >= -0.5 &&

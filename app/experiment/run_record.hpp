@@ -27,6 +27,7 @@ struct StepRecord {
   double clearance_m = 0;       ///< footprint to the nearest wall or obstacle
   double ball_clearance_m = 0;  ///< footprint to the nearest ball
   bool in_view = false;         ///< the ball's centre lies inside the picture
+  bool hidden = false;          ///< an obstacle stands between the camera and the ball's centre
 };
 
 /// One camera frame, as far as the target is concerned.
@@ -62,7 +63,7 @@ struct RunSummary {
   double range_rms_m = std::numeric_limits<double>::quiet_NaN();        ///< from settled_s on
   double bearing_rms_rad = std::numeric_limits<double>::quiet_NaN();    ///< from settled_s on
   double min_clearance_m = std::numeric_limits<double>::quiet_NaN();
-  double out_of_view_s = 0;
+  double out_of_view_s = 0;  ///< the ball's centre outside the picture, and nothing between it and the camera
   int lost_events = 0, ball_contacts = 0;
   std::string collision_cause;  ///< empty: no collision
   long steps = 0;

@@ -111,6 +111,13 @@ TEST(CollisionCause, A7SomethingNearTheStart) {
   EXPECT_EQ(collision_cause(scenario, straight_into("block", 1.0)), "A7_start");
 }
 
+TEST(CollisionCause, A8CreepingAway) {
+  const Scenario scenario = plain(wall_across, {dropouts});
+  CollisionEvidence evidence = straight_into("block", 1.0);
+  evidence.steps[evidence.steps.size() - 20].control.shield = creeping_reason;
+  EXPECT_EQ(collision_cause(scenario, evidence), "A8_creep");
+}
+
 TEST(CollisionCause, OneMissedEchoExplainsNothingTwoInARowDo) {
   const Scenario scenario = plain(wall_across, {dropouts});
   CollisionEvidence evidence = straight_into("block", 1.0);
