@@ -28,7 +28,7 @@ void AvoidanceOptions::check(FaultList& faults, const std::string& place) const 
 
 Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s)
     : options_(options),
-      shield_{limits, options.space.footprint, period_s, options.model_m},
+      shield_{limits, options.space.footprint, period_s, options.creep, options.model_m},
       space_(options.space),
       watch_(options.guard) {
   if (options.type == AvoidanceOptions::Type::full) {
@@ -56,6 +56,7 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
 ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) {
   SensorStamps stamps = watch_.stamps();
   stamps.frame_s = frame_s_;
+  stamps.step_s = now_s;
   const GuardVerdict allowed = guard(now_s, stamps, options_.guard);
   Twist2 guarded = command;
   if (!allowed.forward && guarded.v_mps > 0.0) guarded.v_mps = 0.0;
@@ -65,7 +66,7 @@ ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotM
   const bool changed = guarded.v_mps != command.v_mps || guarded.w_radps != command.w_radps;
   if (changed && verdict.passed) {
     verdict.passed = false;
-    verdict.reason = allowed.reason;
+    if (verdict.reason.empty()) verdict.reason = allowed.reason;
   }
   last_ = verdict;
   return verdict;

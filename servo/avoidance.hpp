@@ -21,6 +21,7 @@ struct AvoidanceOptions {
   FreeSpaceOptions space;
   GuardOptions guard;
   SteeringOptions steering;
+  bool creep = true;      ///< see ShieldOptions
   double model_m = 0.01;  ///< see ShieldOptions
 
   void check(FaultList& faults, const std::string& place) const;
@@ -37,8 +38,8 @@ class Avoidance {
   void hear(const SonarReading& reading) {
     if (inbox_count_ < inbox_.size()) inbox_[inbox_count_++] = reading;
   }
-  /// A frame of the camera arrived, whatever it showed.
-  void see_frame(double now_s) { frame_s_ = now_s; }
+  /// A frame of the camera arrived then, whatever it showed.
+  void see_frame(double arrived_s) { frame_s_ = arrived_s; }
 
   /// A control step begins: the robot is there; `poses` holds where it was.
   void update(double now_s, const Pose2& pose, const PoseHistory& poses);

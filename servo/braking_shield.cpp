@@ -26,8 +26,8 @@ void ShieldOptions::check(FaultList& faults, const std::string& place) const {
   check_not_negative(faults, place + ".model_m", model_m, "m");
 }
 
-bool can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
-                     const ShieldOptions& options, FloorCell* blocked) {
+Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+                      const ShieldOptions& options, FloorCell* blocked) {
   const double margin_m = options.model_m + 0.5 * spacing_m;
   const double corner = corner_m(options.footprint);
 
@@ -35,25 +35,31 @@ bool can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, con
   const Twist2 from = when_it_acts.twist;
   const Twist2 after = limit_acceleration(from, command, options.limits, options.period_s);
   const Twist2 mean{0.5 * (from.v_mps + after.v_mps), 0.5 * (from.w_radps + after.w_radps)};
-  // Either speed may be reached early in the period and kept: the larger one bounds the way.
   const Pose2 start = integrate(when_it_acts.pose, mean, options.period_s);
+  const auto places_on = [corner](const Twist2& twist, double time_s) {
+    const double way_m = time_s * (std::abs(twist.v_mps) + std::abs(twist.w_radps) * corner);
+    return std::max(1, static_cast<int>(std::ceil(way_m / spacing_m)));
+  };
   const double brake_s = std::max(std::abs(after.v_mps) / options.limits.a_max_mps2,
                                   std::abs(after.w_radps) / options.limits.alpha_max_radps2);
-  const double way_m = 0.5 * brake_s * (std::abs(after.v_mps) + std::abs(after.w_radps) * corner);
-  const int places = std::max(1, static_cast<int>(std::ceil(way_m / spacing_m)));
+  const int driven = places_on(mean, options.period_s), braked = places_on(after, 0.5 * brake_s);
   const auto clear = [&](FreeSpace::Drift drift, const Pose2* standing) {
-    for (int k = 0; k <= places; ++k) {
-      const Pose2 pose = integrate(start, after, 0.5 * brake_s * k / places);
+    for (int k = 1; k <= driven + braked; ++k) {
+      const Pose2 pose = k <= driven ? integrate(when_it_acts.pose, mean, options.period_s * k / driven)
+                                     : integrate(start, after, 0.5 * brake_s * (k - driven) / braked);
       if (!space.covers(options.footprint, pose, margin_m, drift, blocked, standing)) return false;
     }
     return true;
   };
   // What was seen lately needs less room around the robot than what is half forgotten.
-  if (clear(FreeSpace::Drift::allowed, nullptr) || clear(FreeSpace::Drift::close, nullptr)) return true;
+  if (clear(FreeSpace::Drift::allowed, nullptr) || clear(FreeSpace::Drift::close, nullptr))
+    return Brake::free;
   // Where space close to the robot has been forgotten, it may creep away from it.
-  const bool creeps = std::abs(after.v_mps) <= creeping_mps && std::abs(after.w_radps) <= creeping_radps;
-  return creeps && (clear(FreeSpace::Drift::allowed, &when_it_acts.pose) ||
-                    clear(FreeSpace::Drift::close, &when_it_acts.pose));
+  const bool creeps = options.creep && std::abs(after.v_mps) <= creeping_mps &&
+                      std::abs(after.w_radps) <= creeping_radps &&
+                      (clear(FreeSpace::Drift::allowed, &when_it_acts.pose) ||
+                       clear(FreeSpace::Drift::close, &when_it_acts.pose));
+  return creeps ? Brake::creeping : Brake::blocked;
 }
 
 ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
@@ -69,18 +75,22 @@ ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, con
   verdict.command = command;
   if (command.v_mps == 0.0 && command.w_radps == 0.0) return verdict;
   FloorCell cell;
-  if (can_brake_after(command, when_it_acts, space, options, &cell)) return verdict;
+  const auto passes = [&](FloorCell* blocked) {
+    const Brake brake = can_brake_after(verdict.command, when_it_acts, space, options, blocked);
+    if (brake == Brake::creeping) verdict.reason = creeping_reason;
+    return brake != Brake::blocked;
+  };
+  if (passes(&cell)) return verdict;
   verdict.passed = false;
   verdict.blocked = cell;
   for (const double share : {0.7, 0.4, 0.15}) {
     verdict.command = {share * command.v_mps, share * command.w_radps};
     verdict.reason = "slowed: the brake would leave the space seen free";
-    if (can_brake_after(verdict.command, when_it_acts, space, options, nullptr)) return verdict;
+    if (passes(nullptr)) return verdict;
   }
   verdict.command = {0.0, command.w_radps};
   verdict.reason = "turning only: ahead is not seen free";
-  if (command.w_radps != 0.0 && can_brake_after(verdict.command, when_it_acts, space, options, nullptr))
-    return verdict;
+  if (command.w_radps != 0.0 && passes(nullptr)) return verdict;
   verdict.command = {};
   verdict.reason = "stopped: what lies ahead is not seen free";
   return verdict;

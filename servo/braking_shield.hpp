@@ -13,17 +13,21 @@ namespace ballservo {
 struct ShieldOptions {
   UnicycleLimits limits;
   Footprint footprint;
-  double period_s = 0.02;  ///< a command drives so long before the next one can take over
+  double period_s = 0.02;  ///< a command drives at most so long before the next one, or rest, takes over
+  bool creep = true;       ///< slow commands may pass by the rule of creeping away (SAFETY.md)
   double model_m = 0.01;  ///< bound on how far the robot leaves the way that the model of its drive foretells
 
   void check(FaultList& faults, const std::string& place) const;
 };
 
+/// The verdict's reason where a command passed by the rule of creeping away.
+inline constexpr std::string_view creeping_reason = "creeping away from what is not seen free";
+
 /// What became of a command.
 struct ShieldVerdict {
   Twist2 command;                    ///< never faster than what was asked for, in either part
   bool passed = true;                ///< as it was asked for
-  std::string_view reason;           ///< empty where it passed; a literal
+  std::string_view reason;           ///< empty where it passed by what was seen free; a literal
   std::optional<FloorCell> blocked;  ///< the first cell in the way that is not known to be free
 };
 
@@ -35,9 +39,10 @@ struct ShieldVerdict {
 ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
                      const ShieldOptions& options);
 
-/// Whether the robot, from that motion, can be driven by the command for a period and then brake to rest
-/// within free space.
-bool can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
-                     const ShieldOptions& options, FloorCell* blocked);
+/// Whether the robot, from that motion, can be driven by the command for a period and then brake to rest:
+/// within free space, or by creeping away from what is not seen free.
+enum class Brake { blocked, creeping, free };
+Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+                      const ShieldOptions& options, FloorCell* blocked);
 
 }  // namespace ballservo

@@ -45,6 +45,7 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
     for (const Fault& fault : error.faults())
       faults.add(place + ".limits." + fault.place, fault.found, fault.allowed);
   }
+  check_not_negative(faults, place + ".command_s", command_s, "s");
   goal.check(faults, place + ".goal");
   law.check(faults, place + ".law");
   envelope.check(faults, place + ".envelope");
@@ -84,21 +85,35 @@ Controller::Controller(const ControllerOptions& options)
       predictor_(options.limits, options.actuation_delay_s, history_length(options.rate_hz)),
       step_time_s_(never),
       frame_time_s_(never),
-      sighting_time_s_(never) {
+      sighting_time_s_(never),
+      frame_arrived_s_(never) {
   const Eigen::Vector3d p_RB = options.goal.desired_p_RB();
   goal_range_m_ = std::hypot(p_RB.x(), p_RB.y());
   goal_bearing_rad_ = std::atan2(p_RB.y(), p_RB.x());
   if (options.avoidance.type != AvoidanceOptions::Type::none) {
-    avoidance_.emplace(options.avoidance, options.limits, 1.0 / options.rate_hz);
+    const double command_s = options.command_s > 0.0 ? options.command_s : 1.0 / options.rate_hz;
+    avoidance_.emplace(options.avoidance, options.limits, command_s);
   }
 }
 
-void Controller::see(const BallMeasurement& measurement) {
+void Controller::see(const BallMeasurement& measurement, double arrived_s) {
   if (inbox_count_ == inbox_size_) {  // more frames than steps can read: the oldest goes
     std::move(inbox_.begin() + 1, inbox_.end(), inbox_.begin());
     --inbox_count_;
   }
-  inbox_[inbox_count_++] = measurement;
+  inbox_[inbox_count_++] = {measurement, arrived_s};
+}
+
+void Controller::rested(double time_s) {
+  last_command_ = {};
+  predictor_.add_command(time_s, {});
+}
+
+SensorStamps Controller::stamps() const {
+  SensorStamps stamps = avoidance_ ? avoidance_->watch().stamps() : SensorStamps{};
+  stamps.frame_s = frame_arrived_s_;
+  stamps.step_s = step_time_s_;
+  return stamps;
 }
 
 // The whole loop: look, predict, decide, drive, keep within what the robot can do.
@@ -112,7 +127,8 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
   } else {
     if (!started_) {
       started_ = true;
-      state_since_s_ = frame_time_s_ = time_s;  // the first frame is awaited from here on
+      // The first frame is awaited from here on.
+      state_since_s_ = frame_time_s_ = frame_arrived_s_ = time_s;
       last_yaw_rad_ = start_yaw_rad_ = odometry.yaw_rad;
       start_O_ = {odometry.x_m, odometry.y_m};
     }
@@ -147,7 +163,7 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
 void Controller::take_in(double time_s) {
   bad_measurement_ = false;
   for (std::size_t i = 0; i < inbox_count_; ++i) {
-    const BallMeasurement& frame = inbox_[i];
+    const BallMeasurement& frame = inbox_[i].frame;
     const bool claims_ball = frame.state != TrackState::none;
     if (!std::isfinite(frame.time_s) ||
         (claims_ball && (!frame.p_CB.allFinite() || !frame.covariance_m2.allFinite()))) {
@@ -157,7 +173,8 @@ void Controller::take_in(double time_s) {
     if (frame.time_s <= frame_time_s_ || frame.time_s > time_s)
       continue;  // duplicate, backward or from the future
     frame_time_s_ = frame.time_s;
-    if (avoidance_) avoidance_->see_frame(time_s);
+    frame_arrived_s_ = std::min(inbox_[i].arrived_s, time_s);
+    if (avoidance_) avoidance_->see_frame(frame_arrived_s_);
     track_state_ = frame.state;
     if (!frame.is_sighting()) continue;
     const auto pose = poses_.at(frame.time_s);

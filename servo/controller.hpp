@@ -24,6 +24,7 @@ struct ControllerOptions {
   double rate_hz = 50.0;            ///< control steps
   double latency_s = 0.033;         ///< from the middle of an exposure until its measurement arrives
   double actuation_delay_s = 0.05;  ///< from a command until it moves the robot
+  double command_s = 0;  ///< a command may drive so long until the next or a rest takes over; 0: a period
   UnicycleLimits limits;
   ServoGoal goal;
   LawOptions law;
@@ -92,8 +93,9 @@ class Controller {
   /// Throws InputError with every fault of the options.
   explicit Controller(const ControllerOptions& options);
 
-  /// A frame's word on the ball, when it arrives; looked at in the next step.
-  void see(const BallMeasurement& measurement);
+  /// A frame's word on the ball, which arrived at that time (else: in time for the next step, which looks at
+  /// it).
+  void see(const BallMeasurement& measurement, double arrived_s = std::numeric_limits<double>::infinity());
 
   /// A sonar's answer, when it arrives; looked at in the next step. Ignored without avoidance.
   void hear(const SonarReading& reading) {
@@ -102,6 +104,12 @@ class Controller {
 
   /// What the sonars have shown; null without avoidance.
   const Avoidance* avoidance() const { return avoidance_ ? &*avoidance_ : nullptr; }
+
+  /// Somebody else told the drive at that time to rest: the guard, on a clock of its own.
+  void rested(double time_s);
+
+  /// What was alive when, up to the last step; the sonars' only with avoidance.
+  SensorStamps stamps() const;
 
   /// One control step at time_s with the odometry's pose and twist of that moment. Times that are not finite
   /// or do not advance, and an odometry that is not finite, stop the robot.
@@ -134,12 +142,17 @@ class Controller {
   std::optional<Avoidance> avoidance_;
 
   static constexpr std::size_t inbox_size_ = 16;
-  std::array<BallMeasurement, inbox_size_> inbox_;
+  struct Arrival {
+    BallMeasurement frame;
+    double arrived_s = 0;
+  };
+  std::array<Arrival, inbox_size_> inbox_;
   std::size_t inbox_count_ = 0;
 
   ControlState state_ = ControlState::search;
   std::string_view reason_ = "start: looking for the ball";
   double state_since_s_ = 0, step_time_s_, frame_time_s_, sighting_time_s_;
+  double frame_arrived_s_;  // the newest
   TrackState track_state_ = TrackState::none;
   int confirmed_ = 0, lost_events_ = 0;
   bool bad_measurement_ = false, started_ = false, had_ball_ = false;

@@ -29,6 +29,7 @@ bool any_old(double now_s, const SensorStamps& stamps, const std::array<std::siz
 
 void GuardOptions::check(FaultList& faults, const std::string& place) const {
   check_positive(faults, place + ".stale_vision_s", stale_vision_s, "s");
+  check_positive(faults, place + ".stale_step_s", stale_step_s, "s");
   check_positive(faults, place + ".silent_array_s", silent_array_s, "s");
   check_positive(faults, place + ".old_look_s", old_look_s, "s");
   check_positive(faults, place + ".late_s", late_s, "s");
@@ -40,7 +41,11 @@ GuardVerdict guard(double now_s, const SensorStamps& stamps, const GuardOptions&
   if (old(now_s, stamps.frame_s, options.stale_vision_s)) {
     return {true, false, false, "guard: no frames from the camera"};
   }
+  if (old(now_s, stamps.step_s, options.stale_step_s)) {
+    return {true, false, false, "guard: the controller is silent"};
+  }
   GuardVerdict verdict;
+  if (!options.sonars) return verdict;
   const bool front_silent = old(now_s, stamps.array_heard_s[0], options.silent_array_s);
   const bool rear_silent = old(now_s, stamps.array_heard_s[1], options.silent_array_s);
   if (any_old(now_s, stamps, astern, options.old_look_s) || rear_silent) {

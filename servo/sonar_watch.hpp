@@ -16,6 +16,7 @@ namespace ballservo {
 struct SensorStamps {
   static constexpr double never = -std::numeric_limits<double>::infinity();
   double frame_s = never;                             ///< a frame of the camera arrived
+  double step_s = never;                              ///< the controller made a step
   std::array<double, 2> array_heard_s{never, never};  ///< an answer of the front, of the rear array arrived
   std::array<double, sonar_count> looked_s;           ///< a transducer fired, and its answer was believed
 
@@ -24,6 +25,8 @@ struct SensorStamps {
 
 struct GuardOptions {
   double stale_vision_s = 0.2;   ///< without a frame for so long: stand still
+  double stale_step_s = 0.1;     ///< without a step of the controller for so long: stand still
+  bool sonars = true;            ///< false: the robot has none, and nothing is asked of them
   double silent_array_s = 0.12;  ///< without an answer of an array for so long: no forward motion
   double old_look_s = 0.7;       ///< into a sector last looked at longer ago: no motion
   double late_s = 0.12;          ///< answers older than this on arrival are late, and not believed

@@ -90,7 +90,7 @@ SteeringOutput Steering::steer(const SteeringInput& input, const FreeSpace& spac
   return output;
 }
 
-SteeringOutput Steering::gap(const SteeringInput& input) const {
+SteeringOutput Steering::gap(const SteeringInput& input) {
   SteeringOutput output;
   const Eigen::Vector2d p_OR(input.pose.x_m, input.pose.y_m), to_ball = input.p_OB - p_OR;
   const auto heading = way_.heading(input.pose, std::atan2(to_ball.y(), to_ball.x()), options_.half_view_rad);

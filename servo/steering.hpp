@@ -65,7 +65,7 @@ class Steering {
  private:
   /// What is tried, one after the other, when the robot is stuck.
   enum class Recovery { none, look_left, look_right, back_up, look_far };
-  SteeringOutput gap(const SteeringInput& input) const;
+  SteeringOutput gap(const SteeringInput& input);
   SteeringOutput recover(const SteeringInput& input);
   bool is_stuck(const SteeringInput& input, const ShieldVerdict& last);
   void begin(Recovery recovery, const SteeringInput& input);

@@ -45,7 +45,8 @@ bool WayField::block_of(const Eigen::Vector2d& p, int& column, int& row) const {
   return column >= 0 && row >= 0 && column < size && row < size;
 }
 
-double WayField::cost_at(const Eigen::Vector2d& p_O) const {
+double WayField::cost_at(const Eigen::Vector2d& p_O) {
+  find_ways();
   int column, row;
   if (!block_of(p_O, column, row)) return std::numeric_limits<double>::infinity();
   const std::int32_t cost = cost_[index(column, row)];
@@ -200,8 +201,7 @@ void WayField::spread(const Eigen::Vector2d& p_OR) {
             if (!from_robot) continue;
           }
           const double length = (dc != 0 && dr != 0 ? 1.4142135623730951 : 1.0) * block_m;
-          const std::int32_t cost =
-              now + static_cast<std::int32_t>(std::lround(length * price(room) / quantum_m));
+          const std::int32_t cost = now + static_cast<std::int32_t>(length * price(room) / quantum_m + 0.5);
           if (cost >= cost_[other]) continue;
           if (cost_[other] != none) take(other);
           put(other, cost);
@@ -216,16 +216,25 @@ void WayField::update(const FreeSpace& space, const Eigen::Vector2d& p_OB, doubl
   const Pose2& pose = space.pose();
   first_column_ = static_cast<int>(std::floor(pose.x_m / block_m)) - size / 2 + 1;
   first_row_ = static_cast<int>(std::floor(pose.y_m / block_m)) - size / 2 + 1;
+  measure_room(space, p_OB, ball_gap_m, now_s);
+  p_OB_ = p_OB;
+  p_OR_ = {pose.x_m, pose.y_m};
+  distance_m_ = distance_m;
+  ways_known_ = false;
+}
+
+void WayField::find_ways() {
+  if (ways_known_) return;
+  ways_known_ = true;
   std::fill(cost_.begin(), cost_.end(), none);
   bucket_.fill(nobody);
   waiting_ = 0;
-  measure_room(space, p_OB, ball_gap_m, now_s);
-  seed(p_OB, distance_m);
-  spread({pose.x_m, pose.y_m});
+  seed(p_OB_, distance_m_);
+  spread(p_OR_);
 }
 
-std::optional<double> WayField::heading(const Pose2& pose, double ball_heading_rad,
-                                        double half_view_rad) const {
+std::optional<double> WayField::heading(const Pose2& pose, double ball_heading_rad, double half_view_rad) {
+  find_ways();
   constexpr int headings = 72;
   const Eigen::Vector2d p(pose.x_m, pose.y_m);
   const double enough = std::min(options_.narrow_m, room_at(p));

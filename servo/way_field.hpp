@@ -35,7 +35,7 @@ class WayField {
 
   explicit WayField(const WayFieldOptions& options);
 
-  /// Computes the field anew.
+  /// Looks anew at what is suspected where; the costs are computed when they are asked for.
   void update(const FreeSpace& space, const Eigen::Vector2d& p_OB, double distance_m, double ball_gap_m,
               double now_s);
 
@@ -43,7 +43,7 @@ class WayField {
   void add_virtual(double x_m, double y_m, double now_s);
 
   /// Cost (m) of the best way from a place; infinite where there is none or the field does not reach.
-  double cost_at(const Eigen::Vector2d& p_O) const;
+  double cost_at(const Eigen::Vector2d& p_O);
   /// Distance (m) from a place to the nearest thing suspected, at most about a metre.
   double room_at(const Eigen::Vector2d& p_O) const;
   /// Whether the robot can go straight from one place to the other.
@@ -51,7 +51,7 @@ class WayField {
 
   /// The heading (rad, in the odometry's frame) that leads to the ball soonest, among headings that keep the
   /// ball at `ball_heading_rad` within `half_view_rad` if that costs little. Nothing where there is no way.
-  std::optional<double> heading(const Pose2& pose, double ball_heading_rad, double half_view_rad) const;
+  std::optional<double> heading(const Pose2& pose, double ball_heading_rad, double half_view_rad);
 
  private:
   struct Virtual {
@@ -67,6 +67,7 @@ class WayField {
   }
   void measure_room(const FreeSpace& space, const Eigen::Vector2d& p_OB, double ball_gap_m, double now_s);
   bool sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+  void find_ways();
   void seed(const Eigen::Vector2d& p_OB, double distance_m);
   void spread(const Eigen::Vector2d& p_OR);
   void put(std::size_t cell, int cost);
@@ -79,6 +80,9 @@ class WayField {
   std::vector<std::int32_t> next_, before_;  // lists of the buckets
   std::array<std::int32_t, 1024> bucket_{};
   int waiting_ = 0;
+  bool ways_known_ = false;
+  Eigen::Vector2d p_OB_{0, 0}, p_OR_{0, 0};
+  double distance_m_ = 0;
   std::array<Virtual, 8> virtual_{};
   std::size_t next_virtual_ = 0;
 };

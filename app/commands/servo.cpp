@@ -9,6 +9,7 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
+#include "app/experiment/realtime_runner.hpp"
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_report.hpp"
 #include "app/experiment/run_video.hpp"
@@ -17,6 +18,7 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
+#include "app/offline/comparison_statistics.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/files/checksum.hpp"
 #include "calibration/files/fault.hpp"
@@ -29,7 +31,7 @@ struct ServoOptions {
   std::filesystem::path scenario, output;
   std::vector<std::string> sets;
   std::string perception = "image";
-  bool video = false, teach = false;
+  bool video = false, teach = false, realtime = false;
 };
 
 /// Level image needs the scenario's colours; the others do without.
@@ -57,6 +59,7 @@ nlohmann::ordered_json manifest(const Scenario& scenario, const ServoOptions& op
       {"command", "servo"},
       {"scenario_file", scenario.file.filename().string()},
       {"perception", options.perception},
+      {"realtime", options.realtime},
       {"seed", options.common.seed},
       {"sha256", hashes},
       {"scenario", nlohmann::ordered_json::parse(scenario.resolved_json)}};
@@ -88,6 +91,8 @@ int exit_code(Outcome outcome) {
 
 int run_teach(const ServoOptions& options) {
   if (options.video) throw InputError("--video", "with --teach", "one of them: teaching writes one file");
+  if (options.realtime)
+    throw InputError("--realtime", "with --teach", "one of them: teaching drives nowhere");
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
   OutputFile file(options.output, options.common.overwrite());
@@ -111,8 +116,27 @@ int run_teach(const ServoOptions& options) {
   return exit_done;
 }
 
+/// What a run on the wall clock should say of how it kept its times; empty where all was well.
+std::string lateness(const Scenario& scenario, const RunRecord& run) {
+  if (!run.timing.realtime) return "";
+  const RealtimeTiming& wall = *run.timing.realtime;
+  const std::size_t frames = run.frames.size();
+  if (wall.frames_skipped == 0 && 20 * static_cast<std::size_t>(wall.frames_late) <= frames) return "";
+  return fmt::format(
+      "this machine does not keep up with the camera's {:g} Hz: of {} frames {} came late (the median {:.0f} "
+      "ms "
+      "after its exposure) and {} were left out; the robot drove by what came. A lower camera.rate_hz, or "
+      "--perception geometric, costs less",
+      scenario.camera.rate_hz, frames + static_cast<std::size_t>(wall.frames_skipped), wall.frames_late,
+      quantile(wall.frame_age_ms, 0.5), wall.frames_skipped);
+}
+
 int run_servo(const ServoOptions& options) {
   if (options.teach) return run_teach(options);
+  if (options.video && options.realtime) {
+    throw InputError("--video", "with --realtime",
+                     "one of them: drawing a film would hold the camera up; in simulated time it does not");
+  }
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
   RunOptions run_options;
@@ -124,7 +148,7 @@ int run_servo(const ServoOptions& options) {
   OutputFolder folder(options.output, options.common.overwrite());
 
   // How long the run will take nobody knows: no total.
-  Progress progress("simulated milliseconds", 0, options.common.quiet);
+  Progress progress(options.realtime ? "milliseconds" : "simulated milliseconds", 0, options.common.quiet);
   run_options.go_on = [&progress](double time_s) {
     progress.step(std::lround(time_s * 1000));
     return !interrupt_requested();
@@ -137,7 +161,9 @@ int run_servo(const ServoOptions& options) {
     };
   }
 
-  const RunRecord run = run_closed_loop(scenario, run_options);
+  const RunRecord run =
+      options.realtime ? run_realtime(scenario, run_options).record : run_closed_loop(scenario, run_options);
+  if (const std::string late = lateness(scenario, run); !late.empty()) spdlog::warn(late);
 
   const std::string log = log_csv(run.steps);
   const nlohmann::ordered_json summary = summary_json(run.summary, run.timing);
@@ -192,6 +218,16 @@ void add_servo_command(CLI::App& program, Action& action) {
       "taught:\n"
       "target.yaml} all laws drive to where that is seen again, whatever diameter and focal length are "
       "believed.\n"
+      "  ballservo servo data/scenarios/obstacles.yaml -o run --perception geometric --realtime\n"
+      "runs on the wall clock: camera, control and guard in threads of their own; the guard tells the drive "
+      "to rest\n"
+      "where frames, sonars or the controller are silent. No two such runs are alike; summary.json says "
+      "under "
+      "timing.realtime\n"
+      "how old frames were and how regular the threads. With --perception image the frames are rendered on "
+      "the way, as "
+      "fast\n"
+      "as the machine can: what comes late is said.\n"
       "Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 "
       "interrupted\n"
       "(the run so far is written, its outcome is interrupted).");
@@ -204,6 +240,8 @@ void add_servo_command(CLI::App& program, Action& action) {
   add_set_option(*command, options->sets);
   add_perception_option(*command, options->perception);
   command->add_flag("--video", options->video, "Write video.mp4: camera view and top view side by side");
+  command->add_flag("--realtime", options->realtime,
+                    "On the wall clock, camera, control and guard in threads of their own");
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_servo(*options); }; });
 }

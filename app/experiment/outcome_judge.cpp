@@ -129,7 +129,8 @@ RunSummary OutcomeJudge::summary(const std::vector<StepRecord>& steps, bool inte
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const StepRecord& step = steps[i];
     summary.min_clearance_m = std::min(summary.min_clearance_m, step.clearance_m);
-    if (!step.in_view && i + 1 < steps.size()) summary.out_of_view_s += steps[i + 1].time_s - step.time_s;
+    if (!step.in_view && !step.hidden && i + 1 < steps.size())
+      summary.out_of_view_s += steps[i + 1].time_s - step.time_s;
     if (step.time_s >= end_s - 1.0) {
       last_range += step.range_error_m;
       last_bearing += step.bearing_rad;

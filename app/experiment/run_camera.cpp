@@ -1,8 +1,9 @@
 #include "app/experiment/run_camera.hpp"
 
 #include <algorithm>
-#include <chrono>
+#include <cmath>
 
+#include "app/experiment/cpu_clock.hpp"
 #include "calibration/files/fault.hpp"
 
 namespace ballservo {
@@ -55,8 +56,15 @@ double RunCamera::next_s() const {
   return start_s() + scenario_.camera.exposure_s * instants_[next_instant_].share;
 }
 
-std::optional<SeenFrame> RunCamera::expose(const Pose2& robot, std::string& rows) {
-  const CameraView view{scenario_.X_WC(robot), next_s()};
+long RunCamera::skip_to(double time_s) {
+  if (next_instant_ != 0) return 0;
+  const long first = frame_;
+  frame_ = std::max(first, static_cast<long>(std::ceil(time_s * scenario_.camera.rate_hz - 1e-9)));
+  return frame_ - first;
+}
+
+std::optional<SeenFrame> RunCamera::expose(double time_s, const Pose2& robot, std::string& rows) {
+  const CameraView view{scenario_.X_WC(robot), time_s};
   const Instant& instant = instants_[next_instant_];
   if (instant.rendered) views_.push_back(view);
   if (instant.share == 0.5) middle_ = view;
@@ -74,8 +82,7 @@ SeenFrame RunCamera::finish(std::string& rows) {
   FrameRecord& record = frame.record;
   record.frame = static_cast<int>(frame_);
   record.time_s = middle_.time_s;
-  const std::vector<BallTruth> truth = ball_truth(camera.camera, scenario_.world, middle_);
-  const BallTruth& target = truth[scenario_.target];
+  const BallTruth target = ball_truth(camera.camera, scenario_.world, middle_, scenario_.target);
   record.truth = target.outline;
   record.truth_p_CB = target.p_CB;
   record.visible_fraction = target.visible_fraction;
@@ -86,10 +93,9 @@ SeenFrame RunCamera::finish(std::string& rows) {
   input.time_s = record.time_s;
   if (image_) input.picture = &frame.picture;
   input.target = &target;
-  const auto before = std::chrono::steady_clock::now();
+  const double before_s = thread_cpu_s();
   const Sight sight = sight_->look(input, rows);
-  frame.perception_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - before).count();
+  frame.perception_ms = (thread_cpu_s() - before_s) * 1e3;
   record.measurement = sight.measurement;
   record.measured = sight.outline;
   frame.arrives_s = std::max(record.time_s + camera.latency_s, start_s() + camera.exposure_s);

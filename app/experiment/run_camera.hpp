@@ -17,7 +17,7 @@ struct SeenFrame {
   FrameRecord record;
   cv::Mat picture;           ///< empty where none was rendered
   double arrives_s = 0;      ///< when the control loop hears of it
-  double perception_ms = 0;  ///< wall clock
+  double perception_ms = 0;  ///< processor time
 };
 
 class RunCamera {
@@ -29,9 +29,12 @@ class RunCamera {
   /// When the next instant of an exposure is due (s).
   double next_s() const;
 
-  /// Takes that instant, with the robot where it is then. The frame, where this was its last instant; the
-  /// rows of its balls (tracks.csv) are then appended to `rows`.
-  std::optional<SeenFrame> expose(const Pose2& robot, std::string& rows);
+  /// Takes that instant, at `time_s`, with the robot where it is then. The frame, where this was its last
+  /// instant; the rows of its balls (tracks.csv) are then appended to `rows`.
+  std::optional<SeenFrame> expose(double time_s, const Pose2& robot, std::string& rows);
+
+  /// Leaves out the frames that should have begun before that time, the one under way apart; how many.
+  long skip_to(double time_s);
 
  private:
   /// An instant of the exposure, in shares of it; the middle is looked at even where it is not one of those

@@ -56,6 +56,16 @@ nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& 
   json["outcome_text"] = summary.outcome_text;
   json["timing"] = {{"image_to_command_ms", percentiles(timing.image_to_command_ms)},
                     {"control_us", percentiles(timing.control_us)}};
+  if (timing.realtime) {
+    const RealtimeTiming& wall = *timing.realtime;
+    json["timing"]["realtime"] = {{"frame_age_ms", percentiles(wall.frame_age_ms)},
+                                  {"control_period_ms", percentiles(wall.control_period_ms)},
+                                  {"guard_period_ms", percentiles(wall.guard_period_ms)},
+                                  {"frames_late", wall.frames_late},
+                                  {"frames_skipped", wall.frames_skipped},
+                                  {"steps_skipped", wall.steps_skipped},
+                                  {"guard_rests", wall.guard_rests}};
+  }
   return json;
 }
 

@@ -13,12 +13,13 @@
 
 namespace ballservo {
 
-/// One control step, in simulated time; robot and ball are the truth, not what the robot believes.
+/// One control step; robot and ball are the truth, not what the robot believes, unless said.
 struct StepRecord {
   long step = 0;
   double time_s = 0;
   Pose2 pose;
   Twist2 twist;
+  Pose2 odometry;  ///< where the robot believes to be
   ControlOutput control;
   Eigen::Vector3d p_WB{0, 0, 0};
   double range_error_m = 0;  ///< axle to the ball's centre in the floor plane, less the desired distance
@@ -26,6 +27,7 @@ struct StepRecord {
   double clearance_m = 0;       ///< footprint to the nearest wall or obstacle
   double ball_clearance_m = 0;  ///< footprint to the nearest ball
   bool in_view = false;         ///< the ball's centre lies inside the picture
+  bool hidden = false;          ///< an obstacle stands between the camera and the ball's centre
 };
 
 /// One camera frame, as far as the target is concerned.
@@ -61,17 +63,29 @@ struct RunSummary {
   double range_rms_m = std::numeric_limits<double>::quiet_NaN();        ///< from settled_s on
   double bearing_rms_rad = std::numeric_limits<double>::quiet_NaN();    ///< from settled_s on
   double min_clearance_m = std::numeric_limits<double>::quiet_NaN();
-  double out_of_view_s = 0;
+  double out_of_view_s = 0;  ///< the ball's centre outside the picture, and nothing between it and the camera
   int lost_events = 0, ball_contacts = 0;
   std::string collision_cause;  ///< empty: no collision
   long steps = 0;
   double duration_s = 0;  ///< simulated time that the run took
 };
 
-/// The wall clock's figures.
+/// How a run on the wall clock kept its times.
+struct RealtimeTiming {
+  long frames_late = 0;     ///< later than the camera's latency says: rendering and perception took longer
+  long frames_skipped = 0;  ///< never exposed, for the one before was still being rendered
+  long steps_skipped = 0;   ///< of the controller
+  long guard_rests = 0;     ///< times that the guard on its own thread told the drive to rest
+  std::vector<double> frame_age_ms;       ///< of frames when they arrived, from the middle of their exposure
+  std::vector<double> control_period_ms;  ///< between two steps
+  std::vector<double> guard_period_ms;    ///< between two looks of the guard
+};
+
+/// What the work cost, in processor time of its thread; rendering is not counted.
 struct RunTiming {
   std::vector<double> image_to_command_ms;  ///< a frame's perception plus the control step that used it
   std::vector<double> control_us;           ///< a control step alone
+  std::optional<RealtimeTiming> realtime;
 };
 
 struct RunRecord {

@@ -2,8 +2,19 @@
 
 namespace ballservo {
 
+namespace {
+
+UnicycleLimits true_limits(const RobotSettings& robot) {
+  UnicycleLimits limits = robot.limits;
+  limits.a_max_mps2 *= robot.acceleration_share;
+  limits.alpha_max_radps2 *= robot.acceleration_share;
+  return limits;
+}
+
+}  // namespace
+
 RunRobot::RunRobot(const Scenario& scenario, std::uint64_t seed)
-    : drive_(scenario.robot.pose, scenario.robot.limits, scenario.robot.actuation_delay_s),
+    : drive_(scenario.robot.pose, true_limits(scenario.robot), scenario.robot.actuation_delay_s),
       odometry_(scenario.robot.odometry, scenario.robot.pose, seed) {
   if (scenario.robot.sonar) {
     sonar_.emplace(scenario.world, *scenario.robot.sonar, scenario.robot.sonar_faults, seed);

@@ -40,6 +40,8 @@ struct RobotSettings {
   Pose2 pose;  ///< at time 0
   double actuation_delay_s = 0.05;
   UnicycleLimits limits;
+  double acceleration_share =
+      1;  ///< the drive's true accelerations over those of `limits`; not known to the robot
   Footprint footprint = pioneer_3dx_footprint;
   OdometryOptions odometry;           ///< exact unless the scenario says otherwise
   std::optional<SonarOptions> sonar;  ///< nothing: the robot has none

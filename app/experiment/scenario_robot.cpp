@@ -86,6 +86,7 @@ bool read_robot(StrictYaml& yaml, RobotSettings& robot) {
   read_pose(node, robot.pose);
   robot.actuation_delay_s = node.number("actuation_delay_s", NumberRange::within(0, 2, "s"), 0.05);
   read_limits(node, robot.limits);
+  robot.acceleration_share = node.number("acceleration_share", NumberRange::within(0.01, 10, ""), 1.0);
   robot.odometry = read_odometry(node);
   if (node.has("sonar")) robot.sonar = read_sonar(node.map("sonar"));
   for (YamlNode& fault : node.list("faults")) read_fault(fault, robot.sonar_faults);
@@ -110,6 +111,7 @@ AvoidanceOptions read_avoidance(StrictYaml& yaml, const RobotSettings& robot) {
   if (avoidance.type != Type::none && !robot.sonar) {
     node.fault("type", name + ", for a robot without sonars", "none, or robot.sonar beside it");
   }
+  avoidance.creep = node.boolean("creep", avoidance.creep);
   FreeSpaceOptions& space = avoidance.space;
   space.start_clear_m = node.number("start_clear_m", NumberRange::within(0, 3, "m"), space.start_clear_m);
   space.memory_s = node.number("memory_s", {0, 600, true, false, "s"}, space.memory_s);

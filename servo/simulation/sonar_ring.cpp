@@ -133,7 +133,7 @@ const SonarFault* SonarRing::fault_of(std::size_t transducer, double time_s) con
   return nullptr;
 }
 
-void SonarRing::fire(const Pose2& pose) {
+std::optional<SonarFiring> SonarRing::fire(const Pose2& pose) {
   const double time_s = next_s();
   const auto turn = static_cast<std::size_t>(firings_++);
   SonarReading reading;
@@ -154,7 +154,7 @@ void SonarRing::fire(const Pose2& pose) {
 
   double arrives_s = time_s + options_.latency_s;
   if (const SonarFault* fault = fault_of(reading.transducer, time_s)) {
-    if (fault->kind == SonarFault::Kind::dead) return;
+    if (fault->kind == SonarFault::Kind::dead) return std::nullopt;
     if (fault->kind == SonarFault::Kind::reads_long) range_m += fault->amount;
     if (fault->kind == SonarFault::Kind::late) arrives_s += fault->amount;
     if (fault->kind == SonarFault::Kind::stuck) {
@@ -170,6 +170,7 @@ void SonarRing::fire(const Pose2& pose) {
       std::upper_bound(on_the_way_.begin(), on_the_way_.end(), answer,
                        [](const Answer& a, const Answer& b) { return a.arrives_s < b.arrives_s; });
   on_the_way_.insert(later, answer);
+  return SonarFiring{pose, reading};
 }
 
 void SonarRing::deliver(double until_s, const std::function<void(const SonarReading&)>& hear) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -50,6 +51,12 @@ std::string_view sonar_fault_name(SonarFault::Kind kind);
 /// The order in which the transducers of an array fire: neighbours never one after the other.
 inline constexpr std::array<std::size_t, 8> sonar_firing_order{0, 4, 1, 5, 2, 6, 3, 7};
 
+/// What a firing said, and where the robot truly was.
+struct SonarFiring {
+  Pose2 pose;
+  SonarReading reading;
+};
+
 class SonarRing {
  public:
   /// `world` must outlive the ring. The arrays take turns: one of them fires every half period.
@@ -59,8 +66,8 @@ class SonarRing {
   /// When the next transducer fires (s).
   double next_s() const { return 0.5 * options_.period_s * static_cast<double>(firings_); }
 
-  /// Fires it, with the robot where it truly is then.
-  void fire(const Pose2& pose);
+  /// Fires it, with the robot where it truly is then. What it will be heard to say; nothing of a dead one.
+  std::optional<SonarFiring> fire(const Pose2& pose);
 
   /// Hands over every answer that has arrived by then, in the order of arrival.
   void deliver(double until_s, const std::function<void(const SonarReading&)>& hear);

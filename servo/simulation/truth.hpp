@@ -21,9 +21,11 @@ struct BallTruth {
   bool center_hidden = false;   ///< something stands between the camera and the ball's middle
 };
 
-/// One entry per ball of the world, in its order. Exact but for the visible fraction of a partly hidden ball,
-/// which is integrated over 64 rows of the outline (to about 0.01).
+/// One entry per ball of the world, in its order. Exact; the visible fraction of a partly hidden ball to
+/// about 0.002 (visible_fraction.hpp).
 std::vector<BallTruth> ball_truth(const Camera& camera, const World& world, const CameraView& view);
+/// Of one ball alone.
+BallTruth ball_truth(const Camera& camera, const World& world, const CameraView& view, std::size_t index);
 
 /// Where ball `index` hides what is behind it, or would: CV_8UC1 of the camera's size, 0 where something
 /// stands nearer than the ball's middle, and outside `box` (px), which bounds the cost.

@@ -1,12 +1,11 @@
 // Teaching by showing, and what a robot does that believes the wrong things.
-#include "app/experiment/teaching.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 
+#include "app/experiment/teaching.hpp"
 #include "calibration/files/fault.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 

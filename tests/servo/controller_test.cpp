@@ -335,5 +335,42 @@ TEST(Controller, PutsOutFiniteCommandsWithinTheLimitsWhateverComesIn) {
   EXPECT_GE(steps, 100000);
 }
 
+// Chasing a ball that rolls away; the camera fails for a while again and again.
+TEST(Controller, RestsSoonAfterTheCameraStopsAtAnyOfAThousandInstants) {
+  constexpr int instants = 1000;
+  RandomEngine engine = random_stream(0, "camera stops");
+  struct Gap {
+    double from_s, to_s;
+  };
+  std::vector<Gap> gaps;
+  for (double t = 3; gaps.size() < instants; t = gaps.back().to_s) {
+    const double from_s = t + uniform(engine, 1.0, 1.6);
+    gaps.push_back({from_s, from_s + uniform(engine, 0.3, 0.6)});
+  }
+  DriveSetup setup;
+  setup.ball = [](double t) { return Eigen::Vector2d(2.0 + 0.3 * t, 0.0); };
+  setup.duration_s = gaps.back().to_s;
+  setup.frames = [&gaps, k = std::size_t{0}](double t) mutable {
+    while (k + 1 < gaps.size() && t >= gaps[k].to_s) ++k;
+    return t < gaps[k].from_s || t >= gaps[k].to_s;
+  };
+  const ControllerOptions& options = setup.controller;
+  const std::vector<DriveStep> steps = drive(setup);
+  int drove = 0;
+  std::size_t step = 0;
+  for (const Gap& gap : gaps) {
+    // The last frame before the gap may have arrived up to a frame earlier than this.
+    const double last_arrival_s = gap.from_s + options.latency_s;
+    while (step < steps.size() && steps[step].time_s < gap.from_s) ++step;
+    drove += steps[step].output.command.v_mps > 0.05 ? 1 : 0;
+    for (; step < steps.size() && steps[step].time_s <= gap.to_s; ++step) {
+      if (steps[step].time_s <= last_arrival_s + 0.2 + 1.0 / options.rate_hz) continue;
+      EXPECT_EQ(steps[step].output.command.v_mps, 0.0) << steps[step].time_s;
+      EXPECT_EQ(steps[step].output.command.w_radps, 0.0) << steps[step].time_s;
+    }
+  }
+  EXPECT_GE(drove, 9 * instants / 10) << "a robot that rests anyway shows nothing";
+}
+
 }  // namespace
 }  // namespace ballservo

@@ -13,7 +13,7 @@ const double nan = std::numeric_limits<double>::quiet_NaN();
 
 SensorStamps all_at(double time_s) {
   SensorStamps stamps;
-  stamps.frame_s = time_s;
+  stamps.frame_s = stamps.step_s = time_s;
   stamps.array_heard_s = {time_s, time_s};
   stamps.looked_s.fill(time_s);
   return stamps;
@@ -34,10 +34,11 @@ TEST(Guard, KeepsItsRulesAtAnyInstant) {
     const double now_s = uniform(engine, 0, 100);
     SensorStamps stamps = all_at(now_s);
     stamps.frame_s -= uniform(engine, 0, 0.25);
+    stamps.step_s -= uniform(engine, 0, 0.11);
     for (double& heard_s : stamps.array_heard_s) heard_s -= uniform(engine, 0, 0.14);
     for (double& looked_s : stamps.looked_s) looked_s -= uniform(engine, 0, 0.72);
     const GuardVerdict verdict = guard(now_s, stamps, {});
-    EXPECT_EQ(verdict.stop, now_s - stamps.frame_s > 0.2);
+    EXPECT_EQ(verdict.stop, now_s - stamps.frame_s > 0.2 || now_s - stamps.step_s > 0.1);
     const double silence_s =
         now_s - *std::min_element(stamps.array_heard_s.begin(), stamps.array_heard_s.end());
     double oldest_look_s = 0;
@@ -68,6 +69,15 @@ TEST(Guard, StopsOnClocksAndStampsThatCannotBe) {
   stamps = all_at(10);
   stamps.looked_s[4] = nan;
   EXPECT_FALSE(guard(10, stamps, {}).forward);
+}
+
+TEST(Guard, AsksNothingOfSonarsWhereThereAreNone) {
+  SensorStamps stamps;
+  stamps.frame_s = stamps.step_s = 10;
+  GuardOptions options;
+  options.sonars = false;
+  EXPECT_TRUE(guard(10.1, stamps, options).forward);
+  EXPECT_TRUE(guard(10.11, stamps, options).stop) << "the controller is silent";
 }
 
 TEST(SonarWatch, BelievesWhatIsInTimeAndNothingElse) {
