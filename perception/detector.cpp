@@ -66,22 +66,16 @@ std::optional<BallObservation> Detector::find_expected(const cv::Mat& bgr, const
   if (options_.fit != BallFit::sphere) return std::nullopt;
   const cv::Rect seen = window & cv::Rect({0, 0}, bgr.size());
   if (seen.empty()) return std::nullopt;
-  OutlineScoutOptions scout;
-  scout.reach_px = expected.reach_px;
-  scout.min_support = options_.min_expected_edge;
-  if (!scout_outline(bgr, rays_->camera(), expected.cone, scout, scouted_)) return std::nullopt;
   segment(bgr, seen);
+  if (expected.color_class == no_class || expected.color_class > closed_.size()) return std::nullopt;
   const ColoredPixels colored{expected.color_class, closed_[expected.color_class - 1u], seen.tl()};
-  Candidate candidate;
-  candidate.ball = fitter_.refine(bgr, expected.color_class, scouted_.cone);
-  if (!candidate.ball) return std::nullopt;
-  judge_fitted(bgr, colored, candidate);
+  const Candidate candidate =
+      judge_scouted(bgr, colored, expected.cone, expected.reach_px, options_.min_expected_edge);
   if (!candidate.reason) return candidate.ball;
-  const bool is_there = candidate.support.fill >= options_.min_expected_fill &&
+  const bool is_there = !clearly && candidate.ball && candidate.support.fill >= options_.min_expected_fill &&
                         candidate.support.leak <= options_.max_leak &&
                         share_on_outline(*candidate.ball) >= options_.min_expected_edge;
-  if (clearly || !is_there) return std::nullopt;
-  return candidate.ball;
+  return is_there ? candidate.ball : std::nullopt;
 }
 
 void Detector::check(const cv::Mat& bgr) const {
@@ -240,16 +234,24 @@ void Detector::look_around(const cv::Mat& bgr, const ColoredPixels& colored, con
     return;
   const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, rays_->camera().focal_px());
   if (!voted) return;
+  const Candidate around =
+      judge_scouted(bgr, colored, *voted, options_.frayed_reach * vote.radius_px, options_.min_frayed_edge);
+  if (around.reason) return;
+  if (candidate.reason || around.ball->quality > candidate.ball->quality) candidate = around;
+}
+
+// The ball whose outline is near the cone's, by the edges in the picture alone.
+Detector::Candidate Detector::judge_scouted(const cv::Mat& bgr, const ColoredPixels& colored,
+                                            const TangentCone& start, double reach_px, double min_edge) {
   OutlineScoutOptions scout;
-  scout.reach_px = options_.frayed_reach * vote.radius_px;
-  scout.min_support = options_.min_frayed_edge;
-  if (!scout_outline(bgr, rays_->camera(), *voted, scout, scouted_)) return;
-  Candidate around;
-  around.ball = fitter_.refine(bgr, colored.color_class, scouted_.cone);
-  if (!around.ball) return;
-  judge_fitted(bgr, colored, around);
-  const bool is_better = candidate.reason || around.ball->quality > candidate.ball->quality;
-  if (!around.reason && is_better) candidate = around;
+  scout.reach_px = reach_px;
+  scout.min_support = min_edge;
+  Candidate candidate;
+  candidate.reason = "no edge along the circle";
+  if (!scout_outline(bgr, rays_->camera(), start, scout, scouted_)) return candidate;
+  candidate.ball = fitter_.refine(bgr, colored.color_class, scouted_.cone);
+  if (candidate.ball) judge_fitted(bgr, colored, candidate);
+  return candidate;
 }
 
 // Do outline and colour together show a ball where it was fitted?

@@ -87,6 +87,8 @@ class Detector {
                   RefinementInput* input, bool inside_region = false);
   void look_around(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
                    Candidate& candidate);
+  Candidate judge_scouted(const cv::Mat& bgr, const ColoredPixels& colored, const TangentCone& start,
+                          double reach_px, double min_edge);
   void judge_fitted(const cv::Mat& bgr, const ColoredPixels& colored, Candidate& candidate);
   OutlineSupport early_support(const cv::Mat& bgr, const ColoredPixels& colored,
                                const TangentCone& cone) const;

@@ -135,7 +135,7 @@ Eigen::Vector3d common_move_px(const SeenSteps& steps, double floor_px) {
 
 bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& start,
                    const OutlineScoutOptions& options, ScoutedOutline& found) {
-  const double focal_px = camera.focal_px(), on_outline_px = 0.6 + 0.015 * start.alpha_rad * focal_px;
+  const double focal_px = camera.focal_px(), radius_px = start.alpha_rad * focal_px;
   found.cone = start;
   const auto take = [&](const Pass& pass) {
     const Outline outline(camera, found.cone);
@@ -158,10 +158,10 @@ bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& 
     return found.cone.axis.z() > 0 && found.cone.alpha_rad > 0;
   };
   // From far with half of the sectors; nearer; and at last what lies on the outline counts.
-  for (double within_px = options.reach_px; within_px > reach; within_px /= 2)
+  for (double within_px = std::min(options.reach_px, radius_px); within_px > reach; within_px /= 2)
     if (!take({within_px, within_px / reach, sectors / 2, 0.7})) return false;
   return take({reach, 1, sectors / 2, 0.7}) && take({0.5 * reach, 1, sectors, 0.7}) &&
-         take({on_outline_px, 1, sectors, 1});
+         take({0.6 + 0.015 * radius_px, 1, sectors, 1});
 }
 
 }  // namespace ballservo

@@ -2,6 +2,7 @@
 // region is less than they are, but their outline is in the picture.
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "perception/tracker.hpp"
@@ -109,6 +110,14 @@ TEST(FrayedRegion, NothingIsExpectedIntoAnEmptyPlace) {
   const cv::Mat bgr = picture({}, 1);
   EXPECT_FALSE(detector.find_expected(bgr, {-50, -50, 10, 10}, expected_at({160, 120}, 32, 5), false));
   EXPECT_FALSE(detector.find_expected(bgr, window, expected_at({1e7, 120}, 32, 5), false));
+  ExpectedBall of_no_class = expected_at({160, 120}, 32, 5);
+  for (const ClassIndex color_class : {no_class, ClassIndex{9}}) {
+    of_no_class.color_class = color_class;
+    EXPECT_FALSE(detector.find_expected(bgr, window, of_no_class, false));
+  }
+  const double infinite = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(detector.find_expected(bgr, window, expected_at({160, 120}, 32, infinite), false));
+  EXPECT_FALSE(detector.find_expected(bgr, window, expected_at({160, 120}, infinite, 5), false));
 }
 
 // Whether by votes or from where it was expected: the same edges, the same ball.
