@@ -39,13 +39,16 @@ std::string overall(const ComparisonResults& results, std::size_t pair) {
   if (told > 0) {
     text += fmt::format("one step is enough in {} of {} conditions", enough + worse, told);
     if (worse > 0) text += fmt::format(" (in {} of them converging makes it worse)", worse);
-    text += better > 0 ? fmt::format("; in {} the converged fit is nearer to the truth. ", better)
-                       : std::string(". ");
+    if (better > 0) text += fmt::format("; in {} the converged fit is nearer to the truth", better);
+    if (told < static_cast<int>(results.summaries.size()))
+      text += fmt::format("; {} more tell nothing", static_cast<int>(results.summaries.size()) - told);
+    text += ". ";
   }
-  return text + fmt::format(
-                    "In the median condition the two centres lie {} px apart, in the worst frame of all "
-                    "{} px.",
-                    figure(quantile(medians, 0.5)), figure(largest));
+  return text +
+         fmt::format(
+             "In the median condition the two centres in the picture lie {} px apart, in the worst frame "
+             "{} px.",
+             figure(quantile(medians, 0.5)), figure(largest));
 }
 
 std::string with_interval(double value, const Interval& interval) {
@@ -63,11 +66,11 @@ std::string answer_of(const ComparisonResults& results, std::size_t c, std::size
   std::string text = fit_words(*results.methods[places.a]) + ": " + comparison.short_words;
   if (comparison.verdict == StepVerdict::not_told) return text;
   return text + fmt::format(
-                    " One step errs by {}, the converged fit by {} (medians); they lie {} mm apart. Found in "
-                    "{} of {} frames.",
+                    " One step errs by {}, the converged fit by {} (medians); they lie {} mm apart, in the "
+                    "worst frame {} mm. Found in {} of {} frames.",
                     with_interval(one.position_median_mm, one.position_median_ci95_mm),
-                    figure(converged.position_median_mm) + " mm", figure(apart.position_median_mm), one.found,
-                    one.frames);
+                    figure(converged.position_median_mm) + " mm", figure(apart.position_median_mm),
+                    figure(apart.position_max_mm), one.found, one.frames);
 }
 
 // "enough at all 5 values", "not at 3, 8 (of 4)"
@@ -110,9 +113,10 @@ void add_named_conditions(Page& page, const ComparisonResults& results,
   page.key_values(rows);
   page.paragraph(
       "Enough says that stopping after one step is not what errs: stepping on would move the ball by less "
-      "than a "
-      "tenth of the error, or no test tells which is nearer to the truth. It does not say that the error is "
-      "small.");
+      "than a tenth of the error (medians), or the paired test cannot tell which is nearer to the truth: "
+      "yes, "
+      "as far as these frames tell. It does not say that the error is small, nor that no single frame "
+      "breaks.");
 }
 
 void add_sweeps(Page& page, const ComparisonResults& results, const std::vector<std::size_t>& pairs) {

@@ -174,7 +174,9 @@ void add_steps(Page& page, const ComparisonResults& results) {
                               "On the dashed line both err alike; below it one step is the better."));
   }
   for (const Sweep& sweep : sweeps_of(results))
-    figures.push_back(drawing(sweep_pair_plot(results, sweep), "Where one step breaks."));
+    figures.push_back(
+        drawing(sweep_pair_plot(results, sweep),
+                "Beyond 0.05 px one step counts as broken; a gap is where no frame was found."));
   page.figures(figures);
   page.paragraph(
       "A Gauss-Newton step is exact where the residual is linear. Moving the circle by d bends its distance "

@@ -47,8 +47,10 @@ StepComparison compare_steps(const ConditionSummary& summary, const MethodList& 
     result.verdict = StepVerdict::enough;
     result.short_words = "yes.";
     result.words = "yes: " + change;
-    if (apart.position_median_mm >= small_part * one.position_median_mm)
+    if (apart.position_median_mm >= small_part * one.position_median_mm) {
+      result.short_words = "yes, as far as these frames tell.";
       result.words += ", and no test tells which is nearer";
+    }
   } else if (test->difference_median_mm < 0) {
     result.verdict = StepVerdict::further_is_better;
     result.short_words = "no.";
