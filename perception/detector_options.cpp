@@ -29,6 +29,14 @@ void DetectorOptions::validate() const {
   if (threads < 1 || threads > most_threads)
     faults.add("threads", std::to_string(threads),
                "a whole number from 1 to " + std::to_string(most_threads));
+  if (!(min_frayed_radius_px >= 0))
+    faults.add("min_frayed_radius_px", number_text(min_frayed_radius_px), "0 or more (px)");
+  if (!(min_frayed_fill >= 0 && min_frayed_fill <= 1))
+    faults.add("min_frayed_fill", number_text(min_frayed_fill), "a number from 0 to 1");
+  if (!(min_frayed_edge > 0 && min_frayed_edge <= 1))
+    faults.add("min_frayed_edge", number_text(min_frayed_edge), "a number above 0 and at most 1");
+  if (!(frayed_reach >= 0 && frayed_reach <= 1))
+    faults.add("frayed_reach", number_text(frayed_reach), "a number from 0 to 1 (radii)");
   if (!(min_expected_edge > 0 && min_expected_edge <= 1))
     faults.add("min_expected_edge", number_text(min_expected_edge), "a number above 0 and at most 1");
   if (!(min_expected_fill >= 0 && min_expected_fill <= 1))

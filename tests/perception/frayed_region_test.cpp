@@ -5,6 +5,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "calibration/files/fault.hpp"
 #include "perception/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 
@@ -137,6 +138,20 @@ TEST(FrayedRegion, AnExpectedBallIsTheVotedOne) {
     ASSERT_TRUE(ball);
     EXPECT_LT((ball->outline.center_px - by_votes.center_px).norm(), 0.02);
     EXPECT_NEAR(ball->outline.radius_px, by_votes.radius_px, 0.02);
+  }
+}
+
+TEST(FrayedRegion, OptionsThatMakeNoSenseAreNamed) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (double DetectorOptions::*const option :
+       {&DetectorOptions::min_frayed_radius_px, &DetectorOptions::min_frayed_fill,
+        &DetectorOptions::min_frayed_edge, &DetectorOptions::frayed_reach,
+        &DetectorOptions::min_expected_edge, &DetectorOptions::min_expected_fill}) {
+    for (const double value : {-1.0, nan}) {
+      DetectorOptions options;
+      options.*option = value;
+      EXPECT_THROW(options.validate(), InputError);
+    }
   }
 }
 
