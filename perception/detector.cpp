@@ -10,6 +10,7 @@
 #include "perception/ball_shading.hpp"
 #include "perception/classification.hpp"
 #include "perception/outline_steps.hpp"
+#include "perception/region_shape.hpp"
 
 namespace ballservo {
 namespace {
@@ -102,7 +103,8 @@ void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, DetectionS
 }
 
 // The region's boundary points, but for straight sides: undistorted, half a pixel outward, between the
-// region's last pixel and the first beyond it. Of a long boundary only so many as tell where its circles are.
+// region's last pixel and the first beyond it. Of a long boundary only so many as tell where its circles are;
+// none of one that as a whole is no ball's.
 void Detector::collect_boundary(const ColoredPixels& colored, int region) {
   regions_.boundary(region, closed_, boundary_);
   chain_.order(boundary_, colored.pixels.size());
@@ -115,6 +117,13 @@ void Detector::collect_boundary(const ColoredPixels& colored, int region) {
     if (!position) continue;
     points_.push_back({*position, {0, 0}});
     remaining_.push_back(pixel);
+  }
+  // The picture's border cuts every shape.
+  const Region& whole = regions_.regions()[static_cast<std::size_t>(region)];
+  if (!whole.touches_border && is_no_balls(region_shape(points_, whole.pixels, rays_->camera().focal_px()))) {
+    points_.clear();
+    remaining_.clear();
+    return;
   }
   const std::vector<char>& straight = sides_.find(points_);
   std::size_t kept = 0;

@@ -1,0 +1,29 @@
+// What a region's whole outline is, whatever circles fit into parts of it: a disc seen aslant, or a box.
+//
+// The outline of a ball that something hides has corners, where the hiding edge crosses it. A round disc that
+// is turned away has none: one ellipse explains all of its outline, and no sphere makes that ellipse. Nor
+// does what is left of a ball fill the rectangle around it.
+#pragma once
+
+#include <vector>
+
+#include "perception/circle_vote.hpp"
+
+namespace ballservo {
+
+/// Neutral where the outline is too short to tell.
+struct RegionShape {
+  /// Of the ellipse nearest to the outline, seen from straight before it: short axis by long axis, 1 for a
+  /// ball wherever it stands.
+  double axis_ratio = 1;
+  double ellipse_residual_px = 0;  ///< RMS distance of the outline from that ellipse
+  double box_fill = 0;  ///< of the smallest rectangle around the region: pi/4 for a disc, 1 for a box
+};
+
+/// `outline`: the region's whole outline in undistorted px, thinned out or not; `pixels`: of the region.
+RegionShape region_shape(const std::vector<BoundaryPoint>& outline, int pixels, double focal_px);
+
+/// Is it surely another thing than a ball, whole or partly hidden?
+bool is_no_balls(const RegionShape& shape);
+
+}  // namespace ballservo
