@@ -42,12 +42,13 @@ std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex
 }
 
 std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex color_class,
-                                                  const TangentCone& start) {
+                                                  const TangentCone& start, RefinementInput* input) {
   const double focal_px = rays_->camera().focal_px();
   CircleEstimate circle;
   circle.center_px = focal_px / start.axis.z() * start.axis.head<2>();
   circle.radius_px = focal_px * std::tan(start.alpha_rad);
-  return finished(refine_sphere(bgr, color_class, start, nullptr), color_class, circle);
+  if (input) input->vote = {circle.center_px, circle.radius_px};
+  return finished(refine_sphere(bgr, color_class, start, input), color_class, circle);
 }
 
 // With what all fits share.

@@ -45,7 +45,8 @@ class BallFitter {
                                         RefinementInput* input = nullptr);
 
   /// Refines a sphere's cone that is known to a pixel or so, by the edges around it alone.
-  std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class, const TangentCone& start);
+  std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class, const TangentCone& start,
+                                        RefinementInput* input = nullptr);
 
   /// Of the last ball that `refine` fitted as a sphere.
   const OutlineEdges& edges() const { return edges_; }

@@ -71,7 +71,7 @@ std::optional<BallObservation> Detector::find_expected(const cv::Mat& bgr, const
   if (expected.color_class == no_class || expected.color_class > closed_.size()) return std::nullopt;
   const ColoredPixels colored{expected.color_class, closed_[expected.color_class - 1u], seen.tl()};
   const Candidate candidate =
-      judge_scouted(bgr, colored, expected.cone, expected.reach_px, options_.min_expected_edge);
+      judge_scouted(bgr, colored, expected.cone, expected.reach_px, options_.min_expected_edge, nullptr);
   if (!candidate.reason) return candidate.ball;
   const bool is_there = !clearly && candidate.ball && candidate.support.fill >= options_.min_expected_fill &&
                         candidate.support.leak <= options_.max_leak &&
@@ -167,8 +167,9 @@ void Detector::vote_for_balls(const cv::Mat& bgr, const ColoredPixels& colored, 
     const auto vote = voter_.estimate(points_, engine);
     if (!vote) return;
     RefinementInput input;
-    Candidate candidate = judge(bgr, colored, *vote, stages ? &input : nullptr);
-    if (failures == 0 && !candidate.is_clear()) look_around(bgr, colored, *vote, candidate);
+    RefinementInput* const wanted = stages ? &input : nullptr;
+    Candidate candidate = judge(bgr, colored, *vote, wanted);
+    if (failures == 0 && !candidate.is_sure()) look_around(bgr, colored, *vote, candidate, wanted);
     if (stages) record(region_index, *vote, candidate, input, *stages);
     // Take away what this circle explains, found to be a ball or not, and look at the rest: of a ball also
     // what lies inside its outline, as its terminator does.
@@ -237,28 +238,31 @@ Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& col
 // A region may be less than its ball, whose rim is too dark or too pale to have the class's colour: perhaps
 // there is an outline around it in the picture.
 void Detector::look_around(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
-                           Candidate& candidate) {
+                           Candidate& candidate, RefinementInput* input) {
   if (options_.fit != BallFit::sphere || vote.radius_px < options_.min_frayed_radius_px ||
       candidate.support.fill < options_.min_frayed_fill)
     return;
   const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, rays_->camera().focal_px());
   if (!voted) return;
-  const Candidate around =
-      judge_scouted(bgr, colored, *voted, options_.frayed_reach * vote.radius_px, options_.min_frayed_edge);
-  if (around.reason) return;
-  if (candidate.reason || around.ball->quality > candidate.ball->quality) candidate = around;
+  RefinementInput around_input;
+  const Candidate around = judge_scouted(bgr, colored, *voted, options_.frayed_reach * vote.radius_px,
+                                         options_.min_frayed_edge, input ? &around_input : nullptr);
+  if (around.reason || (!candidate.reason && around.ball->quality <= candidate.ball->quality)) return;
+  candidate = around;
+  if (input) *input = std::move(around_input);
 }
 
 // The ball whose outline is near the cone's, by the edges in the picture alone.
 Detector::Candidate Detector::judge_scouted(const cv::Mat& bgr, const ColoredPixels& colored,
-                                            const TangentCone& start, double reach_px, double min_edge) {
+                                            const TangentCone& start, double reach_px, double min_edge,
+                                            RefinementInput* input) {
   OutlineScoutOptions scout;
   scout.reach_px = reach_px;
   scout.min_support = min_edge;
   Candidate candidate;
   candidate.reason = "no edge along the circle";
   if (!scout_outline(bgr, rays_->camera(), start, scout, scouted_)) return candidate;
-  candidate.ball = fitter_.refine(bgr, colored.color_class, scouted_.cone);
+  candidate.ball = fitter_.refine(bgr, colored.color_class, scouted_.cone, input);
   if (candidate.ball) judge_fitted(bgr, colored, candidate);
   return candidate;
 }

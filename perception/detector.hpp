@@ -73,12 +73,12 @@ class Detector {
   const BallFitter& fitter() const { return fitter_; }
 
  private:
-  static constexpr double clear_quality = 0.7;
+  static constexpr double sure_quality = 0.7;
   struct Candidate {
     std::optional<BallObservation> ball;
     OutlineSupport support;
     const char* reason = nullptr;  // why it is no ball
-    bool is_clear() const { return !reason && ball->quality >= clear_quality; }
+    bool is_sure() const { return !reason && ball->quality >= sure_quality; }
   };
   void check(const cv::Mat& bgr) const;
   void segment(const cv::Mat& bgr, const cv::Rect& window);
@@ -86,9 +86,9 @@ class Detector {
   Candidate judge(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
                   RefinementInput* input, bool inside_region = false);
   void look_around(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
-                   Candidate& candidate);
+                   Candidate& candidate, RefinementInput* input);
   Candidate judge_scouted(const cv::Mat& bgr, const ColoredPixels& colored, const TangentCone& start,
-                          double reach_px, double min_edge);
+                          double reach_px, double min_edge, RefinementInput* input);
   void judge_fitted(const cv::Mat& bgr, const ColoredPixels& colored, Candidate& candidate);
   OutlineSupport early_support(const cv::Mat& bgr, const ColoredPixels& colored,
                                const TangentCone& cone) const;

@@ -75,6 +75,25 @@ TEST(FrayedRegion, ItsBallIsFoundByTheOutlineAroundIt) {
   EXPECT_EQ(others, 0);
 }
 
+TEST(FrayedRegion, TheStagesShowTheEdgesOfTheOutlineThatWasFound) {
+  Detector detector = test::detector_for(test::pinhole(size, 400));
+  int shown = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Scene scene;
+    DetectionStages stages;
+    detector.detect(picture(scene, seed), {}, &stages);
+    for (const auto& candidate : stages.candidates) {
+      if (!candidate.accepted) continue;
+      int on_outline = 0;
+      for (const Eigen::Vector2d& p : candidate.ring_px)
+        on_outline += std::abs((p - scene.center_px).norm() - scene.radius_px) < 1 ? 1 : 0;
+      EXPECT_GT(on_outline, 0.8 * static_cast<double>(candidate.ring_px.size())) << seed;
+      ++shown;
+    }
+  }
+  EXPECT_GE(shown, 13);
+}
+
 TEST(FrayedRegion, AnExpectedBallIsFoundFromFarther) {
   Detector detector = test::detector_for(test::pinhole(size, 400));
   int near = 0, far = 0;
