@@ -1,6 +1,7 @@
 // ballservo compare: every estimator on the same pixels, against exact truth and against each other.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <opencv2/core/utility.hpp>
 #include <thread>
 
@@ -82,10 +83,15 @@ nlohmann::json job_description(const ComparisonPlan& plan) {
     }
     if (cameras.empty() || cameras.back() != camera) cameras.push_back(camera);
   }
+  // What a design makes of its keys depends on their order, which the manifest does not keep.
+  std::string conditions;
+  for (const ComparisonCondition& condition : plan.conditions)
+    conditions += condition.name + ": " + in_words(condition) + '\n';
   return {{"command", "compare"},
           {"version", BALLSERVO_VERSION},
           {"seed", plan.seed},
           {"plan", nlohmann::json::parse(plan.resolved_json)},
+          {"conditions_sha256", sha256_hex(conditions)},
           {"cameras_sha256", sha256_hex(cameras.dump())}};
 }
 
@@ -190,8 +196,7 @@ int compare_plan(const CompareOptions& options) {
   plan.seed += options.common.seed;
   check_size(plan, options);
   PlanPictures source(plan);
-  const ComparisonReportText text{options.plan.filename().string(), plan.resolved_json, true,
-                                  plan.paper_claims};
+  const ComparisonReportText text{options.plan.filename().string(), plan.text, true, plan.paper_claims};
   return run_job({source, job_description(plan), plan.methods, plan.seed, text, &plan}, options, shard);
 }
 
@@ -238,7 +243,11 @@ std::optional<ComparisonPlan> plan_of(const ComparisonSetting& setting) {
   try {
     ComparisonPlan plan = parse_comparison_plan(setting.text.setting, setting.text.subject, ".");
     plan.seed = setting.seed;
-    const bool same = plan.conditions.size() == setting.conditions.size();
+    const bool same =
+        std::equal(plan.conditions.begin(), plan.conditions.end(), setting.conditions.begin(),
+                   setting.conditions.end(), [](const ComparisonCondition& a, const ConditionInfo& b) {
+                     return a.name == b.name && in_words(a) == b.words;
+                   });
     return same ? std::optional<ComparisonPlan>(std::move(plan)) : std::nullopt;
   } catch (const InputError&) {
     return std::nullopt;

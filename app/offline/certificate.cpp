@@ -22,17 +22,6 @@ constexpr double shrinkage = 1e-3;  // of the regression's weights, so that sepa
 constexpr int most_roc_points = 200;
 constexpr std::size_t most_samples = 200000;
 
-std::size_t index_of(const MethodList& methods, std::string_view name) {
-  const auto it =
-      std::find_if(methods.begin(), methods.end(), [&](const FitMethod* m) { return m->name == name; });
-  return static_cast<std::size_t>(it - methods.begin());
-}
-
-double apart_px(const MethodFit& a, const MethodFit& b) {
-  return std::max((a.outline.center_px - b.outline.center_px).norm(),
-                  std::abs(a.outline.radius_px - b.outline.radius_px));
-}
-
 struct Scored {
   double score;
   bool breaks;
@@ -114,11 +103,9 @@ double CertificateScore::false_alarm_rate() const {
 
 CertificateStudy::CertificateStudy(const MethodList& methods) : methods_(methods) {
   for (const std::string family : {"paper", "sphere"}) {
-    Pair pair{index_of(methods, family + "_one_step"),
-              index_of(methods, family + "_steps_2"),
-              index_of(methods, family + "_converged"),
-              {}};
-    if (std::max({pair.one, pair.two, pair.converged}) < methods.size()) pairs_.push_back(pair);
+    const auto one = place_of(methods, family + "_one_step"), two = place_of(methods, family + "_steps_2"),
+               converged = place_of(methods, family + "_converged");
+    if (one && two && converged) pairs_.push_back({*one, *two, *converged, {}});
   }
 }
 
@@ -202,7 +189,8 @@ Certificate CertificateStudy::certificate(const MethodList& methods, const Pair&
     std::vector<Scored> halves[2];
     for (const Sample& s : pair.samples) halves[s.tested ? 1 : 0].push_back({score(s), s.breaks()});
     CertificateRule rule = make_rule(name, halves[0], halves[1]);
-    if (std::isinf(rule.threshold)) rule.words = "never: no break in the conditions that it was made on";
+    if (std::isinf(rule.threshold))
+      rule.words = "never, nor by any other rule: no break in the conditions that they are made on";
     return rule;
   };
   CertificateRule next = rule_of("next_step", [](const Sample& s) { return s.log_next; });
@@ -226,7 +214,7 @@ Certificate CertificateStudy::certificate(const MethodList& methods, const Pair&
     const double after_px = alarm ? s.apart_after_px : s.apart_px;
     steps += alarm ? 1 : 0;
     certificate.breaks_before += s.breaks() ? 1 : 0;
-    certificate.breaks_after += after_px > Certificate::tolerance_px ? 1 : 0;
+    certificate.breaks_after += after_px > break_px ? 1 : 0;
     certificate.largest_before_px = std::max(certificate.largest_before_px, s.apart_px);
     certificate.largest_after_px = std::max(certificate.largest_after_px, after_px);
   }
@@ -250,9 +238,9 @@ std::string certificate_csv(const std::vector<Certificate>& certificates) {
     for (const CertificateRule& rule : c.rules) {
       const CertificateScore &a = rule.trained, &b = rule.tested;
       csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},", c.one_step, c.converged,
-                         number_text(Certificate::tolerance_px), rule.name, number_text(rule.threshold),
-                         a.frames, a.breaks, a.caught, a.false_alarms, b.frames, b.breaks, b.caught,
-                         b.false_alarms, number_text(b.area));
+                         number_text(break_px), rule.name, number_text(rule.threshold), a.frames, a.breaks,
+                         a.caught, a.false_alarms, b.frames, b.breaks, b.caught, b.false_alarms,
+                         number_text(b.area));
       const bool first = &rule == &c.rules.front();  // one more step was tried by the first rule
       csv += first ? fmt::format("{},{},{},{},{}\n", number_text(c.second_step_rate), c.breaks_before,
                                  c.breaks_after, number_text(c.largest_before_px),

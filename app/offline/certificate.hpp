@@ -19,7 +19,7 @@ namespace ballservo {
 
 /// How a rule did on one half of the conditions.
 struct CertificateScore {
-  int frames = 0, breaks = 0;  ///< a break: one step and the converged fit differ by more than the tolerance
+  int frames = 0, breaks = 0;  ///< a break: one step and the converged fit lie more than break_px apart
   int caught = 0, false_alarms = 0;
   double area = 0;  ///< under the ROC: 1 is perfect, 0.5 is chance; NaN without breaks or without others
 
@@ -38,12 +38,10 @@ struct CertificateRule {
 
 /// The certificate of one pair of one step and converged fit.
 struct Certificate {
-  static constexpr double tolerance_px = 0.05;  ///< of centre and of radius
-
   std::string one_step, converged, two_steps;  ///< methods
   std::vector<CertificateRule> rules;
   /// What one more step where the first rule says so would do on the conditions tested: the share of frames
-  /// that take it, and the frames that differ by more than the tolerance before and after.
+  /// that take it, the breaks before and after, and how far apart the two fits are at most.
   double second_step_rate = 0;
   int breaks_before = 0, breaks_after = 0;
   double largest_before_px = 0, largest_after_px = 0;
@@ -64,7 +62,7 @@ class CertificateStudy {
     std::array<double, features> x{};
     double log_next = 0;
     double apart_px = 0, apart_after_px = 0;  // from the converged fit, of one step and of two
-    bool breaks() const { return apart_px > Certificate::tolerance_px; }
+    bool breaks() const { return apart_px > break_px; }
   };
   struct Pair {
     std::size_t one, two, converged;

@@ -56,27 +56,19 @@ void keep_notable(std::vector<NotableFrame>& kept, const NotableFrame& frame) {
   if (kept.size() > notable_frames) kept.pop_back();
 }
 
-std::size_t method_index(const MethodList& methods, std::string_view name) {
-  const auto it =
-      std::find_if(methods.begin(), methods.end(), [&](const FitMethod* m) { return m->name == name; });
-  return static_cast<std::size_t>(it - methods.begin());
-}
-
 // What a report shows the worst frames of.
 class NotableFrames {
  public:
-  explicit NotableFrames(const MethodList& methods)
-      : subject_(method_index(methods, "sphere_one_step")), methods_(methods.size()) {
-    if (subject_ == methods_) subject_ = method_index(methods, "paper_one_step");
-    const std::vector<MethodPair> pairs = converged_pairs(methods);
-    for (const MethodPair& pair : pairs) {
+  explicit NotableFrames(const MethodList& methods) : subject_(place_of(methods, "sphere_one_step")) {
+    if (!subject_) subject_ = place_of(methods, "paper_one_step");
+    for (const MethodPair& pair : converged_pairs(methods)) {
       if (methods[pair.a]->name.find("one_step") != std::string::npos) pairs_.push_back(pair);
     }
   }
   void add(NotableFrame frame, ComparisonResults& results) const {
     const FrameTruth& truth = frame.record.truth;
-    if (subject_ < methods_ && truth.outline) {
-      const auto& fit = frame.record.fits[subject_];
+    if (subject_ && truth.outline) {
+      const auto& fit = frame.record.fits[*subject_];
       // What is not found errs without bound: it stands first.
       frame.value = 1e9;
       if (fit && at_the_ball(*fit, truth))
@@ -88,13 +80,13 @@ class NotableFrames {
     for (const MethodPair& pair : pairs_) {
       const auto &a = frame.record.fits[pair.a], &b = frame.record.fits[pair.b];
       if (a && b && at_the_ball(*a, truth) && at_the_ball(*b, truth))
-        frame.value = std::max(frame.value, (a->outline.center_px - b->outline.center_px).norm());
+        frame.value = std::max(frame.value, apart_px(*a, *b));
     }
     if (frame.value > 0) keep_notable(results.most_apart, frame);
   }
 
  private:
-  std::size_t subject_, methods_;
+  std::optional<std::size_t> subject_;
   std::vector<MethodPair> pairs_;
 };
 

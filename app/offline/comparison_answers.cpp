@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
-#include "app/offline/comparison_plots.hpp"
 #include "app/offline/step_verdict.hpp"
+#include "app/offline/sweeps.hpp"
+#include "perception/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {
@@ -17,38 +19,71 @@ std::string fit_words(const FitMethod& one_step) {
   return one_step.points == MethodPoints::edges ? "The exact fit" : "The paper's fit";
 }
 
+std::string percent(double part) { return fmt::format("{:.1f} %", 100 * part); }
+
+// "55 of 587 frames (9.4 %)"
+std::string break_words(const StepTotals& totals) {
+  return fmt::format("{} of {} frames ({})", totals.breaks, totals.frames,
+                     percent(static_cast<double>(totals.breaks) / totals.frames));
+}
+
 // How one step compares with its converged fit, over all conditions.
 std::string overall(const ComparisonResults& results, std::size_t pair) {
-  const MethodPair places = converged_pairs(results.methods)[pair];
-  std::vector<double> medians;
-  double largest = 0;
-  int enough = 0, better = 0, worse = 0, told = 0;
-  for (const ConditionSummary& summary : results.summaries) {
-    if (summary.pairs[pair].frames == 0) continue;
-    medians.push_back(summary.pairs[pair].center_median_px);
-    largest = std::max(largest, summary.pairs[pair].center_max_px);
-    const StepVerdict verdict = compare_steps(summary, results.methods, pair).verdict;
-    told += verdict != StepVerdict::not_told ? 1 : 0;
-    enough += verdict == StepVerdict::enough ? 1 : 0;
-    better += verdict == StepVerdict::further_is_better ? 1 : 0;
-    worse += verdict == StepVerdict::further_is_worse ? 1 : 0;
-  }
-  if (medians.empty()) return "";
-  const FitMethod& one = *results.methods[places.a];
+  const StepTotals totals = step_totals(results, pair);
+  if (totals.frames == 0) return "";
+  const FitMethod& one = *results.methods[converged_pairs(results.methods)[pair].a];
   std::string text = fit_words(one) + " (" + one.name + "): ";
-  if (told > 0) {
-    text += fmt::format("one step is enough in {} of {} conditions", enough + worse, told);
-    if (worse > 0) text += fmt::format(" (in {} of them converging makes it worse)", worse);
-    if (better > 0) text += fmt::format("; in {} the converged fit is nearer to the truth", better);
-    if (told < static_cast<int>(results.summaries.size()))
-      text += fmt::format("; {} more tell nothing", static_cast<int>(results.summaries.size()) - told);
+  if (totals.told > 0) {
+    text += fmt::format("one step is enough in {} of {} conditions",
+                        totals.told - static_cast<int>(totals.further_is_better.size()), totals.told);
+    if (totals.further_is_worse > 0)
+      text += fmt::format(" (in {} of them converging makes it worse)", totals.further_is_worse);
+    if (!totals.further_is_better.empty())
+      text += "; the converged fit is nearer to the truth at " + in_words(results, totals.further_is_better);
+    const int untold = static_cast<int>(results.summaries.size()) - totals.told;
+    if (untold > 0) text += fmt::format("; {} more tell nothing", untold);
     text += ". ";
   }
+  text += "It breaks in " + break_words(totals);
+  if (!totals.often_broken.empty())
+    text += ", in a quarter or more of them at " + in_words(results, totals.often_broken);
   return text +
          fmt::format(
-             "In the median condition the two centres in the picture lie {} px apart, in the worst frame "
-             "{} px.",
-             figure(quantile(medians, 0.5)), figure(largest));
+             ". In the median condition the centres in the picture lie {} px apart; in the worst frames the "
+             "centres {} px, the radii {} px.",
+             figure(totals.center_median_px), figure(totals.center_max_px), figure(totals.radius_max_px));
+}
+
+// What the exact fit does on line before its last step.
+std::string second_look(const ComparisonResults& results) {
+  std::vector<double> rates;
+  for (const ConditionSummary& summary : results.summaries) {
+    if (std::isfinite(summary.second_pass_rate)) rates.push_back(summary.second_pass_rate);
+  }
+  if (rates.empty()) return "";
+  const double mean = std::accumulate(rates.begin(), rates.end(), 0.0) / static_cast<double>(rates.size());
+  return fmt::format(
+      "The exact fit's one step is the last of one or two: where the first was longer than a pixel, or the "
+      "next would be longer than {:g} px, it measures the edges a second time, from where it has got to, and "
+      "steps again. On line as here that happens in {} of the frames (mean over the conditions; the least "
+      "{}, the most {}). sphere_one_step is the step after the last measurement, and sphere_converged has "
+      "the same points.",
+      enough_next_step_px, percent(mean), percent(*std::min_element(rates.begin(), rates.end())),
+      percent(*std::max_element(rates.begin(), rates.end())));
+}
+
+void add_questions(Page& page) {
+  page.paragraph("Two questions are asked, and they are not the same:");
+  page.bullets(
+      {"Is one step enough? Asked of a condition, about accuracy: yes, where stepping on would move the ball "
+       "by less than a tenth of the error (medians), or where a paired test (Wilcoxon's, p below 0.01) "
+       "cannot tell which of the two fits is nearer to the truth: then it is \"yes, as far as these frames "
+       "tell\". It does not say that the error is small.",
+       fmt::format(
+           "Does one step break? Asked of a frame, about agreement: yes, where its centre or its radius lies "
+           "more than {:g} px from the converged fit's. Where the error itself is larger than that, a step "
+           "may break and nothing is lost; and one that never breaks may be wrong.",
+           break_px)});
 }
 
 std::string with_interval(double value, const Interval& interval) {
@@ -65,12 +100,14 @@ std::string answer_of(const ComparisonResults& results, std::size_t c, std::size
   const StepComparison comparison = compare_steps(summary, results.methods, pair);
   std::string text = fit_words(*results.methods[places.a]) + ": " + comparison.short_words;
   if (comparison.verdict == StepVerdict::not_told) return text;
-  return text + fmt::format(
-                    " One step errs by {}, the converged fit by {} (medians); they lie {} mm apart, in the "
-                    "worst frame {} mm. Found in {} of {} frames.",
-                    with_interval(one.position_median_mm, one.position_median_ci95_mm),
-                    figure(converged.position_median_mm) + " mm", figure(apart.position_median_mm),
-                    figure(apart.position_max_mm), one.found, one.frames);
+  return text +
+         fmt::format(
+             " One step errs by {}, the converged fit by {} mm (medians). They lie {} apart (median), in the "
+             "worst frame {} mm; one step breaks in {} of {} frames. Found in {} of {} frames.",
+             with_interval(one.position_median_mm, one.position_median_ci95_mm),
+             figure(converged.position_median_mm),
+             with_interval(apart.position_median_mm, apart.position_median_ci95_mm),
+             figure(apart.position_max_mm), apart.breaks, apart.frames, one.found, one.frames);
 }
 
 // "enough at all 5 values", "not at 3, 8 (of 4)"
@@ -89,7 +126,7 @@ std::string along(const ComparisonResults& results, const Sweep& sweep, std::siz
   std::string text = told == 0            ? "not told"
                      : not_enough.empty() ? "enough throughout"
                                           : "not enough at " + not_enough;
-  if (told > 0 && !not_told.empty()) text += "; nothing found at " + not_told;
+  if (told > 0 && !not_told.empty()) text += "; found in no frame at " + not_told;
   return text;
 }
 
@@ -111,12 +148,6 @@ void add_named_conditions(Page& page, const ComparisonResults& results,
   if (rows.empty()) return;
   page.heading("Is one step enough for ...", 3);
   page.key_values(rows);
-  page.paragraph(
-      "Enough says that stopping after one step is not what errs: stepping on would move the ball by less "
-      "than a tenth of the error (medians), or the paired test cannot tell which is nearer to the truth: "
-      "yes, "
-      "as far as these frames tell. It does not say that the error is small, nor that no single frame "
-      "breaks.");
 }
 
 void add_sweeps(Page& page, const ComparisonResults& results, const std::vector<std::size_t>& pairs) {
@@ -133,6 +164,19 @@ void add_sweeps(Page& page, const ComparisonResults& results, const std::vector<
   if (table.rows.empty()) return;
   page.heading("... and where one thing is different", 3);
   page.table(table);
+  const std::vector<std::size_t> repeated = repeated_setting(results);
+  if (repeated.empty()) return;
+  std::string medians;
+  const std::size_t m = converged_pairs(results.methods)[pairs.front()].a;
+  for (const std::size_t c : repeated) {
+    const MethodStatistics& s = results.summaries[c].methods[m];
+    medians +=
+        (medians.empty() ? "" : ", ") + fmt::format("{} ({} frames)", figure(s.position_median_mm), s.frames);
+  }
+  page.paragraph(fmt::format(
+      "One setting stands here {} times, each time on frames of its own: {}. The medians of {} there, {} mm, "
+      "differ by chance alone: so far may those of other conditions be off, too.",
+      repeated.size(), in_words(results, repeated), results.methods[m]->name, medians));
 }
 
 }  // namespace
@@ -150,11 +194,14 @@ std::vector<std::size_t> one_step_pairs(const MethodList& methods) {
 
 void add_answers(Page& page, const ComparisonResults& results) {
   const std::vector<std::size_t> pairs = one_step_pairs(results.methods);
+  if (pairs.empty()) return;
+  add_questions(page);
   for (const std::size_t pair : pairs) {
     const std::string text = overall(results, pair);
     if (!text.empty()) page.note(text);
   }
-  if (pairs.empty()) return;
+  const std::string look = second_look(results);
+  if (!look.empty()) page.paragraph(look);
   add_named_conditions(page, results, pairs);
   add_sweeps(page, results, pairs);
 }
@@ -162,6 +209,7 @@ void add_answers(Page& page, const ComparisonResults& results) {
 void add_claims(Page& page, const std::vector<PaperClaim>& claims) {
   if (claims.empty()) return;
   page.heading("The paper's claims");
+  page.paragraph(std::string("The paper is ") + the_paper + ".");
   PageTable verdicts, measured;
   verdicts.heading = {"the paper says", "verdict"};
   measured.heading = {"the paper says", "measured here", "shown by"};
@@ -171,6 +219,11 @@ void add_claims(Page& page, const std::vector<PaperClaim>& claims) {
     measured.rows.push_back({claim.says, claim.measured, claim.shown_by});
   }
   page.table(verdicts);
+  page.paragraph(
+      "Q_c, the paper's quality of a circle that a region's boundary votes for, is c_max r_max / (N_votes "
+      "N_points): the part of the votes (random triples of boundary pixels) that fell into the fullest cell "
+      "of centres, times the part of the boundary pixels in the fullest cell of radii. The rounder the "
+      "region, the larger.");
   page.begin_details("What was measured for each, and what shows it");
   page.table(measured);
   page.end_details();

@@ -9,6 +9,10 @@
 
 namespace ballservo {
 
+/// The paper that is compared with, as it is cited.
+inline constexpr const char* the_paper =
+    "H. Ghazouani, \"Suivi d'objets basé forme et couleur pour la navigation robotique en temps réel\"";
+
 /// Places of the pairs of one step and converged fit in the list of pairs, the exact fit's first.
 std::vector<std::size_t> one_step_pairs(const MethodList& methods);
 

@@ -10,7 +10,10 @@ nlohmann::json pair_results(const PairStatistics& s) {
           {"radius_median_px", s.radius_median_px},
           {"radius_max_px", s.radius_max_px},
           {"position_median_mm", s.position_median_mm},
-          {"position_max_mm", s.position_max_mm}};
+          {"position_max_mm", s.position_max_mm},
+          {"breaks", s.breaks},
+          {"center_median_ci95_px", {s.center_median_ci95_px.low, s.center_median_ci95_px.high}},
+          {"position_median_ci95_mm", {s.position_median_ci95_mm.low, s.position_median_ci95_mm.high}}};
 }
 
 }  // namespace

@@ -30,11 +30,20 @@ constexpr std::array<Headline, 9> headlines{{{"sphere_one_step", 0, false},
                                              {"hsv_contour", 5, false},
                                              {"vpdot2", 6, false}}};
 
-std::optional<std::size_t> place_of(const MethodList& methods, std::string_view name) {
-  for (std::size_t m = 0; m < methods.size(); ++m) {
-    if (methods[m]->name == name) return m;
-  }
-  return std::nullopt;
+// The same method has the same colour in every drawing.
+PlotColor color_of(std::string_view method) {
+  const auto headline = std::find_if(headlines.begin(), headlines.end(),
+                                     [&](const Headline& h) { return std::string_view(h.name) == method; });
+  return headline == headlines.end() ? PlotColor::rgb(140, 86, 75) : PlotColor::series(headline->color);
+}
+
+// Narrow enough that a phone shows it whole.
+PlotOptions chart(std::string title) {
+  PlotOptions options;
+  options.title = std::move(title);
+  options.width_px = 480;
+  options.height_px = 340;
+  return options;
 }
 
 PlotSeries series_of(const std::string& name, PlotColor color, bool dashed) {
@@ -62,22 +71,24 @@ void add_interval(PlotSeries& series, double x, const Interval& interval) {
   }
 }
 
-PlotOptions sweep_options(const Sweep& sweep) {
-  PlotOptions options;
+PlotOptions sweep_chart(const std::string& what, const Sweep& sweep) {
+  PlotOptions options = chart(what + " against " + sweep.label);
   options.x = {sweep.label, sweep.log, {}, {}};
-  options.height_px = 360;
   return options;
 }
+
+std::string break_label() { return fmt::format("{:g} px", break_px); }
 
 // Not finite stays so, and is a gap in a curve.
 double at_least(double least, double value) { return std::isfinite(value) ? std::max(least, value) : nan; }
 
 // The part of the values (%) that are at most so large.
-PlotSeries share_curve(const std::string& name, std::vector<double> values, int color) {
+PlotSeries share_curve(const std::string& name, std::vector<double> values, PlotColor color, bool dashed) {
   std::sort(values.begin(), values.end());
   PlotSeries curve;
   curve.name = name;
-  curve.color = PlotColor::series(color);
+  curve.color = color;
+  curve.dashed = dashed;
   curve.style = SeriesStyle::steps;
   for (std::size_t k = 0; k < values.size(); ++k) {
     // Below a ten-thousandth of a pixel two fits are the same for any purpose.
@@ -88,30 +99,6 @@ PlotSeries share_curve(const std::string& name, std::vector<double> values, int 
 }
 
 }  // namespace
-
-std::vector<Sweep> sweeps_of(const ComparisonResults& results) {
-  std::vector<Sweep> sweeps;
-  for (std::size_t c = 0; c < results.conditions.size(); ++c) {
-    const ConditionInfo& info = results.conditions[c];
-    if (info.swept_key.empty()) continue;
-    auto sweep =
-        std::find_if(sweeps.begin(), sweeps.end(), [&](const Sweep& s) { return s.key == info.swept_key; });
-    if (sweep == sweeps.end())
-      sweep = sweeps.insert(sweeps.end(), {info.swept_key, info.swept_label, info.swept_log, {}});
-    sweep->conditions.push_back(c);
-  }
-  sweeps.erase(
-      std::remove_if(sweeps.begin(), sweeps.end(), [](const Sweep& s) { return s.conditions.size() < 2; }),
-      sweeps.end());
-  for (Sweep& sweep : sweeps) {
-    std::sort(sweep.conditions.begin(), sweep.conditions.end(), [&](std::size_t a, std::size_t b) {
-      return results.conditions[a].swept_value < results.conditions[b].swept_value;
-    });
-    const double first = results.conditions[sweep.conditions.front()].swept_value;
-    sweep.log = sweep.log && first > 0;
-  }
-  return sweeps;
-}
 
 Svg sweep_error_plot(const ComparisonResults& results, const Sweep& sweep) {
   std::vector<PlotSeries> all;
@@ -135,9 +122,8 @@ Svg sweep_error_plot(const ComparisonResults& results, const Sweep& sweep) {
     bound.y.push_back(results.summaries[c].bound_rms_mm);
   }
   all.push_back(std::move(bound));
-  PlotOptions options = sweep_options(sweep);
-  options.title = "3-D error against " + sweep.label;
-  options.y = {"median error (mm), logarithmic", true, {}, {}};
+  PlotOptions options = sweep_chart("3-D error", sweep);
+  options.y = {"median error (mm), log", true, {}, {}};
   return line_plot(all, options);
 }
 
@@ -147,24 +133,25 @@ Svg sweep_pair_plot(const ComparisonResults& results, const Sweep& sweep) {
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const std::string& name = results.methods[pairs[k].a]->name;
     if (name != "paper_one_step" && name != "sphere_one_step" && name != "paper_steps_10_reselect") continue;
-    const PlotColor color = PlotColor::series(name == "sphere_one_step"  ? 0
-                                              : name == "paper_one_step" ? 1
-                                                                         : 3);
+    const PlotColor color = color_of(name);
     PlotSeries median = series_of(name + ", median", color, false),
-               largest = series_of(name + ", largest", color, true);
+               largest = series_of(name + ", largest", color, true), bars = interval_series(color);
     for (const std::size_t c : sweep.conditions) {
       const PairStatistics& s = results.summaries[c].pairs[k];
       for (PlotSeries* series : {&median, &largest}) series->x.push_back(results.conditions[c].swept_value);
       median.y.push_back(at_least(1e-5, s.center_median_px));
       largest.y.push_back(at_least(1e-5, s.center_max_px));
+      add_interval(
+          bars, median.x.back(),
+          {at_least(1e-5, s.center_median_ci95_px.low), at_least(1e-5, s.center_median_ci95_px.high)});
     }
     all.push_back(std::move(median));
     all.push_back(std::move(largest));
+    all.push_back(std::move(bars));
   }
-  PlotOptions options = sweep_options(sweep);
-  options.title = "Distance from the converged fit against " + sweep.label;
-  options.y = {"between the centres (px), logarithmic", true, {}, {}};
-  options.lines = {{false, 0.05, "0.05 px"}};
+  PlotOptions options = sweep_chart("Way to the converged fit", sweep);
+  options.y = {"between centres (px), log", true, {}, {}};
+  options.lines = {{false, break_px, break_label()}};
   return line_plot(all, options);
 }
 
@@ -181,16 +168,14 @@ Svg error_bars(const ComparisonResults& results) {
                            "hough_gradient_alt", "hsv_contour", "vpdot2"}) {
     const auto m = place_of(results.methods, name);
     if (!m) continue;
-    BarGroup group{name, {}};
+    BarGroup group{name, {}, color_of(name)};
     for (const std::size_t c : shown)
       group.values.push_back(results.summaries[c].methods[*m].position_median_mm);
     groups.push_back(std::move(group));
   }
-  PlotOptions options;
-  options.title = "Error of the ball's centre in 3-D, median";
-  options.y = {"error (mm), logarithmic", true, {}, {}};
-  options.width_px = std::clamp(110 * static_cast<int>(names.size()), 640, 1040);
-  options.height_px = 380;
+  PlotOptions options = chart("Error of the ball's centre in 3-D, median");
+  options.y = {"error (mm), log", true, {}, {}};
+  options.width_px = std::clamp(110 * static_cast<int>(names.size()), options.width_px, 1040);
   return bar_plot(names, groups, options);
 }
 
@@ -211,22 +196,20 @@ Svg difference_plot(const ComparisonResults& results, std::size_t pair) {
     worst_px = results.summaries[c].centers_apart_px[pair];
     worst_name = results.conditions[c].name;
   }
-  const std::vector<PlotSeries> curves{share_curve("all conditions", all_px, 0),
-                                       share_curve("worst: " + worst_name, worst_px, 1)};
-  PlotOptions options;
-  options.title =
-      fmt::format("{} against {}", results.methods[methods.a]->name, results.methods[methods.b]->name);
-  options.x = {"distance between the two centres (px), logarithmic", true, 1e-4, {}};
+  const std::string& name = results.methods[methods.a]->name;
+  const std::vector<PlotSeries> curves{share_curve("all conditions", all_px, color_of(name), false),
+                                       share_curve("worst: " + worst_name, worst_px, color_of(name), true)};
+  PlotOptions options = chart(fmt::format("{} against {}", name, results.methods[methods.b]->name));
+  options.x = {"distance between the two centres (px), log", true, 1e-4, {}};
   options.y = {"frames at most so far apart (%)", false, 0.0, 100.0};
-  options.lines = {{true, 0.05, "0.05 px"}};
-  options.height_px = 360;
+  options.lines = {{true, break_px, break_label()}};
   return line_plot(curves, options);
 }
 
 Svg scatter_plot(const ComparisonResults& results, const MethodPair& pair) {
   PlotSeries points, diagonal;
   points.style = SeriesStyle::points;
-  points.color = PlotColor::series(0);
+  points.color = color_of(results.methods[pair.a]->name);
   points.marker_px = 3.5;
   double low = std::numeric_limits<double>::infinity(), high = 0;
   for (const ConditionSummary& summary : results.summaries) {
@@ -244,11 +227,9 @@ Svg scatter_plot(const ComparisonResults& results, const MethodPair& pair) {
     diagonal.x = {low, high};
     diagonal.y = {low, high};
   }
-  PlotOptions options;
-  options.title = "Error of the one against error of the other, by condition";
-  options.x = {results.methods[pair.b]->name + ": median error (mm)", true, {}, {}};
-  options.y = {results.methods[pair.a]->name + ": median error (mm)", true, {}, {}};
-  options.height_px = 360;
+  PlotOptions options = chart("Error of one step and of the converged fit, by condition");
+  options.x = {results.methods[pair.b]->name + ": median error (mm), log", true, {}, {}};
+  options.y = {results.methods[pair.a]->name + ": (mm), log", true, {}, {}};
   return line_plot({points, diagonal}, options);
 }
 
@@ -259,11 +240,9 @@ Svg ellipse_plot(const ComparisonResults& results, std::size_t condition) {
     if (!m) continue;
     const MethodStatistics& s = results.summaries[condition].methods[*m];
     if (!std::isfinite(s.depth_spread_mm) || !std::isfinite(s.lateral_spread_mm)) continue;
-    const auto headline = std::find_if(headlines.begin(), headlines.end(),
-                                       [&](const Headline& h) { return std::string_view(h.name) == name; });
     PlotSeries ellipse;
     ellipse.name = name;
-    ellipse.color = PlotColor::series(headline->color);
+    ellipse.color = color_of(name);
     // One of the two sideways directions has its share of the spread.
     const double across = s.lateral_spread_mm / std::sqrt(2.0);
     for (int k = 0; k <= 72; ++k) {
@@ -273,68 +252,58 @@ Svg ellipse_plot(const ComparisonResults& results, std::size_t condition) {
     }
     all.push_back(std::move(ellipse));
   }
-  PlotOptions options;
-  options.title = "Where the errors lie: " + results.conditions[condition].name;
+  PlotOptions options = chart("Where the errors lie: " + results.conditions[condition].name);
   options.x = {"sideways, outward (mm)", false, {}, {}};
   options.y = {"depth (mm)", false, {}, {}};
-  options.height_px = 360;
   return line_plot(all, options);
 }
 
 Svg cost_plot(const ComparisonResults& results) {
   std::vector<PlotSeries> all;
-  for (std::size_t m = 0; m < results.methods.size(); ++m) {
-    std::vector<double> times, errors;
+  for (const Headline& headline : headlines) {
+    const auto m = place_of(results.methods, headline.name);
+    if (!m) continue;
+    std::vector<double> times_ms, errors_mm;
     for (const ConditionSummary& summary : results.summaries) {
-      if (std::isfinite(summary.methods[m].time_us_median))
-        times.push_back(summary.methods[m].time_us_median);
-      if (std::isfinite(summary.methods[m].position_median_mm))
-        errors.push_back(summary.methods[m].position_median_mm);
+      const MethodStatistics& s = summary.methods[*m];
+      if (std::isfinite(s.time_us_median)) times_ms.push_back(s.time_us_median / 1000);
+      if (std::isfinite(s.position_median_mm)) errors_mm.push_back(s.position_median_mm);
     }
-    const std::string& name = results.methods[m]->name;
-    const auto headline =
-        std::find_if(headlines.begin(), headlines.end(), [&](const Headline& h) { return name == h.name; });
-    if (headline == headlines.end()) continue;
     PlotSeries point;
-    point.name = name;
+    point.name = headline.name;
     point.style = SeriesStyle::points;
-    point.marker_px = headline->dashed ? 3 : 5;
-    point.color = PlotColor::series(headline->color);
-    point.opacity = headline->dashed ? 0.5 : 1;
-    point.x = {quantile(times, 0.5)};
-    point.y = {quantile(errors, 0.5)};
+    point.marker_px = headline.dashed ? 3 : 5;
+    point.color = PlotColor::series(headline.color);
+    point.opacity = headline.dashed ? 0.5 : 1;
+    point.x = {quantile(times_ms, 0.5)};
+    point.y = {quantile(errors_mm, 0.5)};
     all.push_back(std::move(point));
   }
-  PlotOptions options;
-  options.title = "What each costs, and how well it does";
-  options.x = {"time a frame (us), logarithmic", true, {}, {}};
-  options.y = {"median error (mm), logarithmic", true, {}, {}};
-  options.height_px = 360;
+  PlotOptions options = chart("What each costs, and how well it does");
+  options.x = {"time a frame (ms), log", true, {}, {}};
+  options.y = {"median error (mm), log", true, {}, {}};
   return line_plot(all, options);
 }
 
 Svg roc_plot(const std::vector<Certificate>& certificates) {
   std::vector<PlotSeries> all;
-  int color = 0;
   for (const Certificate& certificate : certificates) {
     for (const CertificateRule& rule : certificate.rules) {
+      if (rule.tested.breaks < fewest_breaks_drawn) continue;
       PlotSeries curve;
       curve.name = certificate.one_step + ", " + rule.name;
-      curve.color = PlotColor::series(color);
+      curve.color = color_of(certificate.one_step);
       curve.dashed = &rule != &certificate.rules.front();
       curve.opacity = &rule == &certificate.rules.back() ? 0.5 : 1;
       for (const double rate : rule.roc_false_alarms) curve.x.push_back(100 * rate);
       for (const double rate : rule.roc_caught) curve.y.push_back(100 * rate);
       all.push_back(std::move(curve));
     }
-    ++color;
   }
-  PlotOptions options;
-  options.title = "How well the certificate tells, on conditions it was not made on";
-  options.x = {"false alarms (% of the frames that one step is enough for)", false, 0.0, 100.0};
+  PlotOptions options = chart("How well the rules tell breaks");
+  options.x = {"false alarms (% of the frames that do not break)", false, 0.0, 100.0};
   options.y = {"breaks caught (%)", false, 0.0, 100.0};
   options.lines = {{true, 5, "5 %"}, {false, 95, "95 %"}};
-  options.height_px = 360;
   return line_plot(all, options);
 }
 

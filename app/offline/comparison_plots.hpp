@@ -1,22 +1,13 @@
 // A comparison's drawings.
 #pragma once
 
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "app/offline/comparison.hpp"
+#include "app/offline/sweeps.hpp"
 #include "app/report/svg.hpp"
 
 namespace ballservo {
-
-/// The conditions that vary one number, two or more, in its order: places in the results' list.
-struct Sweep {
-  std::string key, label;
-  bool log = false;
-  std::vector<std::size_t> conditions;
-};
-std::vector<Sweep> sweeps_of(const ComparisonResults& results);
 
 /// Median 3-D error of the headline methods against what is varied, with 95 % intervals, and the bound.
 Svg sweep_error_plot(const ComparisonResults& results, const Sweep& sweep);
@@ -32,6 +23,8 @@ Svg scatter_plot(const ComparisonResults& results, const MethodPair& pair);
 Svg ellipse_plot(const ComparisonResults& results, std::size_t condition);
 /// What each method costs against how well it does, over all conditions.
 Svg cost_plot(const ComparisonResults& results);
+/// The rules of the fits that broke in this many frames or more of those tested.
+inline constexpr int fewest_breaks_drawn = 5;
 Svg roc_plot(const std::vector<Certificate>& certificates);
 
 }  // namespace ballservo

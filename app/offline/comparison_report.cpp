@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/offline/certificate_section.hpp"
 #include "app/offline/comparison_answers.hpp"
 #include "app/offline/comparison_plots.hpp"
 #include "app/offline/step_verdict.hpp"
 #include "app/report/page.hpp"
-#include "perception/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {
@@ -42,9 +42,17 @@ PageTable answer_table(const ComparisonResults& results) {
 
 PageTable error_table(const ComparisonResults& results, std::size_t c) {
   PageTable table;
-  table.heading = {"method",         "found",           "median mm (95 % interval)",  "90 % mm",
-                   "depth bias mm",  "depth spread mm", "sideways spread mm",         "centre RMS px",
-                   "radius bias px", "RMS / bound",     "failures charged, median mm"};
+  table.heading = {"method",
+                   "found",
+                   "median mm (95 % interval)",
+                   "90 % mm",
+                   "depth bias mm",
+                   "depth spread mm",
+                   "sideways spread mm",
+                   "centre RMS px",
+                   "radius bias px",
+                   "RMS error / bound",
+                   "failures charged, median mm"};
   const ConditionSummary& summary = results.summaries[c];
   for (std::size_t m = 0; m < results.methods.size(); ++m) {
     const MethodStatistics& s = summary.methods[m];
@@ -60,19 +68,24 @@ PageTable error_table(const ComparisonResults& results, std::size_t c) {
 
 PageTable pair_table(const ComparisonResults& results) {
   PageTable table;
-  table.heading = {"condition",         "one fit",         "the other",         "frames",
-                   "centre, median px", "centre, most px", "radius, median px", "3-D, median mm",
+  table.heading = {"condition",       "one fit",
+                   "the other",       "frames",
+                   "of them break",   "centre, median px (95 % interval)",
+                   "centre, most px", "radius, median px",
+                   "radius, most px", "3-D, median mm (95 % interval)",
                    "3-D, most mm"};
-  table.number_columns = {false, false, false, true, true, true, true, true, true};
+  table.number_columns = {false, false, false, true, true, true, true, true, true, true, true};
   const std::vector<MethodPair> pairs = converged_pairs(results.methods);
   for (std::size_t c = 0; c < results.summaries.size(); ++c) {
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const PairStatistics& s = results.summaries[c].pairs[k];
       if (s.frames == 0) continue;
-      table.rows.push_back({k == 0 ? results.conditions[c].name : "", results.methods[pairs[k].a]->name,
-                            results.methods[pairs[k].b]->name, std::to_string(s.frames),
-                            figure(s.center_median_px), figure(s.center_max_px), figure(s.radius_median_px),
-                            figure(s.position_median_mm), figure(s.position_max_mm)});
+      table.rows.push_back(
+          {k == 0 ? results.conditions[c].name : "", results.methods[pairs[k].a]->name,
+           results.methods[pairs[k].b]->name, std::to_string(s.frames), std::to_string(s.breaks),
+           with_interval(s.center_median_px, s.center_median_ci95_px), figure(s.center_max_px),
+           figure(s.radius_median_px), figure(s.radius_max_px),
+           with_interval(s.position_median_mm, s.position_median_ci95_mm), figure(s.position_max_mm)});
     }
   }
   return table;
@@ -84,10 +97,8 @@ void add_examples(Page& page, const ComparisonResults& results, const ShowFrame&
   if (text.rendered)
     page.paragraph(
         "Each frame is rendered with exact truth: a shaded ball in front of a background, a light and "
-        "clutter of "
-        "its own. The ball's colour was learnt from three rendered pictures, as a user would. All methods "
-        "see the "
-        "same frames.");
+        "clutter of its own. The ball's colour was learnt from three rendered pictures, as a user would. All "
+        "methods see the same frames.");
   std::vector<PageFigure> examples;
   for (std::size_t c = 0; c < results.conditions.size() && examples.size() < most_examples; ++c) {
     const ConditionInfo& info = results.conditions[c];
@@ -121,10 +132,8 @@ void add_errors(Page& page, const ComparisonResults& results, const ComparisonRe
   if (!text.rendered)
     page.note(
         "Where a row tells the ball's circle, errors are against that circle, as well as whoever drew it "
-        "could see it. "
-        "Where it tells nothing, methods can only be held against each other: that they agree does not show "
-        "that they "
-        "are right, only that what they have in common decides.");
+        "could see it. Where it tells nothing, methods can only be held against each other: that they agree "
+        "does not show that they are right, only that what they have in common decides.");
   const bool in_space =
       std::any_of(results.summaries.begin(), results.summaries.end(), [](const ConditionSummary& s) {
         return std::any_of(s.methods.begin(), s.methods.end(),
@@ -136,20 +145,23 @@ void add_errors(Page& page, const ComparisonResults& results, const ComparisonRe
   }
   page.paragraph(
       "Bars and dots are medians over the frames in which the method found the ball (its centre within half "
-      "the ball's "
-      "radius of the truth); thin vertical lines are their 95 % bootstrap intervals. The bound is what no "
-      "unbiased "
-      "estimator can beat in the same frames (Cramer and Rao) that is told the camera and the ball's size, "
-      "but not the "
-      "blur nor, in each stretch of the outline, the background, the contrast and the shading.");
+      "the ball's radius of the truth); thin vertical lines are their 95 % bootstrap intervals. The bound "
+      "(Cramer and Rao's) is the RMS error that no unbiased estimator can fall below in the same frames, one "
+      "that is told the camera and the ball's size, but not the blur nor, in each stretch of the outline, "
+      "the background, the contrast and the shading. RMS error / bound in the tables below is a method's RMS "
+      "error over it: 1 is all that the pixels give.");
   const bool has_bars = std::any_of(results.conditions.begin(), results.conditions.end(),
                                     [](const ConditionInfo& info) { return info.swept_key.empty(); });
   if (has_bars)
     page.figure(drawing(error_bars(results), "Shorter is better; one grid line to the next is a factor."));
   std::vector<PageFigure> figures;
   for (const Sweep& sweep : sweeps_of(results)) {
-    figures.push_back(
-        drawing(sweep_error_plot(results, sweep), "Solid: one step. Dashed: converged on the same points."));
+    const bool of_start = sweep.key.find("start.") == 0;
+    figures.push_back(drawing(sweep_error_plot(results, sweep),
+                              std::string("Solid: one step. Dashed: converged on the same points.") +
+                                  (of_start ? " The fits start from the true circle, displaced: vote is that "
+                                              "start."
+                                            : "")));
   }
   if (!figures.empty()) page.figures(figures);
   if (!results.conditions.empty()) {
@@ -174,70 +186,16 @@ void add_steps(Page& page, const ComparisonResults& results) {
                               "On the dashed line both err alike; below it one step is the better."));
   }
   for (const Sweep& sweep : sweeps_of(results))
-    figures.push_back(
-        drawing(sweep_pair_plot(results, sweep),
-                "Beyond 0.05 px one step counts as broken; a gap is where no frame was found."));
+    figures.push_back(drawing(
+        sweep_pair_plot(results, sweep),
+        fmt::format("Solid: the median with its 95 % interval. Dashed: the worst frame. Beyond {:g} px a "
+                    "frame counts as broken; a gap is where no frame was found.",
+                    break_px)));
   page.figures(figures);
   page.paragraph(
       "A Gauss-Newton step is exact where the residual is linear. Moving the circle by d bends its distance "
-      "to a "
-      "point by about d squared over twice the radius: a start that is a pixel off leaves about 1/60 px for "
-      "a ball "
-      "of 60 px. A worse start, a smaller ball, or points on one side only leave more.");
-}
-
-void add_certificates(Page& page, const ComparisonResults& results) {
-  const bool tested =
-      std::any_of(results.certificates.begin(), results.certificates.end(),
-                  [](const Certificate& certificate) { return certificate.rules.front().tested.frames > 0; });
-  if (!tested) return;  // one condition alone
-  page.heading("Can one step tell that it was not enough?");
-  page.paragraph(
-      fmt::format("A break is a frame in which one step and the converged fit differ by more than {:g} px in "
-                  "centre or radius. "
-                  "The rules see only what the step itself knows; they are made on every other condition and "
-                  "tested on the "
-                  "rest.",
-                  Certificate::tolerance_px));
-  PageTable table;
-  table.heading = {"fit", "rule", "frames tested", "breaks", "caught", "false alarms", "area under the ROC"};
-  table.number_columns = {false, false, true, true, true, true, true};
-  for (const Certificate& certificate : results.certificates) {
-    for (const CertificateRule& rule : certificate.rules) {
-      const CertificateScore& s = rule.tested;
-      const auto percent = [](double rate) {
-        return std::isfinite(rate) ? fmt::format("{:.1f} %", 100 * rate) : std::string("-");
-      };
-      table.rows.push_back({certificate.one_step, rule.words, std::to_string(s.frames),
-                            std::to_string(s.breaks), percent(s.caught_rate()), percent(s.false_alarm_rate()),
-                            figure(s.area)});
-    }
-  }
-  page.table(table);
-  page.figure(drawing(roc_plot(results.certificates), "Up and to the left is better."));
-  std::vector<std::string> worth;
-  for (const Certificate& c : results.certificates) {
-    worth.push_back(
-        fmt::format("{}: one more step where the first rule asks for it is taken in {:.1f} % of the "
-                    "frames tested and leaves "
-                    "{} breaks of {}, and at most {} px instead of {} px.",
-                    c.one_step, 100 * c.second_step_rate, c.breaks_after, c.breaks_before,
-                    figure(c.largest_after_px), figure(c.largest_before_px)));
-  }
-  page.bullets(worth);
-  std::vector<double> second;
-  for (const ConditionSummary& summary : results.summaries) {
-    if (std::isfinite(summary.second_pass_rate)) second.push_back(summary.second_pass_rate);
-  }
-  double sum = 0;
-  for (const double rate : second) sum += rate;
-  if (!second.empty())
-    page.paragraph(fmt::format(
-        "On line the exact fit looks again, at new edge points, where its step was longer than a pixel or "
-        "the "
-        "next would be longer than {:g} px: here in {:.1f} % of the frames (mean over the conditions). "
-        "sphere_one_step is the step from there, and what is left to the rules above.",
-        enough_next_step_px, 100 * sum / static_cast<double>(second.size())));
+      "to a point by about d squared over twice the radius: a start that is a pixel off leaves about 1/60 px "
+      "for a ball of 60 px. A worse start, a smaller ball, or points on one side only leave more.");
 }
 
 void add_costs(Page& page, const ComparisonResults& results) {
@@ -257,11 +215,14 @@ void add_costs(Page& page, const ComparisonResults& results) {
   }
   page.paragraph(fmt::format(
       "A frame through all methods but the peers takes {} ms of one core: {:.0f} frames a second; the peers "
-      "take {} "
-      "ms. Medians over the conditions, one thread; fits are timed from the starting circle, the choice of "
-      "their points included, the votes and the peers from the picture.",
+      "take {} ms. Processor time of one thread, medians over the conditions. A fit's time begins at the "
+      "starting circle and includes the choice of its points; a peer's begins at the picture. So does that "
+      "of vote, which is a whole detection by a detector that was made for this one frame: colours, regions, "
+      "votes, the fit, and getting its memory. A detector that runs takes a fraction of that, and the votes "
+      "of one region a fraction of a millisecond: the claims about times above, where they were looked at, "
+      "are of those.",
       figure(own_ms), own_ms > 0 ? 1000 / own_ms : 0, figure(peers_ms)));
-  page.figure(drawing(cost_plot(results), "Down and to the left is better."));
+  page.figure(drawing(cost_plot(results), "Down and to the left is better. Small and pale: converged."));
   page.begin_details("Method by method");
   page.table(table);
   page.end_details();
@@ -274,8 +235,7 @@ void add_worst(Page& page, const ComparisonResults& results, const ShowFrame& sh
     page.heading(title);
     page.paragraph(
         "White: the truth. Grey: the votes. Orange: the paper's fits. Blue: the exact ones. Green: "
-        "algebraic. "
-        "Magenta: peers.");
+        "algebraic. Magenta: peers.");
     std::vector<PageFigure> photos;
     for (const NotableFrame& frame : frames) {
       const ConditionInfo& info = results.conditions[frame.condition];
@@ -289,18 +249,18 @@ void add_worst(Page& page, const ComparisonResults& results, const ShowFrame& sh
   };
   const bool in_space = !results.worst.empty() && results.worst.front().record.truth.p_CB.has_value();
   show(results.worst, "The worst frames of what runs on line", in_space ? " mm off" : " px off");
-  show(results.most_apart, "Where one step is furthest from the converged fit", " px apart");
+  show(results.most_apart, "Where one step is furthest from the converged fit",
+       " px apart (centres or radii)");
 }
 
 void add_tables(Page& page, const ComparisonResults& results) {
   page.heading("Every figure");
   page.paragraph(
-      "Failures are never dropped: the last column counts a frame in which a method does not find the ball "
-      "as an "
-      "error without bound. RMS / bound: of the frames found that have a bound. A radius that is read too "
-      "large "
-      "puts the ball too near (negative depth bias). Paired tests of all methods against sphere_one_step and "
-      "paper_one_step are in tests.csv.");
+      "Failures are never dropped: the last column is the median over all frames, one in which a method does "
+      "not find the ball counted as an error without bound. Depth bias: a radius that is read too large puts "
+      "the ball too near (negative). RMS error / bound: of the frames found that have a bound (Cramer and "
+      "Rao's, see \"How far from the truth\"); 1 is all that the pixels give. Paired tests of all methods "
+      "against sphere_one_step and paper_one_step are in tests.csv.");
   for (std::size_t c = 0; c < results.summaries.size() && c < most_tables; ++c) {
     page.begin_details(results.conditions[c].name + ": " + results.conditions[c].words);
     page.table(error_table(results, c));
@@ -322,13 +282,14 @@ std::string comparison_report_html(const ComparisonResults& results, const ShowF
                                    const ComparisonReportText& text, const std::vector<PaperClaim>& claims) {
   Page page("Is one step enough?", "Every estimator of the ball on the same pixels: " + text.subject);
   page.paragraph(
-      "On line, the ball's outline is refined by exactly one Gauss-Newton step. Here the same residuals on "
-      "the same "
-      "points with the same weights are also handed to Ceres, a general solver that goes on until nothing "
-      "improves. "
-      "Where the two agree, one step is enough, and what error is left comes from the pixels and the model, "
-      "not from "
-      "stopping early.");
+      std::string("On line, the ball's outline is refined by exactly one Gauss-Newton step, as in ") +
+      the_paper +
+      ". Here the same residuals on the same points with the same weights are also handed to Ceres, a "
+      "general solver that goes on until nothing improves: the converged fit. Where the two agree, what "
+      "error is left comes from the pixels and the model, not from stopping early. Two models are fitted: "
+      "the paper's, a circle on a ring of pixels, each weighted by its gradient; and the exact one, which is "
+      "what runs here: the cone of all rays that touch the ball, on edges measured to a fraction of a "
+      "pixel.");
   add_answers(page, results);
   add_claims(page, claims);
   add_steps(page, results);

@@ -39,16 +39,10 @@ double largest(const std::vector<double>& values) {
   return values.empty() ? nan : *std::max_element(values.begin(), values.end());
 }
 
-std::size_t index_of(const MethodList& methods, std::string_view name) {
-  const auto it = std::find_if(methods.begin(), methods.end(),
-                               [&](const FitMethod* method) { return method->name == name; });
-  return static_cast<std::size_t>(it - methods.begin());
-}
-
 void add_pair(const MethodList& methods, std::string_view a, std::string_view b,
               std::vector<MethodPair>& pairs) {
-  const MethodPair pair{index_of(methods, a), index_of(methods, b)};
-  if (pair.a < methods.size() && pair.b < methods.size()) pairs.push_back(pair);
+  const auto place_a = place_of(methods, a), place_b = place_of(methods, b);
+  if (place_a && place_b) pairs.push_back({*place_a, *place_b});
 }
 
 // What one method's answers over a condition's frames add up to.
@@ -130,21 +124,28 @@ class Differences {
   void add(const MethodFit& a, const MethodFit& b) {
     centers_px_.push_back((a.outline.center_px - b.outline.center_px).norm());
     radii_px_.push_back(std::abs(a.outline.radius_px - b.outline.radius_px));
+    breaks_ += apart_px(a, b) > break_px ? 1 : 0;
     const double apart_mm = 1000 * (a.p_C - b.p_C).norm();
     if (std::isfinite(apart_mm)) positions_mm_.push_back(apart_mm);  // not where no diameter is known
   }
   const std::vector<double>& centers_px() const { return centers_px_; }
-  PairStatistics statistics() const {
-    return {static_cast<int>(centers_px_.size()),
-            median(centers_px_),
-            largest(centers_px_),
-            median(radii_px_),
-            largest(radii_px_),
-            median(positions_mm_),
-            largest(positions_mm_)};
+  PairStatistics statistics(std::uint64_t seed, const std::string& purpose) const {
+    PairStatistics s;
+    s.frames = static_cast<int>(centers_px_.size());
+    s.breaks = breaks_;
+    s.center_median_px = median(centers_px_);
+    s.center_median_ci95_px = bootstrap(centers_px_, median, seed, purpose + "/centers apart");
+    s.center_max_px = largest(centers_px_);
+    s.radius_median_px = median(radii_px_);
+    s.radius_max_px = largest(radii_px_);
+    s.position_median_mm = median(positions_mm_);
+    s.position_median_ci95_mm = bootstrap(positions_mm_, median, seed, purpose + "/positions apart");
+    s.position_max_mm = largest(positions_mm_);
+    return s;
   }
 
  private:
+  int breaks_ = 0;
   std::vector<double> centers_px_, radii_px_, positions_mm_;
 };
 
@@ -262,16 +263,17 @@ ConditionSummary ConditionStatistics::summary() const {
   summary.index = sums.index;
   for (std::size_t m = 0; m < sums.methods.size(); ++m)
     summary.methods.push_back(sums.errors[m].statistics(sums.seed, sums.name + "/" + sums.methods[m]->name));
-  for (const Differences& differences : sums.differences) {
-    summary.pairs.push_back(differences.statistics());
-    summary.centers_apart_px.push_back(thinned(differences.centers_px()));
+  const auto purpose_of = [&](const MethodPair& pair) {
+    return fmt::format("{}/{}/{}", sums.name, sums.methods[pair.a]->name, sums.methods[pair.b]->name);
+  };
+  for (std::size_t k = 0; k < sums.pairs.size(); ++k) {
+    summary.pairs.push_back(sums.differences[k].statistics(sums.seed, purpose_of(sums.pairs[k])));
+    summary.centers_apart_px.push_back(thinned(sums.differences[k].centers_px()));
   }
   const std::vector<MethodPair> tested = tested_pairs(sums.methods);
   std::vector<double> p;
   for (std::size_t k = 0; k < tested.size(); ++k) {
-    const std::string purpose =
-        fmt::format("{}/{}/{}", sums.name, sums.methods[tested[k].a]->name, sums.methods[tested[k].b]->name);
-    summary.tests.push_back(sums.duels[k].test(sums.seed, purpose));
+    summary.tests.push_back(sums.duels[k].test(sums.seed, purpose_of(tested[k])));
     p.push_back(summary.tests.back().wilcoxon_p);
   }
   const std::vector<double> adjusted = holm(p);

@@ -46,8 +46,10 @@ std::vector<MethodPair> converged_pairs(const MethodList& methods);
 /// One row of pairs.csv.
 struct PairStatistics {
   int frames = 0;
+  int breaks = 0;  ///< frames in which they lie more than break_px apart
   double center_median_px, center_max_px, radius_median_px, radius_max_px;
   double position_median_mm, position_max_mm;
+  Interval center_median_ci95_px, position_median_ci95_mm;  ///< bootstrap
 };
 
 /// One row of tests.csv: is one method nearer to the truth than the other on the same frames?

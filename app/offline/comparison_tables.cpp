@@ -50,7 +50,8 @@ std::string compare_csv_rows(const ConditionInfo& info, const ConditionSummary& 
 
 std::string pairs_csv_header() {
   return "condition,method_a,method_b,frames,center_median_px,center_max_px,radius_median_px,radius_max_px,"
-         "position_median_mm,position_max_mm\n";
+         "position_median_mm,position_max_mm,"
+         "breaks,center_median_low_px,center_median_high_px,position_median_low_mm,position_median_high_mm\n";
 }
 
 std::string pairs_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
@@ -63,6 +64,9 @@ std::string pairs_csv_rows(const ConditionInfo& info, const ConditionSummary& su
             std::to_string(s.frames);
     rows += cells({s.center_median_px, s.center_max_px, s.radius_median_px, s.radius_max_px,
                    s.position_median_mm, s.position_max_mm});
+    rows += ',' + std::to_string(s.breaks) +
+            cells({s.center_median_ci95_px.low, s.center_median_ci95_px.high, s.position_median_ci95_mm.low,
+                   s.position_median_ci95_mm.high});
     rows += '\n';
   }
   return rows;

@@ -42,16 +42,18 @@ std::string comparison_tables_tex(const ComparisonResults& results) {
   }
   tex +=
       "\\bottomrule\n\\end{longtable}\n\n"
-      "\\begin{longtable}{lllrrr}\n\\toprule\n"
-      "condition & fit & against & median px & largest px & median mm \\\\\n\\midrule\n\\endhead\n";
+      "\\begin{longtable}{lllrrrr}\n\\toprule\n"
+      "condition & fit & against & median px [95\\,\\%] & largest px & breaks & median mm [95\\,\\%] "
+      "\\\\\n\\midrule\n\\endhead\n";
   const std::vector<MethodPair> pairs = converged_pairs(results.methods);
   for (std::size_t c = 0; c < results.summaries.size(); ++c) {
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const PairStatistics& s = results.summaries[c].pairs[k];
-      tex +=
-          fmt::format("{} & {} & {} & {} & {} & {} \\\\\n", k == 0 ? escaped(results.conditions[c].name) : "",
-                      escaped(results.methods[pairs[k].a]->name), escaped(results.methods[pairs[k].b]->name),
-                      figure(s.center_median_px), figure(s.center_max_px), figure(s.position_median_mm));
+      tex += fmt::format(
+          "{} & {} & {} & {} & {} & {}/{} & {} \\\\\n", k == 0 ? escaped(results.conditions[c].name) : "",
+          escaped(results.methods[pairs[k].a]->name), escaped(results.methods[pairs[k].b]->name),
+          interval(s.center_median_px, s.center_median_ci95_px), figure(s.center_max_px), s.breaks, s.frames,
+          interval(s.position_median_mm, s.position_median_ci95_mm));
     }
   }
   return tex + "\\bottomrule\n\\end{longtable}\n";

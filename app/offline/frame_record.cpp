@@ -1,5 +1,6 @@
 #include "app/offline/frame_record.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -63,6 +64,11 @@ MethodFit fit_from(const json& value) {
 bool at_the_ball(const MethodFit& fit, const FrameTruth& truth) {
   return !truth.outline ||
          (fit.outline.center_px - truth.outline->center_px).norm() < 0.5 * truth.outline->radius_px;
+}
+
+double apart_px(const MethodFit& a, const MethodFit& b) {
+  return std::max((a.outline.center_px - b.outline.center_px).norm(),
+                  std::abs(a.outline.radius_px - b.outline.radius_px));
 }
 
 json to_json(const ComparisonRecord& record) {

@@ -40,6 +40,11 @@ struct ComparisonRecord {
 /// is known every answer counts.
 bool at_the_ball(const MethodFit& fit, const FrameTruth& truth);
 
+/// How far two answers lie apart in the picture (px): their centres or their radii, whichever is more.
+double apart_px(const MethodFit& a, const MethodFit& b);
+/// One step breaks in a frame where it lies further than this from the converged fit.
+inline constexpr double break_px = 0.05;
+
 /// Compact JSON, every number as it was; and back. Throws nlohmann's exceptions for anything else.
 nlohmann::json to_json(const ComparisonRecord& record);
 ComparisonRecord comparison_record_from_json(const nlohmann::json& json);

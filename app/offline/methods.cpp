@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/offline/circle_methods.hpp"
 #include "app/offline/cone_methods.hpp"
 #include "app/offline/method_scene.hpp"
@@ -75,6 +77,12 @@ const FitMethod* find_fit_method(std::string_view name) {
     if (method.name == name) return &method;
   }
   return nullptr;
+}
+
+std::optional<std::size_t> place_of(const MethodList& methods, std::string_view name) {
+  const auto it =
+      std::find_if(methods.begin(), methods.end(), [&](const FitMethod* m) { return m->name == name; });
+  return it == methods.end() ? std::nullopt : std::optional<std::size_t>(it - methods.begin());
 }
 
 std::vector<std::optional<MethodFit>> run_methods(MethodScene& scene, const MethodList& methods) {

@@ -47,6 +47,8 @@ const std::vector<FitMethod>& fit_methods();
 const FitMethod* find_fit_method(std::string_view name);
 
 using MethodList = std::vector<const FitMethod*>;
+/// Where a method stands in a list; nothing where it does not.
+std::optional<std::size_t> place_of(const MethodList& methods, std::string_view name);
 
 /// The answer of each method asked for, in their order; nothing where a method has none.
 std::vector<std::optional<MethodFit>> run_methods(MethodScene& scene, const MethodList& methods);

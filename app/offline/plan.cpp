@@ -9,6 +9,7 @@
 #include "app/offline/rendered_frame.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/color/color_names.hpp"
+#include "calibration/files/image_file.hpp"
 
 namespace ballservo {
 namespace {
@@ -172,7 +173,9 @@ void finish_condition(const std::string& place, FaultList& faults, std::set<std:
   }
 }
 
-ComparisonPlan read_plan(StrictYaml document, const std::filesystem::path& folder) {
+ComparisonPlan read_plan(const std::string& text, const std::string& name,
+                         const std::filesystem::path& folder) {
+  StrictYaml document = StrictYaml::from_text(text, name);
   YamlNode root = document.root();
   ComparisonPlan plan;
   plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, 1LL << 53, 0));
@@ -205,6 +208,7 @@ ComparisonPlan read_plan(StrictYaml document, const std::filesystem::path& folde
     }
   }
   document.finish();
+  plan.text = text;
   plan.resolved_json = document.resolved_json();
   return plan;
 }
@@ -212,12 +216,12 @@ ComparisonPlan read_plan(StrictYaml document, const std::filesystem::path& folde
 }  // namespace
 
 ComparisonPlan read_comparison_plan(const std::filesystem::path& file) {
-  return read_plan(StrictYaml::from_file(file), file.parent_path());
+  return read_plan(read_file_bytes(file, StrictYaml::max_bytes), file.string(), file.parent_path());
 }
 
 ComparisonPlan parse_comparison_plan(const std::string& text, const std::string& name,
                                      const std::filesystem::path& folder) {
-  return read_plan(StrictYaml::from_text(text, name), folder);
+  return read_plan(text, name, folder);
 }
 
 PlanEstimate estimate(const ComparisonPlan& plan) {

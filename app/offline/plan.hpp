@@ -18,7 +18,8 @@ struct ComparisonPlan {
   RobustLoss loss{RobustLossKind::cauchy, 0.3};
   std::vector<ComparisonCondition> conditions;
   bool paper_claims = false;  ///< the paper's claims are looked at one by one
-  std::string resolved_json;  ///< the plan as it was read, keys sorted
+  std::string text;           ///< as it was read: the order of a design's keys is that of its conditions
+  std::string resolved_json;  ///< keys sorted
 };
 
 /// The keys of a plan: `seed`, `frames`, `methods` (a list of names; all where missing), `robust` ({loss:

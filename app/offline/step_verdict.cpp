@@ -65,4 +65,25 @@ StepComparison compare_steps(const ConditionSummary& summary, const MethodList& 
   return result;
 }
 
+StepTotals step_totals(const ComparisonResults& results, std::size_t pair) {
+  StepTotals totals;
+  std::vector<double> medians_px;
+  for (std::size_t c = 0; c < results.summaries.size(); ++c) {
+    const PairStatistics& apart = results.summaries[c].pairs[pair];
+    if (apart.frames == 0) continue;
+    medians_px.push_back(apart.center_median_px);
+    totals.center_max_px = std::max(totals.center_max_px, apart.center_max_px);
+    totals.radius_max_px = std::max(totals.radius_max_px, apart.radius_max_px);
+    totals.frames += apart.frames;
+    totals.breaks += apart.breaks;
+    if (4 * apart.breaks >= apart.frames) totals.often_broken.push_back(c);
+    const StepVerdict verdict = compare_steps(results.summaries[c], results.methods, pair).verdict;
+    totals.told += verdict != StepVerdict::not_told ? 1 : 0;
+    if (verdict == StepVerdict::further_is_better) totals.further_is_better.push_back(c);
+    totals.further_is_worse += verdict == StepVerdict::further_is_worse ? 1 : 0;
+  }
+  totals.center_median_px = quantile(medians_px, 0.5);
+  return totals;
+}
+
 }  // namespace ballservo

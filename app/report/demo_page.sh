@@ -9,8 +9,9 @@ text_value() {
 # The same as a number times a factor, with a number of decimals; "unknown" where there is none.
 scaled() {
   text_value "$3" "$4" | LC_ALL=C awk -v factor="$1" -v decimals="$2" '
-    { printf "%.*f", decimals, $1 * factor; known = 1 }
-    END { if (!known) printf "unknown" }'
+    { value = sprintf("%.*f", decimals, $1 * factor); known = 1 }
+    value + 0 == 0 { sub(/^-/, "", value) }  # a rounded zero has no sign
+    END { printf "%s", known ? value : "unknown" }'
 }
 
 rounded() { scaled 1 "$@"; }

@@ -36,7 +36,7 @@ figcaption { color: var(--faint); font-size: .9rem; max-width: 46rem; margin-top
 .figures.small { grid-template-columns: repeat(auto-fit, minmax(min(100%, 13rem), 1fr)); }
 pre { background: var(--panel); padding: .7rem 1rem; border-radius: 6px; overflow-x: auto; font: .88rem/1.45 ui-monospace, "DejaVu Sans Mono", monospace; }
 a { color: var(--accent); }
-@media (max-width: 40rem) { figure { overflow-x: auto; } figure svg { min-width: 32rem; } }
+@media (max-width: 40rem) { figure.wide { overflow-x: auto; } figure.wide svg { min-width: 32rem; } figure.wide::before { content: "\2194  wider than the screen: scroll sideways"; color: var(--faint); font-size: .85rem; position: sticky; left: 0; } }
 details { margin: 1rem 0; border: 1px solid var(--line); border-radius: 6px; padding: .4rem .9rem; }
 summary { cursor: pointer; font-weight: 600; }
 )";
@@ -71,7 +71,7 @@ std::string relative_url(std::string_view path) {
 }
 
 std::string figure_markup(const PageFigure& figure) {
-  std::string markup = "<figure>\n" + figure.markup;
+  std::string markup = (figure.wide ? "<figure class=\"wide\">\n" : "<figure>\n") + figure.markup;
   if (!figure.caption.empty())
     markup += fmt::format("<figcaption>{}</figcaption>\n", html_escape(figure.caption));
   return markup + "</figure>\n";
@@ -79,13 +79,16 @@ std::string figure_markup(const PageFigure& figure) {
 
 }  // namespace
 
-PageFigure drawing(const Svg& svg, std::string caption) { return {svg.markup(), std::move(caption)}; }
+PageFigure drawing(const Svg& svg, std::string caption) {
+  constexpr int phone_px = 520;  // a drawing that is no wider can still be read when it is scaled to a phone
+  return {svg.markup(), std::move(caption), svg.width_px() > phone_px};
+}
 
 PageFigure photo(const cv::Mat& picture, std::string caption, PictureFormat format, int width_px) {
   const int width = width_px > 0 ? width_px : picture.cols;
   std::string markup = fmt::format("<img src=\"{}\" alt=\"{}\" width=\"{}\"/>\n",
                                    picture_data_uri(picture, format), html_escape(caption), width);
-  return {std::move(markup), std::move(caption)};
+  return {std::move(markup), std::move(caption), false};
 }
 
 Page::Page(std::string title, std::string subtitle)

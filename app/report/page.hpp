@@ -26,6 +26,7 @@ struct PageTable {
 struct PageFigure {
   std::string markup;  ///< made by `drawing` and `photo` below only
   std::string caption;
+  bool wide = false;  ///< on a phone it keeps its size and is scrolled, and says so
 };
 PageFigure drawing(const Svg& svg, std::string caption);
 /// `alternative` is said where the picture can't be seen. `width_px` 0: as large as the picture, at most the

@@ -8,7 +8,7 @@ namespace ballservo {
 namespace {
 
 constexpr double tick_text_px = 11, label_text_px = 12, title_text_px = 14;
-constexpr double legend_row_px = 18;
+constexpr double legend_row_px = 18, tick_line_px = 13;
 
 SvgStyle hairline(double opacity) {
   SvgStyle style;
@@ -30,6 +30,20 @@ int legend_rows(const std::vector<LegendEntry>& legend, double width_px) {
     used += entry_width_px(entry);
   }
   return rows;
+}
+
+// A name in lines of at most so much room where it can be broken: behind '_' and ' '.
+std::vector<std::string> lines_of(const std::string& name, double width_px) {
+  std::vector<std::string> lines(1);
+  for (std::size_t begin = 0; begin < name.size();) {
+    const std::size_t end = std::min(name.find_first_of("_ ", begin), name.size() - 1) + 1;
+    const std::string piece = name.substr(begin, end - begin);
+    if (!lines.back().empty() && text_width_px(lines.back() + piece, tick_text_px) > width_px)
+      lines.emplace_back();
+    lines.back() += piece;
+    begin = end;
+  }
+  return lines;
 }
 
 std::vector<Tick> axis_ticks(const PlotAxis& axis, const AxisRange& range, double length_px,
@@ -56,8 +70,16 @@ PlotFrame::PlotFrame(const PlotOptions& options, AxisRange x, AxisRange y,
   if (!options_.title.empty()) top += title_text_px + 8;
   const int rows = legend_rows(legend, options_.width_px - 70);
   top += rows * legend_row_px + (rows > 0 ? 4 : 0);
-  const double bottom = 26 + (options_.x.label.empty() ? 0 : 20);
+  std::vector<std::vector<std::string>> names;
+  std::size_t most_lines = 1;
+  for (const std::string& category : categories) {
+    names.push_back(lines_of(category, 0.9 * options_.width_px / static_cast<double>(categories.size())));
+    most_lines = std::max(most_lines, names.back().size());
+  }
+  const double bottom =
+      26 + tick_line_px * static_cast<double>(most_lines - 1) + (options_.x.label.empty() ? 0 : 20);
   top_ = top;
+  x_label_px_ = bottom - 10;
   height_ = std::max(60.0, options_.height_px - top - bottom);
 
   // The y axis's labels decide how much room they need, and so what is left for x.
@@ -77,7 +99,7 @@ PlotFrame::PlotFrame(const PlotOptions& options, AxisRange x, AxisRange y,
   }
   draw_legend(legend);
   draw_axes(categories.empty() ? axis_ticks(options_.x, x_, width_, 80) : std::vector<Tick>{}, y_final,
-            categories);
+            names);
   writer_.begin_clip({left_, top_}, {width_, height_});
 }
 
@@ -111,10 +133,15 @@ void PlotFrame::draw_legend(const std::vector<LegendEntry>& legend) {
     style.stroke = entry.color;
     style.dashed = entry.dashed;
     style.width_px = 2.5;
-    if (entry.area) {
+    style.opacity = entry.opacity;
+    if (entry.area || entry.marker_px > 0) {
       style.fill = entry.color;
       style.stroke.reset();
+    }
+    if (entry.area) {
       writer_.rectangle({x + 8, y + 4}, {11, 11}, style);
+    } else if (entry.marker_px > 0) {
+      writer_.ellipse({x + 13, y + 10}, entry.marker_px, entry.marker_px, 0, style);
     } else {
       writer_.line({x, y + 10}, {x + 20, y + 10}, style);
     }
@@ -124,7 +151,7 @@ void PlotFrame::draw_legend(const std::vector<LegendEntry>& legend) {
 }
 
 void PlotFrame::draw_axes(const std::vector<Tick>& x_ticks, const std::vector<Tick>& y_ticks,
-                          const std::vector<std::string>& categories) {
+                          const std::vector<std::vector<std::string>>& categories) {
   const double bottom = bottom_px(), right = left_ + width_;
   for (const Tick& tick : x_ticks) {
     const double x = pixel(tick.value, y_.low).x();
@@ -133,7 +160,10 @@ void PlotFrame::draw_axes(const std::vector<Tick>& x_ticks, const std::vector<Ti
   }
   for (std::size_t k = 0; k < categories.size(); ++k) {
     const double x = left_ + width_ * unit(static_cast<double>(k), x_, false);
-    writer_.text({x, bottom + 16}, categories[k], TextAnchor::middle, tick_text_px);
+    for (std::size_t line = 0; line < categories[k].size(); ++line) {
+      writer_.text({x, bottom + 16 + tick_line_px * static_cast<double>(line)}, categories[k][line],
+                   TextAnchor::middle, tick_text_px);
+    }
   }
   for (const Tick& tick : y_ticks) {
     const double y = pixel(x_.low, tick.value).y();
@@ -142,7 +172,8 @@ void PlotFrame::draw_axes(const std::vector<Tick>& x_ticks, const std::vector<Ti
   }
   writer_.line({left_, bottom}, {right, bottom}, hairline(0.7));
   writer_.line({left_, top_}, {left_, bottom}, hairline(0.7));
-  writer_.text({left_ + width_ / 2, bottom + 36}, options_.x.label, TextAnchor::middle, label_text_px);
+  writer_.text({left_ + width_ / 2, bottom + x_label_px_}, options_.x.label, TextAnchor::middle,
+               label_text_px);
   writer_.text({16, top_ + height_ / 2}, options_.y.label, TextAnchor::middle, label_text_px, false, true);
 }
 

@@ -15,7 +15,9 @@ struct LegendEntry {
   std::string name;
   PlotColor color;
   bool dashed = false;
-  bool area = false;  ///< a filled square, for bars
+  bool area = false;     ///< a filled square, for bars
+  double marker_px = 0;  ///< a dot of this radius instead of a line
+  double opacity = 1;
 };
 
 /// Lays out a plot for known axis ranges; draws what lies below the data at once and what lies above it in
@@ -39,11 +41,12 @@ class PlotFrame {
   double unit(double value, const AxisRange& range, bool log) const;
   void draw_legend(const std::vector<LegendEntry>& legend);
   void draw_axes(const std::vector<Tick>& x_ticks, const std::vector<Tick>& y_ticks,
-                 const std::vector<std::string>& categories);
+                 const std::vector<std::vector<std::string>>& categories);
 
   PlotOptions options_;
   AxisRange x_, y_;
   double left_ = 0, top_ = 0, width_ = 0, height_ = 0;
+  double x_label_px_ = 0;  // how far below the axis it stands
   SvgWriter writer_;
 };
 

@@ -8,7 +8,9 @@
 namespace ballservo {
 namespace {
 
-PlotColor color_of(const std::vector<PlotSeries>& series, std::size_t k) {
+// Of a series or a group of bars.
+template <class Series>
+PlotColor color_of(const std::vector<Series>& series, std::size_t k) {
   return series[k].color.value_or(PlotColor::series(static_cast<int>(k)));
 }
 
@@ -63,8 +65,10 @@ Svg line_plot(const std::vector<PlotSeries>& series, const PlotOptions& options)
       xs.push_back(series[k].x[i]);
       ys.push_back(series[k].y[i]);
     }
-    if (!series[k].name.empty())
-      legend.push_back({series[k].name, color_of(series, k), dashed(series, k), false});
+    if (series[k].name.empty()) continue;
+    legend.push_back({series[k].name, color_of(series, k), dashed(series, k)});
+    legend.back().marker_px = series[k].style == SeriesStyle::points ? series[k].marker_px : 0;
+    legend.back().opacity = series[k].opacity;
   }
   for (const ReferenceLine& line : options.lines) (line.vertical ? xs : ys).push_back(line.value);
   AxisRange x = range_of(xs, options.x.log);
@@ -123,7 +127,7 @@ Svg bar_plot(const std::vector<std::string>& categories, const std::vector<BarGr
   std::vector<LegendEntry> legend;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     values.insert(values.end(), groups[g].values.begin(), groups[g].values.end());
-    legend.push_back({groups[g].name, PlotColor::series(static_cast<int>(g)), false, true});
+    legend.push_back({groups[g].name, color_of(groups, g), false, true});
   }
   for (const ReferenceLine& line : shown.lines) {
     if (!line.vertical) values.push_back(line.value);
@@ -145,7 +149,7 @@ Svg bar_plot(const std::vector<std::string>& categories, const std::vector<BarGr
   for (std::size_t g = 0; g < groups.size(); ++g) {
     SvgStyle bar;
     bar.stroke.reset();
-    bar.fill = PlotColor::series(static_cast<int>(g));
+    bar.fill = color_of(groups, g);
     for (std::size_t k = 0; k < std::min(categories.size(), groups[g].values.size()); ++k) {
       const double value = groups[g].values[k];
       if (!showable(value, shown.y.log)) continue;

@@ -121,6 +121,31 @@ TEST(ComparisonStatistics, StateKnownErrors) {
   EXPECT_TRUE(std::isnan(none.center_rms_px));
 }
 
+TEST(ComparisonStatistics, APairBreaksByCentreOrByRadius) {
+  std::vector<ComparisonRecord> frames;
+  for (int k = 0; k < 40; ++k) {
+    ComparisonRecord frame;
+    frame.truth.outline = OutlineEllipse{{100, 100}, 30};
+    MethodFit one, converged;
+    one.outline = converged.outline = *frame.truth.outline;
+    converged.outline.center_px.x() += 0.001 * k;
+    if (k == 3) converged.outline.center_px.x() += 0.06;
+    if (k == 4) converged.outline.radius_px += 0.06;
+    if (k == 5) converged.outline.radius_px += 0.04;  // near enough
+    frame.fits = {one, converged};
+    frames.push_back(frame);
+  }
+  const PairStatistics s =
+      summarize(frames, {find_fit_method("paper_one_step"), find_fit_method("paper_converged")}).pairs[0];
+  EXPECT_EQ(s.frames, 40);
+  EXPECT_EQ(s.breaks, 2);
+  EXPECT_NEAR(s.radius_max_px, 0.06, 1e-9);
+  EXPECT_LT(s.center_median_ci95_px.low, s.center_median_px);
+  EXPECT_GT(s.center_median_ci95_px.high, s.center_median_px);
+  EXPECT_GT(s.center_median_ci95_px.low, 0.01);
+  EXPECT_LT(s.center_median_ci95_px.high, 0.03);
+}
+
 TEST(ComparisonTables, LeaveUnknownCellsEmpty) {
   const ConditionInfo info{"known", "", 2, "", "", 0, false};
   const std::vector<ComparisonRecord> frames = known_errors();

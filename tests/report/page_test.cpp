@@ -44,6 +44,19 @@ Page full_page() {
 
 TEST(Page, IsWellFormedWhateverTheTexts) { EXPECT_EQ(test::markup_fault(full_page().html()), ""); }
 
+// On a phone it is scrolled, with a hint; narrower drawings are scaled.
+TEST(Page, MarksDrawingsThatAreWiderThanAPhone) {
+  PlotOptions options;
+  const auto markup = [&](int width_px) {
+    options.width_px = width_px;
+    Page page("title");
+    page.figure(drawing(line_plot({{"a", {0, 1}, {0, 1}}}, options), "plot"));
+    return page.html();
+  };
+  EXPECT_EQ(test::occurrences(markup(480), "<figure class=\"wide\">"), 0);
+  EXPECT_EQ(test::occurrences(markup(640), "<figure class=\"wide\">"), 1);
+}
+
 TEST(Page, NeverTurnsTextIntoMarkup) {
   const std::string html = full_page().html();
   EXPECT_EQ(html.find("<script"), std::string::npos);

@@ -122,6 +122,29 @@ TEST(BarPlot, DrawsOneBarForEachFiniteValue) {
   expect_sound(bar_plot({"a"}, {{"g", {}}}, log_options()));
 }
 
+TEST(LinePlot, LegendShowsPointsAsPoints) {
+  PlotSeries cloud{"cloud", {0, 1}, {0, 1}};
+  cloud.style = SeriesStyle::points;
+  const Svg svg = line_plot({cloud}, {});
+  EXPECT_EQ(test::occurrences(svg.markup(), "<circle"), 3);
+  expect_sound(svg);
+}
+
+TEST(BarPlot, LongNamesAreBrokenIntoLinesBelowTheirBars) {
+  PlotOptions options;
+  options.width_px = 300;
+  const auto texts = [&](const std::string& name) {
+    const Svg svg = bar_plot({name, "b"}, {{"", {1, 2}}}, options);
+    expect_sound(svg);
+    return test::occurrences(svg.markup(), "<text");
+  };
+  const int short_name = texts("a_name");
+  EXPECT_EQ(texts("a_name_that_is_far_too_long_for_its_place"), short_name + 2);
+  EXPECT_EQ(texts(std::string(200, 'a')), short_name);  // nowhere to break it
+  texts("");
+  texts("___ _");
+}
+
 TEST(SvgCanvas, LeavesOutWhatIsNotFinite) {
   SvgCanvas canvas({});
   const std::string empty = canvas.svg().markup();
