@@ -80,11 +80,12 @@ void add_certificates(Page& page, const ComparisonResults& results) {
     if (tested(c)) worth.push_back(worth_of(c));
   }
   page.bullets(worth);
-  page.paragraph(
-      fmt::format("On line the first rule's quantity decides: a detection says that one step was enough "
-                  "where the step that would follow is at most {:g} px long, and the exact fit looks at the "
-                  "picture again where it is longer. What is tested above is what that has left.",
-                  enough_next_step_px));
+  page.paragraph(fmt::format(
+      "On line the first rule's quantity decides: a detection says that one step was enough "
+      "where the step that would follow is at most {:g} px long, and the exact fit looks at the "
+      "picture again where it is longer. What is tested above is what that has left. None of this tells "
+      "how far the fit is from the truth, only whether going on would move it.",
+      enough_next_step_px));
 }
 
 }  // namespace ballservo

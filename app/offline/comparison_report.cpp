@@ -201,16 +201,21 @@ void add_steps(Page& page, const ComparisonResults& results) {
 void add_costs(Page& page, const ComparisonResults& results) {
   page.heading("What each costs");
   PageTable table;
-  table.heading = {"method", "processor time a frame, ms"};
+  table.heading = {"method", "processor time a frame, ms", "3-D error, median mm", "found"};
   double own_ms = 0, peers_ms = 0;
   for (std::size_t m = 0; m < results.methods.size(); ++m) {
-    std::vector<double> times_ms;
+    std::vector<double> times_ms, errors_mm;
+    int found = 0, frames = 0;
     for (const ConditionSummary& summary : results.summaries) {
-      if (std::isfinite(summary.methods[m].time_us_median))
-        times_ms.push_back(summary.methods[m].time_us_median / 1000);
+      const MethodStatistics& s = summary.methods[m];
+      if (std::isfinite(s.time_us_median)) times_ms.push_back(s.time_us_median / 1000);
+      if (std::isfinite(s.position_median_mm)) errors_mm.push_back(s.position_median_mm);
+      found += s.found;
+      frames += s.frames;
     }
     const double median_ms = quantile(times_ms, 0.5);
-    table.rows.push_back({results.methods[m]->name, figure(median_ms)});
+    table.rows.push_back({results.methods[m]->name, figure(median_ms), figure(quantile(errors_mm, 0.5)),
+                          fmt::format("{} of {}", found, frames)});
     if (std::isfinite(median_ms)) (results.methods[m]->is_peer ? peers_ms : own_ms) += median_ms;
   }
   page.paragraph(fmt::format(
@@ -223,7 +228,7 @@ void add_costs(Page& page, const ComparisonResults& results) {
       "are of those.",
       figure(own_ms), own_ms > 0 ? 1000 / own_ms : 0, figure(peers_ms)));
   page.figure(drawing(cost_plot(results), "Down and to the left is better. Small and pale: converged."));
-  page.begin_details("Method by method");
+  page.begin_details("Method by method: cost, error of the median condition, balls found in all conditions");
   page.table(table);
   page.end_details();
 }

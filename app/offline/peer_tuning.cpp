@@ -58,9 +58,7 @@ Answer largest(const std::vector<OutlineEllipse>& found) {
 }  // namespace
 
 PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const MethodList& methods) {
-  const auto asked = [&](std::string_view name) {
-    return std::any_of(methods.begin(), methods.end(), [&](const FitMethod* m) { return m->name == name; });
-  };
+  const auto asked = [&](std::string_view name) { return place_of(methods, name).has_value(); };
   PeerSettings chosen;
   const auto hough = [](const TuningPicture& p, const HoughSettings& s) {
     return first(HoughGradient(p.task.expected_radius_px.value_or(30), s).find(p.bgr));

@@ -31,8 +31,10 @@ constexpr std::size_t most_file_bytes = 256u << 20, header_bytes = 1u << 16;
 const std::vector<std::string> optional_columns{"frame", "ball_id", "class", "cx_px", "cy_px",
                                                 "r_px",  "x_m",     "y_m",   "z_m",   "visible_fraction"};
 
+}  // namespace
+
 // Cells of one row, by name; faults are collected.
-class RowReader {
+class PictureFiles::RowReader {
  public:
   RowReader(const CsvTable& table, std::size_t row, FaultList& faults)
       : table_(table), row_(row), faults_(faults) {}
@@ -72,7 +74,7 @@ class RowReader {
   FaultList& faults_;
 };
 
-FrameTruth read_truth(const RowReader& row, FaultList& faults) {
+FrameTruth PictureFiles::read_truth(const RowReader& row, FaultList& faults) {
   FrameTruth truth;
   truth.source = row.text("source");
   if (const std::string frame = row.text("frame"); !frame.empty() && parse_integer(frame) != 0)
@@ -84,6 +86,8 @@ FrameTruth read_truth(const RowReader& row, FaultList& faults) {
   truth.visible_fraction = row.number("visible_fraction", NumberRange::within(0, 1, ""));
   return truth;
 }
+
+namespace {
 
 // A class's name as a condition's.
 std::string condition_name(const std::string& class_name) {
@@ -109,87 +113,102 @@ std::shared_ptr<const ColorTable> no_colors() {
 PictureFiles::PictureFiles(const PictureFilesOptions& options) : options_(options), colors_(no_colors()) {
   FaultList faults;
   std::string hashes = options.start_at_truth ? "truth" : "vote";
-  hashes += number_text(options.diameter_m) + std::to_string(options.seed);
-  if (options.colors.empty()) {
-    if (!options.start_at_truth)
-      faults.add("--colors", "nothing",
-                 "a colours file, or --start truth: something must tell where a ball is");
-  } else {
-    faults.collect([&] {
-      colors_ = std::make_shared<const ColorTable>(read_color_file(options.colors));
-      hashes += sha256_hex(read_file_bytes(options.colors, most_file_bytes));
-    });
-  }
-  if (!options.camera.empty()) {
-    faults.collect([&] {
-      const Camera camera = read_camera(options.camera);
-      rays_ = std::make_shared<const RayTable>(camera);
-      hashes += camera_file_text(camera, camera_file_format("opencv", "camera.yaml"), "");
-    });
-  }
+  hashes += number_text(options.diameter_m) + std::to_string(options.seed) + read_colors_and_camera(faults);
   CsvTable table;
   faults.collect([&] { table = read_csv(options.truth, {"source"}, optional_columns); });
   if (!fs::is_directory(options.folder))
     faults.add("--images", options.folder.string(), "a folder of pictures");
   faults.throw_if_any();
 
-  std::map<std::string, std::size_t> places;
   std::set<std::tuple<std::string, std::string, std::string>> seen;
   std::map<std::string, std::string> picture_hashes;
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     const RowReader reader(table, r, faults);
-    Row row;
-    row.truth = read_truth(reader, faults);
-    row.class_name = reader.text("class");
-    row.file = options.folder / row.truth.source;
-    const std::string& source = row.truth.source;
-    if (source.empty() || source.find('/') != std::string::npos || !fs::is_regular_file(row.file)) {
-      faults.add(reader.place("source"), "'" + source + "'", "a picture in " + options.folder.string());
-      continue;
-    }
-    if (!seen.insert({source, reader.text("ball_id"), row.class_name}).second)
+    auto row = read_row(reader, faults);
+    if (!row) continue;
+    const std::string& source = row->truth.source;
+    if (!seen.insert({source, reader.text("ball_id"), row->class_name}).second)
       faults.add(reader.place("ball_id"), source + " again",
                  "one row for each ball: another ball_id or class");
-    if (options.start_at_truth && !row.truth.outline)
-      faults.add(reader.place("cx_px"), "nothing",
-                 "the ball's circle: with --start truth the fits begin there");
-    if (!options.colors.empty()) {
-      const auto known = row.class_name.empty() && colors_->classes.size() == 1
-                             ? std::optional<ClassIndex>(ClassIndex{1})
-                             : colors_->find(row.class_name);
-      if (!known) {
-        std::string names;
-        for (const ColorClass& c : colors_->classes) names += (names.empty() ? "" : ", ") + c.name;
-        faults.add(reader.place("class"), "'" + row.class_name + "'", "a class of the colours: " + names);
-      }
-      row.color_class = known.value_or(ClassIndex{1});
-    }
-    if (picture_hashes.count(source) == 0) {
-      faults.collect([&] {
-        const std::string bytes = read_file_bytes(row.file, most_file_bytes);
-        picture_hashes[source] = sha256_hex(bytes);
-        const auto size = image_size_from_header(bytes);
-        if (!size)
-          throw InputError(row.file.string(), "no picture that can be read", "a PNG, JPEG or other picture");
-        if (rays_) check_camera_fits(rays_->camera(), *size, row.file.string());
-      });
-    }
-    const std::string name = condition_name(row.class_name);
-    const auto place = places.emplace(name, rows_.size()).first->second;
-    if (place == rows_.size()) {
-      rows_.emplace_back();
-      infos_.push_back({name, row.class_name.empty() ? "pictures" : row.class_name + " balls in pictures", 0,
-                        "", "", 0, false});
-    }
-    row.truth.frame = 0;
-    rows_[place].push_back(std::move(row));
-    ++infos_[place].frames;
+    if (picture_hashes.count(source) == 0)
+      faults.collect([&] { picture_hashes[source] = checked_picture_sha256(row->file); });
+    keep(std::move(*row));
   }
   if (table.rows.empty()) faults.add(options.truth.string(), "no rows", "a row for each ball");
   faults.throw_if_any();
   for (const auto& [name, hash] : picture_hashes) hashes += name + hash;
   hashes += sha256_hex(read_file_bytes(options.truth, most_file_bytes));
   sha256_ = sha256_hex(hashes);
+}
+
+// Gives what identifies them.
+std::string PictureFiles::read_colors_and_camera(FaultList& faults) {
+  std::string hashes;
+  if (!options_.colors.empty()) {
+    faults.collect([&] {
+      colors_ = std::make_shared<const ColorTable>(read_color_file(options_.colors));
+      hashes += sha256_hex(read_file_bytes(options_.colors, most_file_bytes));
+    });
+  } else if (!options_.start_at_truth) {
+    faults.add("--colors", "nothing",
+               "a colours file, or --start truth: something must tell where a ball is");
+  }
+  if (!options_.camera.empty()) {
+    faults.collect([&] {
+      const Camera camera = read_camera(options_.camera);
+      rays_ = std::make_shared<const RayTable>(camera);
+      hashes += camera_file_text(camera, camera_file_format("opencv", "camera.yaml"), "");
+    });
+  }
+  return hashes;
+}
+
+// Nothing where there is no such picture.
+std::optional<PictureFiles::Row> PictureFiles::read_row(const RowReader& reader, FaultList& faults) const {
+  Row row;
+  row.truth = read_truth(reader, faults);
+  row.class_name = reader.text("class");
+  const std::string& source = row.truth.source;
+  row.file = options_.folder / source;
+  if (source.empty() || source.find('/') != std::string::npos || !fs::is_regular_file(row.file)) {
+    faults.add(reader.place("source"), "'" + source + "'", "a picture in " + options_.folder.string());
+    return std::nullopt;
+  }
+  if (options_.start_at_truth && !row.truth.outline)
+    faults.add(reader.place("cx_px"), "nothing",
+               "the ball's circle: with --start truth the fits begin there");
+  if (options_.colors.empty()) return row;
+  const bool only_one = row.class_name.empty() && colors_->classes.size() == 1;
+  const auto known = only_one ? std::optional<ClassIndex>(ClassIndex{1}) : colors_->find(row.class_name);
+  if (!known) {
+    std::string names;
+    for (const ColorClass& c : colors_->classes) names += (names.empty() ? "" : ", ") + c.name;
+    faults.add(reader.place("class"), "'" + row.class_name + "'", "a class of the colours: " + names);
+  }
+  row.color_class = known.value_or(ClassIndex{1});
+  return row;
+}
+
+// Throws InputError for what is no picture, or one of another size than the camera's.
+std::string PictureFiles::checked_picture_sha256(const fs::path& file) const {
+  const std::string bytes = read_file_bytes(file, most_file_bytes);
+  const auto size = image_size_from_header(bytes);
+  if (!size) throw InputError(file.string(), "no picture that can be read", "a PNG, JPEG or other picture");
+  if (rays_) check_camera_fits(rays_->camera(), *size, file.string());
+  return sha256_hex(bytes);
+}
+
+// Each class is a condition, in the order in which the rows name them.
+void PictureFiles::keep(Row row) {
+  const std::string name = condition_name(row.class_name);
+  const std::size_t place = places_.emplace(name, rows_.size()).first->second;
+  if (place == rows_.size()) {
+    rows_.emplace_back();
+    infos_.push_back({name, row.class_name.empty() ? "pictures" : row.class_name + " balls in pictures", 0,
+                      "", "", 0, false});
+  }
+  rows_[place].push_back(std::move(row));
+  ++infos_[place].frames;
 }
 
 std::shared_ptr<const RayTable> PictureFiles::rays_of(const cv::Mat& bgr) const {

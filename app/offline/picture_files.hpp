@@ -2,12 +2,14 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/offline/picture_source.hpp"
+#include "calibration/files/fault.hpp"
 
 namespace ballservo {
 
@@ -49,6 +51,12 @@ class PictureFiles : public PictureSource {
     ClassIndex color_class = 1;
     std::string class_name;
   };
+  class RowReader;
+  std::string read_colors_and_camera(FaultList& faults);
+  static FrameTruth read_truth(const RowReader& row, FaultList& faults);
+  std::optional<Row> read_row(const RowReader& reader, FaultList& faults) const;
+  std::string checked_picture_sha256(const std::filesystem::path& file) const;
+  void keep(Row row);
   std::shared_ptr<const RayTable> rays_of(const cv::Mat& bgr) const;
   int hue_of(const Row& row, const cv::Mat& bgr) const;
 
@@ -56,7 +64,8 @@ class PictureFiles : public PictureSource {
   std::shared_ptr<const ColorTable> colors_;
   std::shared_ptr<const RayTable> rays_;  // of the camera, if one is given
   std::vector<ConditionInfo> infos_;
-  std::vector<std::vector<Row>> rows_;  // by condition
+  std::map<std::string, std::size_t> places_;  // of the conditions, by name
+  std::vector<std::vector<Row>> rows_;         // by condition
   std::string sha256_;
 };
 
