@@ -126,12 +126,16 @@ PaperClaim drift(const ComparisonResults& results) {
       "chance alone in {:.1f} of them): nearer to the truth {}, further from it {}, no difference that a "
       "test tells in the others",
       told, 0.01 * static_cast<double>(told), where(better), where(worse));
-  claim.verdict = worse.empty()             ? "does not hold: no test tells that they do"
-                  : 2 * worse.size() > told ? "holds"
-                                            : fmt::format(
-                                                  "holds in {} of {} conditions: at {}; in the others no "
-                                                  "test tells harm",
-                                                  worse.size(), told, in_words(results, worse));
+  const std::size_t named = std::min<std::size_t>(worse.size(), 6);
+  const std::string more = worse.size() > named ? fmt::format(" and {} more", worse.size() - named) : "";
+  claim.verdict =
+      worse.empty() ? "does not hold: no test tells that they do"
+      : 2 * worse.size() > told
+          ? "holds"
+          : fmt::format(
+                "holds in {} of {} conditions, at {}{}; in the others no test "
+                "tells harm",
+                worse.size(), told, in_words(results, {worse.begin(), worse.begin() + named}), more);
   return claim;
 }
 

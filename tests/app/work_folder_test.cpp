@@ -74,9 +74,13 @@ TEST_F(Work, AJournalKeepsWhatWasNoted) {
     journal.add("a", odd);
     journal.add("b", "");
     journal.add("a", "another value for a known key");
+    EXPECT_EQ(journal.find("a"), odd);  // while it is written, too
+    EXPECT_EQ(journal.find("b"), "");
   }
-  const WorkJournal again(dir / "journal", "job");
+  WorkJournal again(dir / "journal", "job");
   ASSERT_EQ(again.size(), 2u);
+  again.add("later", "more");
+  EXPECT_EQ(again.find("later"), "more");
   EXPECT_EQ(*again.find("a"), odd);
   EXPECT_EQ(*again.find("b"), "");
   EXPECT_EQ(again.find("c"), std::nullopt);

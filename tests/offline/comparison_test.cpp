@@ -282,6 +282,33 @@ TEST(Comparison, EndsWhenItIsToldTo) {
                Stop);
 }
 
+// The report draws the worst frames again by their numbers.
+TEST(Comparison, TheWorstFramesAreNamedByTheirNumbers) {
+  const std::vector<ConditionInfo> conditions{{"many", "", 20, "", "", 0, false}};
+  Notebook book;
+  const auto units = comparison_units(conditions);
+  ASSERT_GT(units.size(), 1u);
+  for (const ComparisonUnit& unit : units) {
+    nlohmann::json records = nlohmann::json::array();
+    for (int k = unit.first_frame; k < unit.first_frame + unit.frames; ++k) {
+      ComparisonRecord frame;
+      frame.truth.frame = k;
+      frame.truth.outline = OutlineEllipse{{100, 100}, 30};
+      MethodFit fit;
+      fit.outline = {{100 + 0.1 * (k % 13), 100}, 30};  // frame 12 is the worst, then 11
+      frame.fits = {std::nullopt, fit};
+      records.push_back(to_json(frame));
+    }
+    book.items[unit.key] = records.dump();
+  }
+  const ComparisonResults results = collect_results(conditions, two_methods, units, book.notes(), 1,
+                                                    [](const std::string&, std::string_view) {});
+  ASSERT_EQ(results.worst.size(), 2u);
+  EXPECT_EQ(results.worst[0].index, 12);
+  EXPECT_EQ(results.worst[1].index, 11);
+  for (const NotableFrame& frame : results.worst) EXPECT_EQ(frame.index, frame.record.truth.frame);
+}
+
 TEST(Comparison, RefusesDamagedNotes) {
   Notebook book;
   PlanPictures source(plan());

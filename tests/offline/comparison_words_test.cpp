@@ -116,7 +116,7 @@ TEST(PaperClaims, OneIterationNamesBothCriteria) {
 TEST(PaperClaims, HarmOfMoreIterationsSaysWhere) {
   const std::vector<Setting> settings{{"base", "", 0, 0, 0, 1, 0, 1}, {"b"}, {"c", "", 0, 0, 0, 1, 0, -1}};
   const PaperClaim some = claim(results_of(settings), "more iterations do harm");
-  EXPECT_THAT(some.verdict, StartsWith("holds in 1 of 3 conditions: at base;"));
+  EXPECT_THAT(some.verdict, StartsWith("holds in 1 of 3 conditions, at base;"));
   EXPECT_THAT(some.measured, HasSubstr("nearer to the truth in 1 (c), further from it in 1 (base)"));
   EXPECT_THAT(claim(results_of({{"a"}}), "more iterations do harm").verdict, StartsWith("does not hold"));
   EXPECT_EQ(claim(results_of({{"a", "", 0, 0, 0, 1, 0, 1}}), "more iterations do harm").verdict, "holds");

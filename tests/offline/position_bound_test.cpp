@@ -179,6 +179,30 @@ TEST(PositionBound, WhatIsNotToldNeverHelps) {
   EXPECT_GT(last, 1.2 * sigma(*bound_of(it, nothing_unknown)));
 }
 
+// The blur of what hides the ball reaches over its edge: what is seen there is not the ball's alone.
+TEST(PositionBound, PixelsBesideWhatHidesTheBallTellNothing) {
+  Case it;
+  it.unhidden = cv::Mat(height, width, CV_8UC1, cv::Scalar(255));
+  it.unhidden.colRange(0, 54).setTo(0);
+  const auto clean = bound_of(it);
+  cv::Mat smeared = picture_of(it.p_CB, it.look, it.blur_px);
+  smeared.colRange(54, 56).setTo(cv::Scalar(10, 200, 30));  // within three sigma of the edge
+  const Camera camera = small_camera();
+  const auto beside =
+      position_bound({camera, it.p_CB, radius_m, it.blur_px, it.noise, 0, smeared, it.unhidden});
+  ASSERT_TRUE(clean && beside);
+  EXPECT_EQ(*clean, *beside);
+}
+
+// A stretch's own background, contrast and shading can't be told from a few of its pixels.
+TEST(PositionBound, StretchesOfWhichLittleIsSeenDoNotCount) {
+  Case it;
+  it.unhidden = cv::Mat(height, width, CV_8UC1, cv::Scalar(255));
+  for (int u = 0; u < width; u += 14) it.unhidden.colRange(u, std::min(width, u + 4)).setTo(0);
+  for (int v = 0; v < height; v += 14) it.unhidden.rowRange(v, std::min(height, v + 4)).setTo(0);
+  EXPECT_FALSE(bound_of(it));  // of 14 x 14 pixels the 4 x 4 are left that no blur reaches
+}
+
 TEST(PositionBound, NothingWhereThePictureTellsNothing) {
   Case flat;
   flat.look.ball = flat.look.background;
