@@ -60,7 +60,8 @@ void add_certificates(Page& page, const ComparisonResults& results) {
   page.paragraph(fmt::format(
       "One step breaks in a frame where centre or radius lies more than {:g} px from the converged fit's. "
       "The rules see only what the step itself knows, nothing of the converged fit; they are made on every "
-      "other condition and tested on the rest, whose frames alone are counted here. Caught: of the breaks, "
+      "other condition and tested on the rest, whose frames alone are counted here. Frames in which only one "
+      "of the two fits is at the ball count, too. Caught: of the breaks, "
       "those at which the rule asks for one more step. False alarms: of the other frames, those at which it "
       "does so too. The area under the ROC is 1 for a score that tells perfectly and 0.5 for one that "
       "guesses.",
