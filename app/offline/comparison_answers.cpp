@@ -175,7 +175,8 @@ void add_sweeps(Page& page, const ComparisonResults& results, const std::vector<
   }
   page.paragraph(fmt::format(
       "One setting stands here {} times, each time on frames of its own: {}. The medians of {} there, {} mm, "
-      "differ by chance alone: so far may those of other conditions be off, too.",
+      "differ by chance alone: so far may those of "
+      "other conditions be off, too, and a verdict with them.",
       repeated.size(), in_words(results, repeated), results.methods[m]->name, medians));
 }
 
