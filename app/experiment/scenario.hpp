@@ -17,6 +17,7 @@
 #include "servo/simulation/geometric_ball_sensor.hpp"
 #include "servo/simulation/odometry.hpp"
 #include "servo/simulation/sensor.hpp"
+#include "servo/simulation/camera_faults.hpp"
 #include "servo/simulation/sonar_ring.hpp"
 #include "servo/simulation/world.hpp"
 #include "servo/unicycle.hpp"
@@ -33,6 +34,7 @@ struct CameraSettings {
   double exposure_s = 0.004;
   int exposure_steps = 1;  ///< instants of the exposure that are rendered and averaged; 1: no motion blur
   SensorOptions sensor;
+  std::vector<CameraFault> faults;
 };
 
 /// `robot:` of a scenario.
