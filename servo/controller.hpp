@@ -36,7 +36,7 @@ struct ControllerOptions {
   double acquire_s = 0.5;           ///< a sighting that is not confirmed within it is let go
   double coast_s = 0.6;             ///< the robot drives on the prediction so long without a sighting
   double stale_s = 0.2;             ///< without a frame (beyond the latency) for so long, the robot stops
-  double look_s = 1.0;              ///< standing still and looking, before a search begins to turn
+  double look_s = 0.4;              ///< standing still and looking, before a search begins to turn
   double search_speed_radps = 0.7;  ///< of the turn on the spot
   double search_aside_rad = 0.6;    ///< the first search turns so far to one side, then the other way round
   double search_turn_rad = 6.8;     ///< a search that has turned so far on without the ball has ended

@@ -181,7 +181,8 @@ bool moves(const Twist2& twist) { return std::abs(twist.v_mps) > 0.02 || std::ab
 bool Steering::is_stuck(const SteeringInput& input, const ShieldVerdict& last) {
   const bool near_goal =
       (input.p_OB - Eigen::Vector2d(input.pose.x_m, input.pose.y_m)).norm() < input.distance_m + 0.02;
-  if (moves(input.when_it_acts.twist) || moving_s_ < 0.0 || (last.passed && near_goal)) moving_s_ = input.time_s;
+  if (moves(input.when_it_acts.twist) || moving_s_ < 0.0 || (last.passed && near_goal))
+    moving_s_ = input.time_s;
   return input.time_s - moving_s_ > options_.stuck_s;
 }
 

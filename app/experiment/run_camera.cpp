@@ -92,8 +92,8 @@ SeenFrame RunCamera::finish(std::string& rows) {
   if (renderer_) {
     SensorOptions sensor = camera.sensor;
     sensor.gain *= level;
-    frame.picture = ballservo::expose(renderer_->radiance(views_), sensor, seed_,
-                                      static_cast<std::uint64_t>(frame_));
+    frame.picture =
+        ballservo::expose(renderer_->radiance(views_), sensor, seed_, static_cast<std::uint64_t>(frame_));
   }
   if (!CameraFaults::shows_colors(level)) target.visible_fraction = 0;  // for levels without pictures
 

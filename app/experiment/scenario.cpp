@@ -100,7 +100,7 @@ CameraFault read_camera_fault(YamlNode& node) {
   }
   if (node.choice("type", {"dropped", "exposure"}) == "exposure") {
     fault.kind = CameraFault::Kind::exposure;
-    fault.level = node.number("level", NumberRange::within(0, 100, ""));
+    fault.level = node.number("level", NumberRange::within(0, 10, ""));
     return fault;
   }
   fault.rate = node.number("rate", NumberRange::within(0, 1, ""), 1.0);

@@ -13,7 +13,8 @@ bool is_on(const CameraFault& fault, double time_s) {
 }  // namespace
 
 CameraFaults::CameraFaults(std::vector<CameraFault> faults, std::uint64_t seed) : faults_(std::move(faults)) {
-  for (std::size_t k = 0; k < faults_.size(); ++k) chains_.push_back({random_stream(seed, "camera_fault", k)});
+  for (std::size_t k = 0; k < faults_.size(); ++k)
+    chains_.push_back({random_stream(seed, "camera_fault", k)});
 }
 
 bool CameraFaults::drops(double time_s) {

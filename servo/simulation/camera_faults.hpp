@@ -34,9 +34,10 @@ class CameraFaults {
   /// The factor on the light at that time.
   double level(double time_s) const;
 
-  /// Whether a ball of a well exposed picture's colours is still found in one of that level: measured on
-  /// static_ball.yaml at level image, whose lighting fills some two thirds of the sensor's range.
-  static bool shows_colors(double level) { return level >= 0.2 && level <= 1.6; }
+  /// Whether a ball that is found in a well exposed picture is found in one of that level too. Measured on
+  /// static_ball.yaml at level image (0.4 s of each level): in every frame at 0.2 to 10, for the tracker's
+  /// colours follow the light; in 3 of 37 at 0.05 to 0.15.
+  static bool shows_colors(double level) { return level >= 0.2; }
 
  private:
   struct Chain {
