@@ -2,7 +2,7 @@
 # The laws beside each other: among obstacles with and without avoidance, on the same worlds, and over errors of what the
 # robot believes. Prints the two tables; each sweep's folder has a report with its map. Killed, it goes on where it was.
 #
-#   app/law_tables.sh OUT [TRIALS]      OUT: folder for the sweeps; TRIALS: worlds a cell (default 60)
+#   app/law_tables.sh OUT [TRIALS]      OUT: folder for the sweeps; TRIALS: worlds a cell (default 60); THREADS: of each sweep
 set -eu
 [ $# -ge 1 ] || { sed -n '2,6s/^# \{0,1\}//p' "$0"; exit 2; }
 out=$1 trials=${2:-60}
@@ -15,7 +15,7 @@ sweep() {
   name=$1 scenario=$2
   shift 2
   "$program" sweep "$root/data/scenarios/$scenario.yaml" -o "$out/$name" --trials "$trials" --seed 60000 \
-    --resume --quiet "$@" >/dev/null
+    --threads "${THREADS:-0}" --resume --quiet "$@" >/dev/null
   awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == "settled_s") settled = i; next }
     $3 == "infeasible" { next }
     { ++n } $3 == "reached" { ++reached; s[reached] = $settled + 0 } $3 == "collision" { ++hit }
