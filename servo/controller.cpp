@@ -59,6 +59,7 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
   check_positive(faults, place + ".stale_s", stale_s, "s");
   check_not_negative(faults, place + ".look_s", look_s, "s");
   check_positive(faults, place + ".search_speed_radps", search_speed_radps, "rad/s");
+  check_not_negative(faults, place + ".search_aside_rad", search_aside_rad, "rad");
   check_not_negative(faults, place + ".search_turn_rad", search_turn_rad, "rad");
   if (excursions < 0) faults.add(place + ".excursions", std::to_string(excursions), "0 or more");
   check_positive(faults, place + ".excursion_m", excursion_m, "m");

@@ -36,9 +36,10 @@ struct ControllerOptions {
   double acquire_s = 0.5;           ///< a sighting that is not confirmed within it is let go
   double coast_s = 0.6;             ///< the robot drives on the prediction so long without a sighting
   double stale_s = 0.2;             ///< without a frame (beyond the latency) for so long, the robot stops
-  double look_s = 1.0;              ///< standing still and looking, before a search begins to turn
+  double look_s = 0.4;              ///< standing still and looking, before a search begins to turn
   double search_speed_radps = 0.7;  ///< of the turn on the spot
-  double search_turn_rad = 6.8;     ///< a search that has turned so far without the ball has ended
+  double search_aside_rad = 0.6;    ///< the first search turns so far to one side, then the other way round
+  double search_turn_rad = 6.8;     ///< a search that has turned so far on without the ball has ended
   int excursions = 5;               ///< to other places to look from, with avoidance, before a search ends
   double excursion_m = 1.8;         ///< at most so far each
   double excursion_s = 10.0;        ///< and for so long
@@ -155,7 +156,7 @@ class Controller {
   double frame_arrived_s_;  // the newest
   TrackState track_state_ = TrackState::none;
   int confirmed_ = 0, lost_events_ = 0;
-  bool bad_measurement_ = false, started_ = false, had_ball_ = false;
+  bool bad_measurement_ = false, started_ = false, had_ball_ = false, looked_aside_ = false;
   double turned_rad_ = 0, last_yaw_rad_ = 0, search_sign_ = 1;
   Twist2 last_command_;
   int excursions_ = 0, search_flips_ = 0;

@@ -37,7 +37,7 @@ std::string_view control_state_name(ControlState state) {
 
 void Controller::enter(ControlState state, std::string_view reason, double time_s) {
   if (state != state_) {
-    state_since_s_ = time_s;
+    state_since_s_ = turning_s_ = time_s;
     if (avoidance_ && state_ != ControlState::blocked && state != ControlState::blocked) {
       avoidance_->reset_steering();
     }
@@ -125,6 +125,12 @@ void Controller::update_state(double time_s, const Pose2& odometry, const Twist2
           ++search_flips_;
           turning_s_ = time_s;
         }
+        // Where a robot is set down, the ball is rather ahead than behind.
+        if (!looked_aside_ && turned_rad_ >= options_.search_aside_rad) {
+          looked_aside_ = true;
+          turned_rad_ = 0;
+          search_sign_ = -search_sign_;
+        }
         if (turned_rad_ >= options_.search_turn_rad || search_flips_ >= 2) search_on(time_s, odometry);
       }
       break;
@@ -134,6 +140,8 @@ void Controller::update_state(double time_s, const Pose2& odometry, const Twist2
         enter(ControlState::acquire, "a ball is seen: stand until it is confirmed", time_s);
       } else if (excursion_ends(time_s, odometry, twist)) {
         turned_rad_ = 0;
+        // Towards where the robot looked at first: the ball is there, behind something.
+        search_sign_ = wrap_angle(start_yaw_rad_ - odometry.yaw_rad) < 0.0 ? -1.0 : 1.0;
         enter(ControlState::search, "at another place: turning to look from here", time_s);
       }
       break;

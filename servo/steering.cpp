@@ -13,6 +13,7 @@ constexpr int field_every = 5;     // control steps between two fields
 constexpr double barrier_m = 1.0;  // what is further from the axle does not bound the command
 constexpr double small_turn_rad = 0.30, far_turn_rad = 1.4, back_up_m = 0.25;
 constexpr double recovery_turn_radps = 0.6, recovery_back_mps = 0.15, recovery_s = 2.5;
+constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long gives way to the next
 }  // namespace
 
 void SteeringOptions::check(FaultList& faults, const std::string& place) const {
@@ -170,24 +171,31 @@ Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input, co
   return {v, command->y()};
 }
 
+namespace {
+
+bool moves(const Twist2& twist) { return std::abs(twist.v_mps) > 0.02 || std::abs(twist.w_radps) > 0.05; }
+
+}  // namespace
+
 /// Stuck: something was wanted, and for a while nothing came of it.
 bool Steering::is_stuck(const SteeringInput& input, const ShieldVerdict& last) {
-  const Twist2& twist = input.when_it_acts.twist;
-  const bool moves = std::abs(twist.v_mps) > 0.02 || std::abs(twist.w_radps) > 0.05;
   const bool near_goal =
       (input.p_OB - Eigen::Vector2d(input.pose.x_m, input.pose.y_m)).norm() < input.distance_m + 0.02;
-  if (moves || moving_s_ < 0.0 || (last.passed && near_goal)) moving_s_ = input.time_s;
+  if (moves(input.when_it_acts.twist) || moving_s_ < 0.0 || (last.passed && near_goal))
+    moving_s_ = input.time_s;
   return input.time_s - moving_s_ > options_.stuck_s;
 }
 
 void Steering::begin(Recovery recovery, const SteeringInput& input) {
   recovery_ = recovery;
-  recovery_since_s_ = input.time_s;
+  recovery_since_s_ = recovery_moving_s_ = input.time_s;
   recovery_yaw_rad_ = input.pose.yaw_rad;
 }
 
 SteeringOutput Steering::recover(const SteeringInput& input) {
   const double in_it_s = input.time_s - recovery_since_s_;
+  if (moves(input.when_it_acts.twist)) recovery_moving_s_ = input.time_s;
+  const bool stands = input.time_s - recovery_moving_s_ > standing_s;  // the shield does not let it
   const double turned = wrap_angle(input.pose.yaw_rad - recovery_yaw_rad_);
   const double moved_m = std::hypot(input.pose.x_m - stuck_at_.x_m, input.pose.y_m - stuck_at_.y_m);
   SteeringOutput output;
@@ -197,22 +205,22 @@ SteeringOutput Steering::recover(const SteeringInput& input) {
     case Recovery::look_left:
       output.reason = "blocked: looking around";
       output.command.w_radps = recovery_turn_radps;
-      if (turned > small_turn_rad || in_it_s > recovery_s) begin(Recovery::look_right, input);
+      if (turned > small_turn_rad || stands || in_it_s > recovery_s) begin(Recovery::look_right, input);
       break;
     case Recovery::look_right:
       output.reason = "blocked: looking around";
       output.command.w_radps = -recovery_turn_radps;
-      if (turned < -2.0 * small_turn_rad || in_it_s > recovery_s) recovery_ = Recovery::none;
+      if (turned < -2.0 * small_turn_rad || stands || in_it_s > recovery_s) recovery_ = Recovery::none;
       break;
     case Recovery::back_up:
       output.reason = "blocked: backing up";
       output.command.v_mps = -recovery_back_mps;
-      if (moved_m > back_up_m || in_it_s > recovery_s) recovery_ = Recovery::none;
+      if (moved_m > back_up_m || stands || in_it_s > recovery_s) recovery_ = Recovery::none;
       break;
     case Recovery::look_far:
       output.reason = "dead end: turning to look for a way";
       output.command.w_radps = side * recovery_turn_radps;
-      if (std::abs(turned) > far_turn_rad || in_it_s > 2.0 * recovery_s) recovery_ = Recovery::none;
+      if (std::abs(turned) > far_turn_rad || stands || in_it_s > 2.0 * recovery_s) recovery_ = Recovery::none;
       break;
     case Recovery::none:
       break;

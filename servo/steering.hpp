@@ -79,6 +79,7 @@ class Steering {
   double moving_s_ = -1;  // when it last did what was wanted
   Recovery recovery_ = Recovery::none;
   double recovery_since_s_ = 0, recovery_yaw_rad_ = 0;
+  double recovery_moving_s_ = 0;  // when it last moved
   Pose2 stuck_at_;
   int stuck_count_ = 0;
 };

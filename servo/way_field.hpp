@@ -13,8 +13,8 @@ namespace ballservo {
 
 struct WayFieldOptions {
   double tight_m = 0.20;             ///< nearer to a suspected place than this the axle never goes
-  double narrow_m = 0.36;            ///< nearer than this a way costs much more,
-  double wide_m = 0.70;              ///< nearer than this a little
+  double narrow_m = 0.38;            ///< nearer than this a way costs much more,
+  double wide_m = 0.72;              ///< nearer than this a little
   double look_ahead_m = 1.2;         ///< length of the headings that are weighed
   double view_cost_m_per_rad = 0.5;  ///< of a heading that takes the ball out of the picture, beyond its edge
   double turn_cost_m_per_rad = 0.05;

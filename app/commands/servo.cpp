@@ -65,7 +65,8 @@ nlohmann::ordered_json manifest(const Scenario& scenario, const ServoOptions& op
       {"scenario", nlohmann::ordered_json::parse(scenario.resolved_json)}};
 }
 
-/// The run's film: the camera's picture on the left, the room from above on the right.
+/// The run's film: the camera's picture on the left, the room from above on the right; slow where the robot
+/// moves close to something.
 class Film {
  public:
   Film(const std::filesystem::path& file, const Scenario& scenario)
@@ -75,11 +76,16 @@ class Film {
                   scenario.camera.camera.size().height_px) {}
 
   void add(const cv::Mat& picture, const RunRecord& run) {
-    video_.write(side_by_side(picture, top_view_.draw(run.steps)));
+    const cv::Mat both = side_by_side(picture, top_view_.draw(run.steps));
+    const StepRecord* now = run.steps.empty() ? nullptr : &run.steps.back();
+    const bool tight = now != nullptr && now->clearance_m < tight_m && std::abs(now->twist.v_mps) > 0.02;
+    for (int k = 0; k < (tight ? slow_down : 1); ++k) video_.write(both);
   }
   void finish() { video_.commit(); }
 
  private:
+  static constexpr double tight_m = 0.20;  // clearance
+  static constexpr int slow_down = 3;
   VideoFile video_;
   TopView top_view_;
 };
@@ -239,7 +245,9 @@ void add_servo_command(CLI::App& program, Action& action) {
   command->add_flag("--teach", options->teach, "Stand at the goal, look, and write what is seen there");
   add_set_option(*command, options->sets);
   add_perception_option(*command, options->perception);
-  command->add_flag("--video", options->video, "Write video.mp4: camera view and top view side by side");
+  command->add_flag("--video", options->video,
+                    "Write video.mp4: camera view and top view side by side; three times as slow where the "
+                    "robot moves within 0.2 m of something");
   command->add_flag("--realtime", options->realtime,
                     "On the wall clock, camera, control and guard in threads of their own");
   add_common_options(*command, options->common);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <exception>
 #include <thread>
+#include <vector>
 
 #include "app/experiment/collision_cause.hpp"
 #include "app/experiment/control_loop.hpp"
@@ -34,6 +35,29 @@ GuardOptions realtime_guard(const Scenario& scenario) {
   return options;
 }
 
+/// Threads that have ended when it has: also where one of them could not be started.
+class Crew {
+ public:
+  explicit Crew(std::atomic<bool>& over) : over_(over) { threads_.reserve(3); }
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+  ~Crew() {
+    over_ = true;
+    for (std::thread& thread : threads_) {
+      if (thread.joinable()) thread.join();
+    }
+  }
+  template <typename Work>
+  void start(const Work& work) {
+    threads_.emplace_back(work);
+  }
+  void wait_for_last() { threads_.back().join(); }
+
+ private:
+  std::atomic<bool>& over_;
+  std::vector<std::thread> threads_;
+};
+
 /// Everything that the threads of a run share, and what each of them does until it is over.
 class Realtime {
  public:
@@ -50,13 +74,13 @@ class Realtime {
 
   RealtimeRun run() {
     clock_ = RunClock();
-    std::thread camera([this] { until_over([this] { see(); }); });
-    std::thread guard([this] { until_over([this] { watch(); }); });
-    std::thread control([this] { until_over([this] { steer(); }); });
-    control.join();
-    over_ = true;
-    camera.join();
-    guard.join();
+    {
+      Crew crew(over_);
+      crew.start([this] { until_over([this] { see(); }); });
+      crew.start([this] { until_over([this] { watch(); }); });
+      crew.start([this] { until_over([this] { steer(); }); });
+      crew.wait_for_last();
+    }
     if (failure_) std::rethrow_exception(failure_);
     return result();
   }

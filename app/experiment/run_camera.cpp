@@ -38,7 +38,8 @@ RunCamera::RunCamera(const Scenario& scenario, const RunOptions& options)
     : scenario_(scenario),
       seed_(options.seed),
       image_(options.perception == PerceptionLevel::image),
-      sight_(make_sight(scenario, options)) {
+      sight_(make_sight(scenario, options)),
+      faults_(scenario.camera.faults, options.seed) {
   if (image_ || options.on_picture) {
     renderer_ =
         std::make_unique<CameraRenderer>(scenario.camera.camera, scenario.world, scenario.camera.sensor);
@@ -69,7 +70,8 @@ std::optional<SeenFrame> RunCamera::expose(double time_s, const Pose2& robot, st
   if (instant.rendered) views_.push_back(view);
   if (instant.share == 0.5) middle_ = view;
   if (++next_instant_ < instants_.size()) return std::nullopt;
-  SeenFrame frame = finish(rows);
+  std::optional<SeenFrame> frame;
+  if (!faults_.drops(middle_.time_s)) frame = finish(rows);
   views_.clear();
   next_instant_ = 0;
   ++frame_;
@@ -82,11 +84,18 @@ SeenFrame RunCamera::finish(std::string& rows) {
   FrameRecord& record = frame.record;
   record.frame = static_cast<int>(frame_);
   record.time_s = middle_.time_s;
-  const BallTruth target = ball_truth(camera.camera, scenario_.world, middle_, scenario_.target);
+  BallTruth target = ball_truth(camera.camera, scenario_.world, middle_, scenario_.target);
   record.truth = target.outline;
   record.truth_p_CB = target.p_CB;
   record.visible_fraction = target.visible_fraction;
-  if (renderer_) frame.picture = renderer_->render(views_, seed_, static_cast<std::uint64_t>(frame_));
+  const double level = faults_.level(middle_.time_s);
+  if (renderer_) {
+    SensorOptions sensor = camera.sensor;
+    sensor.gain *= level;
+    frame.picture =
+        ballservo::expose(renderer_->radiance(views_), sensor, seed_, static_cast<std::uint64_t>(frame_));
+  }
+  if (!CameraFaults::shows_colors(level)) target.visible_fraction = 0;  // for levels without pictures
 
   SightInput input;
   input.frame = record.frame;

@@ -30,7 +30,7 @@ class RunCamera {
   double next_s() const;
 
   /// Takes that instant, at `time_s`, with the robot where it is then. The frame, where this was its last
-  /// instant; the rows of its balls (tracks.csv) are then appended to `rows`.
+  /// instant and was not dropped; the rows of its balls (tracks.csv) are then appended to `rows`.
   std::optional<SeenFrame> expose(double time_s, const Pose2& robot, std::string& rows);
 
   /// Leaves out the frames that should have begun before that time, the one under way apart; how many.
@@ -51,6 +51,7 @@ class RunCamera {
   bool image_;
   std::unique_ptr<BallSight> sight_;
   std::unique_ptr<CameraRenderer> renderer_;  // where pictures are needed
+  CameraFaults faults_;
   std::vector<Instant> instants_;
   long frame_ = 0;
   std::size_t next_instant_ = 0;

@@ -14,17 +14,17 @@ std::string log_csv(const std::vector<StepRecord>& steps) {
   std::string csv =
       "step,time_s,x_m,y_m,yaw_rad,v_mps,w_radps,v_command_mps,w_command_radps,state,reason,track_state,"
       "error_1,"
-      "error_2,range_m,bearing_rad,clearance_m,v_intended_mps,w_intended_radps,shield\n";
+      "error_2,range_m,bearing_rad,clearance_m,v_intended_mps,w_intended_radps,shield,in_view,hidden\n";
   for (const StepRecord& s : steps) {
     const ControlOutput& c = s.control;
-    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", s.step,
+    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:d},{:d}\n", s.step,
                        number_text(s.time_s), number_text(s.pose.x_m), number_text(s.pose.y_m),
                        number_text(s.pose.yaw_rad), number_text(s.twist.v_mps), number_text(s.twist.w_radps),
                        number_text(c.command.v_mps), number_text(c.command.w_radps),
                        control_state_name(c.state), csv_cell(c.reason), track_state_name(c.track_state),
                        number_text(c.error_1), number_text(c.error_2), number_text(s.range_m),
                        number_text(s.bearing_rad), number_text(s.clearance_m), number_text(c.intended.v_mps),
-                       number_text(c.intended.w_radps), csv_cell(c.shield));
+                       number_text(c.intended.w_radps), csv_cell(c.shield), s.in_view, s.hidden);
   }
   return csv;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
 
 namespace ballservo {
 
@@ -11,7 +12,8 @@ namespace {
 constexpr int fraction_bits = 4;
 const cv::Scalar seen_color{255, 0, 255}, predicted_color{190, 190, 190}, trail_color{178, 114, 0},
     ball_color{40, 40, 220}, ink{60, 60, 60}, paper{250, 250, 250}, solid_color{150, 150, 150},
-    goal_color{115, 158, 0};
+    goal_color{115, 158, 0}, intended_color{0, 140, 240}, passed_color{80, 160, 20};
+constexpr double foreseen_s = 1.5;  // commands are drawn as the way driven in this time
 
 cv::Point fixed_point(const Eigen::Vector2d& p) {
   const double scale = 1 << fraction_bits;
@@ -24,6 +26,20 @@ cv::Point fixed_point(const Eigen::Vector2d& p) {
 void text_line(cv::Mat& picture, const std::string& text, const cv::Point& at) {
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.45, {0, 0, 0}, 3, cv::LINE_AA);
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.45, {255, 255, 255}, 1, cv::LINE_AA);
+}
+
+/// Text from the top left, broken between words so that it stays within the picture.
+void text_block(cv::Mat& picture, std::string_view text) {
+  const auto fits = static_cast<std::size_t>(std::max(10, (picture.cols - 16) / 8));
+  for (int y = 18; !text.empty(); y += 18) {
+    std::size_t length = text.size();
+    if (length > fits) {
+      length = text.rfind(' ', fits);
+      if (length == std::string_view::npos || length == 0) length = fits;
+    }
+    text_line(picture, std::string(text.substr(0, length)), {8, y});
+    text.remove_prefix(std::min(text.size(), length + 1));
+  }
 }
 
 }  // namespace
@@ -129,6 +145,19 @@ cv::Mat TopView::draw(const std::vector<StepRecord>& steps) const {
   cv::polylines(picture, corners, true, ink, 2, cv::LINE_AA, fraction_bits);
   cv::arrowedLine(picture, pixel({now.pose.x_m, now.pose.y_m}), pixel(in_world_frame(now.pose, {0.4, 0.0})),
                   ink, 2, cv::LINE_AA, fraction_bits, 0.25);
+
+  // The way that each command would lead: as intended, and as guard and shield let it pass.
+  const auto foreseen = [&](const Twist2& twist, const cv::Scalar& color) {
+    std::vector<cv::Point> way;
+    for (int k = 0; k <= 15; ++k) {
+      const Pose2 pose = integrate(now.pose, twist, foreseen_s * k / 15);
+      way.push_back(pixel(in_world_frame(pose, {body.front_m, 0.0})));
+    }
+    cv::polylines(picture, way, false, color, 3, cv::LINE_AA, fraction_bits);
+  };
+  foreseen(now.control.intended, intended_color);
+  foreseen(now.control.command, passed_color);
+  if (!now.control.shield.empty()) text_block(picture, now.control.shield);
   return picture;
 }
 

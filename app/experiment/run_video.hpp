@@ -24,7 +24,9 @@ class TopView {
   TopView(const World& world, const Footprint& footprint, const Pose2& start, const Eigen::Vector2d& p_WB,
           double goal_distance_m, int height_px);
 
-  /// The robot's trail so far, robot and ball as they are now, and the circle of the desired distance.
+  /// The robot's trail so far, robot and ball as they are now, the circle of the desired distance, and where
+  /// the command leads: as intended (orange), and as guard and shield let it pass (green, over it; what they
+  /// say of it above).
   cv::Mat draw(const std::vector<StepRecord>& steps) const;
 
  private:

@@ -90,6 +90,29 @@ SensorOptions read_sensor(YamlNode& camera) {
   return sensor;
 }
 
+CameraFault read_camera_fault(YamlNode& node) {
+  CameraFault fault;
+  const NumberRange time = NumberRange::within(0, 3600, "s");
+  fault.from_s = node.number("from_s", time, 0.0);
+  fault.until_s = node.number("until_s", time, 3600.0);
+  if (fault.until_s < fault.from_s) {
+    node.fault("until_s", number_text(fault.until_s), "a time not before from_s (s)");
+  }
+  if (node.choice("type", {"dropped", "exposure"}) == "exposure") {
+    fault.kind = CameraFault::Kind::exposure;
+    fault.level = node.number("level", NumberRange::within(0, 10, ""));
+    return fault;
+  }
+  fault.rate = node.number("rate", NumberRange::within(0, 1, ""), 1.0);
+  fault.burst_frames = node.number("burst_frames", NumberRange::within(1, 10000, "frames"),
+                                   CameraFault::shortest_burst_frames(fault.rate));
+  if (fault.burst_frames < CameraFault::shortest_burst_frames(fault.rate)) {
+    node.fault("burst_frames", number_text(fault.burst_frames),
+               "at least rate / (1 - rate): shorter bursts can't make up that rate");
+  }
+  return fault;
+}
+
 /// Returns whether the camera itself (not its mount) was read without a fault.
 bool read_camera_settings(StrictYaml& yaml, const std::filesystem::path& file, CameraSettings& settings,
                           bool& mount_ok) {
@@ -107,6 +130,7 @@ bool read_camera_settings(StrictYaml& yaml, const std::filesystem::path& file, C
                "at most the time between frames, 1 / rate_hz (s)");
   }
   settings.sensor = read_sensor(node);
+  for (YamlNode& fault : node.list("faults")) settings.faults.push_back(read_camera_fault(fault));
 
   before = fault_count();
   const std::string name = node.text("file");

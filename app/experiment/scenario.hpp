@@ -13,6 +13,7 @@
 #include "servo/avoidance.hpp"
 #include "servo/law.hpp"
 #include "servo/mount.hpp"
+#include "servo/simulation/camera_faults.hpp"
 #include "servo/simulation/camera_renderer.hpp"
 #include "servo/simulation/geometric_ball_sensor.hpp"
 #include "servo/simulation/odometry.hpp"
@@ -33,6 +34,7 @@ struct CameraSettings {
   double exposure_s = 0.004;
   int exposure_steps = 1;  ///< instants of the exposure that are rendered and averaged; 1: no motion blur
   SensorOptions sensor;
+  std::vector<CameraFault> faults;
 };
 
 /// `robot:` of a scenario.

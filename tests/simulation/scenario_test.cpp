@@ -142,6 +142,26 @@ TEST(Scenario, ReadsSonarsOdometryAndTheirFaults) {
   EXPECT_THAT(faults_of({"robot.odometry={distance_share: .nan}"}), HasSubstr("distance_share"));
 }
 
+TEST(Scenario, ReadsTheFaultsOfTheCamera) {
+  const Scenario scenario = load_scenario(
+      static_ball(),
+      {"camera.faults=[{type: dropped, rate: 0.8, from_s: 2}, {type: exposure, level: 0.1, until_s: 4}]"}, 0);
+  ASSERT_EQ(scenario.camera.faults.size(), 2u);
+  EXPECT_EQ(scenario.camera.faults[0].kind, CameraFault::Kind::dropped);
+  EXPECT_EQ(scenario.camera.faults[0].from_s, 2);
+  EXPECT_NEAR(scenario.camera.faults[0].burst_frames, 4, 1e-12);  // no shorter ones make up the rate
+  EXPECT_EQ(scenario.camera.faults[1].level, 0.1);
+  EXPECT_EQ(scenario.camera.faults[1].until_s, 4);
+
+  EXPECT_THAT(
+      faults_of({"camera.faults=[{type: dropped, rate: 1.2}, {type: dropped, rate: 0.9, burst_frames: 3}, "
+                 "{type: exposure}, {type: asleep}, {type: dropped, from_s: 3, until_s: 2}, "
+                 "{type: exposure, level: 1, rate: 0.5}]"}),
+      ::testing::AllOf(HasSubstr("faults[0].rate"), HasSubstr("faults[1].burst_frames"),
+                       HasSubstr("faults[2].level"), HasSubstr("one of dropped, exposure"),
+                       HasSubstr("faults[4].until_s"), HasSubstr("faults[5].rate")));
+}
+
 TEST(Scenario, ATargetOutsideThePictureIsRefusedWithTheDistancesThatWouldDo) {
   const std::string faults = faults_of({"target.distance_m=0.4"});
   EXPECT_THAT(faults, HasSubstr("target.distance_m"));
