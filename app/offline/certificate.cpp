@@ -7,9 +7,11 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include "app/offline/resampling.hpp"
 #include "calibration/files/numbers.hpp"
+#include "perception/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {
@@ -81,14 +83,15 @@ void draw_roc(std::vector<Scored> scored, CertificateRule& rule) {
   }
 }
 
+// With the threshold as given, or chosen.
 CertificateRule make_rule(std::string name, const std::vector<Scored>& training,
-                          const std::vector<Scored>& testing) {
+                          const std::vector<Scored>& testing, std::optional<double> threshold) {
   CertificateRule rule;
   rule.name = std::move(name);
-  rule.threshold = choose_threshold(training);
+  rule.threshold = threshold.value_or(choose_threshold(training));
   rule.trained = rate(training, rule.threshold);
   rule.tested = rate(testing, rule.threshold);
-  draw_roc(testing, rule);
+  if (!threshold) draw_roc(testing, rule);
   return rule;
 }
 
@@ -185,15 +188,20 @@ Certificate CertificateStudy::certificate(const MethodList& methods, const Pair&
     for (std::size_t k = 0; k < features; ++k) score += w[k] * s.x[k];
     return score;
   };
-  const auto rule_of = [&](const char* name, const std::function<double(const Sample&)>& score) {
+  const auto rule_of = [&](const char* name, const std::function<double(const Sample&)>& score,
+                           std::optional<double> threshold = {}) {
     std::vector<Scored> halves[2];
     for (const Sample& s : pair.samples) halves[s.tested ? 1 : 0].push_back({score(s), s.breaks()});
-    CertificateRule rule = make_rule(name, halves[0], halves[1]);
+    CertificateRule rule = make_rule(name, halves[0], halves[1], threshold);
     if (std::isinf(rule.threshold))
-      rule.words = "never, nor by any other rule: no break in the conditions that they are made on";
+      rule.words = "never: no break in the conditions that this rule and others like it are made on";
     return rule;
   };
-  CertificateRule next = rule_of("next_step", [](const Sample& s) { return s.log_next; });
+  const auto next_step = [](const Sample& s) { return s.log_next; };
+  CertificateRule next = rule_of("next_step", next_step);
+  CertificateRule on_line = rule_of("on_line", next_step, std::log10(enough_next_step_px));
+  on_line.words =
+      fmt::format("as on line: one more step where it would be longer than {:g} px", enough_next_step_px);
   CertificateRule bend = rule_of("bend", [](const Sample& s) { return s.x[1]; });
   CertificateRule logistic = rule_of("logistic", regressed);
   if (next.words.empty())
@@ -219,7 +227,7 @@ Certificate CertificateStudy::certificate(const MethodList& methods, const Pair&
     certificate.largest_after_px = std::max(certificate.largest_after_px, after_px);
   }
   certificate.second_step_rate = tested > 0 ? static_cast<double>(steps) / tested : nan;
-  certificate.rules = {std::move(next), std::move(bend), std::move(logistic)};
+  certificate.rules = {std::move(next), std::move(on_line), std::move(bend), std::move(logistic)};
   return certificate;
 }
 

@@ -34,14 +34,18 @@ std::string overall(const ComparisonResults& results, std::size_t pair) {
   const FitMethod& one = *results.methods[converged_pairs(results.methods)[pair].a];
   std::string text = fit_words(one) + " (" + one.name + "): ";
   if (totals.told > 0) {
-    text += fmt::format("one step is enough in {} of {} conditions",
-                        totals.told - static_cast<int>(totals.further_is_better.size()), totals.told);
+    const int better = static_cast<int>(totals.further_is_better.size());
+    text += fmt::format("of {} conditions, one step is enough in {}", results.summaries.size(),
+                        totals.told - better - totals.undecided);
     if (totals.further_is_worse > 0)
       text += fmt::format(" (in {} of them converging makes it worse)", totals.further_is_worse);
+    if (totals.undecided > 0)
+      text += fmt::format("; it is as far as these frames tell in {} more, where no test decides",
+                          totals.undecided);
     if (!totals.further_is_better.empty())
       text += "; the converged fit is nearer to the truth at " + in_words(results, totals.further_is_better);
     const int untold = static_cast<int>(results.summaries.size()) - totals.told;
-    if (untold > 0) text += fmt::format("; {} more tell nothing", untold);
+    if (untold > 0) text += fmt::format("; {} tell nothing", untold);
     text += ". ";
   }
   text += "It breaks in " + break_words(totals);
@@ -110,23 +114,39 @@ std::string answer_of(const ComparisonResults& results, std::size_t c, std::size
              figure(apart.position_max_mm), apart.breaks, apart.frames, one.found, one.frames);
 }
 
-// "enough at all 5 values", "not at 3, 8 (of 4)"
+// "enough throughout", "enough; not enough at 3; no test decides at 5, 8"
 std::string along(const ComparisonResults& results, const Sweep& sweep, std::size_t pair) {
-  std::string not_enough, not_told;
-  int told = 0;
+  std::string not_enough, undecided, not_told;
+  bool enough = false;
   const auto add = [](std::string& list, double value) {
     list += (list.empty() ? "" : ", ") + fmt::format("{:g}", value);
   };
   for (const std::size_t c : sweep.conditions) {
-    const StepVerdict verdict = compare_steps(results.summaries[c], results.methods, pair).verdict;
-    if (verdict == StepVerdict::not_told) add(not_told, results.conditions[c].swept_value);
-    if (verdict == StepVerdict::further_is_better) add(not_enough, results.conditions[c].swept_value);
-    told += verdict != StepVerdict::not_told ? 1 : 0;
+    const double value = results.conditions[c].swept_value;
+    switch (compare_steps(results.summaries[c], results.methods, pair).verdict) {
+      case StepVerdict::not_told:
+        add(not_told, value);
+        break;
+      case StepVerdict::further_is_better:
+        add(not_enough, value);
+        break;
+      case StepVerdict::undecided:
+        add(undecided, value);
+        break;
+      case StepVerdict::enough:
+      case StepVerdict::further_is_worse:
+        enough = true;
+        break;
+    }
   }
-  std::string text = told == 0            ? "not told"
-                     : not_enough.empty() ? "enough throughout"
-                                          : "not enough at " + not_enough;
-  if (told > 0 && !not_told.empty()) text += "; found in no frame at " + not_told;
+  const bool throughout = enough && not_enough.empty() && undecided.empty();
+  std::string text = throughout ? "enough throughout" : enough ? "enough" : "";
+  const auto append = [&](const char* words, const std::string& values) {
+    if (!values.empty()) text += (text.empty() ? "" : "; ") + (words + values);
+  };
+  append("not enough at ", not_enough);
+  append("no test decides at ", undecided);
+  append("found in no frame at ", not_told);
   return text;
 }
 

@@ -289,7 +289,7 @@ Svg roc_plot(const std::vector<Certificate>& certificates) {
   std::vector<PlotSeries> all;
   for (const Certificate& certificate : certificates) {
     for (const CertificateRule& rule : certificate.rules) {
-      if (rule.tested.breaks < fewest_breaks_drawn) continue;
+      if (rule.tested.breaks < fewest_breaks_drawn || rule.roc_caught.empty()) continue;
       PlotSeries curve;
       curve.name = certificate.one_step + ", " + rule.name;
       curve.color = color_of(certificate.one_step);

@@ -86,16 +86,20 @@ PaperClaim one_step(const ComparisonResults& results) {
   if (totals.frames == 0) return claim;
   const int better = static_cast<int>(totals.further_is_better.size());
   claim.measured = fmt::format(
-      "accuracy: converging brings the ball nearer to the truth in {} of {} conditions{}. Agreement: the "
+      "accuracy: converging brings the ball nearer to the truth in {} of {} conditions{}, and in {} more no "
+      "test decides. Agreement: the "
       "centres lie {} px apart in the median condition, {} px in the worst frame; {} of {} frames break{}",
       better, totals.told, better > 0 ? " (" + in_words(results, totals.further_is_better) + ")" : "",
-      figure(totals.center_median_px), figure(totals.center_max_px), totals.breaks, totals.frames,
+      totals.undecided, figure(totals.center_median_px), figure(totals.center_max_px), totals.breaks,
+      totals.frames,
       totals.often_broken.empty() ? "" : ", a quarter or more at " + in_words(results, totals.often_broken));
   const std::string breaks = fmt::format(
       "; {:.1f} % of the frames break (over {:g} px from the converged fit), which costs no accuracy that a "
       "test tells",
       100.0 * totals.breaks / totals.frames, break_px);
-  claim.verdict = better == 0 ? "holds for accuracy" + (totals.breaks > 0 ? breaks : std::string())
+  claim.verdict = better == 0 ? (totals.undecided > 0 ? "holds for accuracy, as far as these frames tell"
+                                                      : "holds for accuracy") +
+                                    (totals.breaks > 0 ? breaks : std::string())
                   : 4 * better <= totals.told ? "holds but at " + in_words(results, totals.further_is_better)
                                               : "does not hold";
   return claim;
@@ -128,14 +132,14 @@ PaperClaim drift(const ComparisonResults& results) {
       told, 0.01 * static_cast<double>(told), where(better), where(worse));
   const std::size_t named = std::min<std::size_t>(worse.size(), 6);
   const std::string more = worse.size() > named ? fmt::format(" and {} more", worse.size() - named) : "";
-  claim.verdict =
-      worse.empty() ? "does not hold: no test tells that they do"
-      : 2 * worse.size() > told
-          ? "holds"
-          : fmt::format(
-                "holds in {} of {} conditions, at {}{}; in the others no test "
-                "tells harm",
-                worse.size(), told, in_words(results, {worse.begin(), worse.begin() + named}), more);
+  claim.verdict = worse.empty() ? "does not hold: no test tells that they do"
+                  : 2 * worse.size() > told
+                      ? "holds"
+                      : fmt::format(
+                            "told in {} of {} conditions only, at {}{}; in {} they help, and in the others "
+                            "no test decides",
+                            worse.size(), told, in_words(results, {worse.begin(), worse.begin() + named}),
+                            more, better.size());
   return claim;
 }
 

@@ -48,6 +48,7 @@ StepComparison compare_steps(const ConditionSummary& summary, const MethodList& 
     result.short_words = "yes.";
     result.words = "yes: " + change;
     if (apart.position_median_mm >= small_part * one.position_median_mm) {
+      result.verdict = StepVerdict::undecided;
       result.short_words = "yes, as far as these frames tell.";
       result.words += ", and no test tells which is nearer";
     }
@@ -80,6 +81,7 @@ StepTotals step_totals(const ComparisonResults& results, std::size_t pair) {
     const StepVerdict verdict = compare_steps(results.summaries[c], results.methods, pair).verdict;
     totals.told += verdict != StepVerdict::not_told ? 1 : 0;
     if (verdict == StepVerdict::further_is_better) totals.further_is_better.push_back(c);
+    totals.undecided += verdict == StepVerdict::undecided ? 1 : 0;
     totals.further_is_worse += verdict == StepVerdict::further_is_worse ? 1 : 0;
   }
   totals.center_median_px = quantile(medians_px, 0.5);

@@ -36,7 +36,7 @@ figcaption { color: var(--faint); font-size: .9rem; max-width: 46rem; margin-top
 .figures.small { grid-template-columns: repeat(auto-fit, minmax(min(100%, 13rem), 1fr)); }
 pre { background: var(--panel); padding: .7rem 1rem; border-radius: 6px; overflow-x: auto; font: .88rem/1.45 ui-monospace, "DejaVu Sans Mono", monospace; }
 a { color: var(--accent); }
-@media (max-width: 40rem) { figure.wide { overflow-x: auto; } figure.wide svg { min-width: 32rem; } figure.wide::before { content: "\2194  wider than the screen: scroll sideways"; color: var(--faint); font-size: .85rem; position: sticky; left: 0; } }
+@media (max-width: 40rem) { figure.wide { overflow-x: auto; } figure.wide svg { min-width: 32rem; } figure.wide::before, .scroll.wide::before { content: "\2194  wider than the screen: scroll sideways"; color: var(--faint); font-size: .85rem; position: sticky; left: 0; } }
 details { margin: 1rem 0; border: 1px solid var(--line); border-radius: 6px; padding: .4rem .9rem; }
 summary { cursor: pointer; font-weight: 600; }
 )";
@@ -124,7 +124,9 @@ void Page::key_values(const std::vector<std::pair<std::string, std::string>>& ro
 }
 
 void Page::table(const PageTable& table) {
-  body_ += "<div class=\"scroll\"><table>\n";
+  constexpr std::size_t columns_of_a_phone = 4;
+  body_ += table.heading.size() > columns_of_a_phone ? "<div class=\"scroll wide\"><table>\n"
+                                                     : "<div class=\"scroll\"><table>\n";
   if (!table.caption.empty()) body_ += fmt::format("<caption>{}</caption>\n", html_escape(table.caption));
   if (!table.heading.empty()) body_ += "<thead>" + table_cells(table, table.heading, "th") + "</thead>\n";
   body_ += "<tbody>\n";

@@ -7,6 +7,7 @@
 
 #include "app/offline/converged_fits.hpp"
 #include "calibration/files/random.hpp"
+#include "perception/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {
@@ -66,9 +67,14 @@ TEST(Certificate, CatchesBreaksOnConditionsItWasNotMadeOn) {
   EXPECT_GE(rule.tested.caught_rate(), 0.95);
   EXPECT_LE(rule.tested.false_alarm_rate(), 0.05);
   EXPECT_GT(rule.tested.area, 0.99);
+  // As on line: by the same length, at a threshold that no condition chose.
+  const CertificateRule& on_line = certificate.rules[1];
+  EXPECT_DOUBLE_EQ(std::pow(10, on_line.threshold), enough_next_step_px);
+  EXPECT_EQ(on_line.tested.breaks, rule.tested.breaks);
+  EXPECT_EQ(on_line.tested.caught > rule.tested.caught, on_line.threshold < rule.threshold);
   // What is to be had for nothing is worse, but no chance.
-  EXPECT_GT(certificate.rules[1].tested.area, 0.9);
-  EXPECT_LT(certificate.rules[1].tested.area, rule.tested.area);
+  EXPECT_GT(certificate.rules[2].tested.area, 0.9);
+  EXPECT_LT(certificate.rules[2].tested.area, rule.tested.area);
   // One more step where it says so is worth it.
   EXPECT_LT(certificate.breaks_after, 0.2 * certificate.breaks_before);
 }
@@ -133,7 +139,7 @@ TEST(Certificate, IsChanceWhereTheFitKnowsNothing) {
   }
   // The regression still knows the scatter against the radius, which does say something.
   const Certificate certificate = study.certificates().at(0);
-  for (const std::size_t rule : {0u, 1u}) EXPECT_NEAR(certificate.rules[rule].tested.area, 0.5, 0.1) << rule;
+  for (const std::size_t rule : {0u, 2u}) EXPECT_NEAR(certificate.rules[rule].tested.area, 0.5, 0.1) << rule;
 }
 
 // Both fits on something else than the ball: what they say of each other says nothing of balls.

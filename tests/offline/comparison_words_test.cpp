@@ -99,15 +99,17 @@ TEST(StepTotals, CountFramesAndNameWhereManyBreak) {
   EXPECT_THAT(totals.often_broken, ElementsAre(1));  // a quarter of 20
   EXPECT_THAT(totals.further_is_better, ElementsAre(2));
   EXPECT_EQ(totals.further_is_worse, 1);
+  EXPECT_EQ(totals.undecided, 2);  // base and z_1
   EXPECT_DOUBLE_EQ(totals.center_max_px, 0.02);
   EXPECT_DOUBLE_EQ(totals.radius_max_px, 0.08);
 }
 
 TEST(PaperClaims, OneIterationNamesBothCriteria) {
   const PaperClaim clean = claim(results_of({{"base"}, {"other"}}), "one iteration");
-  EXPECT_EQ(clean.verdict, "holds for accuracy");
+  EXPECT_EQ(clean.verdict, "holds for accuracy, as far as these frames tell");
   const PaperClaim broken = claim(results_of({{"base", "", 0, 2}, {"other"}}), "one iteration");
-  EXPECT_THAT(broken.verdict, StartsWith("holds for accuracy; 5.0 % of the frames break"));
+  EXPECT_THAT(broken.verdict,
+              StartsWith("holds for accuracy, as far as these frames tell; 5.0 % of the frames break"));
   const std::vector<Setting> one_of_five{{"a"}, {"b"}, {"c"}, {"d"}, {"z_2", "z", 2, 0, 0, 1, -1}};
   EXPECT_EQ(claim(results_of(one_of_five), "one iteration").verdict, "holds but at z (m): 2");
   EXPECT_EQ(claim(results_of({{"a", "", 0, 0, 0, 1, -1}}), "one iteration").verdict, "does not hold");
@@ -116,7 +118,7 @@ TEST(PaperClaims, OneIterationNamesBothCriteria) {
 TEST(PaperClaims, HarmOfMoreIterationsSaysWhere) {
   const std::vector<Setting> settings{{"base", "", 0, 0, 0, 1, 0, 1}, {"b"}, {"c", "", 0, 0, 0, 1, 0, -1}};
   const PaperClaim some = claim(results_of(settings), "more iterations do harm");
-  EXPECT_THAT(some.verdict, StartsWith("holds in 1 of 3 conditions, at base;"));
+  EXPECT_THAT(some.verdict, StartsWith("told in 1 of 3 conditions only, at base; in 1 they help"));
   EXPECT_THAT(some.measured, HasSubstr("nearer to the truth in 1 (c), further from it in 1 (base)"));
   EXPECT_THAT(claim(results_of({{"a"}}), "more iterations do harm").verdict, StartsWith("does not hold"));
   EXPECT_EQ(claim(results_of({{"a", "", 0, 0, 0, 1, 0, 1}}), "more iterations do harm").verdict, "holds");
