@@ -120,7 +120,8 @@ void Detector::collect_boundary(const ColoredPixels& colored, int region) {
   }
   // The picture's border cuts every shape.
   const Region& whole = regions_.regions()[static_cast<std::size_t>(region)];
-  if (!whole.touches_border && is_no_balls(region_shape(points_, whole.pixels, rays_->camera().focal_px()))) {
+  const double focal_px = rays_->camera().focal_px();
+  if (!whole.touches_border && is_no_balls(region_shape(remaining_, points_, whole.pixels, focal_px))) {
     points_.clear();
     remaining_.clear();
     return;

@@ -21,15 +21,15 @@ constexpr double smooth_residual_px = 0.4, least_axis_ratio = 0.8;
 // Above what fills a disc, or what a straight edge leaves of it: 0.79 at most.
 constexpr double most_box_fill = 0.87;
 
-double box_fill(const std::vector<BoundaryPoint>& outline, int pixels) {
+double box_fill(const std::vector<BoundaryPixel>& outline, int pixels) {
   double least_px2 = std::numeric_limits<double>::infinity();
   for (int k = 0; k < turns; ++k) {
     const double angle = half_pi * k / turns;
     const auto cosine = static_cast<float>(std::cos(angle)), sine = static_cast<float>(std::sin(angle));
     Eigen::Array2f low = Eigen::Array2f::Constant(std::numeric_limits<float>::infinity()), high = -low;
-    for (const BoundaryPoint& point : outline) {
-      const Eigen::Vector2f& p = point.position_px;
-      const Eigen::Array2f turned(cosine * p.x() + sine * p.y(), cosine * p.y() - sine * p.x());
+    for (const BoundaryPixel& pixel : outline) {
+      const auto u = static_cast<float>(pixel.u_px), v = static_cast<float>(pixel.v_px);
+      const Eigen::Array2f turned(cosine * u + sine * v, cosine * v - sine * u);
       low = low.min(turned);
       high = high.max(turned);
     }
@@ -41,10 +41,10 @@ double box_fill(const std::vector<BoundaryPoint>& outline, int pixels) {
 // Undistorted positions as a camera would see them that looks straight at the middle of the outline.
 class FacingView {
  public:
-  FacingView(const std::vector<BoundaryPoint>& outline, double focal_px) : focal_px_(focal_px) {
+  FacingView(const std::vector<BoundaryPoint>& points, double focal_px) : focal_px_(focal_px) {
     Eigen::Vector2d middle(0, 0);
-    for (const BoundaryPoint& point : outline) middle += point.position_px.cast<double>();
-    middle /= static_cast<double>(outline.size());
+    for (const BoundaryPoint& point : points) middle += point.position_px.cast<double>();
+    middle /= static_cast<double>(points.size());
     axis_ = Eigen::Vector3d(middle.x(), middle.y(), focal_px).normalized();
     basis_ = perpendicular_basis(axis_);
   }
@@ -69,17 +69,18 @@ Conic conic_row(const Eigen::Vector2d& p) {
 
 }  // namespace
 
-RegionShape region_shape(const std::vector<BoundaryPoint>& outline, int pixels, double focal_px) {
+RegionShape region_shape(const std::vector<BoundaryPixel>& outline, const std::vector<BoundaryPoint>& points,
+                         int pixels, double focal_px) {
   RegionShape shape;
-  if (outline.size() < least_outline_px) return shape;
+  if (points.size() < least_outline_px) return shape;
   if (outline.size() >= least_box_outline_px) shape.box_fill = box_fill(outline, pixels);
 
-  const FacingView seen(outline, focal_px);
+  const FacingView seen(points, focal_px);
   double size_px = 0;  // the equations are of numbers about 1
-  for (const BoundaryPoint& point : outline) size_px = std::max(size_px, seen(point).norm());
+  for (const BoundaryPoint& point : points) size_px = std::max(size_px, seen(point).norm());
   Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
   Conic right = Conic::Zero();
-  for (const BoundaryPoint& point : outline) {
+  for (const BoundaryPoint& point : points) {
     const Conic row = conic_row(seen(point) / size_px);
     normal += row * row.transpose();
     right += row;
@@ -91,14 +92,14 @@ RegionShape region_shape(const std::vector<BoundaryPoint>& outline, int pixels, 
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(quadratic, Eigen::EigenvaluesOnly).eigenvalues();
   if (!(values(0) > 0) || !conic.allFinite()) return shape;  // no ellipse
   double squares = 0;
-  for (const BoundaryPoint& point : outline) {
+  for (const BoundaryPoint& point : points) {
     const Eigen::Vector2d p = seen(point) / size_px;
     const Eigen::Vector2d slope = 2 * quadratic * p + conic.tail<2>();
     const double distance = (conic_row(p).dot(conic) - 1) / slope.norm();  // to first order (Sampson)
     squares += distance * distance;
   }
   shape.axis_ratio = std::sqrt(values(0) / values(1));
-  shape.ellipse_residual_px = size_px * std::sqrt(squares / static_cast<double>(outline.size()));
+  shape.ellipse_residual_px = size_px * std::sqrt(squares / static_cast<double>(points.size()));
   return shape;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "perception/circle_vote.hpp"
+#include "perception/regions.hpp"
 
 namespace ballservo {
 
@@ -20,8 +21,10 @@ struct RegionShape {
   double box_fill = 0;  ///< of the smallest rectangle around the region: pi/4 for a disc, 1 for a box
 };
 
-/// `outline`: the region's whole outline in undistorted px, thinned out or not; `pixels`: of the region.
-RegionShape region_shape(const std::vector<BoundaryPoint>& outline, int pixels, double focal_px);
+/// The region's whole outline, thinned out or not, in the picture's own px (`outline`), where `pixels` were
+/// counted, and undistorted (`points`), where a ball's is a conic.
+RegionShape region_shape(const std::vector<BoundaryPixel>& outline, const std::vector<BoundaryPoint>& points,
+                         int pixels, double focal_px);
 
 /// Is it surely another thing than a ball, whole or partly hidden?
 bool is_no_balls(const RegionShape& shape);
