@@ -9,8 +9,9 @@ namespace ballservo {
 namespace {
 
 // So many points place a cone well enough to measure edges around it, and so near a step has done enough.
-constexpr std::size_t points_for_a_start = 96;
-constexpr double settled_start_px = 0.5;
+constexpr std::size_t points_for_a_start = 64;
+constexpr double half_pi = 1.57079632679489662;
+constexpr double settled_start_px = 0.5, settled_weights_px = 0.05;
 
 }  // namespace
 
@@ -75,11 +76,11 @@ std::optional<TangentCone> BoundaryCone::robust(const TangentCone& voted,
       edge.sigma_px = 0.5;
       edges_.push_back(edge);
     }
-    weights_.set(cone, edges_, 0.3, oval_fraction);
-    const auto fit = one_gauss_newton_step(cone, edges_, oval_fraction);
-    if (!fit) return std::nullopt;
-    cone = fit->cone;
-    if (fit->step_px < settled_start_px) break;
+    const auto step_rad = weights_.set(cone, edges_, 0.3, oval_fraction, settled_weights_px);
+    if (!step_rad) return std::nullopt;
+    cone = moved(cone, *step_rad);
+    if (!(cone.alpha_rad > 0) || !(cone.alpha_rad < half_pi)) return std::nullopt;
+    if (step_rad->lpNorm<1>() * focal_px < settled_start_px) break;
   }
   return cone;
 }

@@ -18,9 +18,6 @@ constexpr double common_error_px2 = 0.38;
 constexpr int reweightings = 6;
 constexpr double tukey = 4.685;  // 95 % efficient for Gaussian residuals
 
-// A change of the outline that no longer changes the weights.
-constexpr double settled_px = 1e-3;
-
 using Row = Eigen::Matrix<double, 5, 1>;
 
 // Row of the Jacobian of the residual by (turn 1, turn 2, alpha, oval cos, oval sin): turning the axis
@@ -175,9 +172,9 @@ std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std
   return fit;
 }
 
-void RobustWeights::set(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
-                        double oval_fraction) {
-  if (edges.empty()) return;
+std::optional<Eigen::Vector3d> RobustWeights::set(const TangentCone& start, std::vector<EdgePoint>& edges,
+                                                  double floor_px, double oval_fraction, double settled_px) {
+  if (edges.empty()) return std::nullopt;
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
   // The problem is linear in its unknowns to second order in the step, so the weights settle on one
   // linearisation.
@@ -208,13 +205,14 @@ void RobustWeights::set(const TangentCone& start, std::vector<EdgePoint>& edges,
         normal.add(point.row, point.residual_px / point.px_per_rad, weight * point.inverse * point.inverse);
       }
       const auto change = normal.solve();
-      if (!change) return;
+      if (!change) return std::nullopt;
       step += *change;
       for (Point& point : points_)
         point.residual_px = point.outside_px + point.row.dot(step) * point.px_per_rad;
       if (change->cwiseAbs().maxCoeff() * points_.front().px_per_rad < settled_px) break;
     }
   }
+  return step.head<3>();
 }
 
 Eigen::Matrix3d center_covariance(const ConeFit& fit, double radius_m, double radius_sigma_m) {

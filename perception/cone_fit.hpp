@@ -73,9 +73,10 @@ class RobustWeights {
  public:
   /// Sets the weights (Tukey's biweight, Beaton and Tukey 1974) of the points about the best cone near
   /// `start`: a few reweighted solutions of the problem linearised once, at `start`. `floor_px` bounds the
-  /// scale from below.
-  void set(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
-           double oval_fraction = 0);
+  /// scale from below; the weights have settled where the outline moves less than `settled_px`. Returns that
+  /// cone as the step (turn 1, turn 2, change of alpha; rad) from `start`; nothing for a degenerate set.
+  std::optional<Eigen::Vector3d> set(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
+                                     double oval_fraction = 0, double settled_px = 1e-3);
 
  private:
   struct Point {
