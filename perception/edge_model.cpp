@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace ballservo {
 namespace {
 
-constexpr float table_low = -7, table_high = 12;
+// As far inside as the narrowest blur makes of the widest ring.
+constexpr float table_low = -7, table_high = 33;
 constexpr int cells_per_unit = 64;
 constexpr int table_cells = static_cast<int>(table_high - table_low) * cells_per_unit;
 
@@ -31,9 +33,10 @@ std::array<double, 2> blurred_root(double x) {
   return {value * high / steps, slope * high / steps};
 }
 
-// Four floats that the compiler computes with at once, in the same order on every machine.
+// Floats that the compiler computes with at once, in the same order on every machine.
 using Float4 = float __attribute__((vector_size(16)));
-Float4 all(float x) { return Float4{x, x, x, x}; }
+using Float8 = float __attribute__((vector_size(32)));
+using Int8 = int __attribute__((vector_size(32)));
 
 // Phi, phi, F and F' at every node.
 struct BasisTable {
@@ -57,7 +60,7 @@ const BasisTable& basis_table() {
 
 // Phi, phi, F and F' at x.
 Float4 look_up(const BasisTable& table, float x) {
-  if (!(x > table_low)) return all(0);
+  if (!(x > table_low)) return Float4{};
   if (x >= table_high) {
     const float root = std::sqrt(x);
     return Float4{1, 0, root - 0.125f / (x * root), 0.5f / root};
@@ -65,7 +68,7 @@ Float4 look_up(const BasisTable& table, float x) {
   const float position = (x - table_low) * cells_per_unit;
   const auto cell = static_cast<std::size_t>(position);
   const Float4 &a = table.values[cell], &b = table.values[cell + 1];
-  return a + all(position - static_cast<float>(cell)) * (b - a);
+  return a + (position - static_cast<float>(cell)) * (b - a);
 }
 
 constexpr int parameters = 6;  // O, A, B, D, t0, log s
@@ -78,77 +81,124 @@ struct NormalEquations {
   double squares = 0;
 };
 
-// Four samples' Phi, phi, F and F', each in one vector.
-struct BasisOfFour {
-  Float4 step, density, root, root_slope;
+// Eight samples' Phi, phi, F and F', each in one vector.
+struct BasisOfEight {
+  Float8 step, density, root, root_slope;
 };
 
-BasisOfFour look_up_four(const BasisTable& table, Float4 x) {
-  using Choice = int __attribute__((vector_size(16)));
-  const Float4 a = look_up(table, x[0]), b = look_up(table, x[1]), c = look_up(table, x[2]),
-               d = look_up(table, x[3]);
-  const Float4 low_ab = __builtin_shuffle(a, b, Choice{0, 4, 1, 5}),
-               high_ab = __builtin_shuffle(a, b, Choice{2, 6, 3, 7}),
-               low_cd = __builtin_shuffle(c, d, Choice{0, 4, 1, 5}),
-               high_cd = __builtin_shuffle(c, d, Choice{2, 6, 3, 7});
-  return {__builtin_shuffle(low_ab, low_cd, Choice{0, 1, 4, 5}),
-          __builtin_shuffle(low_ab, low_cd, Choice{2, 3, 6, 7}),
-          __builtin_shuffle(high_ab, high_cd, Choice{0, 1, 4, 5}),
-          __builtin_shuffle(high_ab, high_cd, Choice{2, 3, 6, 7})};
+// Of the samples at x, which is clamped to the table.
+[[gnu::always_inline]] inline void look_up_eight(const BasisTable& table, const Float8& x,
+                                                 BasisOfEight& basis) {
+  const Float8 low = Float8{} + table_low, high = Float8{} + table_high;
+  const Float8 from_low = x > low ? x : low, within = from_low < high ? from_low : high;  // NaN: low
+  const Float8 position = (within - table_low) * cells_per_unit;
+  const Int8 cell = __builtin_convertvector(position, Int8);
+  const Float8 part = position - __builtin_convertvector(cell, Float8);
+  Float4 at[8];
+  for (int i = 0; i < 8; ++i) {
+    const Float4* const node = &table.values[static_cast<std::size_t>(cell[i])];
+    at[i] = node[0] + part[i] * (node[1] - node[0]);
+  }
+  // Transposed by fours, and the fours joined.
+  Float4 low_01[2], high_01[2], low_23[2], high_23[2];
+  for (int k = 0; k < 2; ++k) {
+    const Float4* const four = at + 4 * k;
+    low_01[k] = __builtin_shufflevector(four[0], four[1], 0, 4, 1, 5);
+    high_01[k] = __builtin_shufflevector(four[0], four[1], 2, 6, 3, 7);
+    low_23[k] = __builtin_shufflevector(four[2], four[3], 0, 4, 1, 5);
+    high_23[k] = __builtin_shufflevector(four[2], four[3], 2, 6, 3, 7);
+  }
+  const auto first_half = [](const Float4(&a)[2], const Float4(&b)[2], Float8& joined) {
+    joined = __builtin_shufflevector(__builtin_shufflevector(a[0], b[0], 0, 1, 4, 5),
+                                     __builtin_shufflevector(a[1], b[1], 0, 1, 4, 5), 0, 1, 2, 3, 4, 5, 6, 7);
+  };
+  const auto second_half = [](const Float4(&a)[2], const Float4(&b)[2], Float8& joined) {
+    joined = __builtin_shufflevector(__builtin_shufflevector(a[0], b[0], 2, 3, 6, 7),
+                                     __builtin_shufflevector(a[1], b[1], 2, 3, 6, 7), 0, 1, 2, 3, 4, 5, 6, 7);
+  };
+  first_half(low_01, low_23, basis.step);
+  second_half(low_01, low_23, basis.density);
+  first_half(high_01, high_23, basis.root);
+  second_half(high_01, high_23, basis.root_slope);
 }
 
-double total(Float4 x) {
-  return static_cast<double>(x[0]) + static_cast<double>(x[1]) + static_cast<double>(x[2]) +
-         static_cast<double>(x[3]);
+[[gnu::always_inline]] inline double total(const Float8& x) {
+  const Float4 halves = __builtin_shufflevector(x, x, 0, 1, 2, 3) + __builtin_shufflevector(x, x, 4, 5, 6, 7);
+  return static_cast<double>((halves[0] + halves[2]) + (halves[1] + halves[3]));
+}
+
+[[gnu::always_inline]] inline void load(const std::array<float, EdgeSamples::most>& from, int first,
+                                        Float8& to) {
+  std::memcpy(&to, &from[static_cast<std::size_t>(first)], sizeof to);
 }
 
 // Of the whole profile at p; the limb turns away over `radius_px`.
-NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, double radius_px) {
+[[gnu::always_inline]] inline void add_up(const EdgeSamples& samples, const Vector& p, double radius_px,
+                                          NormalEquations& normal) {
   const BasisTable& table = basis_table();
-  const auto s = static_cast<float>(std::exp(p(5)));
+  const auto width = static_cast<float>(std::exp(p(5)));
   const Eigen::Matrix<float, parameters, 1> q = p.cast<float>();
-  const Float4 inverse = all(1 / s), root_scale = all(std::sqrt(s)), width = all(s);
-  const Float4 turn = all(static_cast<float>(0.25 / radius_px));
+  const float inverse = 1 / width, root_scale = std::sqrt(width), turn = static_cast<float>(0.25 / radius_px);
   // The row of the Jacobian and, last, the residual; their products by pairs are summed.
   constexpr int columns = parameters + 1;
-  Float4 sums[columns][columns] = {};
-  const Float4 lane{0, 1, 2, 3};
-  for (int i = 0; i < samples.count; i += 4) {
-    const auto at = static_cast<std::size_t>(i);
-    const Float4 distance{samples.distance_px[at], samples.distance_px[at + 1], samples.distance_px[at + 2],
-                          samples.distance_px[at + 3]};
-    const Float4 intensity{samples.intensity[at], samples.intensity[at + 1], samples.intensity[at + 2],
-                           samples.intensity[at + 3]};
-    const Float4 weight{samples.weight[at], samples.weight[at + 1], samples.weight[at + 2],
-                        samples.weight[at + 3]};
-    const Float4 counts =
-        lane + all(static_cast<float>(i)) < all(static_cast<float>(samples.count)) ? weight : all(0);
-    const Float4 x = (all(q[4]) - distance) * inverse;
-    const BasisOfFour basis = look_up_four(table, x);
-    const Float4 ramp = width * (x * basis.step + basis.density);
-    const Float4 bend = turn * ramp;
-    const Float4 root_factor = root_scale * (all(1) - (bend < all(0.5f) ? bend : all(0.5f)));
-    const Float4 root = root_factor * basis.root;
-    const Float4 slope = all(q[1]) * basis.density + all(q[2]) * root_factor * basis.root_slope +
-                         all(q[3]) * width * basis.step;
-    const Float4 value = all(q[0]) + all(q[1]) * basis.step + all(q[2]) * root + all(q[3]) * ramp;
-    const Float4 row[columns] = {counts,
+  Float8 sums[columns][columns] = {};
+  const Float8 lane{0, 1, 2, 3, 4, 5, 6, 7}, half = Float8{} + 0.5f;
+  for (int i = 0; i < samples.count; i += 8) {
+    Float8 distance, intensity, weight;
+    load(samples.distance_px, i, distance);
+    load(samples.intensity, i, intensity);
+    load(samples.weight, i, weight);
+    const Float8 counts =
+        lane + static_cast<float>(i) < static_cast<float>(samples.count) ? weight : Float8{};
+    const Float8 x = (q[4] - distance) * inverse;
+    BasisOfEight basis;
+    look_up_eight(table, x, basis);
+    const Float8 ramp = width * (x * basis.step + basis.density);
+    const Float8 bend = turn * ramp;
+    const Float8 root_factor = root_scale * (1 - (bend < half ? bend : half));
+    const Float8 root = root_factor * basis.root;
+    const Float8 slope =
+        q[1] * basis.density + q[2] * root_factor * basis.root_slope + q[3] * width * basis.step;
+    const Float8 value = q[0] + q[1] * basis.step + q[2] * root + q[3] * ramp;
+    const Float8 row[columns] = {counts,
                                  counts * basis.step,
                                  counts * root,
                                  counts * ramp,
                                  counts * slope * inverse,
-                                 counts * (all(0.5f * q[2]) * root + all(q[3]) * ramp - x * slope),
+                                 counts * (0.5f * q[2] * root + q[3] * ramp - x * slope),
                                  counts * (value - intensity)};
     for (int k = 0; k < columns; ++k) {
       for (int l = k; l < columns; ++l) sums[k][l] += row[k] * row[l];
     }
   }
-  NormalEquations normal;
   for (int k = 0; k < parameters; ++k) {
     for (int l = k; l < parameters; ++l) normal.matrix(k, l) = normal.matrix(l, k) = total(sums[k][l]);
     normal.right(k) = -total(sums[k][parameters]);
   }
   normal.squares = total(sums[parameters][parameters]);
+}
+
+void add_up_portable(const EdgeSamples& samples, const Vector& p, double radius_px, NormalEquations& normal) {
+  add_up(samples, p, radius_px, normal);
+}
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) void add_up_avx2(const EdgeSamples& samples, const Vector& p,
+                                                 double radius_px, NormalEquations& normal) {
+  add_up(samples, p, radius_px, normal);
+}
+#endif
+
+// The same sums, to the last bit, on every machine.
+NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, double radius_px) {
+  NormalEquations normal;
+#if defined(__x86_64__)
+  static const bool has_avx2 = __builtin_cpu_supports("avx2");
+  if (has_avx2) {
+    add_up_avx2(samples, p, radius_px, normal);
+    return normal;
+  }
+#endif
+  add_up_portable(samples, p, radius_px, normal);
   return normal;
 }
 
