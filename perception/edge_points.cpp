@@ -136,8 +136,8 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
   if (((c + reach).array() < 0).any() || c.x() - reach.x() > bgr.cols || c.y() - reach.y() > bgr.rows) return;
   const int top = to_pixel(c.y() - reach.y(), bgr.rows - 1),
             bottom = to_pixel(c.y() + reach.y() + 1, bgr.rows - 1);
-  // Its sides slant: in each row only what lies between them, with room for the outline's bend.
-  const double room_px = 1 + 0.5 * half_length_px * half_length_px / (sine * station.px_per_rad);
+  // Its sides slant: in each row only what lies between them, with room for the lens and the outline's bend.
+  const double room_px = 0.3 + 0.5 * half_length_px * half_length_px / (sine * station.px_per_rad);
   for (int v = top; v <= bottom; ++v) {
     const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
     const double down = v - c.y();
@@ -145,8 +145,10 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
         where_within(station.normal.x(), station.normal.y() * down, half_width_px + room_px);
     const Interval along_it =
         where_within(-station.normal.y(), station.normal.x() * down, half_length_px + room_px);
-    const int left = to_pixel(c.x() + std::max(across_it.low, along_it.low), bgr.cols - 1),
-              right = to_pixel(c.x() + std::min(across_it.high, along_it.high) + 1, bgr.cols - 1);
+    const double from = std::max(across_it.low, along_it.low), to = std::min(across_it.high, along_it.high);
+    if (from > to) continue;
+    const int left = to_pixel(std::ceil(c.x() + from), bgr.cols - 1),
+              right = to_pixel(c.x() + to, bgr.cols - 1);
     for (int u = left; u <= right;) {
       const Eigen::Vector3d* const rays_here = rays.pixel_ray(u, v);
       if (!rays_here) {
