@@ -47,15 +47,18 @@ class Outline {
   Outline(const Camera& camera, const TangentCone& cone)
       : camera_(camera), cone_(cone), basis_(perpendicular_basis(cone.axis)), focal_px_(camera.focal_px()) {}
 
-  Eigen::Vector3d ray(double angle, double outside_px) const {
-    const double opening = cone_.alpha_rad + outside_px / focal_px_;
-    return cone_.axis * std::cos(opening) +
-           basis_ * Eigen::Vector2d(std::cos(angle), std::sin(angle)) * std::sin(opening);
+  // A cone that much wider, as the part of its rays along the axis and across.
+  Eigen::Vector2d opening(double outside_px) const {
+    const double angle = cone_.alpha_rad + outside_px / focal_px_;
+    return {std::cos(angle), std::sin(angle)};
   }
-  // Nothing where the line leaves the picture.
-  std::optional<Step> step(const cv::Mat& bgr, double angle, double spacing_px) const {
-    const double end_px = (reach + width) * spacing_px;
-    const auto inner = camera_.project(ray(angle, -end_px)), outer = camera_.project(ray(angle, end_px));
+  Eigen::Vector3d ray(const Eigen::Vector2d& direction, const Eigen::Vector2d& opening) const {
+    return cone_.axis * opening.x() + basis_ * direction * opening.y();
+  }
+  // Between two cones; nothing where the line leaves the picture.
+  std::optional<Step> step(const cv::Mat& bgr, const Eigen::Vector2d& direction,
+                           const Eigen::Vector2d& narrow, const Eigen::Vector2d& wide) const {
+    const auto inner = camera_.project(ray(direction, narrow)), outer = camera_.project(ray(direction, wide));
     if (!inner || !outer || !is_inside(bgr, *inner) || !is_inside(bgr, *outer)) return std::nullopt;
     std::array<Eigen::Vector3f, profile> colors;
     const Eigen::Vector2d along = (*outer - *inner) / (profile - 1);
@@ -83,8 +86,6 @@ class Outline {
   double focal_px_;
 };
 
-Eigen::Vector3d mean_and_wave(double angle) { return {1, std::cos(angle), std::sin(angle)}; }
-
 struct Pass {
   double within_px, spacing_px;  // how far from the outline an edge counts, and between the places compared
   int looks;
@@ -93,21 +94,27 @@ struct Pass {
 
 // The steps around an outline that count, and in how many looks there might have been one.
 struct SeenSteps {
-  std::array<double, sectors> angle, offset_px;
+  std::array<Eigen::Vector2d, sectors> direction;  // (cosine, sine)
+  std::array<double, sectors> offset_px;
   int count = 0, in_picture = 0;
+
+  Eigen::Vector3d mean_and_wave(std::size_t i) const { return {1, direction[i].x(), direction[i].y()}; }
 };
 
 SeenSteps look_around(const cv::Mat& bgr, const Outline& outline, const Pass& pass, int min_step) {
   SeenSteps steps;
+  const double end_px = (reach + width) * pass.spacing_px;
+  const Eigen::Vector2d narrow = outline.opening(-end_px), wide = outline.opening(end_px);
   for (int i = 0; i < pass.looks; ++i) {
     const double angle = two_pi * (i + 0.5) / pass.looks;
-    const auto step = outline.step(bgr, angle, pass.spacing_px);
+    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+    const auto step = outline.step(bgr, direction, narrow, wide);
     if (!step) continue;
     ++steps.in_picture;
     const double offset_px = step->offset * pass.spacing_px;
     if (!step->seen || step->size < min_step || std::abs(offset_px) > pass.within_px) continue;
     const auto at = static_cast<std::size_t>(steps.count++);
-    steps.angle[at] = angle;
+    steps.direction[at] = direction;
     steps.offset_px[at] = offset_px;
   }
   return steps;
@@ -121,7 +128,7 @@ Eigen::Vector3d common_move_px(const SeenSteps& steps, double floor_px) {
     Eigen::Matrix3d normal = 1e-6 * Eigen::Matrix3d::Identity();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < static_cast<std::size_t>(steps.count); ++i) {
-      const Eigen::Vector3d row = mean_and_wave(steps.angle[i]);
+      const Eigen::Vector3d row = steps.mean_and_wave(i);
       const double weight = 1 / std::max(floor_px, std::abs(steps.offset_px[i] - move_px.dot(row)));
       normal += weight * row * row.transpose();
       right += weight * steps.offset_px[i] * row;
@@ -146,9 +153,9 @@ bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& 
     int agreeing = 0;
     found.points.clear();
     for (std::size_t i = 0; i < static_cast<std::size_t>(steps.count); ++i) {
-      const double rest_px = steps.offset_px[i] - move_px.dot(mean_and_wave(steps.angle[i]));
+      const double rest_px = steps.offset_px[i] - move_px.dot(steps.mean_and_wave(i));
       agreeing += std::abs(rest_px) <= 2 * pass.spacing_px ? 1 : 0;
-      const Eigen::Vector3d edge = outline.ray(steps.angle[i], steps.offset_px[i]);
+      const Eigen::Vector3d edge = outline.ray(steps.direction[i], outline.opening(steps.offset_px[i]));
       if (edge.z() > 0)
         found.points.push_back({(focal_px / edge.z() * edge.head<2>()).cast<float>(), {0, 0}});
     }
