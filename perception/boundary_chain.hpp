@@ -14,7 +14,7 @@ class BoundaryChain {
  public:
   /// Reorders `boundary`, pixels of a picture of `size` that do not lie on its border, each once: neighbours
   /// follow each other along an outline, from its first pixel in raster order on, and one outline comes after
-  /// the other. Their `outward` is (0, 0) afterwards.
+  /// the other.
   void order(std::vector<BoundaryPixel>& boundary, cv::Size size);
 
  private:

@@ -9,6 +9,11 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 constexpr double least_radius_before_own_color_px = 12;
+// Where a disc is looked at along a radius: each stands for a sixth of its area.
+constexpr std::array<double, 6> disc_radii{0.2887, 0.5, 0.6455, 0.7638, 0.866, 0.9574};
+
+// The pixel that holds a position; within 1e6 px.
+int nearest(double position_px) { return static_cast<int>(position_px + (1e7 + 0.5)) - 10000000; }
 
 // How many of a zone's pixels have the ball's colour.
 struct Share {
@@ -107,16 +112,16 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
     const auto edge = camera.project(cone.axis * cosine + outward * sine);
     if (!edge) continue;
     const Eigen::Vector2d radius_px = *edge - *middle;
+    const double length_px = radius_px.norm();
+    if (!(edge->cwiseAbs().maxCoeff() < 1e6)) continue;
     const auto look = [&](Share& share, double radii) {
-      const Eigen::Vector2d at = *middle + radii * radius_px + Eigen::Vector2d(0.5, 0.5);
-      if (!(at.cwiseAbs().maxCoeff() < 1e6)) return;
-      const int u = static_cast<int>(std::floor(at.x())), v = static_cast<int>(std::floor(at.y()));
+      const Eigen::Vector2d at = *middle + radii * radius_px;
+      const int u = nearest(at.x()), v = nearest(at.y());
       if (colored.knows(u, v)) share.add(colored.at(u, v));
     };
-    // Over the disc by area; just inside and just outside the outline, clear of its blur; and in a wider rim
-    // for what runs on.
-    for (const double area : {0.083, 0.25, 0.417, 0.583, 0.75, 0.917}) look(disc, std::sqrt(area));
-    const double clear = std::max(0.08, 1.2 / radius_px.norm());
+    // Just inside and just outside the outline, clear of its blur; and in a wider rim for what runs on.
+    for (const double radii : disc_radii) look(disc, radii);
+    const double clear = std::max(0.08, 1.2 / length_px);
     Share inside, outside;
     for (const double depth : {0.03, 0.1, 0.17}) {
       look(inside, 1 - clear - depth);
@@ -124,14 +129,14 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
     }
     // Where the ball stands before a thing of its own colour, the edge between the two speaks for it; of a
     // ball of a few pixels it could as well be a corner's.
-    const bool sharp = i < offsets.count && radius_px.norm() >= least_radius_before_own_color_px &&
-                       is_on_outline(offsets[i], radius_px.norm(), blur_px);
+    const bool sharp = i < offsets.count && length_px >= least_radius_before_own_color_px &&
+                       is_on_outline(offsets[i], length_px, blur_px);
     const bool runs_on = outside.fraction(0) > 0.5 && !sharp;
     rim.pixels += outside.pixels;
     if (!sharp) rim.colored += outside.colored;
     colors[i] = sector_color(inside, outside);
     hidden += colors[i] == SectorColor::covered || colors[i] == SectorColor::unseen ? 1 : 0;
-    radius_sum_px += radius_px.norm();
+    radius_sum_px += length_px;
     if (!sharp) {
       for (const double height : {0.24, 0.31}) look(rim, 1 + clear + height);
     }

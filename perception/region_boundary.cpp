@@ -7,27 +7,12 @@ namespace {
 
 constexpr int word_bits = BitPicture::word_bits;
 
-// The pixels beside those of a word, each at the place of the pixel that it is beside.
-struct Beside {
-  std::uint64_t left, right, above, below;
-
-  Beside(const BitPicture& picture, int v, int w) {
-    const std::uint64_t* const row = picture.row(v);
-    left = row[w] << 1 | (w > 0 ? row[w - 1] >> (word_bits - 1) : 0);
-    right = row[w] >> 1 | (w + 1 < picture.row_words() ? row[w + 1] << (word_bits - 1) : 0);
-    above = picture.row(v - 1)[w];
-    below = picture.row(v + 1)[w];
-  }
-  std::uint64_t all() const { return left & right & above & below; }
-};
-
-BoundaryPixel boundary_pixel(int u, int v, const Beside& beside) {
-  const int i = u % word_bits;
-  const auto is_outside = [i](std::uint64_t neighbors) { return static_cast<float>(~neighbors >> i & 1); };
-  Eigen::Vector2f outward(is_outside(beside.right) - is_outside(beside.left),
-                          is_outside(beside.below) - is_outside(beside.above));
-  if (const float length = outward.norm(); length > 0) outward /= length;
-  return {u, v, outward};
+// Of each pixel of a word: whether the four beside it are all set.
+std::uint64_t all_beside(const BitPicture& picture, int v, int w) {
+  const std::uint64_t* const row = picture.row(v);
+  const std::uint64_t left = row[w] << 1 | (w > 0 ? row[w - 1] >> (word_bits - 1) : 0);
+  const std::uint64_t right = row[w] >> 1 | (w + 1 < picture.row_words() ? row[w + 1] << (word_bits - 1) : 0);
+  return left & right & picture.row(v - 1)[w] & picture.row(v + 1)[w];
 }
 
 constexpr int reach = 3;
@@ -65,12 +50,11 @@ void RegionMap::boundary(int region, const ClassPictures& classes,
     if (run.v == 0 || run.v == last_v) continue;
     const int begin = std::max(run.begin, 1), end = std::min(run.end, last_u);
     for (int w = begin / word_bits; w * word_bits < end; ++w) {
-      const Beside beside(picture, run.v, w);
       const int first = w * word_bits;
-      std::uint64_t found =
-          ~beside.all() & BitPicture::bits_from(begin - first) & ~BitPicture::bits_from(end - first);
+      std::uint64_t found = ~all_beside(picture, run.v, w) & BitPicture::bits_from(begin - first) &
+                            ~BitPicture::bits_from(end - first);
       for (; found != 0; found &= found - 1)
-        boundary.push_back(boundary_pixel(first + __builtin_ctzll(found), run.v, beside));
+        boundary.push_back({first + __builtin_ctzll(found), run.v, {0, 0}});
     }
   }
 }

@@ -26,7 +26,7 @@ struct Region {
 struct BoundaryPixel {
   int u_px = 0, v_px = 0;
   Eigen::Vector2f outward{0,
-                          0};  ///< unit vector from the pixel towards what lies outside (four-neighbourhood)
+                          0};  ///< unit normal of the outline there (see outward_normal); (0, 0): not known
 };
 
 /// Numbers of regions, in no order.
@@ -57,7 +57,8 @@ class RegionMap {
   int shortest_run_px() const { return runs_.shortest(); }
 
   /// The outline of a region: its pixels with a four-neighbour of another region, without those at the
-  /// picture's border, which cuts but does not bound. In raster order. `classes` as `update` left them.
+  /// picture's border, which cuts but does not bound. In raster order, without normals. `classes` as `update`
+  /// left them.
   void boundary(int region, const ClassPictures& classes, std::vector<BoundaryPixel>& boundary) const;
 
  private:
