@@ -70,11 +70,19 @@ void InnerEdges::look_along(const cv::Mat& bgr, const ColoredPixels& colored, cv
   steps_.assign(static_cast<std::size_t>(length), 0);
   const std::ptrdiff_t next = along.x * 3 + along.y * static_cast<std::ptrdiff_t>(bgr.step);
   const std::uint8_t* pixel = bgr.ptr(first.y) + 3 * first.x;
-  for (int i = 0; i < length; ++i, pixel += next) {
-    if (!colored.at(first.x + i * along.x, first.y + i * along.y)) continue;
-    const int step = difference(pixel + next, pixel - next);
-    steps_[static_cast<std::size_t>(i)] = step;
-    ++histogram_[static_cast<std::size_t>(std::min(step, 255))];
+  const cv::Point known = first - colored.window;
+  const std::uint64_t* row = colored.pixels.row(known.y);
+  const std::ptrdiff_t next_row = along.y * colored.pixels.row_words();
+  auto column = static_cast<unsigned>(known.x);
+  const auto next_column = static_cast<unsigned>(along.x);
+  for (int& step : steps_) {
+    if (row[column / BitPicture::word_bits] >> (column % BitPicture::word_bits) & 1) {
+      step = difference(pixel + next, pixel - next);
+      ++histogram_[static_cast<std::size_t>(std::min(step, 255))];
+    }
+    pixel += next;
+    row += next_row;
+    column += next_column;
   }
   // An edge is over after three pixels; shade goes on.
   for (int i = shade_px; i + shade_px < length; ++i) {
