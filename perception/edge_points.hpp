@@ -22,7 +22,7 @@ struct EdgeRingOptions {
   double stretch_length_px = 6;  ///< of the outline that makes one edge point
   /// A large ball has stretches of this length with gaps between them: more pixels would tell little more.
   double max_stretch_length_px = 9;
-  int min_stretches = 16, max_stretches = 72;
+  int min_stretches = 16, max_stretches = 48;
   double min_contrast = 10;  ///< grey levels between inside and outside
   double max_offset_px = 3;  ///< how far from the assumed outline an edge may lie
 };
