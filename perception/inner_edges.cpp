@@ -51,7 +51,7 @@ void InnerEdges::find(const cv::Mat& bgr, const ColoredPixels& colored, const Ra
   const cv::Rect inside = box & cv::Rect(known.x + clear_px, known.y + clear_px, known.width - 2 * clear_px,
                                          known.height - 2 * clear_px);
   if (inside.width < 3 || inside.height < 3) return;
-  const int stride = std::max(2, (2 * region_pixels + options_.max_looks - 1) / options_.max_looks);
+  const int stride = std::max(4, (2 * region_pixels + options_.max_looks - 1) / options_.max_looks);
   for (int v = inside.y + stride / 2; v < inside.br().y; v += stride)
     look_along(bgr, colored, {inside.x, v}, {1, 0}, inside.width);
   for (int u = inside.x + stride / 2; u < inside.br().x; u += stride)

@@ -13,7 +13,7 @@
 namespace ballservo {
 
 struct InnerEdgeOptions {
-  int max_looks = 3000;    ///< pixels looked at; of a larger region every few lines alone
+  int max_looks = 6000;    ///< pixels looked at; of a larger region every few lines alone
   int max_edges = 256;     ///< the strongest
   int min_step = 14;       ///< sum over the channels of the grey levels across an edge
   double over_middle = 3;  ///< an edge is so many times as strong as the middle of all looks (texture, noise)

@@ -20,7 +20,7 @@ struct TrackerOptions {
   double reach_px = 5;       ///< a ball's outline is sought so near the prediction, before its region is,
   double reach_radii = 0.4;  ///< and so near where its region shows no ball
   int newcomers_every =
-      5;  ///< pictures between two looks at the whole picture while all balls are being found
+      10;  ///< pictures between two looks at the whole picture while all balls are being found
   double expected_quality =
       0.17;  ///< suffices for a ball where a confirmed track expects it; elsewhere the detector's own
   double clear_quality = 0.5;   ///< below, a sight continues a track only in the size that is expected,
