@@ -17,9 +17,12 @@ struct Dilation {
   static std::uint64_t join(std::uint64_t a, std::uint64_t b) { return a | b; }
 };
 
+// What follows is compiled twice, inlined into functions with AVX2 and without.
+
 // A word joined with its pixels' neighbours up to `reach` to the left and right.
 template <class Operation, int reach>
-std::uint64_t with_neighbors(std::uint64_t before, std::uint64_t here, std::uint64_t after) {
+[[gnu::always_inline]] inline std::uint64_t with_neighbors(std::uint64_t before, std::uint64_t here,
+                                                           std::uint64_t after) {
   std::uint64_t joined = here;
   for (int i = 1; i <= reach; ++i) {
     const std::uint64_t left = here << i | before >> (BitPicture::word_bits - i);
@@ -32,21 +35,22 @@ std::uint64_t with_neighbors(std::uint64_t before, std::uint64_t here, std::uint
 // Every pixel of the words from `first` to `last` joined with its neighbours in the row. What lies beyond the
 // row is outside.
 template <class Operation, int reach>
-void along_row(const std::uint64_t* in, int words, int first, int last, std::uint64_t* out) {
-  std::uint64_t before = first > 0 ? in[first - 1] : Operation::outside;
-  std::uint64_t here = in[first];
-  for (int w = first; w <= last; ++w) {
-    const std::uint64_t after = w + 1 < words ? in[w + 1] : Operation::outside;
-    out[w] = with_neighbors<Operation, reach>(before, here, after);
-    before = here;
-    here = after;
-  }
+[[gnu::always_inline]] inline void along_row(const std::uint64_t* in, int words, int first, int last,
+                                             std::uint64_t* out) {
+  const auto at = [&](int w) { return w >= 0 && w < words ? in[w] : Operation::outside; };
+  const auto join_end = [&](int w) {
+    out[w] = with_neighbors<Operation, reach>(at(w - 1), in[w], at(w + 1));
+  };
+  join_end(first);
+  for (int w = first + 1; w < last; ++w)
+    out[w] = with_neighbors<Operation, reach>(in[w - 1], in[w], in[w + 1]);
+  join_end(last);
 }
 
 // Every row of `rows` by one operation and then the other, an opening or a closing; `row` is room for one.
 // Words that no set pixel is near to are left alone: there is nothing to change.
 template <class First, class Second, int reach>
-void along_rows(BitPicture& rows, std::vector<std::uint64_t>& row) {
+[[gnu::always_inline]] inline void along_rows(BitPicture& rows, std::vector<std::uint64_t>& row) {
   const int words = rows.row_words();
   const std::uint64_t behind = ~rows.last_word_bits();
   row.resize(static_cast<std::size_t>(words));
@@ -71,7 +75,7 @@ void along_rows(BitPicture& rows, std::vector<std::uint64_t>& row) {
 
 // Every word joined with those up to `reach` rows above and below.
 template <class Operation, int reach>
-void across_rows(const BitPicture& in, BitPicture& out) {
+[[gnu::always_inline]] inline void across_rows(const BitPicture& in, BitPicture& out) {
   out.resize(in.size());
   const int height = in.size().height, words = in.row_words();
   for (int v = 0; v < height; ++v) {
@@ -96,6 +100,38 @@ void across_rows(const BitPicture& in, BitPicture& out) {
   }
 }
 
+// An opening or a closing: the first operation and then the second by a square of 2 reach + 1 px. `rows` and
+// `row` are room for a picture and a row.
+template <class First, class Second, int reach>
+[[gnu::always_inline]] inline void by_both(const BitPicture& in, BitPicture& rows,
+                                           std::vector<std::uint64_t>& row, BitPicture& out) {
+  across_rows<First, reach>(in, rows);
+  along_rows<First, Second, reach>(rows, row);
+  across_rows<Second, reach>(rows, out);
+}
+
+template <class First, class Second, int reach>
+void by_both_portable(const BitPicture& in, BitPicture& rows, std::vector<std::uint64_t>& row,
+                      BitPicture& out) {
+  by_both<First, Second, reach>(in, rows, row, out);
+}
+#if defined(__x86_64__)
+template <class First, class Second, int reach>
+__attribute__((target("avx2"))) void by_both_avx2(const BitPicture& in, BitPicture& rows,
+                                                  std::vector<std::uint64_t>& row, BitPicture& out) {
+  by_both<First, Second, reach>(in, rows, row, out);
+}
+#endif
+
+template <class First, class Second, int reach>
+void by_both_fastest(const BitPicture& in, BitPicture& rows, std::vector<std::uint64_t>& row,
+                     BitPicture& out) {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2")) return by_both_avx2<First, Second, reach>(in, rows, row, out);
+#endif
+  by_both_portable<First, Second, reach>(in, rows, row, out);
+}
+
 template <class Change>
 void for_each_word(const BitPicture& picture, const Change& change) {
   for (int v = 0; v < picture.size().height; ++v) {
@@ -107,20 +143,14 @@ void for_each_word(const BitPicture& picture, const Change& change) {
 
 void ClassMorphology::open(const ClassPictures& classes, ClassPictures& opened) {
   opened.resize(classes.size());
-  for (std::size_t k = 0; k < classes.size(); ++k) {
-    across_rows<Erosion, 1>(classes[k], rows_);
-    along_rows<Erosion, Dilation, 1>(rows_, row_);
-    across_rows<Dilation, 1>(rows_, opened[k]);
-  }
+  for (std::size_t k = 0; k < classes.size(); ++k)
+    by_both_fastest<Erosion, Dilation, 1>(classes[k], rows_, row_, opened[k]);
 }
 
 void ClassMorphology::close(const ClassPictures& opened, ClassPictures& closed) {
   closed.resize(opened.size());
-  for (std::size_t k = 0; k < opened.size(); ++k) {
-    across_rows<Dilation, 2>(opened[k], rows_);
-    along_rows<Dilation, Erosion, 2>(rows_, row_);
-    across_rows<Erosion, 2>(rows_, closed[k]);
-  }
+  for (std::size_t k = 0; k < opened.size(); ++k)
+    by_both_fastest<Dilation, Erosion, 2>(opened[k], rows_, row_, closed[k]);
   if (opened.size() < 2) return;
   // Taken: by a class of its own, or by an earlier class that closed over it.
   taken_ = opened[0];
