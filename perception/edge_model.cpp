@@ -178,9 +178,6 @@ struct BasisOfEight {
   normal.squares = total(sums[parameters][parameters]);
 }
 
-void add_up_portable(const EdgeSamples& samples, const Vector& p, double radius_px, NormalEquations& normal) {
-  add_up(samples, p, radius_px, normal);
-}
 #if defined(__x86_64__)
 __attribute__((target("avx2"))) void add_up_avx2(const EdgeSamples& samples, const Vector& p,
                                                  double radius_px, NormalEquations& normal) {
@@ -188,17 +185,16 @@ __attribute__((target("avx2"))) void add_up_avx2(const EdgeSamples& samples, con
 }
 #endif
 
-// The same sums, to the last bit, on every machine.
-NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, double radius_px) {
+NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, double radius_px,
+                                 Instructions instructions) {
   NormalEquations normal;
 #if defined(__x86_64__)
-  static const bool has_avx2 = __builtin_cpu_supports("avx2");
-  if (has_avx2) {
+  if (may_use_avx2(instructions)) {
     add_up_avx2(samples, p, radius_px, normal);
     return normal;
   }
 #endif
-  add_up_portable(samples, p, radius_px, normal);
+  add_up(samples, p, radius_px, normal);
   return normal;
 }
 
@@ -234,7 +230,7 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
   Eigen::LLT<Matrix> llt;
   double variance = 0;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
-    NormalEquations normal = normal_equations(samples, p, prior.radius_px);
+    NormalEquations normal = normal_equations(samples, p, prior.radius_px, options.instructions);
     const double freedom = samples.count - parameters;
     noise = std::sqrt(normal.squares / std::max(1.0, freedom));
     // Priors count as measurements in units of the noise; a floor stands for quantisation.

@@ -9,6 +9,8 @@
 #include <array>
 #include <optional>
 
+#include "perception/instructions.hpp"
+
 namespace ballservo {
 
 /// Values of the basis functions and their slopes at x = (t0 - t)/s, for s = 1:
@@ -45,6 +47,7 @@ struct EdgeProfileOptions {
   double max_offset_px = 3;  ///< an edge further from the assumed outline is not the ball's
   int iterations = 6;
   double settled_px = 4e-3;  ///< a step of t0 that ends them: what would follow is its square
+  Instructions instructions = Instructions::fastest;
 };
 
 /// What is believed of the profile's shape before it is seen.

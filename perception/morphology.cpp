@@ -110,11 +110,6 @@ template <class First, class Second, int reach>
   across_rows<Second, reach>(rows, out);
 }
 
-template <class First, class Second, int reach>
-void by_both_portable(const BitPicture& in, BitPicture& rows, std::vector<std::uint64_t>& row,
-                      BitPicture& out) {
-  by_both<First, Second, reach>(in, rows, row, out);
-}
 #if defined(__x86_64__)
 template <class First, class Second, int reach>
 __attribute__((target("avx2"))) void by_both_avx2(const BitPicture& in, BitPicture& rows,
@@ -124,12 +119,12 @@ __attribute__((target("avx2"))) void by_both_avx2(const BitPicture& in, BitPictu
 #endif
 
 template <class First, class Second, int reach>
-void by_both_fastest(const BitPicture& in, BitPicture& rows, std::vector<std::uint64_t>& row,
-                     BitPicture& out) {
+void by_both_with(Instructions instructions, const BitPicture& in, BitPicture& rows,
+                  std::vector<std::uint64_t>& row, BitPicture& out) {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) return by_both_avx2<First, Second, reach>(in, rows, row, out);
+  if (may_use_avx2(instructions)) return by_both_avx2<First, Second, reach>(in, rows, row, out);
 #endif
-  by_both_portable<First, Second, reach>(in, rows, row, out);
+  by_both<First, Second, reach>(in, rows, row, out);
 }
 
 template <class Change>
@@ -144,13 +139,13 @@ void for_each_word(const BitPicture& picture, const Change& change) {
 void ClassMorphology::open(const ClassPictures& classes, ClassPictures& opened) {
   opened.resize(classes.size());
   for (std::size_t k = 0; k < classes.size(); ++k)
-    by_both_fastest<Erosion, Dilation, 1>(classes[k], rows_, row_, opened[k]);
+    by_both_with<Erosion, Dilation, 1>(instructions_, classes[k], rows_, row_, opened[k]);
 }
 
 void ClassMorphology::close(const ClassPictures& opened, ClassPictures& closed) {
   closed.resize(opened.size());
   for (std::size_t k = 0; k < opened.size(); ++k)
-    by_both_fastest<Dilation, Erosion, 2>(opened[k], rows_, row_, closed[k]);
+    by_both_with<Dilation, Erosion, 2>(instructions_, opened[k], rows_, row_, closed[k]);
   if (opened.size() < 2) return;
   // Taken: by a class of its own, or by an earlier class that closed over it.
   taken_ = opened[0];

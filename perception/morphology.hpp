@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "perception/bit_picture.hpp"
+#include "perception/instructions.hpp"
 
 namespace ballservo {
 
@@ -12,6 +13,8 @@ namespace ballservo {
 /// border is not eaten from there.
 class ClassMorphology {
  public:
+  explicit ClassMorphology(Instructions instructions = Instructions::fastest) : instructions_(instructions) {}
+
   /// Opening (3x3) of every class on its own: specks thinner than three pixels go.
   void open(const ClassPictures& classes, ClassPictures& opened);
   /// Closing (5x5) of every class on its own; a pixel that already has a class keeps it, and the first class
@@ -19,6 +22,7 @@ class ClassMorphology {
   void close(const ClassPictures& opened, ClassPictures& closed);
 
  private:
+  Instructions instructions_;
   BitPicture rows_, taken_;  // reused between frames
   std::vector<std::uint64_t> row_;
 };

@@ -76,6 +76,21 @@ TEST(EdgeProfile, SigmaIsTheSpread) {
   EXPECT_NEAR(std::sqrt(predicted / squares), 1, 0.3);
 }
 
+TEST(EdgeProfile, IsTheSameToTheLastBitWhateverTheProcessorHas) {
+  EdgeProfileOptions portable;
+  portable.instructions = Instructions::portable;
+  for (int i = 0; i < 50; ++i) {
+    EdgeSamples samples = profile(0.02 * i, 0.5 + 0.03 * i, 8, 4, static_cast<std::uint64_t>(i));
+    samples.count -= i % 9;  // no whole number of vectors
+    const auto fastest = fit_edge_profile(samples, 0.4, {}, {}),
+               other = fit_edge_profile(samples, 0.4, {}, portable);
+    ASSERT_TRUE(fastest && other);
+    EXPECT_EQ(fastest->offset_px, other->offset_px);
+    EXPECT_EQ(fastest->sigma_px, other->sigma_px);
+    EXPECT_EQ(fastest->residual, other->residual);
+  }
+}
+
 TEST(EdgeProfile, NoEdgeHasNoFit) {
   EdgeSamples flat = profile(0, 0.8, 0, 0);
   flat.intensity.fill(80);
