@@ -13,8 +13,8 @@ namespace ballservo {
 namespace {
 
 constexpr double half_pi = 1.57079632679489662;
-// The outline of a smaller thing may be any; a disc of a few pixels may fill its box.
-constexpr std::size_t least_outline_px = 16, least_box_outline_px = 40;
+// The outline of a smaller thing may be any; a disc of under 5 px radius may fill its box.
+constexpr std::size_t least_outline_px = 16, least_box_outline_px = 28;
 constexpr int turns = 12;
 constexpr std::size_t most_points = 64;  // for the ellipse: enough
 // Pixels scatter by 0.29 px about a smooth outline. A ball smeared by its own motion is longer than broad
