@@ -13,7 +13,7 @@ namespace ballservo {
 namespace {
 
 constexpr double half_pi = 1.57079632679489662;
-// The outline of a smaller thing may be any; a disc of under 5 px radius may fill its box.
+// The outline of a smaller thing may be any; one of under 5 px radius may fill its box.
 constexpr std::size_t least_outline_px = 16, least_box_outline_px = 28;
 constexpr int turns = 12;
 constexpr std::size_t most_points = 64;  // for the ellipse: enough
@@ -114,8 +114,8 @@ RegionShape region_shape(const std::vector<BoundaryPixel>& outline, const std::v
 }
 
 bool is_no_balls(const RegionShape& shape) {
-  return shape.box_fill > most_box_fill ||
-         (shape.axis_ratio < least_axis_ratio && shape.ellipse_residual_px < smooth_residual_px);
+  if (shape.ellipse_residual_px < smooth_residual_px) return shape.axis_ratio < least_axis_ratio;
+  return shape.box_fill > most_box_fill;
 }
 
 }  // namespace ballservo

@@ -5,6 +5,7 @@
 // does what is left of a ball fill the rectangle around it.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "perception/circle_vote.hpp"
@@ -17,7 +18,8 @@ struct RegionShape {
   /// Of the ellipse nearest to the outline, seen from straight before it: short axis by long axis, 1 for a
   /// ball wherever it stands.
   double axis_ratio = 1;
-  double ellipse_residual_px = 0;  ///< RMS distance of the outline from that ellipse
+  /// RMS distance of the outline from that ellipse; infinite where there is none.
+  double ellipse_residual_px = std::numeric_limits<double>::infinity();
   double box_fill = 0;  ///< of the smallest rectangle around the region: pi/4 for a disc, 1 for a box
 };
 
@@ -26,7 +28,8 @@ struct RegionShape {
 RegionShape region_shape(const std::vector<BoundaryPixel>& outline, const std::vector<BoundaryPoint>& points,
                          int pixels, double focal_px);
 
-/// Is it surely another thing than a ball, whole or partly hidden?
+/// Is it surely another thing than a ball, whole or partly hidden? Of an ellipse its axes tell, of any other
+/// shape how it fills its rectangle.
 bool is_no_balls(const RegionShape& shape);
 
 }  // namespace ballservo

@@ -100,6 +100,16 @@ TEST(RegionShape, ALensThatMagnifiesMakesNoBoxOfABall) {
   EXPECT_FALSE(looks_other(ball));
 }
 
+TEST(RegionShape, SmallDiscsAndBoxesAreTold) {
+  for (double size_px = 5.2; size_px < 10; size_px += 0.2) {
+    EXPECT_FALSE(looks_other(draw({0, 0}, 20, [&](const Eigen::Vector2d& p) { return p.norm() < size_px; })))
+        << size_px;
+    EXPECT_TRUE(looks_other(draw({0, 0}, 20, [&](const Eigen::Vector2d& p) {
+      return p.cwiseAbs().maxCoeff() < size_px;
+    }))) << size_px;
+  }
+}
+
 TEST(RegionShape, AFewPixelsTellNothing) {
   EXPECT_FALSE(looks_other(disc_aslant(2.4, 0.6, 0)));
   EXPECT_FALSE(looks_other({}));
