@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
-#include <thread>
+#include <system_error>
 #include <vector>
 
 #include "app/experiment/collision_cause.hpp"
@@ -38,7 +38,9 @@ GuardOptions realtime_guard(const Scenario& scenario) {
 /// Threads that have ended when it has: also where one of them could not be started.
 class Crew {
  public:
-  explicit Crew(std::atomic<bool>& over) : over_(over) { threads_.reserve(3); }
+  Crew(std::atomic<bool>& over, const RealtimeOptions& options) : over_(over), options_(options) {
+    threads_.reserve(3);
+  }
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
   ~Crew() {
@@ -48,13 +50,21 @@ class Crew {
     }
   }
   template <typename Work>
-  void start(const Work& work) {
-    threads_.emplace_back(work);
+  void start(const char* name, const Work& work) {
+    try {
+      threads_.push_back(options_.start_thread ? options_.start_thread(work) : std::thread(work));
+    } catch (const std::system_error& error) {
+      throw Refusal(std::string("--realtime: no thread for the ") + name + " could be started (" +
+                    error.code().message() +
+                    "); raise the limits of processes and memory (ulimit -u, ulimit -v), or leave "
+                    "--realtime out");
+    }
   }
   void wait_for_last() { threads_.back().join(); }
 
  private:
   std::atomic<bool>& over_;
+  const RealtimeOptions& options_;
   std::vector<std::thread> threads_;
 };
 
@@ -75,10 +85,10 @@ class Realtime {
   RealtimeRun run() {
     clock_ = RunClock();
     {
-      Crew crew(over_);
-      crew.start([this] { until_over([this] { see(); }); });
-      crew.start([this] { until_over([this] { watch(); }); });
-      crew.start([this] { until_over([this] { steer(); }); });
+      Crew crew(over_, realtime_);
+      crew.start("camera", [this] { until_over([this] { see(); }); });
+      crew.start("guard", [this] { until_over([this] { watch(); }); });
+      crew.start("controller", [this] { until_over([this] { steer(); }); });
       crew.wait_for_last();
     }
     if (failure_) std::rethrow_exception(failure_);

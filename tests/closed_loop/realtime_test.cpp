@@ -1,9 +1,12 @@
 // Runs on the wall clock: what the guard promises, and that threads neither race nor hang.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <future>
 #include <numeric>
+#include <system_error>
 
 #include "app/experiment/realtime_runner.hpp"
 #include "calibration/files/random.hpp"
@@ -100,6 +103,34 @@ TEST(Realtime, AFaultOfTheCameraEndsTheRunAndIsHandedOn) {
     return true;
   };
   EXPECT_THROW(run_realtime(scenario, options, realtime), std::runtime_error);
+}
+
+TEST(Realtime, AThreadThatCannotBeStartedEndsTheOthersAndIsSaidInWords) {
+  const Scenario scenario = scenario_of(100);
+  RunOptions options;
+  options.perception = PerceptionLevel::geometric;
+  for (const int failing : {1, 2, 3}) {
+    int asked = 0;
+    std::atomic<int> running{0};
+    RealtimeOptions realtime;
+    realtime.start_thread = [&](std::function<void()> work) {
+      if (++asked == failing)
+        throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
+      ++running;
+      return std::thread([&running, work = std::move(work)] {
+        work();
+        --running;
+      });
+    };
+    try {
+      run_realtime(scenario, options, realtime);
+      FAIL() << "ran without thread " << failing;
+    } catch (const Refusal& refusal) {
+      EXPECT_THAT(refusal.what(), testing::HasSubstr("could be started"));
+    }
+    EXPECT_EQ(asked, failing);
+    EXPECT_EQ(running, 0) << "threads that outlive the run";
+  }
 }
 
 TEST(Realtime, TheBallIsReachedAsInSimulatedTime) {
