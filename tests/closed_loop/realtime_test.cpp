@@ -133,6 +133,21 @@ TEST(Realtime, AThreadThatCannotBeStartedEndsTheOthersAndIsSaidInWords) {
   }
 }
 
+// Rendering and tracker run on the camera's thread, and rendering on more of its own.
+TEST(Realtime, PicturesAreRenderedAndLookedAtBesideControlAndGuard) {
+  const Scenario scenario = scenario_of(100);
+  RunOptions options;
+  options.perception = PerceptionLevel::image;
+  options.seed = 100;
+  options.colors = std::make_shared<ColorTable>(read_color_file(scenario.colors));
+  options.go_on = [](double time_s) { return time_s < 1.5; };
+  const RealtimeRun run = run_realtime(scenario, options, {});
+  EXPECT_EQ(run.record.summary.outcome, Outcome::interrupted);
+  EXPECT_FALSE(run.record.frames.empty());
+  EXPECT_FALSE(run.record.key_frames.empty());
+  EXPECT_GT(run.record.steps.size(), 20u);
+}
+
 TEST(Realtime, TheBallIsReachedAsInSimulatedTime) {
   const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / "static_ball.yaml",
                                           {"balls.0.position.x_m=1.4", "balls.0.position.y_m=0.1"}, 4);
