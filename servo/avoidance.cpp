@@ -51,6 +51,10 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
     if (const auto pose_then = poses.at(inbox_[k].fired_s)) space_.look(inbox_[k], *pose_then);
   }
   inbox_count_ = 0;
+  for (std::size_t k = 0; k < scan_count_; ++k) {
+    if (const auto pose_then = poses.at(scans_[k].time_s)) space_.look(scans_[k], *pose_then);
+  }
+  scan_count_ = 0;
 }
 
 ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) {

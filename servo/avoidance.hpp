@@ -22,6 +22,7 @@ struct AvoidanceOptions {
   GuardOptions guard;
   SteeringOptions steering;
   bool creep = true;      ///< see ShieldOptions
+  bool floor = true;      ///< what the camera sees standing on the floor is not free
   double model_m = 0.01;  ///< see ShieldOptions
 
   void check(FaultList& faults, const std::string& place) const;
@@ -37,6 +38,10 @@ class Avoidance {
   /// An answer of a sonar, as it arrives.
   void hear(const SonarReading& reading) {
     if (inbox_count_ < inbox_.size()) inbox_[inbox_count_++] = reading;
+  }
+  /// What a frame showed of the floor, as it arrives; with `floor` only.
+  void see(const FloorScan& scan) {
+    if (options_.floor && scan_count_ < scans_.size()) scans_[scan_count_++] = scan;
   }
   /// A frame of the camera arrived then, whatever it showed.
   void see_frame(double arrived_s) { frame_s_ = arrived_s; }
@@ -71,6 +76,8 @@ class Avoidance {
   ShieldVerdict last_;
   std::array<SonarReading, 64> inbox_;
   std::size_t inbox_count_ = 0;
+  std::array<FloorScan, 4> scans_;
+  std::size_t scan_count_ = 0;
   double frame_s_ = SensorStamps::never, way_m_ = 0;
   bool started_ = false;
   Pose2 pose_;

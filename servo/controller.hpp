@@ -103,6 +103,11 @@ class Controller {
     if (avoidance_) avoidance_->hear(reading);
   }
 
+  /// What a frame showed of the floor, when it arrives. Ignored without avoidance.
+  void see(const FloorScan& scan) {
+    if (avoidance_) avoidance_->see(scan);
+  }
+
   /// What the sonars have shown; null without avoidance.
   const Avoidance* avoidance() const { return avoidance_ ? &*avoidance_ : nullptr; }
 

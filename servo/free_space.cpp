@@ -15,8 +15,6 @@ constexpr double half_diagonal_m = 0.7071067811865476 * FreeSpace::cell_m;
 constexpr double epoch_path_m = 0.01, epoch_turn_rad = 0.03;
 constexpr double same_echo_m = 0.2;  // between two firings of a transducer, while things and robot move
 
-int floor_index(double value_m) { return static_cast<int>(std::floor(value_m / FreeSpace::cell_m)); }
-
 }  // namespace
 
 void FreeSpaceOptions::check(FaultList& faults, const std::string& place) const {
@@ -86,15 +84,8 @@ struct FreeSpace::Region {
 FreeSpace::FreeSpace(const FreeSpaceOptions& options)
     : options_(options),
       free_since_(static_cast<std::size_t>(size) * size, 0),
-      suspected_(static_cast<std::size_t>(size) * size, 0),
+      marks_(static_cast<std::size_t>(size) * size, 0),
       suspects_(static_cast<std::size_t>(size / block) * (size / block), 0) {}
-
-FloorCell FreeSpace::cell_at(double x_m, double y_m) { return {floor_index(x_m), floor_index(y_m)}; }
-
-bool FreeSpace::in_window(const FloorCell& cell) const {
-  return cell.column >= first_column_ && cell.column < first_column_ + size && cell.row >= first_row_ &&
-         cell.row < first_row_ + size;
-}
 
 bool FreeSpace::still_counts(std::uint32_t seen, double distance_m, Drift drift) const {
   if (now_ - seen >= epochs_.size()) return false;
@@ -115,26 +106,35 @@ bool FreeSpace::is_free(const FloorCell& cell, Drift drift) const {
 }
 
 bool FreeSpace::is_suspected(const FloorCell& cell) const {
-  return in_window(cell) && suspected_[index(cell.column, cell.row)] != 0;
+  return in_window(cell) && (marks_[index(cell.column, cell.row)] & (heard | standing)) != 0;
 }
 
-void FreeSpace::suspect(int column, int row, bool yes) {
-  std::uint8_t& cell = suspected_[index(column, row)];
-  if ((cell != 0) == yes) return;
-  cell = yes ? 1 : 0;
-  // Floor division for negative indices too.
+bool FreeSpace::is_standing(const FloorCell& cell) const {
+  return in_window(cell) && (marks_[index(cell.column, cell.row)] & standing) != 0;
+}
+
+void FreeSpace::set_mark(int column, int row, Mark mark, bool yes) {
+  std::uint8_t& cell = marks_[index(column, row)];
+  const int before = cell;
+  cell = static_cast<std::uint8_t>(yes ? before | mark : before & ~mark);
+  if (cell == before) return;
+  const auto changed = [before, &cell](int marks) {
+    return ((cell & marks) != 0 ? 1 : 0) - ((before & marks) != 0 ? 1 : 0);
+  };
+  seen_cells_ += changed(standing | glimpsed_even | glimpsed_odd);
+  // The shift is a floor division for negative indices too.
   std::uint8_t& count = suspects_[block_index(column >> 2, row >> 2)];
-  count = static_cast<std::uint8_t>(yes ? count + 1 : count - 1);
+  count = static_cast<std::uint8_t>(count + changed(heard | standing));
 }
 
 void FreeSpace::forget(int column, int row) {
   free_since_[index(column, row)] = 0;
-  suspect(column, row, false);
+  for (const Mark mark : {heard, standing, glimpsed_even, glimpsed_odd}) set_mark(column, row, mark, false);
 }
 
 /// Keeps the robot in the middle of the window: cells that enter it have never been seen.
 void FreeSpace::follow(const Pose2& pose) {
-  const int column = floor_index(pose.x_m) - size / 2, row = floor_index(pose.y_m) - size / 2;
+  const int column = index_at(pose.x_m) - size / 2, row = index_at(pose.y_m) - size / 2;
   const auto steps = [](int from, int to) { return std::min(std::abs(to - from), size); };
   const int columns = steps(first_column_, column), rows = steps(first_row_, row);
   for (int k = 0; k < columns; ++k) {
@@ -153,8 +153,8 @@ void FreeSpace::move(double time_s, const Pose2& pose) {
   if (!started_) {
     started_ = true;
     pose_ = pose;
-    first_column_ = floor_index(pose.x_m) - size / 2;
-    first_row_ = floor_index(pose.y_m) - size / 2;
+    first_column_ = index_at(pose.x_m) - size / 2;
+    first_row_ = index_at(pose.y_m) - size / 2;
     sum_.time_s = time_s;
     epochs_[now_] = sum_;
     if (options_.start_clear_m > 0.0) {
@@ -164,7 +164,7 @@ void FreeSpace::move(double time_s, const Pose2& pose) {
       disc.disc_radius_m = options_.start_clear_m;
       disc.y_low_m = pose.y_m - options_.start_clear_m;
       disc.y_high_m = pose.y_m + options_.start_clear_m;
-      mark_free(disc, now_);
+      mark_free(disc, now_, true);
     }
     return;
   }
@@ -200,7 +200,7 @@ void FreeSpace::move(double time_s, const Pose2& pose) {
   const double reach_m = std::hypot(std::max(body.front_m, body.rear_m), body.half_width_m);
   under.y_low_m = pose.y_m - reach_m;
   under.y_high_m = pose.y_m + reach_m;
-  mark_free(under, now_);
+  mark_free(under, now_, true);
 }
 
 /// The newest epoch that had begun by then.
@@ -211,9 +211,9 @@ std::uint32_t FreeSpace::epoch_at(double time_s) const {
 }
 
 /// A cell lies within a convex region exactly when its upper and its lower edge do.
-void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number) {
-  const int first = std::max(floor_index(region.y_low_m), first_row_);
-  const int last = std::min(floor_index(region.y_high_m), first_row_ + size - 1);
+void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number, bool by_body) {
+  const int first = std::max(index_at(region.y_low_m), first_row_);
+  const int last = std::min(index_at(region.y_high_m), first_row_ + size - 1);
   Span below = region.at(first * cell_m);
   for (int row = first; row <= last; ++row) {
     const Span above = region.at((row + 1) * cell_m);
@@ -222,11 +222,14 @@ void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number) {
     below = above;
     if (!both) continue;
     const int first_in = std::max(static_cast<int>(std::ceil(low_m / cell_m)), first_column_);
-    const int last_in = std::min(floor_index(high_m) - 1, first_column_ + size - 1);
+    const int last_in = std::min(index_at(high_m) - 1, first_column_ + size - 1);
     for (int column = first_in; column <= last_in; ++column) {
       const std::size_t at = index(column, row);
+      if ((marks_[at] & standing) != 0 && !by_body) continue;
       free_since_[at] = std::max(free_since_[at], epoch_number);
-      suspect(column, row, false);
+      if (marks_[at] == 0) continue;
+      set_mark(column, row, heard, false);
+      if (by_body) see_floor({column, row});
     }
   }
 }
@@ -255,7 +258,7 @@ void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer, b
   each([this, explained](const FloorCell& cell) {
     if (explained && is_free(cell)) return false;
     free_since_[index(cell.column, cell.row)] = 0;
-    suspect(cell.column, cell.row, true);
+    set_mark(cell.column, cell.row, heard, true);
     return false;
   });
 }
@@ -290,7 +293,7 @@ void FreeSpace::look(const SonarReading& reading, const Pose2& pose_then) {
       (std::sin(transducer.yaw_rad) > 0.0 ? cone.y_high_m : cone.y_low_m) =
           p.y() + (std::sin(transducer.yaw_rad) > 0.0 ? radius_m : -radius_m);
     }
-    mark_free(cone, epoch_at(reading.fired_s));
+    mark_free(cone, epoch_at(reading.fired_s), false);
   }
   if (reading.echo && reading.range_m <= options_.look_range_m) mark_arc(reading, transducer, heard_before);
 }
@@ -318,8 +321,8 @@ bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double mar
   const double side = footprint.half_width_m + around_m;
   const double up = std::max(s * front, -s * rear) + std::abs(c) * side;
   const double down = std::max(-s * front, s * rear) + std::abs(c) * side;
-  const int last_row = floor_index(pose.y_m + up);
-  for (int row = floor_index(pose.y_m - down); row <= last_row; ++row) {
+  const int last_row = index_at(pose.y_m + up);
+  for (int row = index_at(pose.y_m - down); row <= last_row; ++row) {
     // Along the row: -rear <= c x + s y <= front, |-s x + c y| <= side.
     const double y = center_m(row) - pose.y_m;
     double low = -1e9, high = 1e9;
@@ -335,8 +338,8 @@ bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double mar
     cut(c, -rear - s * y, front - s * y);
     cut(-s, -side - c * y, side - c * y);
     if (low > high) continue;
-    const int last_column = floor_index(pose.x_m + high);
-    for (int column = floor_index(pose.x_m + low); column <= last_column; ++column) {
+    const int last_column = index_at(pose.x_m + high);
+    for (int column = index_at(pose.x_m + low); column <= last_column; ++column) {
       if (!is_free({column, row}, drift)) {
         if (from != nullptr && comes_no_nearer({column, row}, footprint, pose, *from)) continue;
         if (obstacle != nullptr) *obstacle = {column, row};

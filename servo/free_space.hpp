@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/files/fault.hpp"
+#include "servo/floor_scan.hpp"
 #include "servo/odometry_bound.hpp"
 #include "servo/sonar.hpp"
 #include "servo/unicycle.hpp"
@@ -44,6 +45,9 @@ struct FloorCell {
 /// echo lies somewhere on an arc: where some cell of the arc is not free, that explains it; where all are,
 /// and the echo is heard twice, something has come, and the whole arc is free no longer. Cells of arcs that
 /// nobody has seen free are *suspected*: a matter for finding ways, not for safety.
+///
+/// What the camera sees standing on the floor, twice in a row, is *standing*: suspected, not free, and no
+/// firing makes it so, until the camera sees floor there or the robot's body has been there.
 class FreeSpace {
  public:
   static constexpr double cell_m = 0.03;
@@ -60,9 +64,16 @@ class FreeSpace {
   /// A firing, with the odometry's pose at that moment.
   void look(const SonarReading& reading, const Pose2& pose_then);
 
-  bool in_window(const FloorCell& cell) const;
+  /// A frame's word on the floor, with the odometry's pose when it was exposed.
+  void look(const FloorScan& scan, const Pose2& pose_then);
+
+  bool in_window(const FloorCell& cell) const {
+    return cell.column >= first_column_ && cell.column < first_column_ + size && cell.row >= first_row_ &&
+           cell.row < first_row_ + size;
+  }
   bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const;
   bool is_suspected(const FloorCell& cell) const;
+  bool is_standing(const FloorCell& cell) const;
 
   /// Squares of `block` x `block` cells, counted from the same origin, in which something is suspected.
   static constexpr int block = 4;
@@ -70,7 +81,14 @@ class FreeSpace {
     return suspects_[block_index(block_column, block_row)] != 0;
   }
 
-  static FloorCell cell_at(double x_m, double y_m);
+  static FloorCell cell_at(double x_m, double y_m) { return {index_at(x_m), index_at(y_m)}; }
+  /// Of the column at x or the row at y. Truncation is rounding down but for negative numbers; std::floor is
+  /// a call on machines of the baseline.
+  static int index_at(double value_m) {
+    const double scaled = value_m / cell_m;
+    const int whole = static_cast<int>(scaled);
+    return whole - (scaled < whole ? 1 : 0);
+  }
   static double center_m(int index) { return (index + 0.5) * cell_m; }
 
   double drift_m(Drift drift) const {
@@ -106,11 +124,16 @@ class FreeSpace {
     constexpr int blocks = size / block, mask = blocks - 1;
     return static_cast<std::size_t>((block_row & mask) * blocks + (block_column & mask));
   }
-  void suspect(int column, int row, bool yes);
+  /// What a cell is suspected of: an echo, something that the camera saw, or saw in one frame, of an even or
+  /// an odd number (which alone counts for nothing).
+  enum Mark : std::uint8_t { heard = 1, standing = 2, glimpsed_even = 4, glimpsed_odd = 8 };
+  void set_mark(int column, int row, Mark mark, bool yes);
+  void see_floor(const FloorCell& cell);
   const Epoch& epoch(std::uint32_t number) const { return epochs_[number % epochs_.size()]; }
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
-  void mark_free(const Region& region, std::uint32_t epoch_number);
+  /// Free, but for what is standing; where the body has been nothing stands.
+  void mark_free(const Region& region, std::uint32_t epoch_number, bool by_body);
   bool comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
                        const Pose2& from) const;
   void mark_arc(const SonarReading& reading, const Pose2& transducer, bool heard_before);
@@ -128,7 +151,9 @@ class FreeSpace {
   Epoch sum_;                              // path and turn up to now
   std::array<double, sonar_count> last_range_m_{};
   std::vector<std::uint32_t> free_since_;
-  std::vector<std::uint8_t> suspected_, suspects_;  // cells; how many of each block
+  std::vector<std::uint8_t> marks_, suspects_;  // of cells; how many cells of each block are suspected
+  int seen_cells_ = 0;                          // that are standing or glimpsed
+  unsigned scans_ = 0;
 };
 
 }  // namespace ballservo

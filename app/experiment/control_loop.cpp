@@ -25,6 +25,11 @@ void ControlLoop::hear(const SeenFrame& frame) {
   BallMeasurement heard_of = frame.record.measurement;
   heard_of.time_s -= scenario_.believed.latency_error_s;
   controller_.see(heard_of, frame.arrives_s);
+  if (frame.floor.count > 0) {
+    FloorScan floor = frame.floor;
+    floor.time_s = heard_of.time_s;
+    controller_.see(floor);
+  }
   perception_ms_ = frame.perception_ms;
   heard_ = true;
 }

@@ -32,6 +32,12 @@ std::unique_ptr<BallSight> make_sight(const Scenario& scenario, const RunOptions
                           options.seed, scenario.fixed_colors);
 }
 
+std::unique_ptr<FloorSight> make_floor_sight(const Scenario& scenario, const RunOptions& options) {
+  if (scenario.avoidance.type == AvoidanceOptions::Type::none || !scenario.avoidance.floor) return nullptr;
+  if (options.perception == PerceptionLevel::image) return make_image_floor_sight(scenario);
+  return make_geometric_floor_sight(scenario, options.seed, options.perception == PerceptionLevel::truth);
+}
+
 }  // namespace
 
 RunCamera::RunCamera(const Scenario& scenario, const RunOptions& options)
@@ -39,6 +45,7 @@ RunCamera::RunCamera(const Scenario& scenario, const RunOptions& options)
       seed_(options.seed),
       image_(options.perception == PerceptionLevel::image),
       sight_(make_sight(scenario, options)),
+      floor_(make_floor_sight(scenario, options)),
       faults_(scenario.camera.faults, options.seed) {
   if (image_ || options.on_picture) {
     renderer_ =
@@ -68,7 +75,10 @@ std::optional<SeenFrame> RunCamera::expose(double time_s, const Pose2& robot, st
   const CameraView view{scenario_.X_WC(robot), time_s};
   const Instant& instant = instants_[next_instant_];
   if (instant.rendered) views_.push_back(view);
-  if (instant.share == 0.5) middle_ = view;
+  if (instant.share == 0.5) {
+    middle_ = view;
+    middle_robot_ = robot;
+  }
   if (++next_instant_ < instants_.size()) return std::nullopt;
   std::optional<SeenFrame> frame;
   if (!faults_.drops(middle_.time_s)) frame = finish(rows);
@@ -95,7 +105,8 @@ SeenFrame RunCamera::finish(std::string& rows) {
     frame.picture =
         ballservo::expose(renderer_->radiance(views_), sensor, seed_, static_cast<std::uint64_t>(frame_));
   }
-  if (!CameraFaults::shows_colors(level)) target.visible_fraction = 0;  // for levels without pictures
+  const bool shows_colors = CameraFaults::shows_colors(level);
+  if (!shows_colors) target.visible_fraction = 0;  // for levels without pictures
 
   SightInput input;
   input.frame = record.frame;
@@ -104,6 +115,9 @@ SeenFrame RunCamera::finish(std::string& rows) {
   input.target = &target;
   const double before_s = thread_cpu_s();
   const Sight sight = sight_->look(input, rows);
+  if (floor_ && (image_ || shows_colors)) {
+    frame.floor = floor_->look({input.frame, input.time_s, middle_robot_, input.picture, sight.outline});
+  }
   frame.perception_ms = (thread_cpu_s() - before_s) * 1e3;
   record.measurement = sight.measurement;
   record.measured = sight.outline;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/experiment/ball_sight.hpp"
+#include "app/experiment/floor_sight.hpp"
 #include "app/experiment/runner.hpp"
 #include "app/experiment/scenario.hpp"
 #include "servo/simulation/camera_renderer.hpp"
@@ -15,6 +16,7 @@ namespace ballservo {
 /// A frame that has been exposed and looked at.
 struct SeenFrame {
   FrameRecord record;
+  FloorScan floor;           ///< empty where nobody looks at the floor
   cv::Mat picture;           ///< empty where none was rendered
   double arrives_s = 0;      ///< when the control loop hears of it
   double perception_ms = 0;  ///< processor time
@@ -50,6 +52,7 @@ class RunCamera {
   std::uint64_t seed_;
   bool image_;
   std::unique_ptr<BallSight> sight_;
+  std::unique_ptr<FloorSight> floor_;         // where the floor is looked at
   std::unique_ptr<CameraRenderer> renderer_;  // where pictures are needed
   CameraFaults faults_;
   std::vector<Instant> instants_;
@@ -57,6 +60,7 @@ class RunCamera {
   std::size_t next_instant_ = 0;
   std::vector<CameraView> views_;
   CameraView middle_;
+  Pose2 middle_robot_;
 };
 
 }  // namespace ballservo

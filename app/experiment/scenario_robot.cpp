@@ -112,6 +112,7 @@ AvoidanceOptions read_avoidance(StrictYaml& yaml, const RobotSettings& robot) {
     node.fault("type", name + ", for a robot without sonars", "none, or robot.sonar beside it");
   }
   avoidance.creep = node.boolean("creep", avoidance.creep);
+  avoidance.floor = node.boolean("floor", avoidance.floor);
   FreeSpaceOptions& space = avoidance.space;
   space.start_clear_m = node.number("start_clear_m", NumberRange::within(0, 3, "m"), space.start_clear_m);
   space.memory_s = node.number("memory_s", {0, 600, true, false, "s"}, space.memory_s);

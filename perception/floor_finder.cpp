@@ -1,0 +1,186 @@
+#include "perception/floor_finder.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/files/fault.hpp"
+#include "calibration/files/numbers.hpp"
+
+namespace ballservo {
+
+namespace {
+
+// Of the bins; a Gaussian of 0.7 and one of 2.5 bins.
+constexpr std::array<float, 2> chroma_kernel{0.570F, 0.206F};
+constexpr std::array<float, 7> light_kernel{0.161F, 0.149F, 0.117F, 0.078F, 0.045F, 0.022F, 0.009F};
+constexpr int light_bins_an_octave = 8;
+constexpr std::size_t least_run = 2;  // pixels of a path, for an edge
+
+}  // namespace
+
+void FloorFinderOptions::validate() const {
+  FaultList faults;
+  const auto check = [&faults](const char* name, double value, double low, double high, const char* allowed) {
+    if (value >= low && value <= high) return;
+    faults.add(name, std::isfinite(value) ? number_text(value) : "not a finite number", allowed);
+  };
+  check("rare_chroma", rare_chroma, 0, 1, "a number from 0 to 1");
+  check("rare_light", rare_light, 0, 1, "a number from 0 to 1");
+  check("renewal", renewal, 0, 1, "a number from 0 to 1");
+  check("known_growth", known_growth, 1, 10, "a number from 1 to 10");
+  faults.throw_if_any();
+}
+
+FloorFinder::FloorFinder(std::vector<FloorPath> paths, const FloorFinderOptions& options)
+    : paths_(std::move(paths)), options_(options) {
+  options.validate();
+  low_ = {1 << 20, 1 << 20};
+  for (const FloorPath& path : paths_) {
+    samples_.emplace_back(path.pixels.size());
+    floor_.emplace_back(path.pixels.size(), 0);
+    for (const cv::Point& p : path.pixels) {
+      low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y)};
+      high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y)};
+    }
+  }
+  edges_.resize(paths_.size());
+  for (std::size_t sum = 0; sum < light_bin_.size(); ++sum) {
+    const double octaves = std::log2(1.0 + static_cast<double>(sum) / 3.0);
+    light_bin_[sum] = static_cast<std::uint8_t>(std::min(octaves * light_bins_an_octave, light_bins - 1.0));
+  }
+}
+
+bool FloorFinder::inside(const cv::Mat& bgr) const {
+  return bgr.type() == CV_8UC3 && low_.x >= 0 && low_.y >= 0 && high_.x < bgr.cols && high_.y < bgr.rows &&
+         bgr.cols > 2 && bgr.rows > 2;
+}
+
+void FloorFinder::sample(const cv::Mat& bgr, const KnownRound* known) {
+  const double known_px = known != nullptr ? known->radius_px * options_.known_growth : 0.0;
+  for (std::size_t k = 0; k < paths_.size(); ++k) {
+    for (std::size_t i = 0; i < paths_[k].pixels.size(); ++i) {
+      const cv::Point& p = paths_[k].pixels[i];
+      const int u = std::clamp(p.x, 1, bgr.cols - 2), v = std::clamp(p.y, 1, bgr.rows - 2);
+      int blue = 0, green = 0, red = 0;
+      for (int row = v - 1; row <= v + 1; ++row) {
+        const std::uint8_t* at = bgr.ptr<std::uint8_t>(row) + 3 * (u - 1);
+        for (int column = 0; column < 3; ++column, at += 3) {
+          blue += at[0];
+          green += at[1];
+          red += at[2];
+        }
+      }
+      const int sum = blue + green + red + 27;
+      Sample& sample = samples_[k][i];
+      sample.chroma =
+          static_cast<std::uint16_t>(std::min(chroma_bins - 1, (red + 9) * chroma_bins / sum) * chroma_bins +
+                                     std::min(chroma_bins - 1, (green + 9) * chroma_bins / sum));
+      sample.light = light_bin_[static_cast<std::size_t>((sum - 27) / 9)];
+      sample.known = known != nullptr && std::hypot(p.x - known->x_px, p.y - known->y_px) < known_px;
+    }
+  }
+}
+
+/// Adds the pixels that are certain: at first as told, later close ones that were found to be floor.
+void FloorFinder::learn(bool first) {
+  double count = 0;
+  const auto each = [&](const auto& visit) {
+    for (std::size_t k = 0; k < paths_.size(); ++k) {
+      const std::size_t certain = std::min(paths_[k].certain, samples_[k].size());
+      for (std::size_t i = 0; i < certain; ++i) {
+        if (!samples_[k][i].known && (first || i < edges_[k].end)) visit(samples_[k][i]);
+      }
+    }
+  };
+  each([&count](const Sample&) { ++count; });
+  if (count == 0) return;
+  const auto share = static_cast<float>((first ? 1.0 : options_.renewal) / count);
+  const auto kept = static_cast<float>(first ? 0.0 : 1.0 - options_.renewal);
+  for (float& value : chroma_) value *= kept;
+  for (float& value : light_) value *= kept;
+  each([&](const Sample& s) {
+    chroma_[s.chroma] += share;
+    light_[s.light] += share;
+  });
+  smooth();
+}
+
+void FloorFinder::smooth() {
+  chroma_share_.fill(0);
+  for (int r = 0; r < chroma_bins; ++r) {
+    for (int g = 0; g < chroma_bins; ++g) {
+      const float value = chroma_[static_cast<std::size_t>(r * chroma_bins + g)];
+      if (value == 0) continue;
+      for (int y = std::max(0, r - 1); y <= std::min(chroma_bins - 1, r + 1); ++y) {
+        for (int x = std::max(0, g - 1); x <= std::min(chroma_bins - 1, g + 1); ++x) {
+          chroma_share_[static_cast<std::size_t>(y * chroma_bins + x)] +=
+              value * chroma_kernel[static_cast<std::size_t>(std::abs(y - r))] *
+              chroma_kernel[static_cast<std::size_t>(std::abs(x - g))];
+        }
+      }
+    }
+  }
+  light_share_.fill(0);
+  constexpr int reach = static_cast<int>(light_kernel.size()) - 1;
+  for (int l = 0; l < light_bins; ++l) {
+    for (int x = std::max(0, l - reach); x <= std::min(light_bins - 1, l + reach); ++x) {
+      light_share_[static_cast<std::size_t>(x)] +=
+          light_[static_cast<std::size_t>(l)] * light_kernel[static_cast<std::size_t>(std::abs(x - l))];
+    }
+  }
+}
+
+/// Each pixel by its own looks, then by the majority of its neighbours.
+void FloorFinder::judge() {
+  for (auto& path : samples_) {
+    for (Sample& s : path) {
+      s.floor = s.known || (static_cast<double>(chroma_share_[s.chroma]) >= options_.rare_chroma &&
+                            static_cast<double>(light_share_[s.light]) >= options_.rare_light);
+    }
+  }
+  for (std::size_t k = 0; k < samples_.size(); ++k) {
+    for (std::size_t i = 0; i < samples_[k].size(); ++i) {
+      int floor = 0, all = 0;
+      for (std::size_t n = k == 0 ? 0 : k - 1; n <= std::min(k + 1, samples_.size() - 1); ++n) {
+        for (std::size_t j = i == 0 ? 0 : i - 1; j <= i + 1 && j < samples_[n].size(); ++j) {
+          ++all;
+          floor += samples_[n][j].floor ? 1 : 0;
+        }
+      }
+      floor_[k][i] = 2 * floor >= all ? 1 : 0;
+    }
+  }
+}
+
+/// The first run that is not floor, and the first after it that is.
+void FloorFinder::trace() {
+  for (std::size_t k = 0; k < floor_.size(); ++k) {
+    const std::vector<char>& floor = floor_[k];
+    const auto run_of = [&floor](char what, std::size_t from) {
+      std::size_t run = 0;
+      for (std::size_t i = from; i < floor.size(); ++i) {
+        run = floor[i] == what ? run + 1 : 0;
+        if (run == least_run) return i + 1 - least_run;
+      }
+      return floor.size();
+    };
+    edges_[k].end = run_of(0, 0);
+    edges_[k].again = run_of(1, edges_[k].end);
+  }
+}
+
+const std::vector<FloorEdge>& FloorFinder::look(const cv::Mat& bgr, const KnownRound* known) {
+  if (paths_.empty() || !inside(bgr)) return nothing_;
+  sample(bgr, known);
+  if (!started_) learn(true);
+  started_ = true;
+  judge();
+  trace();
+  const bool any =
+      std::any_of(edges_.begin(), edges_.end(), [](const FloorEdge& edge) { return edge.end > 0; });
+  if (!any) return nothing_;
+  learn(false);
+  return edges_;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,77 @@
+// What the camera says of the floor, in the memory of free space.
+#include <algorithm>
+#include <cmath>
+
+#include "servo/free_space.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr double spacing_m = 0.7 * FreeSpace::cell_m;
+constexpr unsigned lifted_every = 3;  // scans: that floor is seen where something stood is in no hurry
+constexpr double depth_m = 0.5;       // of what hides the floor beyond it no more is taken to stand there
+
+bool sane(const FloorRay& ray) {
+  return std::isfinite(ray.bearing_rad) && ray.from_m >= 0.0 && ray.clear_m >= ray.from_m &&
+         ray.until_m >= ray.clear_m && ray.until_m < 20.0;
+}
+
+/// Every cell of a ray as wide as its part of the fan, from one range to another; some more than once.
+template <typename Visit>
+void along(const FloorRay& ray, double width_rad, const Eigen::Vector2d& apex, double yaw_rad, double from_m,
+           double to_m, const Visit& visit) {
+  if (from_m > to_m) return;
+  const int lines = std::max(1, static_cast<int>(std::ceil(to_m * width_rad / spacing_m)));
+  const int steps = static_cast<int>(std::ceil((to_m - from_m) / spacing_m));
+  for (int line = 0; line < lines; ++line) {
+    const double angle = yaw_rad + ray.bearing_rad + width_rad * ((line + 0.5) / lines - 0.5);
+    const double c = std::cos(angle), s = std::sin(angle);
+    for (int k = 0; k <= steps; ++k) {
+      const double range_m = std::min(from_m + k * spacing_m, to_m);
+      visit(FreeSpace::cell_at(apex.x() + range_m * c, apex.y() + range_m * s));
+    }
+  }
+}
+
+}  // namespace
+
+void FreeSpace::see_floor(const FloorCell& cell) {
+  for (const Mark mark : {standing, glimpsed_even, glimpsed_odd})
+    set_mark(cell.column, cell.row, mark, false);
+}
+
+void FreeSpace::look(const FloorScan& scan, const Pose2& pose_then) {
+  if (!started_ || scan.count < 2 || scan.count > FloorScan::max_rays) return;
+  const Eigen::Vector2d apex = in_world_frame(pose_then, {scan.camera_forward_m, 0.0});
+  const double width_rad = (scan.rays[scan.count - 1].bearing_rad - scan.rays[0].bearing_rad) /
+                           static_cast<double>(scan.count - 1);
+  if (!(width_rad > 0.0 && width_rad < 0.2)) return;
+  const Mark now = scans_ % 2 == 0 ? glimpsed_even : glimpsed_odd;
+  const Mark before = scans_ % 2 == 0 ? glimpsed_odd : glimpsed_even;
+  ++scans_;
+  for (std::size_t k = 0; k < scan.count; ++k) {
+    const FloorRay& ray = scan.rays[k];
+    if (!sane(ray)) continue;
+    if (seen_cells_ > 0 && scans_ % lifted_every == 0) {
+      along(ray, width_rad, apex, pose_then.yaw_rad, ray.from_m, ray.clear_m - cell_m,
+            [this](const FloorCell& cell) {
+              if (in_window(cell) && marks_[index(cell.column, cell.row)] > heard) see_floor(cell);
+            });
+    }
+    if (ray.until_m <= ray.clear_m) continue;
+    // What an earlier scan glimpsed stands; scans take turns, so that this one's own glimpses do not count.
+    along(ray, width_rad, apex, pose_then.yaw_rad, ray.clear_m, std::min(ray.until_m, ray.clear_m + depth_m),
+          [this, now, before](const FloorCell& cell) {
+            if (!in_window(cell)) return;
+            if ((marks_[index(cell.column, cell.row)] & before) != 0) {
+              set_mark(cell.column, cell.row, standing, true);
+              free_since_[index(cell.column, cell.row)] = 0;
+            } else {
+              set_mark(cell.column, cell.row, now, true);
+            }
+          });
+  }
+}
+
+}  // namespace ballservo
