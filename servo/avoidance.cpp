@@ -52,7 +52,7 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
   }
   inbox_count_ = 0;
   for (std::size_t k = 0; k < scan_count_; ++k) {
-    if (const auto pose_then = poses.at(scans_[k].time_s)) space_.look(scans_[k], *pose_then);
+    if (const auto pose_then = poses.at(scans_[k].time_s)) space_.look_at_floor(scans_[k], *pose_then);
   }
   scan_count_ = 0;
 }

@@ -65,7 +65,7 @@ class FreeSpace {
   void look(const SonarReading& reading, const Pose2& pose_then);
 
   /// A frame's word on the floor, with the odometry's pose when it was exposed.
-  void look(const FloorScan& scan, const Pose2& pose_then);
+  void look_at_floor(const FloorScan& scan, const Pose2& pose_then);
 
   bool in_window(const FloorCell& cell) const {
     return cell.column >= first_column_ && cell.column < first_column_ + size && cell.row >= first_row_ &&

@@ -41,7 +41,7 @@ void FreeSpace::see_floor(const FloorCell& cell) {
     set_mark(cell.column, cell.row, mark, false);
 }
 
-void FreeSpace::look(const FloorScan& scan, const Pose2& pose_then) {
+void FreeSpace::look_at_floor(const FloorScan& scan, const Pose2& pose_then) {
   if (!started_ || scan.count < 2 || scan.count > FloorScan::max_rays) return;
   const Eigen::Vector2d apex = in_world_frame(pose_then, {scan.camera_forward_m, 0.0});
   const double width_rad = (scan.rays[scan.count - 1].bearing_rad - scan.rays[0].bearing_rad) /

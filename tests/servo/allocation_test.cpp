@@ -26,6 +26,15 @@ long allocations_of_run(const std::string& law, AvoidanceOptions::Type avoidance
     // Echoes all around, near ones in between; the robot moves on.
     const auto transducer = static_cast<std::size_t>(k % 16);
     controller.hear({0.02 * k - 0.03, transducer, k % 37 < 20 ? 1.2 : 2.5, true});
+    // Something on the floor, which comes and goes.
+    FloorScan scan;
+    scan.time_s = 0.02 * k;
+    scan.camera_forward_m = 0.1;
+    for (scan.count = 0; scan.count < FloorScan::max_rays; ++scan.count) {
+      const double clear_m = k % 50 < 25 && scan.count > 20 ? 0.9 : 1.8;
+      scan.rays[scan.count] = {0.02 * static_cast<double>(scan.count) - 0.64, 0.4, clear_m, 1.8};
+    }
+    controller.see(scan);
     controller.step(0.02 * k, {0.002 * k, 0.0, 0.0}, {0.1, 0.0});
   }
   return test::allocations() - before;
