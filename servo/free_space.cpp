@@ -314,6 +314,11 @@ bool FreeSpace::comes_no_nearer(const FloorCell& cell, const Footprint& footprin
 
 bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
                        FloorCell* obstacle, const Pose2* from) const {
+  constexpr double window_m = size * cell_m;
+  if (!(std::abs(pose.x_m - pose_.x_m) < window_m && std::abs(pose.y_m - pose_.y_m) < window_m)) {
+    if (obstacle != nullptr) *obstacle = cell_at(pose_.x_m, pose_.y_m);
+    return false;  // absurdly far off, or not a number
+  }
   // Cells that come within the margin have their centre within the margin and half a diagonal.
   const double around_m = margin_m + drift_m(drift) + half_diagonal_m;
   const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
