@@ -67,7 +67,7 @@ TEST(Obstacles, LowThingsAreOutsideTheArgumentAndSaidToBe) {
       run_geometric(
           obstacles(0, {"obstacles=[{type: box, name: step, position: {x_m: 1.6, y_m: 0}, size: {x_m: 0.2, "
                         "y_m: 3.0, z_m: 0.05}}]",
-                        "balls.0.position.y_m=0", "robot.pose.yaw_rad=0"}),
+                        "balls.0.position.y_m=0", "robot.pose.yaw_rad=0", "avoidance.floor=false"}),
           0)
           .summary;
   EXPECT_EQ(s.outcome, Outcome::collision);
