@@ -75,8 +75,8 @@ class Film {
                   scenario.target_ball().p_WB(0).head<2>(), scenario.target_distance_m,
                   scenario.camera.camera.size().height_px) {}
 
-  void add(const cv::Mat& picture, const RunRecord& run) {
-    const cv::Mat both = side_by_side(picture, top_view_.draw(run.steps));
+  void add(const cv::Mat& picture, const RunRecord& run, const std::vector<SonarFiring>& firings) {
+    const cv::Mat both = side_by_side(picture, top_view_.draw(run.steps, firings));
     const StepRecord* now = run.steps.empty() ? nullptr : &run.steps.back();
     const bool tight = now != nullptr && now->clearance_m < tight_m && std::abs(now->twist.v_mps) > 0.02;
     for (int k = 0; k < (tight ? slow_down : 1); ++k) video_.write(both);
@@ -162,8 +162,9 @@ int run_servo(const ServoOptions& options) {
   std::optional<Film> film;
   if (options.video) {
     film.emplace(folder.path() / "video.mp4", scenario);
-    run_options.on_picture = [&film](const cv::Mat& picture, const RunRecord& run) {
-      film->add(picture, run);
+    run_options.on_picture = [&film](const cv::Mat& picture, const RunRecord& run,
+                                     const std::vector<SonarFiring>& firings) {
+      film->add(picture, run, firings);
     };
   }
 

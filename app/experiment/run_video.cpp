@@ -12,7 +12,8 @@ namespace {
 constexpr int fraction_bits = 4;
 const cv::Scalar seen_color{255, 0, 255}, predicted_color{190, 190, 190}, trail_color{178, 114, 0},
     ball_color{40, 40, 220}, ink{60, 60, 60}, paper{250, 250, 250}, solid_color{150, 150, 150},
-    goal_color{115, 158, 0}, intended_color{0, 140, 240}, passed_color{80, 160, 20};
+    goal_color{115, 158, 0}, intended_color{0, 140, 240}, passed_color{80, 160, 20},
+    beam_color{235, 200, 140}, echo_color{160, 60, 160};
 constexpr double foreseen_s = 1.5;  // commands are drawn as the way driven in this time
 
 cv::Point fixed_point(const Eigen::Vector2d& p) {
@@ -65,8 +66,8 @@ void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, do
 }
 
 TopView::TopView(const World& world, const Footprint& footprint, const Pose2& start,
-                 const Eigen::Vector2d& p_WB, double goal_distance_m, int height_px)
-    : footprint_(footprint), goal_distance_m_(goal_distance_m) {
+                 const Eigen::Vector2d& p_WB, double goal_distance_m, int height_px, const SonarBeam& beam)
+    : footprint_(footprint), goal_distance_m_(goal_distance_m), beam_(beam) {
   const Room& room = world.room;
   const double margin_m = 0.9;
   const Eigen::Vector2d p_WR(start.x_m, start.y_m);
@@ -118,10 +119,36 @@ cv::Point TopView::pixel(const Eigen::Vector2d& p_W) const {
       {room_.cols - 1 - (p_W.y() - low_.y()) * scale_, room_.rows - 1 - (p_W.x() - low_.x()) * scale_});
 }
 
-cv::Mat TopView::draw(const std::vector<StepRecord>& steps) const {
+/// Each transducer's last firing, older ones apart: a round of all takes a third of a second.
+void TopView::draw_beams(cv::Mat& picture, double now_s, const std::vector<SonarFiring>& firings) const {
+  constexpr double round_s = 0.35, shown_range_m = 2.6;
+  constexpr int arc_points = 12;
+  cv::Mat cones = picture.clone();
+  std::vector<std::vector<cv::Point>> echoes;
+  for (auto firing = firings.rbegin(); firing != firings.rend(); ++firing) {
+    if (now_s - firing->reading.fired_s > round_s) break;
+    const SonarMount& mount = pioneer_3dx_sonars[firing->reading.transducer];
+    const Eigen::Vector2d apex = in_world_frame(firing->pose, {mount.x_m, mount.y_m});
+    const double heading = firing->pose.yaw_rad + mount.heading_rad;
+    const double range_m = std::min(firing->reading.range_m, shown_range_m);
+    std::vector<cv::Point> arc;
+    for (int k = 0; k <= arc_points; ++k) {
+      const double angle = heading + beam_.half_angle_rad * (2.0 * k / arc_points - 1.0);
+      arc.push_back(pixel(apex + range_m * Eigen::Vector2d(std::cos(angle), std::sin(angle))));
+    }
+    if (firing->reading.echo && firing->reading.range_m <= shown_range_m) echoes.push_back(arc);
+    arc.push_back(pixel(apex));
+    cv::fillPoly(cones, std::vector<std::vector<cv::Point>>{arc}, beam_color, cv::LINE_AA, fraction_bits);
+  }
+  cv::addWeighted(cones, 0.35, picture, 0.65, 0, picture);
+  cv::polylines(picture, echoes, false, echo_color, 2, cv::LINE_AA, fraction_bits);
+}
+
+cv::Mat TopView::draw(const std::vector<StepRecord>& steps, const std::vector<SonarFiring>& firings) const {
   cv::Mat picture = room_.clone();
   if (steps.empty()) return picture;
   const StepRecord& now = steps.back();
+  draw_beams(picture, now.time_s, firings);
   const auto circle = [&](const Eigen::Vector2d& center, double radius_m, const cv::Scalar& color,
                           int thickness) {
     cv::circle(picture, pixel(center),

@@ -7,6 +7,7 @@
 
 #include "app/experiment/run_record.hpp"
 #include "calibration/camera/camera.hpp"
+#include "servo/simulation/sonar_ring.hpp"
 #include "servo/simulation/world.hpp"
 
 namespace ballservo {
@@ -22,18 +23,20 @@ class TopView {
   /// A picture of that height (px); the width follows from what is shown: start, ball and a margin, within
   /// the room.
   TopView(const World& world, const Footprint& footprint, const Pose2& start, const Eigen::Vector2d& p_WB,
-          double goal_distance_m, int height_px);
+          double goal_distance_m, int height_px, const SonarBeam& beam = {});
 
-  /// The robot's trail so far, robot and ball as they are now, the circle of the desired distance, and where
-  /// the command leads: as intended (orange), and as guard and shield let it pass (green, over it; what they
-  /// say of it above).
-  cv::Mat draw(const std::vector<StepRecord>& steps) const;
+  /// The robot's trail so far, the sonars' newest beams (pale as far as they heard nothing, each echo an
+  /// arc), robot and ball as they are now, the circle of the desired distance, and where the command leads:
+  /// as intended (orange), and as guard and shield let it pass (green, over it; what they say of it above).
+  cv::Mat draw(const std::vector<StepRecord>& steps, const std::vector<SonarFiring>& firings = {}) const;
 
  private:
+  void draw_beams(cv::Mat& picture, double now_s, const std::vector<SonarFiring>& firings) const;
   cv::Point pixel(const Eigen::Vector2d& p_W) const;  // with fraction_bits of fraction
   Footprint footprint_;
   Eigen::Vector2d low_{0, 0};
   double scale_ = 100, goal_distance_m_ = 0;
+  SonarBeam beam_;
   cv::Mat room_;
 };
 

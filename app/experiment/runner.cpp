@@ -69,7 +69,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
         pictures.take(frame->record, steps.empty() ? ControlState::search : steps.back().control.state,
                       frame->picture);
         if (options.on_picture && !frame->picture.empty())
-          options.on_picture(frame->picture, control.record());
+          options.on_picture(frame->picture, control.record(), robot.firings());
         frame->picture.release();
         frames.push_back(frame->record);
         on_the_way.push_back(std::move(*frame));

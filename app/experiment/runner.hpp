@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/experiment/ball_sight.hpp"
 #include "app/experiment/outcome_judge.hpp"
@@ -12,6 +13,7 @@
 #include "app/experiment/scenario.hpp"
 #include "calibration/color/color_table.hpp"
 #include "servo/controller.hpp"
+#include "servo/simulation/sonar_ring.hpp"
 
 namespace ballservo {
 
@@ -27,9 +29,11 @@ struct RunOptions {
   std::uint64_t seed = 0;
   std::shared_ptr<const ColorTable> colors;  ///< the scenario's, for level image; may be empty at the others
   ReachedRule rule;
-  /// Receives each camera frame's picture (with what was measured drawn in) and the record so far, for
-  /// videos; frames are rendered for it at any level of perception. May be empty.
-  std::function<void(const cv::Mat& picture, const RunRecord& so_far)> on_picture;
+  /// Receives each camera frame's picture (with what was measured drawn in), the record and the sonars'
+  /// firings so far, for videos; frames are rendered for it at any level of perception. May be empty.
+  std::function<void(const cv::Mat& picture, const RunRecord& so_far,
+                     const std::vector<SonarFiring>& firings)>
+      on_picture;
   /// Called at each control step with the simulated time; the run stops as `interrupted` where it says false.
   std::function<bool(double time_s)> go_on;
 };

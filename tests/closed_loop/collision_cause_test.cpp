@@ -107,6 +107,18 @@ TEST(CollisionCause, A5OdometryBeyondItsBound) {
   EXPECT_EQ(collision_cause(scenario, straight_into("block", 0.995)), "none_broken") << "the bound is 1 %";
 }
 
+TEST(CollisionCause, A6ADriveThatEndsElsewhereThanItsModelSays) {
+  const Scenario scenario = plain(wall_across, {dropouts});
+  const auto strayed_by = [&](double stray_m) {
+    CollisionEvidence evidence = straight_into("block", 1.0);
+    evidence.steps.back().pose.x_m += stray_m;
+    evidence.steps.back().odometry.x_m += stray_m;
+    return collision_cause(scenario, evidence);
+  };
+  EXPECT_EQ(strayed_by(0.02), "A6_drive");
+  EXPECT_EQ(strayed_by(0.003), "none_broken") << "the model's own error is 1 cm";
+}
+
 TEST(CollisionCause, A7SomethingNearTheStart) {
   const Scenario scenario = plain(wall_across, {"avoidance.start_clear_m=2.5", dropouts});
   EXPECT_EQ(collision_cause(scenario, straight_into("block", 1.0)), "A7_start");

@@ -82,6 +82,15 @@ TEST(FloorFinder, ThingsOfAnotherColourOrAnotherLightEndItToAPixelOfThePath) {
   }
 }
 
+TEST(FloorFinder, SpecksAreNothing) {
+  FloorFinder finder(upright_paths());
+  cv::Mat picture = planks(wood, 3);
+  finder.look(picture);
+  for (int k = 0; k < 20; ++k)
+    cv::rectangle(picture, cv::Rect(5 + 10 * (k + 5), 90 + 7 * (k % 5), 4, 4), {250, 40, 40}, cv::FILLED);
+  for (const FloorEdge& edge : finder.look(picture)) EXPECT_EQ(edge.end, 90u);
+}
+
 TEST(FloorFinder, TheKnownBallIsFloor) {
   FloorFinder finder(upright_paths());
   finder.look(planks(wood, 3));

@@ -52,6 +52,10 @@ TEST(FloorScan, WhatIsSeenTwiceStandsAndNoFiringFreesIt) {
   EXPECT_TRUE(space.is_standing(thing));
   fire_ahead(space);
   EXPECT_FALSE(space.is_free(thing)) << "it lies under the beam";
+  for (int k = 0; k < 8; ++k) {
+    space.look_at_floor(scan_of(1.1, 1.4), {});
+    ASSERT_TRUE(space.is_standing(thing)) << "as long as it is seen";
+  }
   for (const FloorCell& cell : {before, beyond, beside}) {
     EXPECT_TRUE(space.is_free(cell)) << cell.column << ' ' << cell.row;
     EXPECT_FALSE(space.is_suspected(cell));

@@ -89,6 +89,40 @@ TEST(BrakingShield, StandsWhereNothingWasEverSeen) {
   EXPECT_TRUE(shield({}, {}, space, shield_options).passed);
 }
 
+/// What is free is the body's own place, with hardly any room at its rear corners, and what lies ahead.
+FreeSpace seen_ahead_only() {
+  FreeSpaceOptions options;
+  options.start_clear_m = 0.41;
+  FreeSpace space(options);
+  space.move(0, {});
+  for (int turn = -12; turn <= 12; ++turn) {
+    for (int twice = 0; twice < 2; ++twice) space.look({0, 3, 5.0, false}, {-0.1, 0, 0.1 * turn - 0.17});
+  }
+  return space;
+}
+
+TEST(BrakingShield, CreepsSlowlyAndOnlyAway) {
+  const FreeSpace space = seen_ahead_only();
+  const auto brake = [&space](const Twist2& twist, bool creep) {
+    ShieldOptions options;
+    options.creep = creep;
+    return can_brake_after(twist, {{}, twist}, space, options, nullptr);
+  };
+  EXPECT_EQ(brake({0.08, 0}, true), Brake::creeping) << "ahead is free, behind nothing comes nearer";
+  EXPECT_EQ(brake({0.08, 0}, false), Brake::blocked);
+  EXPECT_EQ(brake({0.25, 0}, true), Brake::blocked) << "too fast";
+  EXPECT_EQ(brake({-0.08, 0}, true), Brake::blocked) << "behind is not seen, and comes nearer";
+  EXPECT_EQ(brake({0.0, 0.2}, true), Brake::blocked) << "so it does where a corner swings out";
+}
+
+TEST(BrakingShield, DoesNotCreepWhereNothingWasEverSeenUnderIt) {
+  FreeSpaceOptions options;
+  options.start_clear_m = 0;
+  FreeSpace space(options);
+  space.move(0, {});
+  EXPECT_EQ(can_brake_after({0.02, 0}, {{}, {0.02, 0}}, space, {}, nullptr), Brake::blocked);
+}
+
 TEST(BrakingShield, IsFiniteAndNeverFasterForAnyInput) {
   FreeSpace space(FreeSpaceOptions{});
   space.move(0, {});

@@ -88,6 +88,39 @@ TEST(FloorSensor, FloorIsClearExactlyAsFarAsLinesOfSightReachIt) {
   EXPECT_GT(hits, 300) << "empty worlds show nothing";
 }
 
+TEST(FloorSensor, FloorIsSeenAgainRightBehindWhatALowThingHides) {
+  const Camera camera = wide_camera();
+  RandomEngine engine = random_stream(1, "floor sensor test");
+  int again = 0;
+  for (int round = 0; round < 30; ++round) {
+    World world = random_world(engine);
+    world.room.x_max_m = 9;
+    if (round % 3 != 0) world.balls.clear();
+    world.obstacles.resize(round % 3 == 0 ? 0 : 1);
+    for (Obstacle& thing : world.obstacles) {  // no higher than 12 cm
+      if (auto* box = std::get_if<BoxShape>(&thing.shape)) box->size_m.z() = 0.08;
+      if (round % 3 == 2) thing.shape = CylinderShape{0.1, 0.12};
+      thing.center_m.z() = round % 3 == 2 ? 0.06 : 0.04;
+    }
+    const FloorScan scan = FloorSensor(world, camera, mount, 3.0, 0, "none").scan({}, 0, 0, 0);
+    const Scene scene(world, 0);
+    const Eigen::Vector3d eye(mount.forward_m, 0, mount.up_m);
+    for (std::size_t k = 0; k < scan.count; ++k) {
+      const FloorRay& ray = scan.rays[k];
+      if (ray.clear_m == ray.from_m || ray.until_m >= 3.0) continue;
+      const auto seen = [&](double range_m) {
+        return sees(
+            scene, eye,
+            {mount.forward_m + range_m * std::cos(ray.bearing_rad), range_m * std::sin(ray.bearing_rad), 0});
+      };
+      ++again;
+      EXPECT_FALSE(seen(ray.until_m - 0.002)) << round << ' ' << ray.bearing_rad;
+      EXPECT_TRUE(seen(ray.until_m + 0.002)) << round << ' ' << ray.bearing_rad;
+    }
+  }
+  EXPECT_GT(again, 50);
+}
+
 TEST(FloorSensor, TheKnownBallIsFloorAndWallsEndIt) {
   World world;
   world.room = {-2, 1.2, -2, 2, 2.5, {}, {}, {}};
