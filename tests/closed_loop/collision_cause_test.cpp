@@ -149,5 +149,19 @@ TEST(CollisionCause, OneMissedEchoExplainsNothingTwoInARowDo) {
   EXPECT_EQ(collision_cause(other, evidence), "A3_echo") << "the fault is another's";
 }
 
+TEST(CollisionCause, RestDoesNotMakeFreeSpaceForgotten) {
+  const Scenario scenario = plain(wall_across, {dropouts});
+  CollisionEvidence evidence = straight_into("block", 1.0);
+  for (const double time_s : {3.0, 3.32})
+    evidence.firings.push_back({{0.3 * time_s, 0, 0}, {time_s, 3, 5.0, false}});
+  ASSERT_EQ(collision_cause(scenario, evidence), "A3_echo");
+  // A hundred seconds of standing at four seconds, more than the memory.
+  for (std::size_t k = 200; k < evidence.steps.size(); ++k) evidence.steps[k].time_s += 100;
+  evidence.steps[200].twist = {};
+  EXPECT_EQ(collision_cause(scenario, evidence), "A3_echo");
+  evidence.steps[200].twist = {0.0, 1e-3};
+  EXPECT_NE(collision_cause(scenario, evidence), "A3_echo") << "in motion it is forgotten";
+}
+
 }  // namespace
 }  // namespace ballservo

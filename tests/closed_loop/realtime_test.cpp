@@ -74,6 +74,24 @@ TEST(Realtime, TheDriveRestsSoonAfterTheCameraStopsAtAnyInstant) {
   EXPECT_GE(drove, instants / 2) << "robots that rest anyway show nothing";
 }
 
+TEST(Realtime, NoCommandPassesTheGuardWhereSensorsAreSilent) {
+  const Scenario scenario = scenario_of(100);
+  RunRobot robot(scenario, 0);
+  const RunClock clock;
+  GuardOptions options;
+  options.sonars = false;
+  GuardedDrive drive(robot, clock, options);
+  SensorStamps stamps;
+  drive.command({0.3, 0.1}, stamps);
+  EXPECT_TRUE(rests(drive.commands().back().command));
+  EXPECT_TRUE(drive.commands().back().by_guard);
+  EXPECT_TRUE(drive.rested_since_asked());
+  stamps.frame_s = stamps.step_s = clock.now_s();
+  drive.command({0.3, 0.1}, stamps);
+  EXPECT_EQ(drive.commands().back().command.v_mps, 0.3);
+  EXPECT_FALSE(drive.rested_since_asked());
+}
+
 TEST(Realtime, ADeadControllerIsStoppedByTheGuard) {
   const Scenario scenario = scenario_of(100);
   RunOptions options;

@@ -115,12 +115,15 @@ TEST(BrakingShield, CreepsSlowlyAndOnlyAway) {
   EXPECT_EQ(brake({0.0, 0.2}, true), Brake::blocked) << "so it does where a corner swings out";
 }
 
-TEST(BrakingShield, DoesNotCreepWhereNothingWasEverSeenUnderIt) {
-  FreeSpaceOptions options;
-  options.start_clear_m = 0;
-  FreeSpace space(options);
+TEST(BrakingShield, DoesNotCreepWhereItsOwnPlaceWasNeverSeen) {
+  FreeSpace space(FreeSpaceOptions{});
   space.move(0, {});
-  EXPECT_EQ(can_brake_after({0.02, 0}, {{}, {0.02, 0}}, space, {}, nullptr), Brake::blocked);
+  const Twist2 slow{0.05, 0};
+  const auto brake_at = [&](double x_m) {
+    return can_brake_after(slow, {{x_m, 0, 0}, slow}, space, {}, nullptr);
+  };
+  EXPECT_EQ(brake_at(-0.30), Brake::creeping) << "the body lies in the disc of the start, its margins do not";
+  EXPECT_EQ(brake_at(-0.45), Brake::blocked) << "its rear does not";
 }
 
 TEST(BrakingShield, IsFiniteAndNeverFasterForAnyInput) {
