@@ -12,7 +12,8 @@ constexpr double least_radius_before_own_color_px = 12;
 // Where a disc is looked at along a radius: each stands for a sixth of its area.
 constexpr std::array<double, 6> disc_radii{0.2887, 0.5, 0.6455, 0.7638, 0.866, 0.9574};
 
-// The pixel that holds a position; within 1e6 px.
+bool is_near(const Eigen::Vector2d& position_px) { return position_px.cwiseAbs().maxCoeff() < 1e6; }
+// The pixel that holds a near position.
 int nearest(double position_px) { return static_cast<int>(position_px + (1e7 + 0.5)) - 10000000; }
 
 // How many of a zone's pixels have the ball's colour.
@@ -96,7 +97,7 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
                                const ColoredPixels& colored, const Camera& camera, const TangentCone& cone) {
   OutlineSupport support;
   const auto middle = camera.project(cone.axis);
-  if (!middle || edges.count == 0) return support;
+  if (!middle || !is_near(*middle) || edges.count == 0) return support;
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
   const double sine = std::sin(cone.alpha_rad), cosine = std::cos(cone.alpha_rad);
   Share disc, rim;
@@ -113,7 +114,7 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
     if (!edge) continue;
     const Eigen::Vector2d radius_px = *edge - *middle;
     const double length_px = radius_px.norm();
-    if (!(edge->cwiseAbs().maxCoeff() < 1e6)) continue;
+    if (!is_near(*edge) || !(length_px > 0)) continue;
     const auto look = [&](Share& share, double radii) {
       const Eigen::Vector2d at = *middle + radii * radius_px;
       const int u = nearest(at.x()), v = nearest(at.y());
