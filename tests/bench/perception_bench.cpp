@@ -122,8 +122,9 @@ Method segment(const BenchSet& set) {
     ClassMorphology morphology;
     RegionMap regions;
   };
-  return [state = std::make_shared<State>(State{ColorLookup(set.colors), {}, {}, {}, {}, RegionMap()})](
-             const cv::Mat& bgr, double) {
+  return [state = std::make_shared<State>(
+              State{ColorLookup(set.colors), {}, {}, {}, ClassMorphology(), RegionMap()})](const cv::Mat& bgr,
+                                                                                           double) {
     classify(bgr, state->colors, state->classes);
     state->morphology.open(state->classes, state->opened);
     state->morphology.close(state->opened, state->closed);
