@@ -9,6 +9,8 @@ namespace ballservo {
 namespace {
 
 constexpr int least_pixels = 24;
+constexpr int passes = 6;
+constexpr double glare_sigmas = 2.5;  // above what the fit leaves over, root mean square
 
 cv::Rect box_around(const OutlineEllipse& outline, cv::Size size) {
   const auto clamped = [](double value, int high) {
@@ -54,48 +56,136 @@ class BrightnessHistogram {
   std::array<double, steps_> sums_{};
 };
 
+// Least squares of the brightness over the terms of the normals.
+class LambertFit {
+ public:
+  void add(const Eigen::Vector4d& terms, double brightness) {
+    normal_ += terms * terms.transpose();
+    right_ += terms * brightness;
+    squares_ += brightness * brightness;
+    sum_ += brightness;
+    ++pixels_;
+  }
+  /// (a, b); a sliver that looks alike from all normals tells nothing.
+  Eigen::Vector4d solve() const {
+    const Eigen::Matrix4d damped = normal_ + 1e-6 * Eigen::Matrix4d::Identity();
+    return damped.ldlt().solve(right_);
+  }
+  int pixels() const { return pixels_; }
+  double sum() const { return sum_; }
+  double mean() const { return sum_ / pixels_; }
+  double variance() const { return squares_ / pixels_ - mean() * mean(); }
+  /// Mean square of what the terms leave over.
+  double rest(const Eigen::Vector4d& p) const {
+    return std::max(0.0, squares_ - 2 * p.dot(right_) + p.dot(normal_ * p)) / pixels_;
+  }
+
+ private:
+  Eigen::Matrix4d normal_ = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right_ = Eigen::Vector4d::Zero();
+  double squares_ = 0, sum_ = 0;
+  int pixels_ = 0;
+};
+
+// So much of what is no noise; about 1 where noise is all that is left over.
+double part_explained(double rest, double variance, double noise_variance) {
+  const double signal = variance - noise_variance;
+  return signal > 0 ? std::max(0.0, 1 - (rest - noise_variance) / signal) : 0;
+}
+
+// What shows a ball's own surface: pixels of its colour, all around which is its colour too.
+class BallPixels {
+ public:
+  BallPixels(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
+             const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline)
+      : bgr_(bgr),
+        response_(response),
+        colored_(colored),
+        rays_(rays),
+        cone_(cone),
+        basis_(perpendicular_basis(cone.axis)),
+        box_(box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size())),
+        step_(std::max(1, static_cast<int>(outline.radius_px / 20))),
+        // Within the blur of the outline the background shines in.
+        reach_(std::sin(cone.alpha_rad) * (1 - std::min(0.4, 1.5 / outline.radius_px))) {}
+
+  double brightness(int u, int v) const {
+    const cv::Vec3b& c = bgr_.at<cv::Vec3b>(v, u);
+    return static_cast<double>(response_.light[c[0]] + response_.light[c[1]] + response_.light[c[2]]);
+  }
+
+  /// Calls see(normal, u, v); the normal to the camera is (0, 0, 1).
+  template <typename See>
+  void for_each(const See& see) const {
+    for (int v = box_.y + 1; v < box_.br().y - 1; v += step_) {
+      for (int u = box_.x + 1; u < box_.br().x - 1; u += step_) {
+        const Eigen::Vector3d* const ray = rays_.pixel_ray(u, v);
+        if (!ray || !is_own(u, v) || cone_.axis.dot(*ray) <= 0) continue;
+        const Eigen::Vector2d across = basis_.transpose() * *ray;
+        if (across.norm() > reach_) continue;
+        const Eigen::Vector2d n = across / std::sin(cone_.alpha_rad);
+        see(Eigen::Vector3d(n.x(), n.y(), std::sqrt(std::max(0.0, 1 - n.squaredNorm()))), u, v);
+      }
+    }
+  }
+
+ private:
+  bool is_own(int u, int v) const {
+    return colored_.at(u, v) && colored_.at(u - 1, v) && colored_.at(u + 1, v) && colored_.at(u, v - 1) &&
+           colored_.at(u, v + 1);
+  }
+  const cv::Mat& bgr_;
+  const CameraResponse& response_;
+  const ColoredPixels& colored_;
+  const RayTable& rays_;
+  const TangentCone& cone_;
+  Eigen::Matrix<double, 3, 2> basis_;
+  cv::Rect box_;
+  int step_;
+  double reach_;
+};
+
 }  // namespace
 
 BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
                          const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline) {
-  const cv::Rect box = box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size());
-  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
-  const int step = std::max(1, static_cast<int>(outline.radius_px / 20));
-  // Within the blur of the outline the background shines in.
-  const double reach = std::sin(cone.alpha_rad) * (1 - std::min(0.4, 1.5 / outline.radius_px));
-  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
-  double squares = 0;
-  int pixels = 0;
+  const BallPixels ball(bgr, response, colored, rays, cone, outline);
+  LambertFit all;
   BrightnessHistogram histogram(3 * static_cast<double>(response.light.back()));
-  for (int v = box.y; v < box.br().y; v += step) {
-    const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
-    for (int u = box.x; u < box.br().x; u += step) {
-      if (!colored.at(u, v)) continue;
-      const Eigen::Vector3d* const ray = rays.pixel_ray(u, v);
-      if (!ray || cone.axis.dot(*ray) <= 0) continue;
-      const Eigen::Vector2d across = basis.transpose() * *ray;
-      if (across.norm() > reach) continue;
-      const Eigen::Vector2d n = across / std::sin(cone.alpha_rad);
-      const Eigen::Vector4d terms(1, n.x(), n.y(), std::sqrt(std::max(0.0, 1 - n.squaredNorm())));
-      const cv::Vec3b& c = row[u];
-      const double brightness =
-          static_cast<double>(response.light[c[0]] + response.light[c[1]] + response.light[c[2]]);
-      normal += terms * terms.transpose();
-      right += terms * brightness;
-      squares += brightness * brightness;
-      histogram.add(brightness);
-      ++pixels;
-    }
+  double bends2 = 0;
+  ball.for_each([&](const Eigen::Vector3d& n, int u, int v) {
+    const double here = ball.brightness(u, v);
+    all.add({1, n.x(), n.y(), n.z()}, here);
+    histogram.add(here);
+    const double bend = ball.brightness(u - 1, v) - 2 * here + ball.brightness(u + 1, v);
+    bends2 += bend * bend;
+  });
+  if (all.pixels() < least_pixels || !(all.mean() > 0) || !(all.variance() > 0)) return {};
+  Eigen::Vector4d p = all.solve();
+  if (!p.allFinite()) return {};
+  const double noise_variance = bends2 / (6 * all.pixels());  // of independent noise: 1 + 4 + 1 times its own
+  const double between = histogram.squares_between_two(all.pixels(), all.sum()) / all.pixels();
+  double rest = all.rest(p);
+  BallShading shading{p.tail<3>().norm() / all.mean(), part_explained(rest, all.variance(), noise_variance),
+                      part_explained(all.variance() - between, all.variance(), noise_variance)};
+  // One lamp leaves the side that is turned away from it in the dark, and a glossy ball mirrors it: where,
+  // the fit before says.
+  for (int pass = 0; pass < passes; ++pass) {
+    const double glare = glare_sigmas * std::sqrt(rest);
+    LambertFit lit;
+    ball.for_each([&](const Eigen::Vector3d& n, int u, int v) {
+      const bool is_dark = p.tail<3>().dot(n) <= 0;
+      const Eigen::Vector4d terms =
+          is_dark ? Eigen::Vector4d(1, 0, 0, 0) : Eigen::Vector4d(1, n.x(), n.y(), n.z());
+      const double here = ball.brightness(u, v);
+      if (here <= p.dot(terms) + glare) lit.add(terms, here);
+    });
+    p = lit.solve();
+    if (lit.pixels() < least_pixels || !p.allFinite()) break;
+    rest = lit.rest(p);
+    shading.explained = std::max(shading.explained, part_explained(rest, lit.variance(), noise_variance));
   }
-  if (pixels < least_pixels) return {};
-  const double mean = right(0) / pixels, variance = squares - right(0) * mean;
-  normal.diagonal().array() += 1e-6;  // a sliver that looks alike from all normals tells nothing
-  const Eigen::Vector4d p = normal.ldlt().solve(right);
-  const double rest = squares - 2 * p.dot(right) + p.dot(normal * p);
-  if (!(mean > 0) || !(variance > 0) || !p.allFinite()) return {};
-  const double between = histogram.squares_between_two(pixels, right(0));
-  return {p.tail<3>().norm() / mean, std::clamp(1 - rest / variance, 0.0, 1.0), between / variance};
+  return shading;
 }
 
 }  // namespace ballservo

@@ -12,11 +12,12 @@
 
 namespace ballservo {
 
-/// Least squares of the brightness I = a + b . n over a sphere's normals n (Lambert, any number of lamps that
-/// reach the whole of what is seen).
+/// Least squares of the brightness over a sphere's normals n: I = a + b . n (Lambert, any number of lamps
+/// that reach the whole of what is seen) or, where that explains more, I = a + max(0, b . n) without glare
+/// (one lamp and a terminator).
 struct BallShading {
-  double strength = 0;   ///< |b| as a part of the mean brightness
-  double explained = 0;  ///< of the brightness's variance, 0 to 1
+  double strength = 0;   ///< |b| of the former as a part of the mean brightness
+  double explained = 0;  ///< of the brightness's variance beyond the noise; 0 to about 1
   /// The same by the best two even parts, a dark and a light one: all of it on a flat thing of two shades,
   /// three quarters of a ramp.
   double explained_by_two = 0;

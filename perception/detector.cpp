@@ -71,7 +71,8 @@ std::optional<BallObservation> Detector::find_expected(const cv::Mat& bgr, const
   if (expected.color_class == no_class || expected.color_class > closed_.size()) return std::nullopt;
   const ColoredPixels colored{expected.color_class, closed_[expected.color_class - 1u], seen.tl()};
   const Candidate candidate =
-      judge_scouted(bgr, colored, expected.cone, expected.reach_px, options_.min_expected_edge, nullptr);
+      judge_scouted(bgr, colored, expected.cone, expected.reach_px,
+                    clearly ? options_.min_frayed_edge : options_.min_expected_edge, nullptr);
   if (!candidate.reason) return candidate.ball;
   const bool is_there = !clearly && candidate.ball && candidate.support.fill >= options_.min_expected_fill &&
                         candidate.support.leak <= options_.max_leak &&
@@ -341,7 +342,9 @@ const char* Detector::rejection(const BallObservation& ball) const {
   if (ball.support.arc < options_.min_arc) return "too little of the outline has an edge";
   if (ball.support.fill < options_.min_fill) return "too little of the disc has the colour";
   if (ball.support.leak > options_.max_leak) return "the colour runs on around it";
-  if (ball.quality < options_.min_quality) return "outline and colour together are too weak";
+  const double times = ball.outline.radius_px < options_.small_radius_px ? options_.small_quality_times : 1;
+  if (ball.quality < std::min(1.0, times * options_.min_quality))
+    return "outline and colour together are too weak";
   return nullptr;
 }
 

@@ -28,17 +28,19 @@ struct DetectorOptions {
   double max_leak = 0.55;  ///< of the rim may have it
   /// Where more of the outline than this is hidden, what is seen must be shaded as a sphere is: so strongly
   /// (a part of the mean brightness), and so much of its shading must be that. A half-hidden disc is flat.
-  double max_hidden = 0.45, min_shading = 0.4, min_shading_explained = 0.7;
+  double max_hidden = 0.45, min_shading = 0.4, min_shading_explained = 0.95;
   /// But where an edge follows so much of the outline in the picture, nothing hides the rest.
   double min_whole = 0.9;
   double min_quality = 0.36;
+  /// So many times as much must speak for a ball smaller than this: a few pixels of anything follow a circle.
+  double small_radius_px = 5, small_quality_times = 1.7;
   /// A region that shows no clear ball may be what is left of one, whose rim is too dark or too pale for the
   /// class, if it is so large and fills its circle so far: then there is an edge on so much of an outline
   /// around it, its radius larger by a part of the circle's.
   double min_frayed_radius_px = 8, min_frayed_fill = 0.6, min_frayed_edge = 0.37, frayed_reach = 0.6;
-  /// Where a ball is expected: an edge on so much of its outline in the picture, so much of its disc of its
-  /// colour.
-  double min_expected_edge = 0.37, min_expected_fill = 0.4;
+  /// Where a ball is expected and shows itself less clearly than any would: an edge on so much of its outline
+  /// in the picture, so much of its disc of its colour.
+  double min_expected_edge = 0.30, min_expected_fill = 0.4;
   /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
   double oval_fraction = 0;
   std::uint64_t seed = 0;

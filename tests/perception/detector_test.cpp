@@ -117,6 +117,46 @@ TEST(Detector, HalfAFlatDiscIsNoBall) {
   EXPECT_TRUE(detector.detect(bgr).empty());
 }
 
+// It grows darker to one side, as a ball may, but has stripes across.
+TEST(Detector, HalfAStripedDiscIsNoBall) {
+  cv::Mat bgr = test::grey_picture();
+  for (int v = 90; v <= 150; ++v) {
+    for (int u = 130; u < 160; ++u) {
+      const Eigen::Vector2d n(u / 30.0 - 160 / 30.0, v / 30.0 - 4);
+      if (n.norm() <= 1)
+        bgr.at<cv::Vec3b>(v, u) = test::red * (0.9 + 0.4 * n.x() + 0.05 * std::sin(7 * n.y()));
+    }
+  }
+  cv::GaussianBlur(bgr, bgr, {}, 0.7);
+  const auto rays = std::make_shared<const RayTable>(long_lens_camera(size));
+  EXPECT_TRUE(Detector(rays, test::red_and_green(), {}).detect(bgr).empty());
+  DetectorOptions options;
+  options.min_shading_explained = 0.7;  // it is the stripes that tell
+  EXPECT_EQ(Detector(rays, test::red_and_green(), options).detect(bgr).size(), 1u);
+}
+
+TEST(Detector, AScrapOfFewPixelsIsNoBall) {
+  const auto rays = std::make_shared<const RayTable>(long_lens_camera(size));
+  DetectorOptions as_large;
+  as_large.small_quality_times = 1;
+  Detector detector(rays, test::red_and_green(), {}), lenient(rays, test::red_and_green(), as_large);
+  std::size_t found = 0, found_by_the_lenient = 0;
+  for (double length_px = 10; length_px < 24; length_px += 2) {
+    for (double opening = 0.3; opening < 0.8; opening += 0.1) {
+      cv::Mat bgr = test::grey_picture();
+      test::paint(bgr, test::red, [&](const Eigen::Vector2d& p) {
+        const Eigen::Vector2d q = p - Eigen::Vector2d(160, 110);
+        return q.y() > 0 && q.y() < length_px && q.x() > 0 && q.x() < opening * q.y();
+      });
+      cv::GaussianBlur(bgr, bgr, {}, 0.7);
+      found += detector.detect(bgr).size();
+      found_by_the_lenient += lenient.detect(bgr).size();
+    }
+  }
+  EXPECT_EQ(found, 0u);
+  EXPECT_GE(found_by_the_lenient, 2u);
+}
+
 TEST(Detector, DoesNotTakeBoxesForBalls) {
   for (const double half_px : {10.0, 15.0, 25.0, 45.0}) {
     for (const double shape : {0.7, 1.0}) {
@@ -209,12 +249,13 @@ TEST(DetectorOptions, NameEveryFault) {
   DetectorOptions options;
   options.min_arc = 2;
   options.min_radius_px = std::nan("");
+  options.small_quality_times = 0.5;
   options.radii = {{-1, 0}};
   try {
     options.validate();
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_EQ(error.faults().size(), 3u);
+    EXPECT_EQ(error.faults().size(), 4u);
   }
 }
 

@@ -5,9 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "perception/ball_shading.hpp"
-#include "tests/perception/painted_ball.hpp"
-
 namespace ballservo {
 namespace {
 
@@ -72,52 +69,6 @@ TEST(OutlineShape, ASmearedEdgeMayLieFurtherOff) {
   const auto offsets = offsets_of([](double a) { return 1.5 * std::cos(2 * a); });
   EXPECT_LT(outline_shape(offsets, all_bounded(), 30, 0.7).match, 0.5);
   EXPECT_EQ(outline_shape(offsets, all_bounded(), 30, 3).match, 1);
-}
-
-// What is seen to the left of the line `cut` of a ball or a flat disc of one or two shades.
-enum class Look { sphere, disc, two_shades };
-
-BallShading shading_of(Look look, int cut_px) {
-  cv::Mat bgr = test::grey_picture();
-  const Eigen::Vector2d center_px(160, 120);
-  if (look == Look::sphere)
-    test::paint_shaded_disc(bgr, center_px, 30, test::red);
-  else
-    test::paint_disc(bgr, center_px, 30, test::red);
-  if (look == Look::two_shades) bgr.rowRange(115, bgr.rows) *= 0.4;
-  BitPicture pixels;
-  pixels.resize(bgr.size());
-  for (int v = 0; v < bgr.rows; ++v) {
-    pixels.fill(v, 0, bgr.cols, false);
-    for (int u = 0; u < cut_px; ++u) {
-      if ((Eigen::Vector2d(u, v) - center_px).norm() < 29) pixels.fill(v, u, u + 1, true);
-    }
-  }
-  const Camera camera = long_lens_camera({bgr.cols, bgr.rows});
-  const Eigen::Vector3d edge = *camera.unproject(center_px + Eigen::Vector2d(30, 0));
-  TangentCone cone;
-  cone.axis = *camera.unproject(center_px);
-  cone.alpha_rad = std::acos(std::min(1.0, cone.axis.dot(edge)));
-  return ball_shading(bgr, CameraResponse::linear(), {1, pixels, {0, 0}}, RayTable(camera), cone,
-                      {center_px, 30});
-}
-
-TEST(BallShading, TellsASphereFromADisc) {
-  for (const int cut_px : {145, 160, 200}) {
-    const BallShading sphere = shading_of(Look::sphere, cut_px), disc = shading_of(Look::disc, cut_px);
-    EXPECT_GT(sphere.strength, 0.4) << cut_px;
-    EXPECT_GT(sphere.explained, 0.9) << cut_px;
-    EXPECT_LT(disc.strength, 0.1) << cut_px;
-  }
-}
-
-TEST(BallShading, TellsASphereFromADiscOfTwoShades) {
-  for (const int cut_px : {145, 160, 200}) {
-    const BallShading sphere = shading_of(Look::sphere, cut_px), disc = shading_of(Look::two_shades, cut_px);
-    EXPECT_GT(sphere.explained, sphere.explained_by_two) << cut_px;
-    EXPECT_GT(disc.strength, 0.4) << cut_px;
-    EXPECT_LT(disc.explained, disc.explained_by_two) << cut_px;
-  }
 }
 
 }  // namespace
