@@ -341,9 +341,10 @@ const char* Detector::rejection(const BallObservation& ball) const {
   if (ball.outline.radius_px < options_.min_radius_px) return "too small";
   if (ball.support.arc < options_.min_arc) return "too little of the outline has an edge";
   if (ball.support.fill < options_.min_fill) return "too little of the disc has the colour";
-  if (ball.support.leak > options_.max_leak) return "the colour runs on around it";
-  const double times = ball.outline.radius_px < options_.small_radius_px ? options_.small_quality_times : 1;
-  if (ball.quality < std::min(1.0, times * options_.min_quality))
+  const bool is_small = ball.outline.radius_px < options_.small_radius_px;
+  if (ball.support.leak > (is_small ? options_.max_small_leak : options_.max_leak))
+    return "the colour runs on around it";
+  if (ball.quality < options_.min_quality)
     return "outline and colour together are too weak";
   return nullptr;
 }

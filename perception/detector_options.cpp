@@ -16,6 +16,7 @@ void DetectorOptions::validate() const {
   fraction("min_arc", min_arc);
   fraction("min_fill", min_fill);
   fraction("max_leak", max_leak);
+  fraction("max_small_leak", max_small_leak);
   fraction("min_quality", min_quality);
   fraction("max_hidden", max_hidden);
   fraction("min_whole", min_whole);
@@ -24,8 +25,6 @@ void DetectorOptions::validate() const {
   if (!(min_radius_px >= 2))
     faults.add("min_radius_px", number_text(min_radius_px), "a number of at least 2 (px)");
   if (!(small_radius_px >= 0)) faults.add("small_radius_px", number_text(small_radius_px), "0 or more (px)");
-  if (!(small_quality_times >= 1))
-    faults.add("small_quality_times", number_text(small_quality_times), "a number of at least 1");
   if (max_balls_per_region < 1)
     faults.add("max_balls_per_region", std::to_string(max_balls_per_region), "at least 1");
   if (max_regions < 1) faults.add("max_regions", std::to_string(max_regions), "at least 1");

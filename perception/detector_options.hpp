@@ -26,14 +26,14 @@ struct DetectorOptions {
   double min_arc = 0.3;    ///< of the outline must have an edge on it
   double min_fill = 0.25;  ///< of the disc must have the ball's colour
   double max_leak = 0.55;  ///< of the rim may have it
+  /// But of a smaller ball's only so much: some circle fits into a few pixels of anything.
+  double small_radius_px = 5, max_small_leak = 0.1;
   /// Where more of the outline than this is hidden, what is seen must be shaded as a sphere is: so strongly
   /// (a part of the mean brightness), and so much of its shading must be that. A half-hidden disc is flat.
   double max_hidden = 0.45, min_shading = 0.4, min_shading_explained = 0.95;
   /// But where an edge follows so much of the outline in the picture, nothing hides the rest.
   double min_whole = 0.9;
   double min_quality = 0.36;
-  /// So many times as much must speak for a ball smaller than this: a few pixels of anything follow a circle.
-  double small_radius_px = 5, small_quality_times = 1.7;
   /// A region that shows no clear ball may be what is left of one, whose rim is too dark or too pale for the
   /// class, if it is so large and fills its circle so far: then there is an edge on so much of an outline
   /// around it, its radius larger by a part of the circle's.

@@ -19,7 +19,7 @@ constexpr int turns = 12;
 constexpr std::size_t most_points = 64;  // for the ellipse: enough
 // Pixels scatter by 0.29 px about a smooth outline. A ball smeared by its own motion is longer than broad
 // too, but rarely so much.
-constexpr double smooth_residual_px = 0.4, least_axis_ratio = 0.84;
+constexpr double smooth_residual_px = 0.4, least_axis_ratio = 0.82;
 // Above what fills a disc, or what a straight edge leaves of it: 0.79 at most.
 constexpr double most_box_fill = 0.87;
 

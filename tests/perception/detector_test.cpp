@@ -138,7 +138,7 @@ TEST(Detector, HalfAStripedDiscIsNoBall) {
 TEST(Detector, AScrapOfFewPixelsIsNoBall) {
   const auto rays = std::make_shared<const RayTable>(long_lens_camera(size));
   DetectorOptions as_large;
-  as_large.small_quality_times = 1;
+  as_large.max_small_leak = as_large.max_leak;
   Detector detector(rays, test::red_and_green(), {}), lenient(rays, test::red_and_green(), as_large);
   std::size_t found = 0, found_by_the_lenient = 0;
   for (double length_px = 10; length_px < 24; length_px += 2) {
@@ -249,7 +249,7 @@ TEST(DetectorOptions, NameEveryFault) {
   DetectorOptions options;
   options.min_arc = 2;
   options.min_radius_px = std::nan("");
-  options.small_quality_times = 0.5;
+  options.max_small_leak = -0.1;
   options.radii = {{-1, 0}};
   try {
     options.validate();
