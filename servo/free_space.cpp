@@ -99,7 +99,7 @@ bool FreeSpace::is_free(const FloorCell& cell, Drift drift) const {
   if (!in_window(cell)) return false;
   const std::uint32_t seen = free_since_[index(cell.column, cell.row)];
   if (seen >= fresh_[static_cast<std::size_t>(drift)]) return true;
-  if (seen == 0) return false;
+  if (seen < first_epoch) return false;
   return still_counts(
       seen, std::hypot(center_m(cell.column) - pose_.x_m, center_m(cell.row) - pose_.y_m) + half_diagonal_m,
       drift);
@@ -127,8 +127,13 @@ void FreeSpace::set_mark(int column, int row, Mark mark, bool yes) {
   count = static_cast<std::uint8_t>(count + changed(heard | standing));
 }
 
+void FreeSpace::take_back(const FloorCell& cell) {
+  std::uint32_t& since = free_since_[index(cell.column, cell.row)];
+  since = std::min(since, taken_back);
+}
+
 void FreeSpace::forget(int column, int row) {
-  free_since_[index(column, row)] = 0;
+  free_since_[index(column, row)] = never;
   for (const Mark mark : {heard, standing, glimpsed_even, glimpsed_odd}) set_mark(column, row, mark, false);
 }
 
@@ -206,7 +211,8 @@ void FreeSpace::move(double time_s, const Pose2& pose) {
 /// The newest epoch that had begun by then.
 std::uint32_t FreeSpace::epoch_at(double time_s) const {
   std::uint32_t number = now_;
-  while (number > 1 && now_ - number + 1 < epochs_.size() && epoch(number).time_s > time_s) --number;
+  while (number > first_epoch && now_ - number + 1 < epochs_.size() && epoch(number).time_s > time_s)
+    --number;
   return number;
 }
 
@@ -257,7 +263,7 @@ void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer, b
   if (!explained && !heard_before) return;  // another's ping, perhaps
   each([this, explained](const FloorCell& cell) {
     if (explained && is_free(cell)) return false;
-    free_since_[index(cell.column, cell.row)] = 0;
+    take_back(cell);
     set_mark(cell.column, cell.row, heard, true);
     return false;
   });
@@ -307,7 +313,7 @@ bool FreeSpace::comes_no_nearer(const FloorCell& cell, const Footprint& footprin
                       std::max(std::abs(q.y()) - footprint.half_width_m, 0.0));
   };
   const double now_m = distance_m(from);
-  const bool known = in_window(cell) && free_since_[index(cell.column, cell.row)] != 0;
+  const bool known = in_window(cell) && free_since_[index(cell.column, cell.row)] != never;
   constexpr double rounding_m = 1e-6;
   return (now_m > half_diagonal_m || known) && distance_m(pose) >= now_m - rounding_m;
 }

@@ -129,6 +129,7 @@ class FreeSpace {
   enum Mark : std::uint8_t { heard = 1, standing = 2, glimpsed_even = 4, glimpsed_odd = 8 };
   void set_mark(int column, int row, Mark mark, bool yes);
   void see_floor(const FloorCell& cell);
+  void take_back(const FloorCell& cell);
   const Epoch& epoch(std::uint32_t number) const { return epochs_[number % epochs_.size()]; }
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
@@ -145,10 +146,13 @@ class FreeSpace {
   Pose2 pose_;
   int first_column_ = 0, first_row_ = 0;  // of the window
   std::array<Epoch, 2048> epochs_{};
-  std::uint32_t now_ = 1;  // number of the current epoch; a cell's 0 means never seen free
-  std::array<std::uint32_t, 2> fresh_{1,
-                                      1};  // by Drift: what was seen then or later counts in all the window
-  Epoch sum_;                              // path and turn up to now
+  // Instead of the number of the epoch in which a cell was seen free: never; or it was, but then something
+  // was heard or seen there.
+  static constexpr std::uint32_t never = 0, taken_back = 1, first_epoch = 2;
+  std::uint32_t now_ = first_epoch;  // number of the current epoch
+  /// By Drift: what was seen free then or later counts in all the window.
+  std::array<std::uint32_t, 2> fresh_{first_epoch, first_epoch};
+  Epoch sum_;  // path and turn up to now
   std::array<double, sonar_count> last_range_m_{};
   std::vector<std::uint32_t> free_since_;
   std::vector<std::uint8_t> marks_, suspects_;  // of cells; how many cells of each block are suspected

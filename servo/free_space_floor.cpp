@@ -66,7 +66,7 @@ void FreeSpace::look_at_floor(const FloorScan& scan, const Pose2& pose_then) {
             if (!in_window(cell)) return;
             if ((marks_[index(cell.column, cell.row)] & before) != 0) {
               set_mark(cell.column, cell.row, standing, true);
-              free_since_[index(cell.column, cell.row)] = 0;
+              take_back(cell);
             } else {
               set_mark(cell.column, cell.row, now, true);
             }

@@ -1,6 +1,7 @@
 #include "app/experiment/ball_sight.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/io/ball_rows.hpp"
 #include "calibration/files/fault.hpp"
@@ -32,6 +33,7 @@ PerceptionLevel parse_perception_level(const std::string& text) {
 namespace {
 
 constexpr const char* source_name = "camera";
+constexpr double height_slack_m = 0.20, height_slack_per_m = 0.03;  // of the target, and by its range
 
 TrackState to_servo(Track::State state) {
   switch (state) {
@@ -47,8 +49,11 @@ TrackState to_servo(Track::State state) {
 
 class ImageSight final : public BallSight {
  public:
-  ImageSight(Detector detector, const TrackerOptions& options, ClassIndex target_class)
-      : tracker_(std::move(detector), options), target_class_(target_class) {}
+  ImageSight(Detector detector, const TrackerOptions& options, ClassIndex target_class, const ServoGoal& goal)
+      : tracker_(std::move(detector), options),
+        target_class_(target_class),
+        X_RC_(goal.mount.X_RC()),
+        height_m_(goal.desired_p_RB().z()) {}
 
   Sight look(const SightInput& input, std::string& rows) override {
     const std::vector<Track>& tracks = tracker_.update(*input.picture, input.time_s);
@@ -60,7 +65,7 @@ class ImageSight final : public BallSight {
     Sight sight;
     sight.measurement.time_s = input.time_s;
     const Track* target = choose(tracks);
-    if (target == nullptr || !target->ball.position) return sight;
+    if (target == nullptr) return sight;
     sight.measurement.state = to_servo(target->state);
     sight.measurement.p_CB = target->ball.position->p_C;
     sight.measurement.covariance_m2 = target->ball.position->covariance_m2;
@@ -76,7 +81,7 @@ class ImageSight final : public BallSight {
   const Track* choose(const std::vector<Track>& tracks) {
     const Track* best = nullptr;
     for (const Track& track : tracks) {
-      if (track.color_class != target_class_) continue;
+      if (track.color_class != target_class_ || !lies_at_height(track)) continue;
       if (track.id == followed_) return &track;
       // Confirmed before tentative, then the better outline; the tracks stand in order of their age.
       const auto rank = [](const Track& t) { return t.state == Track::State::confirmed ? 2 : 1; };
@@ -89,8 +94,16 @@ class ImageSight final : public BallSight {
     return best;
   }
 
+  bool lies_at_height(const Track& track) const {
+    if (!track.ball.position) return false;
+    const Eigen::Vector3d p_RB = X_RC_ * track.ball.position->p_C;
+    return std::abs(p_RB.z() - height_m_) < height_slack_m + height_slack_per_m * p_RB.head<2>().norm();
+  }
+
   Tracker tracker_;
   ClassIndex target_class_;
+  Eigen::Isometry3d X_RC_;
+  double height_m_;
   int followed_ = 0;  // ids count from 1
 };
 
@@ -137,7 +150,7 @@ class GeometricSight final : public BallSight {
 
 std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_ptr<const ColorTable> colors,
                                             const Ball& target, const std::vector<Ball>& balls,
-                                            std::uint64_t seed, bool fixed_colors) {
+                                            const ServoGoal& goal, std::uint64_t seed, bool fixed_colors) {
   const auto target_class = colors->find(target.class_name);
   if (!target_class) {
     std::string known = "one of the colours file's classes:";
@@ -155,7 +168,7 @@ std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_pt
   TrackerOptions tracker;
   tracker.fixed_colors = fixed_colors;
   return std::make_unique<ImageSight>(
-      Detector(std::make_shared<RayTable>(camera), std::move(colors), options), tracker, *target_class);
+      Detector(std::make_shared<RayTable>(camera), std::move(colors), options), tracker, *target_class, goal);
 }
 
 std::unique_ptr<BallSight> make_geometric_sight(const Camera& camera, const Ball& target,

@@ -11,6 +11,7 @@
 #include "calibration/camera/camera.hpp"
 #include "calibration/color/color_table.hpp"
 #include "servo/ball_measurement.hpp"
+#include "servo/law.hpp"
 #include "servo/simulation/geometric_ball_sensor.hpp"
 #include "servo/simulation/truth.hpp"
 #include "servo/simulation/world.hpp"
@@ -47,12 +48,13 @@ class BallSight {
 };
 
 /// Level image. The target is the first track of its class that was confirmed, for as long as it lives; until
-/// then the best tentative one. `diameters_m` hold each class's ball, 0 where it is not known; the target's
-/// class must be in `colors` (InputError, which names those that are). The colours follow the light unless
-/// `fixed_colors`.
+/// then the best tentative one. What lies elsewhere than at the height of the goal's ball, by more than a
+/// badly known mount explains, is another thing: a sign on the wall. `diameters_m` hold each class's ball, 0
+/// where it is not known; the target's class must be in `colors` (InputError, which names those that are).
+/// The colours follow the light unless `fixed_colors`.
 std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_ptr<const ColorTable> colors,
                                             const Ball& target, const std::vector<Ball>& balls,
-                                            std::uint64_t seed, bool fixed_colors);
+                                            const ServoGoal& goal, std::uint64_t seed, bool fixed_colors);
 
 /// A camera and a ball's radius (m) as they are believed to be.
 struct BelievedView {

@@ -29,7 +29,7 @@ std::unique_ptr<BallSight> make_sight(const Scenario& scenario, const RunOptions
                      "a colours file, which perception from images needs");
   }
   return make_image_sight(believed_camera, options.colors, believed_target, scenario.world.balls,
-                          options.seed, scenario.fixed_colors);
+                          scenario.goal(), options.seed, scenario.fixed_colors);
 }
 
 std::unique_ptr<FloorSight> make_floor_sight(const Scenario& scenario, const RunOptions& options) {

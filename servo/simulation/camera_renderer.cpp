@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "servo/simulation/outline_coverage.hpp"
 
@@ -151,6 +152,8 @@ Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<N
   return sum / (cells * cells);
 }
 
+int fours_of(int width) { return (width + 3) / 4; }
+
 std::vector<BallCone> ball_cones(const Scene& scene, const Eigen::Vector3d& origin) {
   std::vector<BallCone> cones;
   for (std::size_t k = 0; k < scene.balls().size(); ++k) {
@@ -211,6 +214,22 @@ CameraRenderer::CameraRenderer(const Camera& camera, World world, const SensorOp
     }
   });
   const auto stride = static_cast<std::size_t>(width);
+  const int fours = fours_of(width - 1);
+  center_rays_.resize(static_cast<std::size_t>(fours) * static_cast<std::size_t>(height - 1));
+  for (int row = 0; row + 1 < height; ++row) {
+    for (int column = 0; column < 4 * fours; ++column) {
+      const std::size_t at = static_cast<std::size_t>(row) * stride + static_cast<std::size_t>(column);
+      const Eigen::Vector3f* above = corner_rays_.data() + at;
+      const Eigen::Vector3f* below = above + stride;
+      const Eigen::Vector3f ray =
+          column + 1 < width ? Eigen::Vector3f(((above[0] + above[1]) + (below[0] + below[1])).normalized())
+                             : Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
+      Triple4& rays = center_rays_[static_cast<std::size_t>(row * fours + column / 4)];
+      rays.x[column % 4] = ray.x();
+      rays.y[column % 4] = ray.y();
+      rays.z[column % 4] = ray.z();
+    }
+  }
   for (std::size_t k = stride; k < corner_rays_.size(); ++k) {
     const Eigen::Vector3f& here = corner_rays_[k];
     const float along = k % stride == 0 ? 0.0f : (here - corner_rays_[k - 1]).norm();
@@ -235,12 +254,18 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
     };
     return PixelRays(corner(at), corner(at + 1), corner(at + stride), corner(at + stride + 1));
   };
+  const int fours = fours_of(width);
   const auto center_ray = [&](int row, int column) -> Eigen::Vector3d {
-    const Eigen::Vector3f* above =
-        &corner_rays_[static_cast<std::size_t>(row) * stride + static_cast<std::size_t>(column)];
-    const Eigen::Vector3f* below = above + stride;
-    const Eigen::Vector3f sum_C = (above[0] + above[1]) + (below[0] + below[1]);
-    return (view.R_WC * sum_C.cast<double>()).normalized();
+    const Triple4& rays = center_rays_[static_cast<std::size_t>(row * fours + column / 4)];
+    const int k = column % 4;
+    return (view.R_WC * Eigen::Vector3f(rays.x[k], rays.y[k], rays.z[k]).cast<double>()).normalized();
+  };
+  const auto center_rays = [&, R = Eigen::Matrix3f(view.R_WC.cast<float>())](int row, int column) {
+    const Triple4& rays = center_rays_[static_cast<std::size_t>(row * fours + column / 4)];
+    const auto along = [&](int axis) {
+      return R(axis, 0) * rays.x + R(axis, 1) * rays.y + R(axis, 2) * rays.z;
+    };
+    return Triple4{along(0), along(1), along(2)};
   };
   const double widest_rad = outline_reach_px * widest_pixel_rad_;
   const auto candidates = [&](const Eigen::Vector3d& direction, std::vector<int>& found) {
@@ -250,8 +275,9 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
     }
   };
 
-  // The solids that some ray of a tile could meet; all of them where the lens leaves a corner dark.
-  const auto tile_candidates = [&](int row, int column, int rows, int columns, std::vector<int>& found) {
+  // The solids that some ray of a tile could meet, and whether one could meet a ball; all of them where the
+  // lens leaves a corner dark.
+  const auto look_into_tile = [&](int row, int column, int rows, int columns, std::vector<int>& found) {
     const Eigen::Vector3d middle = center_ray(row + rows / 2, column + columns / 2);
     double min_cosine = 1.0;
     for (const int r : {row, row + rows}) {
@@ -262,17 +288,42 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
         min_cosine = std::min(min_cosine, corner.allFinite() ? corner.dot(middle) : -1.0);
       }
     }
-    const double reach = 1.2 * std::acos(std::clamp(min_cosine, -1.0, 1.0)) + 2 * pixel_rad;
+    const double reach = 1.2 * std::acos(std::clamp(min_cosine, -1.0, 1.0)) + 2 * widest_rad;
+    const auto meets = [&](const Eigen::Vector3d& axis, double cosine) {
+      return !(std::acos(std::clamp(middle.dot(axis), -1.0, 1.0)) > std::acos(cosine) + reach);
+    };
     found.clear();
     for (std::size_t k = 0; k < solids.size(); ++k) {
-      const double angle = std::acos(std::clamp(middle.dot(solids[k].axis), -1.0, 1.0));
-      if (!(angle - reach > std::acos(solids[k].min_cosine))) found.push_back(static_cast<int>(k));
+      if (meets(solids[k].axis, solids[k].min_cosine)) found.push_back(static_cast<int>(k));
     }
+    return std::any_of(view.cones.begin(), view.cones.end(),
+                       [&](const BallCone& cone) { return meets(cone.axis, cone.cos_alpha); });
+  };
+
+  // Four neighbours that see one surface of the room, and no shade of a ball, at once: the surface, or
+  // nothing.
+  const auto show_four = [&](int row, int column, const std::vector<int>& near_solids,
+                             Triple4& four_colors) -> std::optional<int> {
+    const Triple4 directions = center_rays(row, column);
+    for (const int k : near_solids) {
+      const SolidCone& solid = solids[static_cast<std::size_t>(k)];
+      const Float4 cosine = directions.x * static_cast<float>(solid.axis.x()) +
+                            directions.y * static_cast<float>(solid.axis.y()) +
+                            directions.z * static_cast<float>(solid.axis.z());
+      if (any(cosine >= static_cast<float>(solid.min_cosine))) return std::nullopt;
+    }
+    const RoomHits hits = scene.hit_room(view.origin, directions);
+    const int surface = hits.surface[0];
+    const bool alike = all(hits.t < std::numeric_limits<float>::max()) && all(hits.surface == surface) &&
+                       scene.light_is_mapped(surface) &&
+                       scene.shade_room(surface, hits.t, view.origin, directions, pixel_rad, four_colors);
+    return alike ? std::make_optional(surface) : std::nullopt;
   };
 
   // What a pixel shows at its centre; its colour, unless an outline crosses it.
   const auto show_center = [&](int row, int column, const std::vector<int>& near_solids, Rgb& color) {
     const Eigen::Vector3d direction = center_ray(row, column);
+    color = Rgb::Zero();
     if (!direction.allFinite()) return no_ray;
     const SurfaceHit hit = scene.hit_surface(view.origin, direction, near_solids);
     int ball = -1;
@@ -306,13 +357,18 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
     const int top = tile_row * tile_height, bottom = std::min(top + tile_height, height);
     for (int tile_column = 0; tile_column < tile_columns; ++tile_column) {
       const int left = tile_column * tile_width, right = std::min(left + tile_width, width);
-      tile_candidates(top, left, bottom - top, right - left, near_solids);
+      const bool near_ball = look_into_tile(top, left, bottom - top, right - left, near_solids);
       for (int row = top; row < bottom; ++row) {
-        for (int column = left; column < right; ++column) {
-          Rgb color = Rgb::Zero();
-          surface_row(row)[column] = show_center(row, column, near_solids, color);
-          float* out = colors.ptr<float>(row) + 3 * column;
-          for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
+        for (int column = left; column < right; column += 4) {
+          Triple4 four_colors{};
+          const auto surface = near_ball ? std::nullopt : show_four(row, column, near_solids, four_colors);
+          for (int k = 0; k < std::min(4, right - column); ++k) {
+            Rgb color(four_colors.x[k], four_colors.y[k], four_colors.z[k]);
+            surface_row(row)[column + k] =
+                surface ? *surface : show_center(row, column + k, near_solids, color);
+            float* out = colors.ptr<float>(row) + 3 * (column + k);
+            for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
+          }
         }
       }
     }

@@ -1,6 +1,7 @@
 // Pictures of the simulated room through any calibrated lens.
 //
-// One ray per pixel where a pixel shows one surface, 16 where edges cross it; a ball's outline is never
+// One ray per pixel where a pixel shows one surface (four neighbours at once where they show the same of the
+// room), 16 where edges cross it; a ball's outline is never
 // sampled: each pixel that it crosses is cut into 64 squares, whose share inside the tangent cone is an exact
 // area under a straight line (with the cone's own distance and slope in each square). So the outline errs by
 // less than 0.01 px anywhere and its mean radius by less than 0.0005 px.
@@ -52,7 +53,9 @@ class CameraRenderer {
   LightMap light_map_;
   SensorOptions sensor_;
   std::vector<Eigen::Vector3f>
-      corner_rays_;              // (width + 1) x (height + 1), of (-0.5, -0.5) first; NaN: no ray
+      corner_rays_;  // (width + 1) x (height + 1), of (-0.5, -0.5) first; NaN: no ray
+  /// Unit rays of the pixels' centres, rows filled up with NaN to whole fours.
+  std::vector<Triple4> center_rays_;
   double widest_pixel_rad_ = 0;  // the largest angle between neighbouring corners
 };
 

@@ -73,24 +73,33 @@ LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
   }
 }
 
-Rgb LightMap::light(int surface, const Eigen::Vector2d& uv_m, const std::vector<Light>& lights) const {
+Triple4 LightMap::light(int surface, const Pair4& uv_m, const std::vector<Light>& lights) const {
   const Grid& grid = grids_[static_cast<std::size_t>(surface)];
-  if (grid.columns == 0 || lamps_ == 0) return Rgb::Zero();
-  const double x =
-      std::clamp((uv_m.x() - grid.origin_m.x()) * grid.cells_per_m.x(), 0.0, grid.columns - 1.000001);
-  const double y =
-      std::clamp((uv_m.y() - grid.origin_m.y()) * grid.cells_per_m.y(), 0.0, grid.rows - 1.000001);
-  const int column = static_cast<int>(x), row = static_cast<int>(y);
-  const auto fx = static_cast<float>(x - column), fy = static_cast<float>(y - row);
+  Triple4 sum{};
+  if (grid.columns == 0 || lamps_ == 0) return sum;
+  const auto place = [](Float4 at_m, double origin_m, double cells_per_m, int count) {
+    return max(four(0.0f), min(four(count - 1.0001),
+                               (at_m - static_cast<float>(origin_m)) * static_cast<float>(cells_per_m)));
+  };
+  const Float4 x = place(uv_m.u, grid.origin_m.x(), grid.cells_per_m.x(), grid.columns);
+  const Float4 y = place(uv_m.v, grid.origin_m.y(), grid.cells_per_m.y(), grid.rows);
+  const Int4 column = floor_index(x), row = floor_index(y);
+  const Float4 fx = x - to_float(column), fy = y - to_float(row);
   const std::size_t stride = static_cast<std::size_t>(grid.columns) * lamps_;
-  const float* low =
-      &grid.values[static_cast<std::size_t>(row) * stride + static_cast<std::size_t>(column) * lamps_];
-  const float* high = low + stride;
-  Rgb sum = Rgb::Zero();
+  std::array<const float*, 4> low{};
+  for (int i = 0; i < 4; ++i) {
+    low[static_cast<std::size_t>(i)] = grid.values.data() + static_cast<std::size_t>(row[i]) * stride +
+                                       static_cast<std::size_t>(column[i]) * lamps_;
+  }
   for (std::size_t k = 0; k < lamps_; ++k) {
-    const float share = (1 - fy) * ((1 - fx) * low[k] + fx * low[k + lamps_]) +
-                        fy * ((1 - fx) * high[k] + fx * high[k + lamps_]);
-    sum += share * lights[k].intensity;
+    const auto corner = [&](std::size_t at) {
+      return Float4{low[0][at], low[1][at], low[2][at], low[3][at]};
+    };
+    const Float4 share = (1 - fy) * ((1 - fx) * corner(k) + fx * corner(k + lamps_)) +
+                         fy * ((1 - fx) * corner(k + stride) + fx * corner(k + stride + lamps_));
+    sum.x += share * static_cast<float>(lights[k].intensity[0]);
+    sum.y += share * static_cast<float>(lights[k].intensity[1]);
+    sum.z += share * static_cast<float>(lights[k].intensity[2]);
   }
   return sum;
 }

@@ -16,9 +16,9 @@ class LightMap {
  public:
   explicit LightMap(const World& world);
 
-  /// The light of all lamps, each as bright as `lights` says (the world's, in its order). `surface` from 0 to
-  /// 5 and `uv_m` as in SurfaceHit.
-  Rgb light(int surface, const Eigen::Vector2d& uv_m, const std::vector<Light>& lights) const;
+  /// The light of all lamps on four points, each lamp as bright as `lights` says (the world's, in its order).
+  /// `surface` from 0 to 5 and `uv_m` as in SurfaceHit.
+  Triple4 light(int surface, const Pair4& uv_m, const std::vector<Light>& lights) const;
 
  private:
   struct Grid {

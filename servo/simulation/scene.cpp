@@ -13,6 +13,7 @@ namespace ballservo {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
+constexpr double openness_radii = 8;  // within which a ball keeps off light from everywhere
 
 /// Points on the unit disc, spread evenly (Vogel, Mathematical Biosciences 1979), for shadows of solids.
 constexpr int shadow_samples = 24;
@@ -62,7 +63,34 @@ SceneSolid scene_solid(const Obstacle& obstacle) {
 }
 
 /// Corners get less of the light that comes from everywhere; a smooth stand-in for it.
-double corner_light(double distance) { return 1.0 - 0.28 / (1.0 + 25.0 * distance * distance); }
+Float4 corner_light(Float4 distance) { return 1.0f - 0.28f / (1.0f + 25.0f * distance * distance); }
+
+Float4 dot(const Triple4& a, const Triple4& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Triple4 difference(const Triple4& a, const Triple4& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+template <typename Scalar>
+Triple4 spread(const Eigen::Matrix<Scalar, 3, 1>& v) {
+  return {four(v.x()), four(v.y()), four(v.z())};
+}
+
+/// What of the light from everywhere comes to points of a surface of the room.
+Float4 room_openness(const Room& room, int surface, const Triple4& p) {
+  const auto between = [](Float4 x, double low, double high) {
+    return min(x - static_cast<float>(low), static_cast<float>(high) - x);
+  };
+  return corner_light(
+      surface <= 1 ? min(between(p.x, room.x_min_m, room.x_max_m), between(p.y, room.y_min_m, room.y_max_m))
+                   : between(p.z, 0, room.height_m));
+}
+
+/// The sides of the patches that pixels see of a surface: longer in the direction of view, the flatter the
+/// rays meet it. `across_m`: how wide the pixels are there; the rest: the direction's parts along the normal
+/// and along the surface's axes.
+Pair4 seen_patches(Float4 across_m, Float4 along_normal, Float4 along_u, Float4 along_v) {
+  const Float4 stretch = 1.0f / max(abs(along_normal), four(1e-3f)) - 1.0f;
+  const Float4 per_flat2 = stretch / max(along_u * along_u + along_v * along_v, four(1e-12f));
+  return {across_m * (1.0f + per_flat2 * along_u * along_u),
+          across_m * (1.0f + per_flat2 * along_v * along_v)};
+}
 
 }  // namespace
 
@@ -73,6 +101,16 @@ Scene::Scene(const World& world, double time_s, const LightMap* light_map)
     ambient_ += light.intensity.cwiseProduct(light.course.gain(time_s));
   for (const Ball& ball : world.balls) balls_.push_back({ball.p_WB(time_s), ball.radius_m(), ball.material});
   for (const Obstacle& obstacle : world.obstacles) solids_.push_back(scene_solid(obstacle));
+  for (const Light& light : lights_) {
+    for (const SceneBall& ball : balls_) {
+      const Eigen::Vector3d to_ball = ball.center - light.position_m;
+      const double ball_m = to_ball.norm();
+      shade_cones_.push_back({light.position_m.cast<float>(), (to_ball / ball_m).cast<float>(),
+                              static_cast<float>(ball_m), static_cast<float>(ball_m - ball.radius),
+                              static_cast<float>(1.05 * ball.radius),
+                              static_cast<float>((ball.radius + light.radius_m) / ball_m)});
+    }
+  }
 }
 
 SurfaceHit Scene::hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
@@ -205,60 +243,110 @@ double Scene::lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen
   return facing <= 0.0 ? 0.0 : facing * visible_fraction(light, p, to_light, distance, -1, -1) / square;
 }
 
-/// Whether a ball could keep light of some lamp from a point: the point lies in the ball's cone of half
-/// shadow.
-bool Scene::shaded_by_ball(const Eigen::Vector3d& p) const {
-  for (const Light& light : lights_) {
-    const Eigen::Vector3d to_p = p - light.position_m;
-    for (const SceneBall& ball : balls_) {
-      const Eigen::Vector3d to_ball = ball.center - light.position_m;
-      const double square = to_ball.squaredNorm(), along = to_p.dot(to_ball) / square;  // 1: beside the ball
-      const double distance = std::sqrt(square);
-      if (along * distance < distance - ball.radius) continue;
-      const double reach =
-          ball.radius + std::max(along - 1, 0.0) * (ball.radius + light.radius_m) + 0.05 * ball.radius;
-      if (to_p.squaredNorm() - along * along * square < reach * reach) return true;
-    }
+/// Whether a ball could keep light of some lamp from points: they lie in its cone of half shadow.
+Int4 Scene::shaded_by_ball(const Triple4& p) const {
+  Int4 shaded{};
+  for (const ShadeCone& cone : shade_cones_) {
+    const Triple4 to_p = difference(p, spread(cone.lamp));
+    const Float4 along = dot(to_p, spread(cone.axis));
+    const Float4 reach = cone.radius + max(along - cone.ball_m, four(0.0f)) * cone.growth;
+    shaded |= (along >= cone.from_m) & (dot(to_p, to_p) - along * along < reach * reach);
   }
-  return false;
+  return shaded;
+}
+
+Int4 Scene::ball_takes_light(const Triple4& p) const {
+  Int4 takes = shaded_by_ball(p);
+  for (const SceneBall& ball : balls_) {
+    const Triple4 away = difference(spread(ball.center), p);
+    const auto far_m = static_cast<float>(openness_radii * ball.radius);
+    takes |= dot(away, away) <= far_m * far_m;
+  }
+  return takes;
+}
+
+const Material& Scene::room_material(int surface) const {
+  return surface == 0 ? room_.floor : surface == 1 ? room_.ceiling : room_.wall;
+}
+
+bool Scene::light_is_mapped(int surface) const {
+  const Material& material = room_material(surface);
+  return light_map_ != nullptr && material.specular == 0.0 && !material.luminous;
+}
+
+RoomHits Scene::hit_room(const Eigen::Vector3d& origin, const Triple4& directions) const {
+  const auto leave = [](Float4 direction, double low_m, double high_m) {
+    return (direction > 0.0f ? four(high_m) : four(low_m)) / abs(direction);
+  };
+  const Float4 tx = leave(directions.x, origin.x() - room_.x_min_m, room_.x_max_m - origin.x());
+  const Float4 ty = leave(directions.y, origin.y() - room_.y_min_m, room_.y_max_m - origin.y());
+  const Float4 tz = leave(directions.z, origin.z(), room_.height_m - origin.z());
+  RoomHits hits;
+  hits.t = min(min(tx, ty), tz);
+  const Int4 zero{};
+  const auto side = [&](Float4 direction, int low) { return zero + low - (direction > 0.0f); };
+  hits.surface =
+      hits.t == tz ? side(directions.z, 0) : (hits.t == tx ? side(directions.x, 2) : side(directions.y, 4));
+  return hits;
+}
+
+bool Scene::shade_room(int surface, Float4 t, const Eigen::Vector3d& origin, const Triple4& directions,
+                       double pixel_rad, Triple4& colors) const {
+  const Triple4 o = spread(origin);
+  const Triple4 p{o.x + t * directions.x, o.y + t * directions.y, o.z + t * directions.z};
+  if (any(ball_takes_light(p))) return false;
+  const Material& material = room_material(surface);
+  const Float4 across_m = t * static_cast<float>(pixel_rad);
+  Pair4 uv_m, patch_m;
+  if (surface <= 1) {
+    uv_m = {p.x, p.y};
+    patch_m = seen_patches(across_m, directions.z, directions.x, directions.y);
+  } else if (surface <= 3) {
+    uv_m = {p.y, p.z};
+    patch_m = seen_patches(across_m, directions.x, directions.y, directions.z);
+  } else {
+    uv_m = {p.x, p.z};
+    patch_m = seen_patches(across_m, directions.y, directions.x, directions.z);
+  }
+  const Triple4 albedo = texture_colors(material.texture, uv_m, patch_m);
+  const Triple4 lamps = light_map_->light(surface, uv_m, lights_), ambient = spread(ambient_);
+  const Float4 openness = room_openness(room_, surface, p);
+  colors = {albedo.x * (ambient.x * openness + lamps.x), albedo.y * (ambient.y * openness + lamps.y),
+            albedo.z * (ambient.z * openness + lamps.z)};
+  return true;
 }
 
 Rgb Scene::shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin,
                          const Eigen::Vector3d& direction, double pixel_rad) const {
-  const int own_solid = hit.surface >= 8 ? (hit.surface - 8) / 8 : -1;
-  const Material& material = own_solid >= 0     ? solids_[static_cast<std::size_t>(own_solid)].material
-                             : hit.surface == 0 ? room_.floor
-                             : hit.surface == 1 ? room_.ceiling
-                                                : room_.wall;
-  // The patch that the pixel sees is longer in the direction of view, the flatter the ray meets the surface.
-  const double across = pixel_rad * hit.t;
-  const double slant = std::max(std::abs(hit.normal.dot(direction)), 1e-3);
-  const Eigen::Vector2d along_uv(direction.dot(hit.u_axis), direction.dot(hit.v_axis));
-  const double flat2 = std::max(along_uv.squaredNorm(), 1e-12);
-  const double stretch = 1.0 / slant - 1.0;
-  const Eigen::Vector2d patch = across * (Eigen::Vector2d::Ones() + stretch * along_uv.cwiseAbs2() / flat2);
-  const Rgb albedo = texture_color(material.texture, hit.uv_m, patch);
+  const bool of_room = hit.surface < 8;
+  const Eigen::Vector3d p = origin + hit.t * direction;
+  Triple4 colors;
+  if (of_room && light_is_mapped(hit.surface) &&
+      shade_room(hit.surface, four(hit.t), origin, spread(direction), pixel_rad, colors)) {
+    return {colors.x[0], colors.y[0], colors.z[0]};
+  }
+  const int own_solid = of_room ? -1 : (hit.surface - 8) / 8;
+  const Material& material =
+      of_room ? room_material(hit.surface) : solids_[static_cast<std::size_t>(own_solid)].material;
+  const Pair4 patch_m = seen_patches(four(pixel_rad * hit.t), four(hit.normal.dot(direction)),
+                                     four(direction.dot(hit.u_axis)), four(direction.dot(hit.v_axis)));
+  const Rgb albedo = texture_color(material.texture, hit.uv_m, {patch_m.u[0], patch_m.v[0]});
   if (material.luminous) return albedo;
 
-  const Eigen::Vector3d p = origin + hit.t * direction;
-  double openness = 1.0;
-  if (hit.surface < 8) {
-    const double to_wall = std::min(
-        {p.x() - room_.x_min_m, room_.x_max_m - p.x(), p.y() - room_.y_min_m, room_.y_max_m - p.y()});
-    openness = corner_light(hit.surface <= 1 ? to_wall : std::min(p.z(), room_.height_m - p.z()));
-  }
+  double openness = of_room ? static_cast<double>(room_openness(room_, hit.surface, spread(p))[0]) : 1.0;
   // A ball keeps off the light that comes from everywhere (Lambert's cosine over the small disc that it
   // covers).
   for (const SceneBall& ball : balls_) {
     const Eigen::Vector3d away = ball.center - p;
     const double square = std::max(away.squaredNorm(), ball.radius * ball.radius);
-    if (square > 64.0 * ball.radius * ball.radius) continue;
+    if (square > openness_radii * openness_radii * ball.radius * ball.radius) continue;
     const double covered =
         std::max(hit.normal.dot(away), 0.0) / std::sqrt(square) * ball.radius * ball.radius / square;
     openness *= 1.0 - std::min(covered, 1.0);
   }
-  if (hit.surface < 8 && light_map_ != nullptr && material.specular == 0.0 && !shaded_by_ball(p)) {
-    return albedo.cwiseProduct(ambient_ * openness + light_map_->light(hit.surface, hit.uv_m, lights_));
+  if (of_room && light_is_mapped(hit.surface) && !any(shaded_by_ball(spread(p)))) {
+    const Triple4 lamps = light_map_->light(hit.surface, {four(hit.uv_m.x()), four(hit.uv_m.y())}, lights_);
+    return albedo.cwiseProduct(ambient_ * openness + Rgb(lamps.x[0], lamps.y[0], lamps.z[0]));
   }
   return reflected(material, albedo, p, hit.normal, -direction, ambient_ * openness, -1, own_solid);
 }

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "servo/simulation/float4.hpp"
 #include "servo/simulation/world.hpp"
 
 namespace ballservo {
@@ -37,6 +38,12 @@ struct SurfaceHit {
   Eigen::Vector3d u_axis{1, 0, 0}, v_axis{0, 1, 0};
 };
 
+/// Where four rays meet the room.
+struct RoomHits {
+  Float4 t;
+  Int4 surface;  ///< 0 to 5
+};
+
 class LightMap;
 
 class Scene {
@@ -52,6 +59,9 @@ class Scene {
   SurfaceHit hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                          const std::vector<int>& candidates) const;
 
+  /// Where rays of unit length meet the room, behind all that stands in it.
+  RoomHits hit_room(const Eigen::Vector3d& origin, const Triple4& directions) const;
+
   /// Distance to the first solid (room and balls apart) before t_max along the ray, or t_max.
   double hit_solids(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double t_max) const;
 
@@ -59,6 +69,13 @@ class Scene {
   /// texture.
   Rgb shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                     double pixel_rad) const;
+
+  /// The same of four points of one surface of the room whose light is mapped; false where a ball may keep
+  /// some of it off.
+  bool shade_room(int surface, Float4 t, const Eigen::Vector3d& origin, const Triple4& directions,
+                  double pixel_rad, Triple4& colors) const;
+  /// Whether the light map knows all the light on a surface of the room, but for the balls' shadows.
+  bool light_is_mapped(int surface) const;
 
   /// What the ball sends towards the viewer from the point that the ray meets, or where it misses the point
   /// of the ball nearest to the ray.
@@ -68,15 +85,25 @@ class Scene {
   double lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const;
 
  private:
-  bool shaded_by_ball(const Eigen::Vector3d& p) const;
+  const Material& room_material(int surface) const;
+  Int4 shaded_by_ball(const Triple4& p) const;
+  Int4 ball_takes_light(const Triple4& p) const;
   Rgb reflected(const Material& material, const Rgb& albedo, const Eigen::Vector3d& p,
                 const Eigen::Vector3d& normal, const Eigen::Vector3d& to_viewer, const Rgb& ambient,
                 int own_ball, int own_solid) const;
   double visible_fraction(const Light& light, const Eigen::Vector3d& p, const Eigen::Vector3d& to_light,
                           double distance, int own_ball, int own_solid) const;
 
+  /// Where a ball may keep a lamp's light off: behind `from_m` along the axis from the lamp, within a radius
+  /// that grows from the ball on.
+  struct ShadeCone {
+    Eigen::Vector3f lamp, axis;
+    float ball_m, from_m, radius, growth;
+  };
+
   Room room_;
   std::vector<SceneBall> balls_;
+  std::vector<ShadeCone> shade_cones_;
   std::vector<SceneSolid> solids_;
   std::vector<Light> lights_;  // as bright as they are now
   Rgb ambient_;

@@ -16,7 +16,7 @@ namespace ballservo {
 
 namespace {
 
-/// 65536 equally likely values of a standard normal: four draws from each word of the engine.
+/// 65536 equally likely values of a standard normal: four draws from each random word.
 class NormalTable {
  public:
   static constexpr int size = 1 << 16;
@@ -46,51 +46,65 @@ class NormalTable {
   std::vector<float> values_;
 };
 
+/// The word of that number in a stream of random words (SplitMix64: Steele, Lea and Flood, OOPSLA 2014).
+std::uint64_t random_word(std::uint64_t stream, std::uint64_t number) {
+  std::uint64_t x = stream + (number + 1) * 0x9e3779b97f4a7c15ull;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+
 const NormalTable& normal_table() {
   static const NormalTable table;
   return table;
 }
 
+/// The weights from the middle to one side; the other side's are the same.
 std::vector<float> gaussian_kernel(double sigma_px) {
   const int reach = sigma_px > 0 ? static_cast<int>(std::ceil(4 * sigma_px)) : 0;
-  std::vector<double> weights;
-  double sum = 0;
-  for (int k = -reach; k <= reach; ++k) {
-    weights.push_back(reach == 0 ? 1.0 : std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
-    sum += weights.back();
+  std::vector<double> weights{1.0};
+  double sum = 1.0;
+  for (int k = 1; k <= reach; ++k) {
+    weights.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
+    sum += 2.0 * weights.back();
   }
   std::vector<float> kernel;
   for (const double weight : weights) kernel.push_back(static_cast<float>(weight / sum));
   return kernel;
 }
 
+void scale_row(const float* __restrict row, float weight, int width, float* __restrict sum) {
+  for (int i = 0; i < width; ++i) sum[i] = weight * row[i];
+}
+
+void add_rows(const float* __restrict one, const float* __restrict other, float weight, int width,
+              float* __restrict sum) {
+  for (int i = 0; i < width; ++i) sum[i] += weight * (one[i] + other[i]);
+}
+
 /// One row of the blurred picture; `columns` holds the row blurred along y with `reach` pixels more on either
 /// side.
 void blur_row(const cv::Mat& light, int row, const std::vector<float>& kernel, std::vector<float>& columns,
               std::vector<float>& blurred) {
-  const int reach = static_cast<int>(kernel.size()) / 2, width = light.cols * 3;
+  const int reach = static_cast<int>(kernel.size()) - 1, width = light.cols * 3;
   if (reach == 0) {
     std::copy_n(light.ptr<float>(row), width, blurred.begin());
     return;
   }
   float* middle = columns.data() + 3 * reach;
-  std::fill_n(middle, width, 0.0f);
-  for (int k = -reach; k <= reach; ++k) {
-    const float* source = light.ptr<float>(std::clamp(row + k, 0, light.rows - 1));
-    const float weight = kernel[static_cast<std::size_t>(k + reach)];
-    for (int i = 0; i < width; ++i) middle[i] += weight * source[i];
-  }
+  const auto source = [&](int k) { return light.ptr<float>(std::clamp(row + k, 0, light.rows - 1)); };
+  scale_row(source(0), kernel[0], width, middle);
+  for (int k = 1; k <= reach; ++k)
+    add_rows(source(-k), source(k), kernel[static_cast<std::size_t>(k)], width, middle);
   for (int k = 1; k <= reach; ++k) {
     for (int c = 0; c < 3; ++c) {
       middle[-3 * k + c] = middle[c];
       middle[width - 3 + 3 * k + c] = middle[width - 3 + c];
     }
   }
-  std::fill_n(blurred.begin(), width, 0.0f);
-  for (int k = -reach; k <= reach; ++k) {
-    const float* source = middle + 3 * k;
-    const float weight = kernel[static_cast<std::size_t>(k + reach)];
-    for (int i = 0; i < width; ++i) blurred[static_cast<std::size_t>(i)] += weight * source[i];
+  scale_row(middle, kernel[0], width, blurred.data());
+  for (int k = 1; k <= reach; ++k) {
+    add_rows(middle - 3 * k, middle + 3 * k, kernel[static_cast<std::size_t>(k)], width, blurred.data());
   }
 }
 
@@ -114,7 +128,7 @@ void SensorOptions::check(FaultList& faults, const std::string& place) const {
 cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t seed,
                std::uint64_t frame_index) {
   const std::vector<float> kernel = gaussian_kernel(options.blur_px);
-  const std::size_t reach = kernel.size() / 2, width = static_cast<std::size_t>(light.cols) * 3;
+  const std::size_t reach = kernel.size() - 1, width = static_cast<std::size_t>(light.cols) * 3;
   const std::uint64_t frame_seed = random_stream(seed, "camera_noise", frame_index)();
   const bool noisy = options.read_noise > 0 || options.shot_noise > 0;
   const auto scale = static_cast<float>(255.0 * options.gain);
@@ -131,7 +145,7 @@ cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t
 
   cv::Mat picture(light.rows, light.cols, CV_8UC3);
   tbb::parallel_for(tbb::blocked_range<int>(0, light.rows, 8), [&](const tbb::blocked_range<int>& rows) {
-    std::vector<float> columns(width + 6 * reach), values(width), noise(width);
+    std::vector<float> columns(width + 6 * reach), values(width), noise(width + 3);
     Eigen::Map<Eigen::ArrayXf> levels(values.data(), static_cast<Eigen::Index>(width));
     Eigen::ArrayXf sigmas;
     for (int row = rows.begin(); row < rows.end(); ++row) {
@@ -139,18 +153,20 @@ cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t
       levels *= scale;
       if (noisy) {
         sigmas = (read2 + shot * levels.max(0.0f)).sqrt();
-        RandomEngine engine = random_stream(frame_seed, "row", static_cast<std::uint64_t>(row));
         for (std::size_t i = 0; i < width; i += 4) {
-          std::uint64_t bits = engine();
-          for (std::size_t k = i; k < std::min(i + 4, width); ++k, bits >>= 16) noise[k] = normal[bits];
+          const std::uint64_t bits = random_word(frame_seed, static_cast<std::uint64_t>(row) * width + i);
+          for (std::size_t k = 0; k < 4; ++k) noise[i + k] = normal[bits >> (16 * k)];
         }
         levels += sigmas * Eigen::Map<const Eigen::ArrayXf>(noise.data(), levels.size());
       }
       levels = levels.max(0.0f).min(255.0f);
       std::uint8_t* out = picture.ptr<std::uint8_t>(row);
-      for (std::size_t i = 0; i < width; ++i) {
-        out[i] = response.empty() ? static_cast<std::uint8_t>(values[i] + 0.5f)
-                                  : response[static_cast<std::size_t>(values[i] * 16.0f + 0.5f)];
+      if (response.empty()) {
+        Eigen::Map<Eigen::Array<std::uint8_t, Eigen::Dynamic, 1>>(out, levels.size()) =
+            (levels + 0.5f).cast<std::uint8_t>();
+      } else {
+        for (std::size_t i = 0; i < width; ++i)
+          out[i] = response[static_cast<std::size_t>(values[i] * 16.0f + 0.5f)];
       }
     }
   });

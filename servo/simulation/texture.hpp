@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "servo/simulation/float4.hpp"
+
 namespace ballservo {
 
 /// Linear light, (red, green, blue). As a reflectance from 0 to 1; as light, 1 saturates the camera at a gain
@@ -30,9 +32,12 @@ struct Texture {
   double scale_m = 0.3;
 };
 
-/// The texture's mean colour (linear) over a patch of the surface: centre (m, surface coordinates) and the
-/// patch's sides along u and v (m). Patches that are larger than the pattern give its mean. Periodic noise of
-/// fixed seed.
+/// The texture's mean colours (linear, from 0 to 1 where the two colours are) over four patches of the
+/// surface: centres (m, surface coordinates) and the patches' sides along u and v (m). Patches that are
+/// larger than the pattern give its mean. Periodic noise of fixed seed.
+Triple4 texture_colors(const Texture& texture, const Pair4& uv_m, const Pair4& patch_m);
+
+/// The same of one patch.
 Rgb texture_color(const Texture& texture, const Eigen::Vector2d& uv_m, const Eigen::Vector2d& patch_m);
 
 /// The reflectance that stands for a basic colour word ("red", "orange", "yellow", "green", "cyan", "blue",

@@ -52,10 +52,10 @@ void compare(std::uint64_t seed, Agreement& agreement) {
 
 TEST(FloorSight, PicturesShowWhatGeometrySays) {
   Agreement agreement;
-  for (std::uint64_t seed = 9000; seed < 9012; ++seed) compare(seed, agreement);
+  for (std::uint64_t seed = 9000; seed < 9040; ++seed) compare(seed, agreement);
   const int stands = agreement.both + agreement.missed, bare = agreement.bare + agreement.false_alarms;
-  ASSERT_GE(stands, 150);
-  EXPECT_LE(agreement.missed, 0.06 * stands) << "of " << stands;
+  ASSERT_GE(stands, 500);
+  EXPECT_LE(agreement.missed, 0.08 * stands) << "of " << stands;
   EXPECT_LE(agreement.false_alarms, 0.02 * bare) << "of " << bare;
   std::vector<double>& errors = agreement.errors_px;
   std::sort(errors.begin(), errors.end());

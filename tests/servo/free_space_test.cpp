@@ -127,6 +127,23 @@ TEST(FreeSpace, AnEchoAmidFreeSpaceTakesItBackAndOneThatIsExplainedDoesNot) {
   EXPECT_TRUE(space.is_free(middle));
 }
 
+// An echo takes free space back beside and under the body's edge: the robot may still leave.
+TEST(FreeSpace, WhatWasTakenBackUnderTheBodysEdgeMayBeCreptAwayFrom) {
+  const FreeSpaceOptions options;
+  FreeSpace space(options);
+  const Pose2 here{}, ahead{0.01, 0, 0}, turned_towards_it{0, 0, 0.05};
+  space.move(0, here);
+  const auto covers = [&](const Pose2& pose, const Pose2* from) {
+    return space.covers(options.footprint, pose, 0.02, FreeSpace::Drift::allowed, nullptr, from);
+  };
+  ASSERT_TRUE(covers(ahead, nullptr));
+  look_twice(space, 0, 0.105, 0);  // 3 cm from the left side
+  EXPECT_FALSE(space.is_free(FreeSpace::cell_at(0.07, 0.22)));
+  EXPECT_FALSE(covers(ahead, nullptr));
+  EXPECT_TRUE(covers(ahead, &here));
+  EXPECT_FALSE(covers(turned_towards_it, &here));
+}
+
 TEST(FreeSpace, NeverAnswersForWhatLeftItsWindow) {
   FreeSpace space(FreeSpaceOptions{});
   space.move(0, {});

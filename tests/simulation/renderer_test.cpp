@@ -80,6 +80,30 @@ TEST(Renderer, ANearerSolidHidesTheBall) {
   EXPECT_EQ(light(behind), light(open));
 }
 
+TEST(Renderer, ShowsEveryThingInARoomWhoseLightIsMapped) {
+  World world = furnished_room();
+  Ball in_the_air = world.balls[0];
+  in_the_air.position_m = {2.0, 0.0, 0.5};
+  world.balls.push_back(in_the_air);
+  World empty = world;
+  empty.obstacles.clear();
+  empty.balls.clear();
+  const CameraRenderer renderer(test::lens(LensModel::pinhole), world, {});
+  const cv::Mat with = renderer.radiance({standing()});
+  const cv::Mat without = CameraRenderer(renderer.camera(), empty, {}).radiance({standing()});
+  for (const Eigen::Vector3d& center : {world.balls[0].position_m, in_the_air.position_m,
+                                        world.obstacles[0].center_m, world.obstacles[1].center_m}) {
+    const auto pixel = renderer.camera().project(standing().X_WC.inverse() * center);
+    const int column = static_cast<int>(std::lround(pixel->x())),
+              row = static_cast<int>(std::lround(pixel->y()));
+    for (int side = -2; side <= 2; ++side) {
+      const cv::Vec3f difference =
+          with.at<cv::Vec3f>(row, column + side) - without.at<cv::Vec3f>(row, column + side);
+      EXPECT_GT(cv::norm(difference), 0.05) << center.transpose();
+    }
+  }
+}
+
 TEST(Renderer, TheNearerOfTwoBallsCoversTheOther) {
   World world = test::dark_room();
   Ball near = test::white_ball({2, 0, 250}, 0.2), far = test::white_ball({4, 0, 250}, 0.2);
