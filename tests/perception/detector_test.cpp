@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 
@@ -141,12 +142,12 @@ TEST(Detector, AScrapOfFewPixelsIsNoBall) {
   as_large.max_small_leak = as_large.max_leak;
   Detector detector(rays, test::red_and_green(), {}), lenient(rays, test::red_and_green(), as_large);
   std::size_t found = 0, found_by_the_lenient = 0;
-  for (double length_px = 10; length_px < 24; length_px += 2) {
-    for (double opening = 0.3; opening < 0.8; opening += 0.1) {
+  for (double width_px = 6; width_px < 9; width_px += 0.5) {
+    for (double turn_rad = 0; turn_rad < 1.5; turn_rad += 0.15) {
       cv::Mat bgr = test::grey_picture();
       test::paint(bgr, test::red, [&](const Eigen::Vector2d& p) {
-        const Eigen::Vector2d q = p - Eigen::Vector2d(160, 110);
-        return q.y() > 0 && q.y() < length_px && q.x() > 0 && q.x() < opening * q.y();
+        const Eigen::Vector2d q = Eigen::Rotation2Dd(turn_rad) * (p - Eigen::Vector2d(160, 110));
+        return (q.array() > 0).all() && (q.array() < 25).all() && (q.array() < width_px).any();
       });
       cv::GaussianBlur(bgr, bgr, {}, 0.7);
       found += detector.detect(bgr).size();

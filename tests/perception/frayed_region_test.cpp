@@ -113,6 +113,37 @@ TEST(FrayedRegion, AnExpectedBallIsFoundFromFarther) {
   EXPECT_GE(far, 17);
 }
 
+// Finger tips all around hide two thirds of its rim.
+TEST(FrayedRegion, AnExpectedBallIsFoundByAThirdOfItsOutline) {
+  const auto rays = std::make_shared<const RayTable>(test::pinhole(size, 400));
+  DetectorOptions strict_options;
+  strict_options.min_expected_edge = strict_options.min_frayed_edge;
+  Detector detector(rays, test::red_and_green(), {}), strict(rays, test::red_and_green(), strict_options);
+  constexpr int tips = 9;
+  int found = 0, found_by_the_strict = 0;
+  for (int index = 0; index < 24; ++index) {
+    const Scene scene;
+    const double tip_px = (0.23 + 0.01 * (index % 4)) * scene.radius_px;
+    cv::Mat bgr(size.height_px, size.width_px, CV_8UC3, cv::Scalar(wall));
+    test::paint_disc(bgr, scene.center_px, scene.radius_px, test::red);
+    for (int tip = 0; tip < tips; ++tip) {
+      const double angle = 0.025 * index + 6.2832 / tips * tip;
+      const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+      test::paint_disc(bgr, scene.center_px + scene.radius_px * direction, tip_px, finger);
+    }
+    cv::GaussianBlur(bgr, bgr, {}, 0.9);
+    const ExpectedBall expected = expected_at(scene.center_px + Eigen::Vector2d(1.5, -1), 32, 5);
+    const auto is_found = [&](Detector& by) {
+      const auto ball = by.find_expected(bgr, {100, 60, 120, 120}, expected, false);
+      return ball && is_at(ball->outline, scene);
+    };
+    found += is_found(detector);
+    found_by_the_strict += is_found(strict);
+  }
+  EXPECT_GE(found, 12);
+  EXPECT_LE(found_by_the_strict, 6);
+}
+
 TEST(FrayedRegion, NothingIsExpectedIntoAnEmptyPlace) {
   Detector detector = test::detector_for(test::pinhole(size, 400));
   const cv::Rect window(80, 40, 160, 160);
