@@ -54,7 +54,7 @@ class Detector {
 
   /// The expected ball, by the edges around it and without votes; nothing where they show none. Looks at the
   /// colours in `window` only, which holds its outline. A ball that passes as any does (`clearly`), or also
-  /// one whose colour says less, as where its rim is dark.
+  /// one whose colour and outline say less, as where its rim is dark or held.
   std::optional<BallObservation> find_expected(const cv::Mat& bgr, const cv::Rect& window,
                                                const ExpectedBall& expected, bool clearly);
 
