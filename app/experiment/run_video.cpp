@@ -1,5 +1,6 @@
 #include "app/experiment/run_video.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -65,16 +66,39 @@ void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, do
   text_line(bgr, text, {8, bgr.rows - 10});
 }
 
+namespace {
+
+// Start, ball and what stands near their way, with room to go around it; within the walls.
+Eigen::AlignedBox2d shown_floor(const World& world, const Eigen::Vector2d& p_WR,
+                                const Eigen::Vector2d& p_WB) {
+  const Eigen::Vector2d margin_m = Eigen::Vector2d::Constant(0.9), wall_m = Eigen::Vector2d::Constant(0.1);
+  const Room& room = world.room;
+  const Eigen::AlignedBox2d way(p_WR.cwiseMin(p_WB) - margin_m, p_WR.cwiseMax(p_WB) + margin_m);
+  const Eigen::AlignedBox2d around(way.min() - margin_m, way.max() + margin_m);
+  Eigen::AlignedBox2d shown = way;
+  for (const Obstacle& obstacle : world.obstacles) {
+    const FloorOutline outline = floor_outline(obstacle);
+    const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(outline.radius_m);
+    Eigen::AlignedBox2d box;
+    for (const Eigen::Vector2d& p : outline.points_m) {
+      box.extend(p - reach_m);
+      box.extend(p + reach_m);
+    }
+    if (!box.isEmpty() && box.intersects(around))
+      shown.extend(Eigen::AlignedBox2d(box.min() - margin_m, box.max() + margin_m));
+  }
+  return shown.intersection({Eigen::Vector2d(room.x_min_m, room.y_min_m) - wall_m,
+                             Eigen::Vector2d(room.x_max_m, room.y_max_m) + wall_m});
+}
+
+}  // namespace
+
 TopView::TopView(const World& world, const Footprint& footprint, const Pose2& start,
                  const Eigen::Vector2d& p_WB, double goal_distance_m, int height_px, const SonarBeam& beam)
     : footprint_(footprint), goal_distance_m_(goal_distance_m), beam_(beam) {
   const Room& room = world.room;
-  const double margin_m = 0.9;
-  const Eigen::Vector2d p_WR(start.x_m, start.y_m);
-  Eigen::Vector2d low = p_WR.cwiseMin(p_WB) - Eigen::Vector2d::Constant(margin_m);
-  Eigen::Vector2d high = p_WR.cwiseMax(p_WB) + Eigen::Vector2d::Constant(margin_m);
-  low = low.cwiseMax(Eigen::Vector2d(room.x_min_m, room.y_min_m) - Eigen::Vector2d::Constant(0.1));
-  high = high.cwiseMin(Eigen::Vector2d(room.x_max_m, room.y_max_m) + Eigen::Vector2d::Constant(0.1));
+  const Eigen::AlignedBox2d shown = shown_floor(world, {start.x_m, start.y_m}, p_WB);
+  const Eigen::Vector2d low = shown.min(), high = shown.max();
   const Eigen::Vector2d size = (high - low).cwiseMax(Eigen::Vector2d::Constant(0.5));
   // The x axis points up, the y axis to the left, as the robot sees the room when it starts along x.
   scale_ = height_px / std::max(size.x(), size.y() * 0.75);

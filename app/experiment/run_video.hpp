@@ -20,8 +20,8 @@ void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, do
 /// The room from above, drawn once, and the robot on its way in it.
 class TopView {
  public:
-  /// A picture of that height (px); the width follows from what is shown: start, ball and a margin, within
-  /// the room.
+  /// A picture of that height (px); the width follows from what is shown: start, ball, what stands near
+  /// their way and room to go around it, within the walls.
   TopView(const World& world, const Footprint& footprint, const Pose2& start, const Eigen::Vector2d& p_WB,
           double goal_distance_m, int height_px, const SonarBeam& beam = {});
 
