@@ -111,11 +111,11 @@ class GeometricSight final : public BallSight {
  public:
   GeometricSight(const Camera& camera, const Ball& target, const GeometricSensorOptions& options,
                  std::uint64_t seed, const std::optional<BelievedView>& believed)
-      : camera_(camera), sensor_(camera, options), target_(target), seed_(seed), believed_(believed) {}
+      : camera_(camera), sensor_(camera, options, seed), target_(target), believed_(believed) {}
 
   Sight look(const SightInput& input, std::string& rows) override {
     Sight sight;
-    sight.measurement = sensor_.measure(*input.target, target_.diameter_m, input.time_s, seed_,
+    sight.measurement = sensor_.measure(*input.target, target_.diameter_m, input.time_s,
                                         static_cast<std::uint64_t>(input.frame));
     if (sight.measurement.state == TrackState::none) return sight;
     sight.outline = project_sphere(camera_, sight.measurement.p_CB, target_.radius_m());
@@ -142,7 +142,6 @@ class GeometricSight final : public BallSight {
   Camera camera_;
   GeometricBallSensor sensor_;
   Ball target_;
-  std::uint64_t seed_;
   std::optional<BelievedView> believed_;
 };
 
