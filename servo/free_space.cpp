@@ -95,10 +95,9 @@ bool FreeSpace::still_counts(std::uint32_t seen, double distance_m, Drift drift)
                                          distance_m) <= drift_m(drift);
 }
 
-bool FreeSpace::is_free(const FloorCell& cell, Drift drift) const {
-  if (!in_window(cell)) return false;
-  const std::uint32_t seen = free_since_[index(cell.column, cell.row)];
-  if (seen >= fresh_[static_cast<std::size_t>(drift)]) return true;
+/// Of a cell seen free too long ago to count in all of the window: odometry moves near places less than far
+/// ones.
+bool FreeSpace::still_free(const FloorCell& cell, std::uint32_t seen, Drift drift) const {
   if (seen < first_epoch) return false;
   return still_counts(
       seen, std::hypot(center_m(cell.column) - pose_.x_m, center_m(cell.row) - pose_.y_m) + half_diagonal_m,

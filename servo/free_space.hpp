@@ -31,6 +31,14 @@ struct FreeSpaceOptions {
   void check(FaultList& faults, const std::string& place) const;
 };
 
+/// floor(value_m / side_m): index of the square of a grid in which a coordinate lies. Truncation is rounding
+/// down but for negative numbers; std::floor is a call on machines of the baseline.
+inline int floor_index(double value_m, double side_m) {
+  const double scaled = value_m / side_m;
+  const int whole = static_cast<int>(scaled);
+  return whole - (scaled < whole ? 1 : 0);
+}
+
 /// A square of the floor: index of its column (x) and row (y) in the odometry's frame.
 struct FloorCell {
   int column = 0, row = 0;
@@ -71,7 +79,11 @@ class FreeSpace {
     return cell.column >= first_column_ && cell.column < first_column_ + size && cell.row >= first_row_ &&
            cell.row < first_row_ + size;
   }
-  bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const;
+  bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const {
+    if (!in_window(cell)) return false;
+    const std::uint32_t seen = free_since_[index(cell.column, cell.row)];
+    return seen >= fresh_[static_cast<std::size_t>(drift)] || still_free(cell, seen, drift);
+  }
   bool is_suspected(const FloorCell& cell) const;
   bool is_standing(const FloorCell& cell) const;
 
@@ -82,13 +94,8 @@ class FreeSpace {
   }
 
   static FloorCell cell_at(double x_m, double y_m) { return {index_at(x_m), index_at(y_m)}; }
-  /// Of the column at x or the row at y. Truncation is rounding down but for negative numbers; std::floor is
-  /// a call on machines of the baseline.
-  static int index_at(double value_m) {
-    const double scaled = value_m / cell_m;
-    const int whole = static_cast<int>(scaled);
-    return whole - (scaled < whole ? 1 : 0);
-  }
+  /// Of the column at x or the row at y.
+  static int index_at(double value_m) { return floor_index(value_m, cell_m); }
   static double center_m(int index) { return (index + 0.5) * cell_m; }
 
   double drift_m(Drift drift) const {
@@ -133,6 +140,7 @@ class FreeSpace {
   const Epoch& epoch(std::uint32_t number) const { return epochs_[number % epochs_.size()]; }
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
+  bool still_free(const FloorCell& cell, std::uint32_t seen, Drift drift) const;
   /// Free, but for what is standing; where the body has been nothing stands.
   void mark_free(const Region& region, std::uint32_t epoch_number, bool by_body);
   bool comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,

@@ -40,8 +40,8 @@ WayField::WayField(const WayFieldOptions& options)
 }
 
 bool WayField::block_of(const Eigen::Vector2d& p, int& column, int& row) const {
-  column = static_cast<int>(std::floor(p.x() / block_m)) - first_column_;
-  row = static_cast<int>(std::floor(p.y() / block_m)) - first_row_;
+  column = floor_index(p.x(), block_m) - first_column_;
+  row = floor_index(p.y(), block_m) - first_row_;
   return column >= 0 && row >= 0 && column < size && row < size;
 }
 
@@ -83,26 +83,24 @@ void WayField::measure_room(const FreeSpace& space, const Eigen::Vector2d& p_OB,
       }
     }
   }
+  spread_room(+1);
+  spread_room(-1);
+}
+
+/// One pass over rows and columns, up or down (step +1 or -1): each row from the one before it, then from its
+/// own cells before.
+void WayField::spread_room(int step) {
   constexpr float side = static_cast<float>(block_m), diagonal = static_cast<float>(1.4142135 * block_m);
-  for (int row = 0; row < size; ++row) {
-    for (int column = 0; column < size; ++column) {
-      float& room = room_[index(column, row)];
-      if (column > 0) room = std::min(room, room_[index(column - 1, row)] + side);
-      if (row == 0) continue;
-      room = std::min(room, room_[index(column, row - 1)] + side);
-      if (column > 0) room = std::min(room, room_[index(column - 1, row - 1)] + diagonal);
-      if (column + 1 < size) room = std::min(room, room_[index(column + 1, row - 1)] + diagonal);
+  const int begin = step > 0 ? 0 : size - 1;
+  for (int k = 0; k < size; ++k) {
+    float* row = &room_[index(0, begin + k * step)];
+    if (k > 0) {
+      const float* before = row - step * size;
+      for (int c = 0; c < size; ++c) row[c] = std::min(row[c], before[c] + side);
+      for (int c = 1; c < size; ++c) row[c] = std::min(row[c], before[c - 1] + diagonal);
+      for (int c = 0; c + 1 < size; ++c) row[c] = std::min(row[c], before[c + 1] + diagonal);
     }
-  }
-  for (int row = size - 1; row >= 0; --row) {
-    for (int column = size - 1; column >= 0; --column) {
-      float& room = room_[index(column, row)];
-      if (column + 1 < size) room = std::min(room, room_[index(column + 1, row)] + side);
-      if (row + 1 == size) continue;
-      room = std::min(room, room_[index(column, row + 1)] + side);
-      if (column + 1 < size) room = std::min(room, room_[index(column + 1, row + 1)] + diagonal);
-      if (column > 0) room = std::min(room, room_[index(column - 1, row + 1)] + diagonal);
-    }
+    for (int c = begin + step; c >= 0 && c < size; c += step) row[c] = std::min(row[c], row[c - step] + side);
   }
 }
 
@@ -193,6 +191,9 @@ void WayField::spread(const Eigen::Vector2d& p_OR) {
           const int c = column + dc, r = row + dr;
           if ((dc == 0 && dr == 0) || c < 0 || r < 0 || c >= size || r >= size) continue;
           const std::size_t other = index(c, r);
+          const double length = (dc != 0 && dr != 0 ? 1.4142135623730951 : 1.0) * block_m;
+          // No price is below 1.
+          if (cost_[other] <= now + static_cast<std::int32_t>(length / quantum_m)) continue;
           const double room = room_[other];
           // Out of a tight place the robot may go, into one it may not.
           if (room < options_.tight_m && room <= static_cast<double>(room_[cell])) {
@@ -200,7 +201,6 @@ void WayField::spread(const Eigen::Vector2d& p_OR) {
                 robot_inside && std::abs(c - robot_column) <= 2 && std::abs(r - robot_row) <= 2;
             if (!from_robot) continue;
           }
-          const double length = (dc != 0 && dr != 0 ? 1.4142135623730951 : 1.0) * block_m;
           const std::int32_t cost = now + static_cast<std::int32_t>(length * price(room) / quantum_m + 0.5);
           if (cost >= cost_[other]) continue;
           if (cost_[other] != none) take(other);
@@ -214,8 +214,8 @@ void WayField::spread(const Eigen::Vector2d& p_OR) {
 void WayField::update(const FreeSpace& space, const Eigen::Vector2d& p_OB, double distance_m,
                       double ball_gap_m, double now_s) {
   const Pose2& pose = space.pose();
-  first_column_ = static_cast<int>(std::floor(pose.x_m / block_m)) - size / 2 + 1;
-  first_row_ = static_cast<int>(std::floor(pose.y_m / block_m)) - size / 2 + 1;
+  first_column_ = floor_index(pose.x_m, block_m) - size / 2 + 1;
+  first_row_ = floor_index(pose.y_m, block_m) - size / 2 + 1;
   measure_room(space, p_OB, ball_gap_m, now_s);
   p_OB_ = p_OB;
   p_OR_ = {pose.x_m, pose.y_m};

@@ -57,7 +57,6 @@ class WayField {
   struct Virtual {
     double x_m = 0, y_m = 0, until_s = -1e9;
   };
-  int at(double value_m, int first) const;
   bool block_of(const Eigen::Vector2d& p, int& column, int& row) const;
   Eigen::Vector2d center(int column, int row) const {
     return {(first_column_ + column + 0.5) * block_m, (first_row_ + row + 0.5) * block_m};
@@ -66,6 +65,7 @@ class WayField {
     return static_cast<std::size_t>(row) * size + static_cast<std::size_t>(column);
   }
   void measure_room(const FreeSpace& space, const Eigen::Vector2d& p_OB, double ball_gap_m, double now_s);
+  void spread_room(int step);
   bool sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
   void find_ways();
   void seed(const Eigen::Vector2d& p_OB, double distance_m);
