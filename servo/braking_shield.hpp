@@ -31,11 +31,11 @@ struct ShieldVerdict {
   std::optional<FloorCell> blocked;  ///< the first cell in the way that is not known to be free
 };
 
-/// A pure function of its arguments. Of a command (v, w) it lets pass the first of (v, w), less of both, (0,
-/// w) and (0, 0) after which the robot, driven for a period and then braked to rest, stays in free space: the
-/// footprint, grown by the drift of odometry that `space` allows, by the model's error and by the way between
-/// two places looked at. (0, 0) needs no test: it is the brake that was part of the test of the command
-/// before.
+/// A pure function of its arguments. Of a command (v, w) it lets pass the first of (v, w), less of both, (v,
+/// 0) no faster than it creeps, (0, w) and (0, 0) after which the robot, driven for a period and then braked
+/// to rest, stays in free space: the footprint, grown by the drift of odometry that `space` allows, by the
+/// model's error and by the way between two places looked at. (0, 0) needs no test: it is the brake that was
+/// part of the test of the command before.
 ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
                      const ShieldOptions& options);
 

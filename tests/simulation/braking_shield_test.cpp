@@ -115,6 +115,23 @@ TEST(BrakingShield, CreepsSlowlyAndOnlyAway) {
   EXPECT_EQ(brake({0.0, 0.2}, true), Brake::blocked) << "so it does where a corner swings out";
 }
 
+TEST(BrakingShield, CreepsStraightOnWhereATurnWouldComeNearer) {
+  FreeSpace space(FreeSpaceOptions{});
+  space.move(0, {});
+  for (const std::size_t side : {0u, 7u}) {  // echoes close beside the front's flanks
+    for (int twice = 0; twice < 2; ++twice) space.look({0, side, 0.14, true}, {});
+  }
+  const RobotMotion motion{{}, {0.08, 0}};
+  EXPECT_EQ(can_brake_after({0.08, 0}, motion, space, {}, nullptr), Brake::creeping);
+  for (const double turn_radps : {-0.3, -0.01, 0.01, 0.3}) {
+    const ShieldVerdict verdict = shield({0.08, turn_radps}, motion, space, {});
+    EXPECT_FALSE(verdict.passed);
+    EXPECT_EQ(verdict.command.v_mps, 0.08);
+    EXPECT_EQ(verdict.command.w_radps, 0);
+    EXPECT_EQ(verdict.reason, creeping_reason);
+  }
+}
+
 TEST(BrakingShield, DoesNotCreepWhereItsOwnPlaceWasNeverSeen) {
   FreeSpace space(FreeSpaceOptions{});
   space.move(0, {});
