@@ -72,7 +72,7 @@ TEST(CollisionCause, A4SonarsThatReadLong) {
 
 TEST(CollisionCause, A6ADriveThatHardlyBrakes) {
   int collisions = 0;
-  for (const std::uint64_t seed : {4u, 5u, 11u, 16u}) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {  // about one in five collides
     const Scenario scenario =
         load_scenario(test::project_data_dir() / "scenarios" / "obstacles.yaml",
                       {"robot.acceleration_share=0.15", dropouts, "duration_s=40"}, seed);
