@@ -22,6 +22,13 @@ constexpr double pi = 3.14159265358979323846;
 // A disc of 12 px radius: a smaller one's edges before its own colour tell nothing (see outline_support).
 constexpr double least_unexplained_px2 = pi * 12 * 12;
 
+// Rings of starts around an expected ball, so that each place within the spread is in reach of one.
+int rings_over(double spread_px, double reach_px) {
+  constexpr double most = 3;
+  const double rings = std::ceil(spread_px / (2 * reach_px));
+  return rings > 0 ? static_cast<int>(std::min(rings, most)) : 0;
+}
+
 }  // namespace
 
 Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const ColorTable> colors,
@@ -61,8 +68,9 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
   return balls_;
 }
 
-std::optional<BallObservation> Detector::find_expected(const cv::Mat& bgr, const cv::Rect& window,
-                                                       const ExpectedBall& expected, bool clearly) {
+std::optional<BallObservation> Detector::find_expected(
+    const cv::Mat& bgr, const cv::Rect& window, const ExpectedBall& expected, bool clearly,
+    const std::function<bool(const BallObservation&)>& may_be) {
   check(bgr);
   if (options_.fit != BallFit::sphere) return std::nullopt;
   const cv::Rect seen = window & cv::Rect({0, 0}, bgr.size());
@@ -70,8 +78,28 @@ std::optional<BallObservation> Detector::find_expected(const cv::Mat& bgr, const
   segment(bgr, seen);
   if (expected.color_class == no_class || expected.color_class > closed_.size()) return std::nullopt;
   const ColoredPixels colored{expected.color_class, closed_[expected.color_class - 1u], seen.tl()};
+  const int rings = rings_over(expected.spread_px, expected.reach_px);
+  const double spacing_rad = expected.spread_px / std::max(1, rings) / rays_->camera().focal_px();
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(expected.cone.axis);
+  std::optional<BallObservation> clearest;
+  for (int down = -rings; down <= rings; ++down) {
+    for (int right = -rings; right <= rings; ++right) {
+      TangentCone start = expected.cone;
+      if (rings > 0)
+        start.axis = (start.axis + basis * Eigen::Vector2d(right, down) * spacing_rad).normalized();
+      const auto ball = find_from(bgr, colored, start, expected.reach_px, clearly);
+      if (ball && may_be(*ball) && (!clearest || ball->quality > clearest->quality)) clearest = ball;
+    }
+  }
+  return clearest;
+}
+
+// The ball whose outline is near the cone's; not clearly: also where it shows less of itself than another
+// must.
+std::optional<BallObservation> Detector::find_from(const cv::Mat& bgr, const ColoredPixels& colored,
+                                                   const TangentCone& start, double reach_px, bool clearly) {
   const Candidate candidate =
-      judge_scouted(bgr, colored, expected.cone, expected.reach_px,
+      judge_scouted(bgr, colored, start, reach_px,
                     clearly ? options_.min_frayed_edge : options_.min_expected_edge, nullptr);
   if (!candidate.reason) return candidate.ball;
   const bool is_there = !clearly && candidate.ball && candidate.support.fill >= options_.min_expected_fill &&
@@ -344,8 +372,7 @@ const char* Detector::rejection(const BallObservation& ball) const {
   const bool is_small = ball.outline.radius_px < options_.small_radius_px;
   if (ball.support.leak > (is_small ? options_.max_small_leak : options_.max_leak))
     return "the colour runs on around it";
-  if (ball.quality < options_.min_quality)
-    return "outline and colour together are too weak";
+  if (ball.quality < options_.min_quality) return "outline and colour together are too weak";
   return nullptr;
 }
 

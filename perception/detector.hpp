@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -35,11 +36,12 @@ struct LeftOut {
   explicit operator bool() const { return regions > 0 || shorter_px > 0; }
 };
 
-/// Where a ball is expected: its outline within `reach_px` of the cone's, nearly in its size.
+/// Where a ball is expected: its outline within `reach_px` of the cone's, nearly in its size; or of such
+/// cones side by side, up to `spread_px` to each side.
 struct ExpectedBall {
   ClassIndex color_class = no_class;
   TangentCone cone;
-  double reach_px = 5;
+  double reach_px = 5, spread_px = 0;
 };
 
 class Detector {
@@ -54,9 +56,11 @@ class Detector {
 
   /// The expected ball, by the edges around it and without votes; nothing where they show none. Looks at the
   /// colours in `window` only, which holds its outline. A ball that passes as any does (`clearly`), or also
-  /// one whose colour and outline say less, as where its rim is dark or held.
-  std::optional<BallObservation> find_expected(const cv::Mat& bgr, const cv::Rect& window,
-                                               const ExpectedBall& expected, bool clearly);
+  /// one whose colour and outline say less, as where its rim is dark or held. Of several the clearest that
+  /// `may_be` it.
+  std::optional<BallObservation> find_expected(
+      const cv::Mat& bgr, const cv::Rect& window, const ExpectedBall& expected, bool clearly,
+      const std::function<bool(const BallObservation&)>& may_be = [](const auto&) { return true; });
 
   const DetectorOptions& options() const { return options_; }
   /// Lets weaker balls through (a tracker knows where one must be), or fewer.
@@ -87,6 +91,8 @@ class Detector {
                   RefinementInput* input, bool inside_region = false);
   void look_around(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
                    Candidate& candidate, RefinementInput* input);
+  std::optional<BallObservation> find_from(const cv::Mat& bgr, const ColoredPixels& colored,
+                                           const TangentCone& start, double reach_px, bool clearly);
   Candidate judge_scouted(const cv::Mat& bgr, const ColoredPixels& colored, const TangentCone& start,
                           double reach_px, double min_edge, RefinementInput* input);
   void judge_fitted(const cv::Mat& bgr, const ColoredPixels& colored, Candidate& candidate);

@@ -45,6 +45,7 @@ void TrackerOptions::validate() const {
   if (!(weak_log_size > 0)) faults.add("weak_log_size", number_text(weak_log_size), "a number above 0");
   if (!(reach_px > 0)) faults.add("reach_px", number_text(reach_px), "a length above 0 (px)");
   if (!(reach_radii >= 0)) faults.add("reach_radii", number_text(reach_radii), "0 or more (ball radii)");
+  if (!(spread_radii >= 0)) faults.add("spread_radii", number_text(spread_radii), "0 or more (ball radii)");
   if (!(jump_radii >= 0)) faults.add("jump_radii", number_text(jump_radii), "0 or more (ball radii)");
   faults.throw_if_any();
 }
@@ -176,22 +177,24 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
     const cv::Rect window(static_cast<int>(c.x() - reach), static_cast<int>(c.y() - reach),
                           static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
     if ((window & cv::Rect({0, 0}, bgr.size())).empty()) continue;
-    const auto look_for_it = [&](double reach_px, bool clearly) {
-      const auto ball =
-          detector_.find_expected(bgr, window, {followed.track.color_class, cone, reach_px}, clearly);
-      if (ball && is_plausible(followed, *ball)) add_new(*ball);
+    const auto look_for_it = [&](double reach_px, double spread_px, bool clearly) {
+      const auto ball = detector_.find_expected(
+          bgr, window, {followed.track.color_class, cone, reach_px, spread_px}, clearly,
+          [&](const BallObservation& found) { return is_plausible(followed, found); });
+      if (ball) add_new(*ball);
       return is_seen(followed);
     };
     // Where it is expected, or else anywhere near; a weak sight suffices where no clear one is had.
     detector_.set_min_quality(newcomer_quality_);
-    if (look_for_it(options_.reach_px, true)) continue;
+    if (look_for_it(options_.reach_px, 0, true)) continue;
     for (const double quality : {newcomer_quality_, expected_quality()}) {
       if (is_seen(followed)) break;
       detector_.set_min_quality(quality);
       for (const BallObservation& ball : detector_.detect(bgr, window)) add_new(ball);
     }
     if (!is_seen(followed) && followed.track.state != Track::State::tentative)
-      look_for_it(std::max(options_.reach_px, options_.reach_radii * outline->radius_px), false);
+      look_for_it(std::max(options_.reach_px, options_.reach_radii * outline->radius_px),
+                  options_.spread_radii * outline->radius_px, false);
   }
 }
 

@@ -15,10 +15,12 @@ struct TrackerOptions {
   int confirm_after = 3;  ///< pictures in a row
   double coast_s = 1.0;   ///< how long a confirmed ball is predicted before it is given up
   double gate_distance2 =
-      16.27;                 ///< squared Mahalanobis distance; 99.9 % of chi-square with 3 degrees of freedom
-  double jump_radii = 6;     ///< a lone ball of the class this near an unmatched track continues it
-  double reach_px = 5;       ///< a ball's outline is sought so near the prediction, before its region is,
-  double reach_radii = 0.4;  ///< and so near where its region shows no ball
+      16.27;              ///< squared Mahalanobis distance; 99.9 % of chi-square with 3 degrees of freedom
+  double jump_radii = 6;  ///< a lone ball of the class this near an unmatched track continues it
+  double reach_px = 5;    ///< a ball's outline is sought so near the prediction, before its region is
+  /// And where its region shows no ball, so near it and places up to a spread beside it, as where what
+  /// carries the ball stops or turns.
+  double reach_radii = 0.15, spread_radii = 0.6;
   int newcomers_every =
       10;  ///< pictures between two looks at the whole picture while all balls are being found
   double expected_quality =

@@ -113,6 +113,29 @@ TEST(FrayedRegion, AnExpectedBallIsFoundFromFarther) {
   EXPECT_GE(far, 17);
 }
 
+// As where what carries it stopped: more than half a radius beside the prediction.
+TEST(FrayedRegion, AnExpectedBallIsFoundBesideItsPlace) {
+  Detector detector = test::detector_for(test::pinhole(size, 400));
+  int at_its_place = 0, beside = 0;
+  for (int k = 0; k < 20; ++k) {
+    const Scene scene;
+    const cv::Mat bgr = picture(scene, static_cast<std::uint64_t>(k));
+    const Eigen::Vector2d off_px = 18 * Eigen::Vector2d(std::cos(0.31 * k), std::sin(0.31 * k));
+    ExpectedBall expected = expected_at(scene.center_px + off_px, 32, 5);
+    const auto is_found = [&] {
+      const auto ball = detector.find_expected(bgr, {70, 30, 180, 180}, expected, false);
+      return ball && is_at(ball->outline, scene);
+    };
+    at_its_place += is_found();
+    expected.spread_px = 18;
+    beside += is_found();
+    EXPECT_FALSE(detector.find_expected(bgr, {70, 30, 180, 180}, expected, false,
+                                        [](const BallObservation&) { return false; }));
+  }
+  EXPECT_LE(at_its_place, 2);
+  EXPECT_GE(beside, 17);
+}
+
 // Finger tips all around hide two thirds of its rim.
 TEST(FrayedRegion, AnExpectedBallIsFoundByAThirdOfItsOutline) {
   const auto rays = std::make_shared<const RayTable>(test::pinhole(size, 400));
@@ -149,7 +172,8 @@ TEST(FrayedRegion, NothingIsExpectedIntoAnEmptyPlace) {
   const cv::Rect window(80, 40, 160, 160);
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     cv::Mat bgr = picture({{400, 120}, 32}, seed);
-    const ExpectedBall expected = expected_at({160, 120}, 32, 13);
+    ExpectedBall expected = expected_at({160, 120}, 32, 5);
+    expected.spread_px = 20;
     EXPECT_FALSE(detector.find_expected(bgr, window, expected, false)) << "wall " << seed;
     cv::rectangle(bgr, cv::Rect(130, 85, 60, 70), cv::Scalar(test::red), cv::FILLED);
     cv::GaussianBlur(bgr, bgr, {}, 0.9);
@@ -169,6 +193,12 @@ TEST(FrayedRegion, NothingIsExpectedIntoAnEmptyPlace) {
   const double infinite = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(detector.find_expected(bgr, window, expected_at({160, 120}, 32, infinite), false));
   EXPECT_FALSE(detector.find_expected(bgr, window, expected_at({160, 120}, infinite, 5), false));
+  for (const double spread_px : {-1.0, infinite, std::numeric_limits<double>::quiet_NaN()}) {
+    ExpectedBall expected = expected_at({160, 120}, 32, 5);
+    expected.spread_px = spread_px;
+    const auto ball = detector.find_expected(bgr, window, expected, false);
+    EXPECT_TRUE(!ball || is_at(ball->outline, {})) << spread_px;
+  }
 }
 
 // Whether by votes or from where it was expected: the same edges, the same ball.

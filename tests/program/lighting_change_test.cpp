@@ -6,13 +6,10 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
-#include <vector>
 
-#include "calibration/files/numbers.hpp"
+#include "tests/program/csv_rows.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace fs = std::filesystem;
@@ -20,30 +17,8 @@ namespace fs = std::filesystem;
 namespace ballservo {
 namespace {
 
-using Row = std::map<std::string, std::string>;
-
-std::vector<Row> read_csv(const fs::path& file) {
-  std::ifstream stream(file);
-  const auto cells_of = [](const std::string& line) {
-    std::vector<std::string> cells;
-    std::stringstream text(line + ",");
-    for (std::string cell; std::getline(text, cell, ',');) cells.push_back(cell);
-    return cells;
-  };
-  std::string line;
-  std::getline(stream, line);
-  const std::vector<std::string> names = cells_of(line);
-  std::vector<Row> rows;
-  while (std::getline(stream, line)) {
-    const std::vector<std::string> cells = cells_of(line);
-    Row row;
-    for (std::size_t i = 0; i < names.size(); ++i) row[names[i]] = cells.at(i);
-    rows.push_back(row);
-  }
-  return rows;
-}
-
-double number(const Row& row, const char* name) { return parse_number(row.at(name)).value(); }
+using test::number;
+using test::Row;
 
 void run(const fs::path& folder, const std::string& arguments) {
   const std::string command =
@@ -60,14 +35,14 @@ struct Score {
 /// places.
 Score score(const fs::path& tracks, const fs::path& truth) {
   std::map<std::string, Row> target;
-  for (const Row& row : read_csv(truth)) {
+  for (const Row& row : test::read_csv(truth)) {
     if (row.at("ball_id") == "target" && number(row, "visible_fraction") > 0.5)
       target[row.at("source")] = row;
   }
   Score result;
   result.visible = static_cast<int>(target.size());
   std::map<std::string, bool> tracked;
-  for (const Row& row : read_csv(tracks)) {
+  for (const Row& row : test::read_csv(tracks)) {
     if (row.at("state") == "coasting") continue;
     const auto true_row = target.find(row.at("source"));
     const bool there =

@@ -1,0 +1,52 @@
+// Other people's videos of a ball in a hand: its colour taught by one of their pictures, the ball tracked
+// through all of them.
+#include <gtest/gtest.h>
+
+#include <opencv2/videoio.hpp>
+#include <set>
+#include <string>
+
+#include "tests/program/csv_rows.hpp"
+#include "tests/program/program_run.hpp"
+
+namespace ballservo {
+namespace {
+
+struct Video {
+  const char* name;
+  int taught_by;  // which of its pictures
+  int least_pictures_with_ball;
+};
+
+void PrintTo(const Video& video, std::ostream* stream) { *stream << video.name; }
+
+class RealVideo : public test::ProgramTest, public testing::WithParamInterface<Video> {};
+
+TEST_P(RealVideo, ItsBallIsTracked) {
+  const auto folder = test::shared_data_dir();
+  if (!folder) GTEST_SKIP() << "the videos of others are not here";
+  const std::string video = (*folder / "balls_green_hand" / GetParam().name).string();
+  cv::VideoCapture capture(video);
+  cv::Mat picture;
+  for (int i = 0; i <= GetParam().taught_by; ++i) ASSERT_TRUE(capture.read(picture));
+  write_image(dir / "taught.png", picture);
+  ASSERT_EQ(run("calibrate colors taught.png -o ball.colors --quiet").code, 0);
+  ASSERT_EQ(run("track '" + video + "' --colors ball.colors -o tracks.csv --quiet").code, 0);
+
+  constexpr double least_radius_px = 20;  // it is 27 to 80 px
+  std::set<std::string> with_ball, with_something;
+  for (const test::Row& row : test::read_csv(dir / "tracks.csv")) {
+    if (row.at("state") == "coasting") continue;
+    (test::number(row, "r_px") >= least_radius_px ? with_ball : with_something).insert(row.at("frame"));
+  }
+  EXPECT_GE(static_cast<int>(with_ball.size()), GetParam().least_pictures_with_ball);
+  EXPECT_LE(static_cast<int>(with_something.size()), 10);
+}
+
+// About 310 and 318 pictures show a ball, in some less than half of it.
+INSTANTIATE_TEST_SUITE_P(OfABallInAHand, RealVideo,
+                         testing::Values(Video{"ball3.mp4", 215, 290}, Video{"ball4.mp4", 130, 306}),
+                         [](const auto& video) { return std::string(video.param.name).substr(0, 5); });
+
+}  // namespace
+}  // namespace ballservo
