@@ -212,6 +212,22 @@ double contrast_of(const RoundRegion& region, const cv::Mat& modes, double scale
   return cv::norm(inside / inside_count - around / around_count);
 }
 
+/// How far the region's colours agree in hue: the length of the sum of its (u*, v*) over the sum of their
+/// lengths, 1 for one hue in any lightness, near 0 for hues all around.
+double hue_agreement(const RoundRegion& region, const cv::Mat& modes) {
+  cv::Vec2d sum(0, 0);
+  double lengths = 0;
+  for (int y = 0; y < region.mask.rows; ++y) {
+    for (int x = 0; x < region.mask.cols; ++x) {
+      if (!region.mask.at<std::uint8_t>(y, x)) continue;
+      const cv::Vec2d chroma = modes.at<cv::Vec2f>(region.mask_origin.y + y, region.mask_origin.x + x);
+      sum += chroma;
+      lengths += cv::norm(chroma);
+    }
+  }
+  return lengths > 0 ? cv::norm(sum) / lengths : 0;
+}
+
 }  // namespace
 
 void RoundRegionOptions::validate() const {
@@ -229,6 +245,7 @@ void RoundRegionOptions::validate() const {
   check("min_fit_ratio", min_fit_ratio, 0, 1);
   check("min_smeared_fit_ratio", min_smeared_fit_ratio, 0, 1);
   check("min_chroma", min_chroma, 0, 300);
+  check("min_hue_agreement", min_hue_agreement, 0, 1);
   faults.throw_if_any();
 }
 
@@ -254,17 +271,21 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
                                     least_area};
   std::set<std::tuple<int, int, int, int, int>> seen;
   std::vector<RoundRegion> found;
+  // A fist around a ball is round as well.
+  const auto keep_if_of_one_hue = [&](std::optional<RoundRegion> region) {
+    if (region && hue_agreement(*region, result.modes) >= options.min_hue_agreement)
+      found.push_back(std::move(*region));
+  };
   for_each_segmentation(result.modes, components, [&](const std::vector<int>& labels) {
     for (const Component& c : components_of(labels, working.cols, working.rows)) {
       if (c.area < least_area || !seen.insert({c.area, c.left, c.top, c.right, c.bottom}).second) continue;
       const Placed whole{filled_mask(labels, working.cols, c), {c.left - 1, c.top - 1}, working.size()};
-      auto region = circle_test(whole, result.scale, estimator, options);
-      if (region) found.push_back(std::move(*region));
+      keep_if_of_one_hue(circle_test(whole, result.scale, estimator, options));
       if (!compact(whole, c.area)) continue;
       const Placed smooth = opened(whole, c.area);
-      region = circle_test(smooth, result.scale, estimator, options);
+      auto region = circle_test(smooth, result.scale, estimator, options);
       if (!region) region = ellipse_test(smooth, result.scale, options);
-      if (region) found.push_back(std::move(*region));
+      keep_if_of_one_hue(std::move(region));
     }
   });
   // A place keeps its roundest region; among nearly equal ones the larger, which has more of the ball's

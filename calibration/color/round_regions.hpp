@@ -21,6 +21,7 @@ struct RoundRegionOptions {
   double small_fit_ratio = 0.75;       ///< ... the ratio that is asked for rises to this at min_radius_px
   double min_smeared_fit_ratio = 0.3;  ///< the same for a ball smeared by motion, 0 to 1
   double min_chroma = 6;               ///< least distance of the modes' (u*, v*) from the picture's own grey
+  double min_hue_agreement = 0.85;     ///< of its colours: their (u*, v*) summed, over their lengths summed
 
   /// Throws InputError with every value out of range.
   void validate() const;

@@ -119,6 +119,22 @@ TEST(RoundRegions, SquaresBarsAndGreyDiscsAreNoBalls) {
   EXPECT_TRUE(find_round_regions(picture, algebraic_circle).regions.empty());
 }
 
+TEST(RoundRegions, AFistAroundABallIsNoBall) {
+  cv::Mat picture = grey_picture();
+  cv::circle(picture, {160, 120}, 80, {120, 130, 190}, cv::FILLED, cv::LINE_AA);
+  draw_shaded_ball(picture, 150, 105, 40, green_paint);
+  const auto largest_px = [&](double min_hue_agreement) {
+    RoundRegionOptions options;
+    options.min_hue_agreement = min_hue_agreement;
+    double largest = 0;
+    for (const RoundRegion& region : find_round_regions(picture, algebraic_circle, options).regions)
+      largest = std::max(largest, region.radius_px);
+    return largest;
+  };
+  EXPECT_NEAR(largest_px(RoundRegionOptions().min_hue_agreement), 40, 2);
+  EXPECT_NEAR(largest_px(0), 80, 2);
+}
+
 TEST(RoundRegions, LargePicturesGiveCoordinatesOfTheOriginal) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 160, 120, 50, blue_paint);
