@@ -65,15 +65,23 @@ nlohmann::ordered_json manifest(const Scenario& scenario, const ServoOptions& op
       {"scenario", nlohmann::ordered_json::parse(scenario.resolved_json)}};
 }
 
+/// Where the target comes within the run, seen from above.
+Eigen::AlignedBox2d ball_floor(const Scenario& scenario) {
+  constexpr double step_s = 0.1;
+  Eigen::AlignedBox2d floor;
+  for (double time_s = 0; time_s <= scenario.duration_s; time_s += step_s)
+    floor.extend(scenario.target_ball().p_WB(time_s).head<2>());
+  return floor;
+}
+
 /// The run's film: the camera's picture on the left, the room from above on the right; slow where the robot
 /// moves close to something.
 class Film {
  public:
   Film(const std::filesystem::path& file, const Scenario& scenario)
       : video_(file, Overwrite::allow, scenario.camera.rate_hz),
-        top_view_(scenario.world, scenario.robot.footprint, scenario.robot.pose,
-                  scenario.target_ball().p_WB(0).head<2>(), scenario.target_distance_m,
-                  scenario.camera.camera.size().height_px) {}
+        top_view_(scenario.world, scenario.robot.footprint, scenario.robot.pose, ball_floor(scenario),
+                  scenario.target_distance_m, scenario.camera.camera.size().height_px) {}
 
   void add(const cv::Mat& picture, const RunRecord& run, const std::vector<SonarFiring>& firings) {
     const cv::Mat both = side_by_side(picture, top_view_.draw(run.steps, firings));

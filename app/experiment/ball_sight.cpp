@@ -49,11 +49,13 @@ TrackState to_servo(Track::State state) {
 
 class ImageSight final : public BallSight {
  public:
-  ImageSight(Detector detector, const TrackerOptions& options, ClassIndex target_class, const ServoGoal& goal)
+  ImageSight(Detector detector, const TrackerOptions& options, ClassIndex target_class, const ServoGoal& goal,
+             double lift_m)
       : tracker_(std::move(detector), options),
         target_class_(target_class),
         X_RC_(goal.mount.X_RC()),
-        height_m_(goal.desired_p_RB().z()) {}
+        low_m_(goal.desired_p_RB().z() - height_slack_m),
+        high_m_(goal.desired_p_RB().z() + lift_m + height_slack_m) {}
 
   Sight look(const SightInput& input, std::string& rows) override {
     const std::vector<Track>& tracks = tracker_.update(*input.picture, input.time_s);
@@ -97,14 +99,15 @@ class ImageSight final : public BallSight {
   bool lies_at_height(const Track& track) const {
     if (!track.ball.position) return false;
     const Eigen::Vector3d p_RB = X_RC_ * track.ball.position->p_C;
-    return std::abs(p_RB.z() - height_m_) < height_slack_m + height_slack_per_m * p_RB.head<2>().norm();
+    const double slack_m = height_slack_per_m * p_RB.head<2>().norm();
+    return p_RB.z() > low_m_ - slack_m && p_RB.z() < high_m_ + slack_m;
   }
 
   Tracker tracker_;
   ClassIndex target_class_;
   Eigen::Isometry3d X_RC_;
-  double height_m_;
-  int followed_ = 0;  // ids count from 1
+  double low_m_, high_m_;  // between which the target is looked for, at no range
+  int followed_ = 0;       // ids count from 1
 };
 
 class GeometricSight final : public BallSight {
@@ -167,7 +170,8 @@ std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_pt
   TrackerOptions tracker;
   tracker.fixed_colors = fixed_colors;
   return std::make_unique<ImageSight>(
-      Detector(std::make_shared<RayTable>(camera), std::move(colors), options), tracker, *target_class, goal);
+      Detector(std::make_shared<RayTable>(camera), std::move(colors), options), tracker, *target_class, goal,
+      target.heights_m().second - target.position_m.z());
 }
 
 std::unique_ptr<BallSight> make_geometric_sight(const Camera& camera, const Ball& target,

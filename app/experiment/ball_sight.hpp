@@ -48,10 +48,10 @@ class BallSight {
 };
 
 /// Level image. The target is the first track of its class that was confirmed, for as long as it lives; until
-/// then the best tentative one. What lies elsewhere than at the height of the goal's ball, by more than a
-/// badly known mount explains, is another thing: a sign on the wall. `diameters_m` hold each class's ball, 0
-/// where it is not known; the target's class must be in `colors` (InputError, which names those that are).
-/// The colours follow the light unless `fixed_colors`.
+/// then the best tentative one. What lies elsewhere than at the height of the goal's ball, or between there
+/// and where it is lifted to, by more than a badly known mount explains, is another thing: a sign on the
+/// wall. `diameters_m` hold each class's ball, 0 where it is not known; the target's class must be in
+/// `colors` (InputError, which names those that are). The colours follow the light unless `fixed_colors`.
 std::unique_ptr<BallSight> make_image_sight(const Camera& camera, std::shared_ptr<const ColorTable> colors,
                                             const Ball& target, const std::vector<Ball>& balls,
                                             const ServoGoal& goal, std::uint64_t seed, bool fixed_colors);

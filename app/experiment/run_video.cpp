@@ -68,12 +68,13 @@ void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, do
 
 namespace {
 
-// Start, ball and what stands near their way, with room to go around it; within the walls.
+// Start, ball's places and what stands near their way, with room to go around it; within the walls.
 Eigen::AlignedBox2d shown_floor(const World& world, const Eigen::Vector2d& p_WR,
-                                const Eigen::Vector2d& p_WB) {
+                                const Eigen::AlignedBox2d& ball_floor) {
   const Eigen::Vector2d margin_m = Eigen::Vector2d::Constant(0.9), wall_m = Eigen::Vector2d::Constant(0.1);
   const Room& room = world.room;
-  const Eigen::AlignedBox2d way(p_WR.cwiseMin(p_WB) - margin_m, p_WR.cwiseMax(p_WB) + margin_m);
+  const Eigen::AlignedBox2d way(ball_floor.min().cwiseMin(p_WR) - margin_m,
+                                ball_floor.max().cwiseMax(p_WR) + margin_m);
   const Eigen::AlignedBox2d around(way.min() - margin_m, way.max() + margin_m);
   Eigen::AlignedBox2d shown = way;
   for (const Obstacle& obstacle : world.obstacles) {
@@ -94,10 +95,11 @@ Eigen::AlignedBox2d shown_floor(const World& world, const Eigen::Vector2d& p_WR,
 }  // namespace
 
 TopView::TopView(const World& world, const Footprint& footprint, const Pose2& start,
-                 const Eigen::Vector2d& p_WB, double goal_distance_m, int height_px, const SonarBeam& beam)
-    : footprint_(footprint), goal_distance_m_(goal_distance_m), beam_(beam) {
+                 const Eigen::AlignedBox2d& ball_floor, double goal_distance_m, int height_px,
+                 const SonarBeam& beam)
+    : footprint_(footprint), goal_distance_m_(goal_distance_m), beam_(beam), balls_(world.balls) {
   const Room& room = world.room;
-  const Eigen::AlignedBox2d shown = shown_floor(world, {start.x_m, start.y_m}, p_WB);
+  const Eigen::AlignedBox2d shown = shown_floor(world, {start.x_m, start.y_m}, ball_floor);
   const Eigen::Vector2d low = shown.min(), high = shown.max();
   const Eigen::Vector2d size = (high - low).cwiseMax(Eigen::Vector2d::Constant(0.5));
   // The x axis points up, the y axis to the left, as the robot sees the room when it starts along x.
@@ -179,6 +181,8 @@ cv::Mat TopView::draw(const std::vector<StepRecord>& steps, const std::vector<So
                static_cast<int>(std::lround(radius_m * scale_ * (1 << fraction_bits))), color, thickness,
                cv::LINE_AA, fraction_bits);
   };
+  for (const Ball& ball : balls_)
+    circle(ball.p_WB(now.time_s).head<2>(), ball.radius_m(), solid_color, cv::FILLED);
   std::vector<cv::Point> trail;
   for (const StepRecord& step : steps) trail.push_back(pixel({step.pose.x_m, step.pose.y_m}));
   cv::polylines(picture, trail, false, trail_color, 2, cv::LINE_AA, fraction_bits);

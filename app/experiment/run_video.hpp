@@ -1,7 +1,7 @@
 // Pictures of a run: what the camera saw with what was made of it, and the room from above.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -20,10 +20,11 @@ void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, do
 /// The room from above, drawn once, and the robot on its way in it.
 class TopView {
  public:
-  /// A picture of that height (px); the width follows from what is shown: start, ball, what stands near
-  /// their way and room to go around it, within the walls.
-  TopView(const World& world, const Footprint& footprint, const Pose2& start, const Eigen::Vector2d& p_WB,
-          double goal_distance_m, int height_px, const SonarBeam& beam = {});
+  /// A picture of that height (px); the width follows from what is shown: start, where the ball comes
+  /// (`ball_floor`), what stands near their way and room to go around it, within the walls.
+  TopView(const World& world, const Footprint& footprint, const Pose2& start,
+          const Eigen::AlignedBox2d& ball_floor, double goal_distance_m, int height_px,
+          const SonarBeam& beam = {});
 
   /// The robot's trail so far, the sonars' newest beams (pale as far as they heard nothing, each echo an
   /// arc), robot and ball as they are now, the circle of the desired distance, and where the command leads:
@@ -38,6 +39,7 @@ class TopView {
   double scale_ = 100, goal_distance_m_ = 0;
   SonarBeam beam_;
   cv::Mat room_;
+  std::vector<Ball> balls_;
 };
 
 /// Both side by side, in the height of the camera's picture.

@@ -1,12 +1,11 @@
 // The part of a scenario that describes the room and what stands, lies and moves in it.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
+#include "app/experiment/scenario_scatter.hpp"
 #include "calibration/files/strict_yaml.hpp"
 #include "servo/simulation/world.hpp"
-#include "servo/unicycle.hpp"
 
 namespace ballservo {
 
@@ -18,15 +17,8 @@ struct WorldReading {
   std::vector<std::size_t> obstacle_item;  ///< of each obstacle: which item of the list it comes from
 };
 
-/// What the strewn part of a world depends on.
-struct WorldContext {
-  Pose2 start;  ///< of the robot
-  double duration_s = 0;
-  std::uint64_t seed = 0;
-};
-
 /// Reads `room`, `balls`, `obstacles`, `lights` and `light_level` below the root. Faults go to the document's
 /// list.
-WorldReading read_world(StrictYaml& yaml, const WorldContext& context);
+WorldReading read_world(StrictYaml& yaml, const ScatterContext& context);
 
 }  // namespace ballservo

@@ -191,6 +191,10 @@ TrialTrace trace_of(const Scenario& scenario, const RunRecord& run) {
   trace.room = scenario.world.room;
   for (const Obstacle& obstacle : scenario.world.obstacles)
     trace.obstacles.push_back(floor_outline(obstacle));
+  for (const Ball& ball : scenario.world.balls) {
+    if (&ball != &scenario.target_ball() && std::holds_alternative<StaticMotion>(ball.motion))
+      trace.obstacles.push_back({{ball.position_m.head<2>()}, ball.radius_m()});
+  }
   return trace;
 }
 

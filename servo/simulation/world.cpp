@@ -26,6 +26,14 @@ double half_height_m(const Shape& shape) {
 
 }  // namespace
 
+Material painted_ball(const Rgb& color) {
+  Material material;
+  material.texture.color = color;
+  material.specular = 0.30;
+  material.shininess = 40;
+  return material;
+}
+
 Eigen::Vector3d Ball::p_WB(double time_s) const {
   return std::visit(
       Overload{[&](const StaticMotion&) -> Eigen::Vector3d { return position_m; },
@@ -57,8 +65,26 @@ Eigen::Vector3d Ball::p_WB(double time_s) const {
       motion);
 }
 
+std::pair<double, double> Ball::heights_m() const {
+  std::pair<double, double> heights(position_m.z(), position_m.z());
+  if (const auto* way = std::get_if<WaypointMotion>(&motion)) {
+    for (const WaypointMotion::Point& point : way->points) {
+      heights.first = std::min(heights.first, point.position_m.z());
+      heights.second = std::max(heights.second, point.position_m.z());
+    }
+  }
+  return heights;
+}
+
 double Obstacle::bottom_m() const { return center_m.z() - half_height_m(shape); }
 double Obstacle::top_m() const { return center_m.z() + half_height_m(shape); }
+
+double Obstacle::outline_radius_m() const {
+  return std::visit(Overload{[](const BoxShape& box) { return box.size_m.head<2>().norm() / 2; },
+                             [](const CylinderShape& cylinder) { return cylinder.radius_m; },
+                             [](const DiscShape& disc) { return disc.radius_m; }},
+                    shape);
+}
 
 double Obstacle::bounding_radius_m() const {
   return std::visit(Overload{[](const BoxShape& box) { return box.size_m.norm() / 2; },

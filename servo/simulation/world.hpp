@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct Material {
   double shininess = 60;  ///< its exponent
   bool luminous = false;  ///< shows its colour as it is, in any light
 };
+
+/// Paint as balls have it: with a highlight.
+Material painted_ball(const Rgb& color);
 
 /// Balls move by themselves, whatever touches them.
 struct StaticMotion {};
@@ -57,6 +61,8 @@ struct Ball {
   double radius_m() const { return diameter_m / 2; }
   /// The centre at a time (m, world).
   Eigen::Vector3d p_WB(double time_s) const;
+  /// The lowest and the highest that its centre ever comes (m).
+  std::pair<double, double> heights_m() const;
 };
 
 /// A box that stands upright, turned by yaw.
@@ -83,6 +89,8 @@ struct Obstacle {
 
   double bottom_m() const;
   double top_m() const;
+  /// Radius of a circle around the centre that holds the outline, seen from above.
+  double outline_radius_m() const;
   /// Radius of a sphere around the centre that holds the whole shape.
   double bounding_radius_m() const;
 };

@@ -50,6 +50,17 @@ TEST(ImageSight, TakesNoSignOnTheWallForTheBall) {
   EXPECT_EQ(seen_target(scenario).state, TrackState::none);
 }
 
+TEST(ImageSight, KnowsHowHighTheTargetIsLifted) {
+  Scenario scenario = test::static_ball(3);
+  Ball& ball = scenario.world.balls[0];
+  ball.position_m = {2.5, 0.2, 0.06};
+  const Eigen::Vector3d lifted_m(2.5, 0.2, 0.6);
+  ball.motion = WaypointMotion{{{0, lifted_m}}};
+  const BallMeasurement seen = seen_target(scenario);
+  EXPECT_EQ(seen.state, TrackState::confirmed);
+  EXPECT_LT((scenario.X_WC({}) * seen.p_CB - lifted_m).norm(), 0.03);
+}
+
 TEST(ImageSight, AMountThatIsBadlyKnownHidesNoBall) {
   for (const char* pitch : {"-0.03", "0.03"}) {
     Scenario scenario = test::static_ball(3, {std::string("believed.pitch_error_rad=") + pitch});
