@@ -275,11 +275,30 @@ void Detector::look_around(const cv::Mat& bgr, const ColoredPixels& colored, con
   const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, rays_->camera().focal_px());
   if (!voted) return;
   RefinementInput around_input;
-  const Candidate around = judge_scouted(bgr, colored, *voted, options_.frayed_reach * vote.radius_px,
-                                         options_.min_frayed_edge, input ? &around_input : nullptr);
+  Candidate around = judge_scouted(bgr, colored, *voted, options_.frayed_reach * vote.radius_px,
+                                   options_.min_frayed_edge, input ? &around_input : nullptr);
+  if (around.reason && around.ball && encloses_region(*around.ball)) {
+    around.reason = nullptr;
+    around.ball->quality = std::max(around.ball->quality, share_on_outline(*around.ball));
+  }
   if (around.reason || (!candidate.reason && around.ball->quality <= candidate.ball->quality)) return;
   candidate = around;
   if (input) *input = std::move(around_input);
+}
+
+// Where the colour ends well inside the outline all around, as in dim light or much compressed pictures, the
+// colour says little of the rim; but the edge runs around all of it.
+bool Detector::encloses_region(const BallObservation& ball) const {
+  if (ball.support.fill < options_.min_enclosed_fill || ball.support.fill > options_.max_enclosed_fill ||
+      share_on_outline(ball) < options_.min_enclosing_edge)
+    return false;
+  const double focal_px = rays_->camera().focal_px();
+  const double reach_px = outline_tolerance_px(ball.outline.radius_px);
+  const auto enclosed =
+      std::count_if(whole_boundary_.begin(), whole_boundary_.end(), [&](const BoundaryPoint& point) {
+        return angle_outside(ball.cone, ray_of(point, focal_px)) * focal_px <= reach_px;
+      });
+  return static_cast<double>(enclosed) >= 0.95 * static_cast<double>(whole_boundary_.size());
 }
 
 // The ball whose outline is near the cone's, by the edges in the picture alone.

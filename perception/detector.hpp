@@ -93,6 +93,7 @@ class Detector {
                    Candidate& candidate, RefinementInput* input);
   std::optional<BallObservation> find_from(const cv::Mat& bgr, const ColoredPixels& colored,
                                            const TangentCone& start, double reach_px, bool clearly);
+  bool encloses_region(const BallObservation& ball) const;
   Candidate judge_scouted(const cv::Mat& bgr, const ColoredPixels& colored, const TangentCone& start,
                           double reach_px, double min_edge, RefinementInput* input);
   void judge_fitted(const cv::Mat& bgr, const ColoredPixels& colored, Candidate& candidate);

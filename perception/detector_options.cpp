@@ -39,6 +39,12 @@ void DetectorOptions::validate() const {
     faults.add("min_frayed_edge", number_text(min_frayed_edge), "a number above 0 and at most 1");
   if (!(frayed_reach >= 0 && frayed_reach <= 1))
     faults.add("frayed_reach", number_text(frayed_reach), "a number from 0 to 1 (radii)");
+  if (!(min_enclosing_edge > 0 && min_enclosing_edge <= 1))
+    faults.add("min_enclosing_edge", number_text(min_enclosing_edge), "a number above 0 and at most 1");
+  if (!(min_enclosed_fill >= 0 && min_enclosed_fill <= 1))
+    faults.add("min_enclosed_fill", number_text(min_enclosed_fill), "a number from 0 to 1");
+  if (!(max_enclosed_fill >= min_enclosed_fill && max_enclosed_fill <= 1))
+    faults.add("max_enclosed_fill", number_text(max_enclosed_fill), "from min_enclosed_fill to 1");
   if (!(min_expected_edge > 0 && min_expected_edge <= 1))
     faults.add("min_expected_edge", number_text(min_expected_edge), "a number above 0 and at most 1");
   if (!(min_expected_fill >= 0 && min_expected_fill <= 1))

@@ -38,6 +38,9 @@ struct DetectorOptions {
   /// class, if it is so large and fills its circle so far: then there is an edge on so much of an outline
   /// around it, its radius larger by a part of the circle's.
   double min_frayed_radius_px = 8, min_frayed_fill = 0.6, min_frayed_edge = 0.37, frayed_reach = 0.6;
+  /// Where the class ends well inside the outline all around, it is a ball if an edge lies on so much of an
+  /// outline that encloses the region, of whose disc so much and no more has the colour.
+  double min_enclosing_edge = 0.5, min_enclosed_fill = 0.35, max_enclosed_fill = 0.6;
   /// Where a ball is expected and shows itself less clearly than any would: an edge on so much of its outline
   /// in the picture, so much of its disc of its colour.
   double min_expected_edge = 0.30, min_expected_fill = 0.4;

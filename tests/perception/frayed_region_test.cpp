@@ -19,6 +19,7 @@ struct Scene {
   Eigen::Vector2d center_px{160, 120};
   double radius_px = 32;
   bool fingers = true;
+  double least_core = 0.76, most_core = 0.88;  // of the radius: what of it has the colour
 };
 
 cv::Mat picture(const Scene& scene, std::uint64_t seed) {
@@ -28,7 +29,7 @@ cv::Mat picture(const Scene& scene, std::uint64_t seed) {
   for (int i = 0; i < 5; ++i) {
     const double turn_rad = uniform(engine, 0, 6.28), away = uniform(engine, 0.05, 0.2) * scene.radius_px;
     test::paint_disc(ball, scene.center_px + away * Eigen::Vector2d(std::cos(turn_rad), std::sin(turn_rad)),
-                     uniform(engine, 0.76, 0.88) * scene.radius_px, ball_red);
+                     uniform(engine, scene.least_core, scene.most_core) * scene.radius_px, ball_red);
   }
   cv::GaussianBlur(ball, ball, {}, 0.1 * scene.radius_px);
   cv::Mat bgr(size.height_px, size.width_px, CV_8UC3, cv::Scalar(wall)),
@@ -73,6 +74,26 @@ TEST(FrayedRegion, ItsBallIsFoundByTheOutlineAroundIt) {
   }
   EXPECT_GE(found, 13);
   EXPECT_EQ(others, 0);
+}
+
+// As in dim light, or in pictures compressed much: no colour anywhere near the outline.
+TEST(FrayedRegion, ABallWhoseColorEndsWellInsideIsFoundByTheOutlineThatEnclosesIt) {
+  DetectorOptions strict_options;
+  strict_options.min_enclosing_edge = 1;
+  const auto rays = std::make_shared<const RayTable>(test::pinhole(size, 400));
+  Detector detector(rays, test::red_and_green(), {}), strict(rays, test::red_and_green(), strict_options);
+  int found = 0, others = 0, found_by_the_strict = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Scene scene;
+    scene.least_core = 0.6;
+    scene.most_core = 0.7;
+    const cv::Mat bgr = picture(scene, seed);
+    for (const BallObservation& ball : detector.detect(bgr)) ++(is_at(ball.outline, scene) ? found : others);
+    for (const BallObservation& ball : strict.detect(bgr)) found_by_the_strict += is_at(ball.outline, scene);
+  }
+  EXPECT_GE(found, 16);
+  EXPECT_LE(others, 2);  // the coloured core, where it is a disc itself
+  EXPECT_LE(found_by_the_strict, 4);
 }
 
 TEST(FrayedRegion, TheStagesShowTheEdgesOfTheOutlineThatWasFound) {
@@ -226,7 +247,9 @@ TEST(FrayedRegion, OptionsThatMakeNoSenseAreNamed) {
   for (double DetectorOptions::*const option :
        {&DetectorOptions::min_frayed_radius_px, &DetectorOptions::min_frayed_fill,
         &DetectorOptions::min_frayed_edge, &DetectorOptions::frayed_reach,
-        &DetectorOptions::min_expected_edge, &DetectorOptions::min_expected_fill}) {
+        &DetectorOptions::min_expected_edge, &DetectorOptions::min_expected_fill,
+        &DetectorOptions::min_enclosing_edge, &DetectorOptions::min_enclosed_fill,
+        &DetectorOptions::max_enclosed_fill}) {
     for (const double value : {-1.0, nan}) {
       DetectorOptions options;
       options.*option = value;
