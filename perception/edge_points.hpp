@@ -24,7 +24,7 @@ struct EdgeRingOptions {
   double max_stretch_length_px = 9;
   int min_stretches = 16, max_stretches = 48;
   double min_contrast = 10;  ///< grey levels between inside and outside
-  double max_offset_px = 3;  ///< how far from the assumed outline an edge may lie
+  double max_offset_px = 4;  ///< how far from the assumed outline an edge may lie
 };
 
 /// The edge of one ball in one picture.

@@ -143,6 +143,8 @@ Eigen::Vector3d common_move_px(const SeenSteps& steps, double floor_px) {
 bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& start,
                    const OutlineScoutOptions& options, ScoutedOutline& found) {
   const double focal_px = camera.focal_px(), radius_px = start.alpha_rad * focal_px;
+  // What a real ball departs from a sphere, and its outline from a cone's, grows with it.
+  const double on_outline_px = 0.35 + 0.025 * radius_px;
   found.cone = start;
   const auto take = [&](const Pass& pass) {
     const Outline outline(camera, found.cone);
@@ -168,7 +170,7 @@ bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& 
   for (double within_px = std::min(options.reach_px, radius_px); within_px > reach; within_px /= 2)
     if (!take({within_px, within_px / reach, sectors / 2, 0.7})) return false;
   return take({reach, 1, sectors / 2, 0.7}) && take({0.5 * reach, 1, sectors, 0.7}) &&
-         take({0.6 + 0.015 * radius_px, 1, sectors, 1});
+         take({on_outline_px, 1, sectors, 1});
 }
 
 }  // namespace ballservo
