@@ -44,7 +44,7 @@ struct EdgeSamples {
 
 struct EdgeProfileOptions {
   double min_contrast = 6;   ///< grey levels; below that there is no edge to place
-  double max_offset_px = 4;  ///< an edge further from the assumed outline is not the ball's
+  double max_offset_px = 3;  ///< an edge further from the assumed outline is not the ball's
   int iterations = 6;
   double settled_px = 4e-3;  ///< a step of t0 that ends them: what would follow is its square
   Instructions instructions = Instructions::fastest;

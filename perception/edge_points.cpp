@@ -238,7 +238,7 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_stretch(const CameraResponse& respo
   if (!take_samples(response)) return std::nullopt;
   EdgeProfileOptions profile;
   profile.min_contrast = options_.min_contrast;
-  profile.max_offset_px = options_.max_offset_px;
+  profile.max_offset_px = std::max(options_.max_offset_px, options_.max_offset_radii * ring_.radius_px);
   const double reach_px = std::min(options_.max_offset_px, ring_.half_width_px - 2);
   return fit_edge_profile(samples_, coarse_offset(reach_px), ring_.prior, profile);
 }

@@ -24,7 +24,8 @@ struct EdgeRingOptions {
   double max_stretch_length_px = 9;
   int min_stretches = 16, max_stretches = 48;
   double min_contrast = 10;  ///< grey levels between inside and outside
-  double max_offset_px = 4;  ///< how far from the assumed outline an edge may lie
+  /// How far from the assumed outline an edge may lie: px, or, of a large ball, a part of its radius.
+  double max_offset_px = 3, max_offset_radii = 0.07;
 };
 
 /// The edge of one ball in one picture.
