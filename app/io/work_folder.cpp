@@ -148,7 +148,7 @@ void WorkFolder::commit_results(WorkResults&& results, bool finished) {
     results.folder_.write(manifest_name, manifest.dump(2) + "\n");
   }
   results.folder_.commit();
-  if (finished) journal_->remove();
+  if (finished && journal_) journal_->remove();
 }
 
 void WorkFolder::write_results(const std::map<std::string, std::string>& results, bool finished,

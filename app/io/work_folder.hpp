@@ -54,7 +54,8 @@ class WorkFolder {
   /// anew in it. Throws InputError as OutputFolder and WorkJournal do.
   WorkFolder(std::filesystem::path target, WorkJob job, bool resume, Overwrite overwrite);
 
-  /// The same job has been here before and left its results: there is nothing to do.
+  /// The same job has been here before and left its results: there is nothing to do, but they may be written
+  /// anew.
   bool already_finished() const { return journal_ == nullptr; }
 
   /// What is done so far; not to be called where the job is already finished.
