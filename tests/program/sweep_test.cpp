@@ -74,6 +74,17 @@ TEST_F(SweepTest, AFinishedSweepResumedEndsAsIfItHadJustRun) {
   expect_same("two", "three");
 }
 
+TEST_F(SweepTest, AScenarioIsItselfWhereverItLies) {
+  std::filesystem::create_directory_symlink(project_data_dir(), dir / "here");
+  const std::string here = "sweep here/scenarios/static_ball.yaml --perception truth --trials 4 ";
+  ASSERT_EQ(sweep("-o part_1 --trials 4 --shard 1/2").code, 0);
+  EXPECT_EQ(run(here + "-o part_1 --shard 1/2 --resume").code, 0);
+  ASSERT_EQ(run(here + "-o part_2 --shard 2/2").code, 0);
+  const Ending merge = run("sweep merge part_1 part_2 -o merged");
+  EXPECT_EQ(merge.code, 0) << merge.messages;
+  EXPECT_THAT(sweep("-o part_1 --trials 5 --shard 1/2 --resume").messages, HasSubstr("differs in trials"));
+}
+
 TEST_F(SweepTest, AnInterruptedSweepKeepsWhatIsDoneAndGoesOn) {
   ASSERT_EQ(sweep("-o whole --trials 60 --threads 1").code, 0);
   // As soon as the first trials are noted, however slow the machine is.
