@@ -60,6 +60,12 @@ void draw_tracks(cv::Mat& picture, const std::vector<Track>& tracks, const Detec
   }
 }
 
+void check_same_size(const ImageSize& size, const ImageSize& first, const Frame& frame) {
+  if (size == first) return;
+  throw InputError(frame.source, fmt::format("{} x {} pixels", size.width_px, size.height_px),
+                   fmt::format("{} x {}, as the pictures before it", first.width_px, first.height_px));
+}
+
 int run_track(const TrackOptions& options) {
   if (!(options.fps > 0 && options.fps <= 10000)) {
     throw InputError("--fps", number_text(options.fps), "a number above 0 and up to 10000 (Hz)");
@@ -101,6 +107,7 @@ int run_track(const TrackOptions& options) {
       if (interrupted) break;
       const ImageSize size{frame->bgr.cols, frame->bgr.rows};
       if (!tracker) tracker.emplace(factory.make(size, frame->source), tracker_options);
+      check_same_size(size, tracker->detector().rays().size(), *frame);
       const bool staged = stages_folder && index % pictures_between_stages == 0;
       DetectionStages stages;
       const std::vector<Track>& tracks =

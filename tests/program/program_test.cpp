@@ -110,6 +110,16 @@ TEST_F(Program, InterruptedRunEndsWith130) {
   for (const std::string& name : names()) EXPECT_THAT(name, testing::Not(HasSubstr("partial")));
 }
 
+TEST_F(Program, TrackNamesThePictureOfAnotherSize) {
+  put_grey_picture("first.png");
+  write_image(dir / "second.png", cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(128)));
+  const std::string colors = (test::project_data_dir() / "colors" / "red.colors").lexically_normal().string();
+  const Ending ending = run("track first.png second.png --colors '" + colors + "' -o tracks.csv");
+  EXPECT_EQ(ending.code, 2);
+  EXPECT_THAT(ending.messages, HasSubstr("error: second.png: found 80 x 60 pixels"));
+  EXPECT_EQ(names().count("tracks.csv"), 0u);
+}
+
 class Display : public test::ProgramTest {
  protected:
   /// `count` pictures without a ball in the folder "pictures".
