@@ -68,6 +68,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   look(bgr, stages);
   match();
   if (light_) look_under_another_light(bgr);
+  correct_matched();
   continue_jumps();
 
   for (std::size_t i = 0; i < followed_.size(); ++i) {
@@ -238,6 +239,15 @@ void Tracker::match() {
       match_of_seen_[pair.seen] = static_cast<int>(pair.followed);
 }
 
+// Once for each sight: a filter that starts or is restarted from one knows it already.
+void Tracker::correct_matched() {
+  for (std::size_t k = 0; k < seen_.size(); ++k) {
+    if (match_of_seen_[k] < 0) continue;
+    followed_[static_cast<std::size_t>(match_of_seen_[k])].filter.correct(
+        features_of(seen_[k], options_.filter.sigma_floor_radii));
+  }
+}
+
 // A throw or a knock outruns the filter: where one unmatched ball lies near one unmatched track, it is the
 // same ball.
 void Tracker::continue_jumps() {
@@ -262,7 +272,6 @@ void Tracker::continue_jumps() {
 }
 
 void Tracker::see(Followed& followed, const BallObservation& ball, double time_s) {
-  followed.filter.correct(features_of(ball, options_.filter.sigma_floor_radii));
   ++followed.hits;
   followed.seen_s = time_s;
   followed.track.ball = ball;

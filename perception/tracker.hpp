@@ -86,6 +86,7 @@ class Tracker {
   double expected_quality() const;
   bool is_plausible(const Followed& followed, const BallObservation& ball) const;
   void match();
+  void correct_matched();
   void continue_jumps();
   void miss(Followed& followed, double time_s, const cv::Size& picture);
   void see(Followed& followed, const BallObservation& ball, double time_s);

@@ -57,8 +57,8 @@ class Avoidance {
   /// The way to the ball; only where steers().
   SteeringOutput steer(const SteeringInput& input) { return steering_->steer(input, space_, last_); }
   /// A place to look from, at most that far away, rather in that heading; only where steers().
-  Eigen::Vector2d open_place(double heading_rad, double far_m) {
-    return steering_->open_place(space_, heading_rad, far_m);
+  Eigen::Vector2d open_place(double time_s, double heading_rad, double far_m) {
+    return steering_->open_place(time_s, space_, heading_rad, far_m);
   }
   void reset_steering() {
     if (steering_) steering_->reset();

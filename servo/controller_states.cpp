@@ -68,7 +68,7 @@ void Controller::search_on(double time_s, const Pose2& odometry) {
   // Towards where the robot looked at first, then further and further aside, to and fro.
   const double aside = (excursions_ % 2 == 0 ? 1.0 : -1.0) * 0.7 * ((excursions_ + 1) / 2);
   ++excursions_;
-  excursion_to_ = avoidance_->open_place(start_yaw_rad_ + aside, options_.excursion_m);
+  excursion_to_ = avoidance_->open_place(time_s, start_yaw_rad_ + aside, options_.excursion_m);
   turned_rad_ = 0;
   // No way straight ahead: back to where the run began.
   if ((excursion_to_ - Eigen::Vector2d(odometry.x_m, odometry.y_m)).norm() < 0.4) excursion_to_ = start_O_;

@@ -33,10 +33,11 @@ void SteeringOptions::check(FaultList& faults, const std::string& place) const {
 Steering::Steering(const SteeringOptions& options, const UnicycleLimits& limits, const Footprint& footprint)
     : options_(options), limits_(limits), footprint_(footprint), way_(options.way) {}
 
-Eigen::Vector2d Steering::open_place(const FreeSpace& space, double heading_rad, double far_m) {
+Eigen::Vector2d Steering::open_place(double time_s, const FreeSpace& space, double heading_rad,
+                                     double far_m) {
   const Pose2& pose = space.pose();
   const Eigen::Vector2d p(pose.x_m, pose.y_m);
-  way_.update(space, p, 0.0, 0.0, -1.0);
+  way_.update(space, p, 0.0, 0.0, time_s);
   Eigen::Vector2d best_place = p;
   double best = 0.0;
   for (int k = 0; k < 24; ++k) {

@@ -52,15 +52,13 @@ class Steering {
 
   /// A place that can be reached straight, at most `far_m` away, the further and the nearer to that heading
   /// (rad, odometry's frame) the better.
-  Eigen::Vector2d open_place(const FreeSpace& space, double heading_rad, double far_m);
+  Eigen::Vector2d open_place(double time_s, const FreeSpace& space, double heading_rad, double far_m);
 
   /// The state changed: whatever recovery was under way is over.
   void reset() {
     recovery_ = Recovery::none;
     moving_s_ = -1;
   }
-
-  const WayField& way() const { return way_; }
 
  private:
   /// What is tried, one after the other, when the robot is stuck.

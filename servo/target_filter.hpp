@@ -49,7 +49,6 @@ class TargetFilter {
   /// The ball at time_s, not before the last sighting; nothing before the first.
   std::optional<TargetEstimate> predict(double time_s) const;
 
-  void reset() { started_ = false; }
   double last_time_s() const { return time_s_; }  ///< of the newest sighting taken, -inf before the first
 
  private:

@@ -28,6 +28,8 @@ constexpr int most_frames_a_condition = 100000;
 
 // What `compare merge` needs of a part; times in the notes differ between runs.
 constexpr const char *setting_name = "comparison.json", *notes_name = "notes.jsonl";
+constexpr const char* summary_name = "summary.json";  // what --json writes
+constexpr std::size_t max_summary_bytes = std::size_t{1} << 28;
 constexpr const char* claims_key = "claims:paper";
 
 struct CompareOptions {
@@ -112,6 +114,7 @@ std::map<std::string, std::string> result_files(const ComparisonResults& results
   std::map<std::string, std::string> files = results.files;
   files["tables.tex"] = comparison_tables_tex(results);
   files[setting_name] = setting;
+  files[summary_name] = comparison_json(results).dump(2) + "\n";
   if (!claims.empty()) files["claims.csv"] = claims_csv(claims);
   return files;
 }
@@ -142,6 +145,10 @@ int run_job(const ComparisonJob& job, const CompareOptions& options, const Shard
   WorkFolder folder(options.output, {job.description, shard}, options.resume, options.common.overwrite());
   if (folder.already_finished()) {
     spdlog::info("compare: {} is finished already", options.output.string());
+    if (!options.common.json.empty()) {
+      write_json_results(options.common, nlohmann::json::parse(read_file_bytes(options.output / summary_name,
+                                                                               max_summary_bytes)));
+    }
     return exit_done;
   }
   cv::setNumThreads(1);  // the work is shared out by frames

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "app/commands/command.hpp"
+#include "app/commands/scenario_options.hpp"
 #include "app/experiment/scenario.hpp"
 #include "app/io/ball_rows.hpp"
 #include "app/io/interrupt.hpp"
@@ -124,9 +125,7 @@ void add_render_command(CLI::App& program, Action& action) {
       ->required()
       ->type_name("DIR");
   add_integer_option(*command, "--frames", options->frames, 1, 1000000, "How many pictures (default 30)");
-  command->add_option("--set", options->sets, "Set a key of the scenario; may be repeated")
-      ->type_name("key.path=value")
-      ->allow_extra_args(false);
+  add_set_option(*command, options->sets);
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_render(*options); }; });
 }

@@ -110,13 +110,12 @@ int run_sweep_command(const SweepCommandOptions& options) {
   if (!gain.empty()) spdlog::warn(gain);
   const std::optional<Sweep> other = read_other(options.against);
   WorkFolder folder(options.output, {description, sweep.shard}, options.resume, options.common.overwrite());
-  if (folder.already_finished()) {
-    spdlog::info("{} is finished already", options.output.string());
-    say(read_sweep(options.output), nullptr, options.output, options.common.quiet);
-    return exit_done;
-  }
+  const bool finished_before = folder.already_finished();
   std::vector<TrialRecord> records;
-  {
+  if (finished_before) {
+    spdlog::info("{} is finished already", options.output.string());
+    records = read_sweep_records({description, {{options.output, sweep.shard}}});
+  } else {
     std::optional<Progress> bar;
     records = run_sweep(
         sweep, description, folder.journal(), [] { return !interrupt_requested(); },
@@ -130,7 +129,8 @@ int run_sweep_command(const SweepCommandOptions& options) {
   const bool interrupted = static_cast<long>(records.size()) < mine;
   const SweepResults results =
       results_of(description, records, sweep.shard, interrupted, other, options.against.string());
-  folder.write_results(results.files, !interrupted);
+  // A finished folder keeps the comparison it has, unless another is asked for.
+  if (!finished_before || other) folder.write_results(results.files, !interrupted);
   write_json_results(options.common, nlohmann::json(results.summary));
   say(results.sweep, results.against ? &*results.against : nullptr, options.output, options.common.quiet);
   if (interrupted) {

@@ -8,6 +8,7 @@
 #include "app/commands/command.hpp"
 #include "app/commands/left_out_warning.hpp"
 #include "app/io/ball_rows.hpp"
+#include "app/io/display_window.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
@@ -27,7 +28,7 @@ struct TrackOptions {
   BallOptions balls;
   std::vector<std::string> sources;
   double fps = 30;
-  bool fixed_colors = false;
+  bool fixed_colors = false, display = false;
   std::filesystem::path output, video, stages;
 };
 
@@ -59,12 +60,20 @@ void draw_tracks(cv::Mat& picture, const std::vector<Track>& tracks, const Detec
   }
 }
 
+void check_same_size(const ImageSize& size, const ImageSize& first, const Frame& frame) {
+  if (size == first) return;
+  throw InputError(frame.source, fmt::format("{} x {} pixels", size.width_px, size.height_px),
+                   fmt::format("{} x {}, as the pictures before it", first.width_px, first.height_px));
+}
+
 int run_track(const TrackOptions& options) {
   if (!(options.fps > 0 && options.fps <= 10000)) {
     throw InputError("--fps", number_text(options.fps), "a number above 0 and up to 10000 (Hz)");
   }
   check_not_an_input(options.output, options.balls, options.sources);
   check_not_an_input(options.video, options.balls, options.sources);
+  std::optional<DisplayWindow> window;
+  if (options.display) window.emplace("ballservo track");
   const DetectorFactory factory(options.balls, options.common.seed, options.common.threads);
   warn_of_repeated_names(options.sources);
   auto sequences = open_sources(options.sources, options.fps, options.common.max_pixels);
@@ -88,16 +97,17 @@ int run_track(const TrackOptions& options) {
   for (const auto& sequence : sequences) total += sequence->length();
   Progress progress("track", total, options.common.quiet);
   LeftOutWarning left_out;
-  bool interrupted = false;
+  bool interrupted = false, window_closed = false;
   for (const auto& sequence : sequences) {
     std::optional<Tracker> tracker;
     int last_id = 0;
     long index = 0;
     while (const auto frame = sequence->next()) {
-      interrupted = interrupt_requested();
+      interrupted = window_closed || interrupt_requested();
       if (interrupted) break;
       const ImageSize size{frame->bgr.cols, frame->bgr.rows};
       if (!tracker) tracker.emplace(factory.make(size, frame->source), tracker_options);
+      check_same_size(size, tracker->detector().rays().size(), *frame);
       const bool staged = stages_folder && index % pictures_between_stages == 0;
       DetectionStages stages;
       const std::vector<Track>& tracks =
@@ -115,10 +125,11 @@ int run_track(const TrackOptions& options) {
         last_id = std::max(last_id, track.id);
       }
       totals.with_ball += with_ball ? 1 : 0;
-      if (video) {
+      if (video || window) {
         cv::Mat picture = frame->bgr.clone();
         draw_tracks(picture, tracks, tracker->detector());
-        video->write(picture);
+        if (video) video->write(picture);
+        window_closed = window && !window->show(picture);
       }
       if (staged) {
         write_image(stages_folder->path() /
@@ -191,6 +202,9 @@ void add_track_command(CLI::App& program, Action& action) {
       ->add_option("--stages", options->stages,
                    fmt::format("A picture of all stages for every {}th picture", pictures_between_stages))
       ->type_name("DIR");
+  command->add_flag(
+      "--display", options->display,
+      "Shows the pictures with the tracks drawn as they are followed; q, Esc or closing the window ends");
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_track(*options); }; });
 }

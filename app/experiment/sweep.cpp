@@ -122,7 +122,7 @@ nlohmann::json sweep_description(const SweepOptions& options) {
   const nlohmann::json document = nlohmann::json::parse(scenario.document_json);
   return {{"command", "sweep"},
           {"program", "ballservo " BALLSERVO_VERSION},
-          {"scenario_file", options.scenario.lexically_normal().generic_string()},
+          {WorkJob::places_key, {{"scenario_file", options.scenario.lexically_normal().generic_string()}}},
           {"scenario", document},
           {"scenario_hash", sha256_hex(document.dump() + hashes.dump()).substr(0, 16)},
           {"files_sha256", hashes},

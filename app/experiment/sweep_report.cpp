@@ -342,7 +342,8 @@ void add_figures(Page& page, const Sweep& sweep) {
 }  // namespace
 
 std::string trial_command(const nlohmann::json& description, std::uint64_t seed) {
-  std::string command = "ballservo servo " + quoted(description.at("scenario_file").get<std::string>()) +
+  std::string command = "ballservo servo " +
+                        quoted(description.at(WorkJob::places_key).at("scenario_file").get<std::string>()) +
                         fmt::format(" -o seed_{} --seed {} --perception ", seed, seed) +
                         description.at("perception").get<std::string>();
   for (const nlohmann::json& set : description.at("sets"))
@@ -354,7 +355,8 @@ std::string sweep_report_html(const Sweep& sweep, const Shard& shard, bool inter
                               const SweepComparison* against) {
   const SweepCounts n = count_trials(sweep.trials);
   const std::string name =
-      std::filesystem::path(sweep.description.at("scenario_file").get<std::string>()).stem();
+      std::filesystem::path(sweep.description.at(WorkJob::places_key).at("scenario_file").get<std::string>())
+          .stem();
   Page page(name, fmt::format("{} runs: law {}, perception {}", n.trials, sweep.description.value("law", ""),
                               sweep.description.value("perception", "")));
   page.note("Reached the ball: " + rate_text(n.reached, n.feasible()) + ".");

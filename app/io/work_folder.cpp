@@ -48,8 +48,18 @@ std::optional<Manifest> read_manifest(const fs::path& folder) {
   return manifest;
 }
 
-/// The first key in which two descriptions differ, as "scenario_sha256".
-std::string difference(const nlohmann::json& a, const nlohmann::json& b) {
+nlohmann::json without_places(nlohmann::json description) {
+  description.erase(WorkJob::places_key);
+  return description;
+}
+
+bool same_job(const nlohmann::json& a, const nlohmann::json& b) {
+  return without_places(a) == without_places(b);
+}
+
+/// The first key in which two jobs differ, as "scenario_sha256".
+std::string difference(const nlohmann::json& of_a, const nlohmann::json& of_b) {
+  const nlohmann::json a = without_places(of_a), b = without_places(of_b);
   for (const auto& [key, value] : a.items()) {
     if (!b.contains(key) || b[key] != value) return key;
   }
@@ -87,7 +97,7 @@ std::string missing_parts(const std::vector<FinishedShard>& shards, int count) {
 }  // namespace
 
 std::string WorkJob::sha256() const {
-  return sha256_hex(nlohmann::json{{"job", description}, {"shard", shard.to_text()}}.dump());
+  return sha256_hex(nlohmann::json{{"job", without_places(description)}, {"shard", shard.to_text()}}.dump());
 }
 
 WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite overwrite)
@@ -98,7 +108,7 @@ WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite over
   if (resume && !begun) {
     const auto manifest = read_manifest(target_);
     const bool same_shard = manifest && manifest->shard.to_text() == job_.shard.to_text();
-    if (same_shard && manifest->description == job_.description) return;
+    if (same_shard && same_job(manifest->description, job_.description)) return;
     if (manifest) {
       throw InputError(target_.string(),
                        "the results of another job (it differs in " +
@@ -148,7 +158,7 @@ void WorkFolder::commit_results(WorkResults&& results, bool finished) {
     results.folder_.write(manifest_name, manifest.dump(2) + "\n");
   }
   results.folder_.commit();
-  if (finished) journal_->remove();
+  if (finished && journal_) journal_->remove();
 }
 
 void WorkFolder::write_results(const std::map<std::string, std::string>& results, bool finished,
@@ -177,7 +187,7 @@ MergeableShards read_shards(const std::vector<fs::path>& folders) {
         first = manifest;
         first_folder = folder;
       }
-      if (manifest->description != first->description) {
+      if (!same_job(manifest->description, first->description)) {
         throw InputError(folder.string(),
                          "a part of another job than " + first_folder.string() + " (they differ in " +
                              difference(first->description, manifest->description) + ")",

@@ -16,12 +16,14 @@
 namespace ballservo {
 
 /// What a job is: everything that its results depend on, hashes of its inputs included, and nothing else (no
-/// thread counts, no paths). Two jobs are the same if and only if their descriptions are.
+/// thread counts). Two jobs are the same if and only if their descriptions are, but for the key `places`:
+/// where inputs were found, which may be elsewhere on another machine.
 struct WorkJob {
+  static constexpr const char* places_key = "places";
   nlohmann::json description;
   Shard shard;
 
-  std::string sha256() const;  ///< of description and shard
+  std::string sha256() const;  ///< of description, but for its places, and shard
 };
 
 /// A job's results on their way: none is there before all are (see OutputFolder).
@@ -54,7 +56,8 @@ class WorkFolder {
   /// anew in it. Throws InputError as OutputFolder and WorkJournal do.
   WorkFolder(std::filesystem::path target, WorkJob job, bool resume, Overwrite overwrite);
 
-  /// The same job has been here before and left its results: there is nothing to do.
+  /// The same job has been here before and left its results: there is nothing to do, but they may be written
+  /// anew.
   bool already_finished() const { return journal_ == nullptr; }
 
   /// What is done so far; not to be called where the job is already finished.

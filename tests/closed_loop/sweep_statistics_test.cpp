@@ -117,7 +117,7 @@ TEST(Trials, ThatAreNoneAreRefused) {
 
 TEST(SweepStatistics, CountEachTrialOnce) {
   Sweep sweep;
-  sweep.description = {{"scenario_file", "it's a.yaml"},
+  sweep.description = {{"places", {{"scenario_file", "it's a.yaml"}}},
                        {"scenario", {}},
                        {"perception", "truth"},
                        {"sets", {"law.name=visp", "a=[1, 2]"}},

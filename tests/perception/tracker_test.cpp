@@ -54,6 +54,22 @@ TEST(Tracker, CoastsThroughAShortOcclusionAndKnowsTheBallAgain) {
   }
 }
 
+TEST(Tracker, ASightCountsOnce) {
+  // Seen once and predicted an instant later, a ball is known as well as its own fit says, not better.
+  TrackerOptions options;
+  options.confirm_after = 1;
+  options.filter.sigma_floor_radii = 0;
+  Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
+  const auto seen = tracker.update(picture_with({{160, 120}}), 0).at(0);
+  const auto predicted = tracker.update(test::grey_picture(), 1e-6).at(0);
+  ASSERT_EQ(predicted.state, Track::State::coasting);
+  const Eigen::Vector3d fitted = seen.ball.position->covariance_m2.diagonal();
+  const Eigen::Vector3d known = predicted.ball.position->covariance_m2.diagonal();
+  EXPECT_NEAR(known.x() / fitted.x(), 1, 0.1);
+  EXPECT_NEAR(known.y() / fitted.y(), 1, 0.1);
+  EXPECT_NEAR(known.z() / fitted.z(), 1, 0.1);
+}
+
 TEST(Tracker, GivesUpABallThatStaysAway) {
   Tracker tracker = make_tracker();
   for (int k = 0; k < 5; ++k) tracker.update(picture_with({{160, 120}}), k * dt_s);

@@ -34,7 +34,9 @@ class CompareTest : public test::ProgramTest {
 };
 
 TEST_F(CompareTest, PartsKilledAndResumedMergeIntoTheWhole) {
-  ASSERT_EQ(run("compare plan.yaml -o whole --threads 1 --quiet").code, 0);
+  ASSERT_EQ(run("compare plan.yaml -o whole --threads 1 --quiet --json ran.json").code, 0);
+  ASSERT_EQ(run("compare plan.yaml -o whole --quiet --resume --json resumed.json").code, 0);
+  EXPECT_EQ(contents("resumed.json"), contents("ran.json"));
   for (const char* part : {"1", "2"}) {
     const std::string command = std::string("compare plan.yaml --threads 2 --quiet --resume -o part_") +
                                 part + " --shard " + part + "/2";

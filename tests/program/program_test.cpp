@@ -110,5 +110,78 @@ TEST_F(Program, InterruptedRunEndsWith130) {
   for (const std::string& name : names()) EXPECT_THAT(name, testing::Not(HasSubstr("partial")));
 }
 
+TEST_F(Program, TrackNamesThePictureOfAnotherSize) {
+  put_grey_picture("first.png");
+  write_image(dir / "second.png", cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(128)));
+  const std::string colors = (test::project_data_dir() / "colors" / "red.colors").lexically_normal().string();
+  const Ending ending = run("track first.png second.png --colors '" + colors + "' -o tracks.csv");
+  EXPECT_EQ(ending.code, 2);
+  EXPECT_THAT(ending.messages, HasSubstr("error: second.png: found 80 x 60 pixels"));
+  EXPECT_EQ(names().count("tracks.csv"), 0u);
+}
+
+class Display : public test::ProgramTest {
+ protected:
+  /// `count` pictures without a ball in the folder "pictures".
+  void put_grey_pictures(int count) const {
+    std::filesystem::create_directory(dir / "pictures");
+    put_grey_picture("grey.png");
+    for (int k = 0; k < count; ++k) {
+      std::filesystem::create_symlink(dir / "grey.png", dir / "pictures" / (std::to_string(k) + ".png"));
+    }
+  }
+  static std::string track() {
+    return "track pictures --display --colors '" +
+           (test::project_data_dir() / "colors" / "red.colors").lexically_normal().string() +
+           "' -o tracks.csv --json results.json";
+  }
+  static bool has_virtual_display() {
+    return std::system("command -v Xvfb >/dev/null && command -v xdotool >/dev/null") == 0;
+  }
+  /// To put before a command: a screen for it alone, and what its user does there in the shell's words.
+  static std::string on_virtual_display(const std::string& user) {
+    return R"(sh -c 'Xvfb -nolisten tcp -displayfd 1 >display 2>/dev/null & server=$!; )"
+           R"(until [ -s display ]; do sleep 0.05; done; export DISPLAY=:$(cat display); )"
+           R"("$@" & program=$!; )" +
+           user + R"(wait $program; code=$?; kill $server; wait $server; rm display; exit $code' sh)";
+  }
+};
+
+TEST_F(Display, WhereThereIsNoneIsRefusedBeforeAnythingIsWritten) {
+  put_grey_pictures(2);
+  const std::set<std::string> before = names();
+  for (const char* environment :
+       {"env -u DISPLAY -u WAYLAND_DISPLAY", "env -u WAYLAND_DISPLAY DISPLAY=:9871"}) {
+    const Ending ending = run(track(), environment);
+    EXPECT_EQ(ending.code, 2) << environment;
+    EXPECT_THAT(ending.messages, HasSubstr("error: --display: found ")) << environment;
+    EXPECT_THAT(ending.messages, HasSubstr("DISPLAY")) << environment;
+  }
+  EXPECT_EQ(names(), before);
+}
+
+TEST_F(Display, AKeyEndsAsAnInterruptDoes) {
+  if (!has_virtual_display()) GTEST_SKIP() << "no Xvfb or xdotool";
+  put_grey_pictures(20000);
+  for (const std::string key : {"q", "Escape"}) {
+    const Ending ending =
+        run(track() + " --force",
+            on_virtual_display(
+                R"(window=$(timeout 30 xdotool search --sync --name "ballservo track" | tail -n 1); )"
+                R"(xdotool windowfocus --sync $window key )" +
+                key + R"( || kill -KILL $program; )"));
+    EXPECT_EQ(ending.code, 130) << key << ending.messages;
+    EXPECT_THAT(contents("results.json"), HasSubstr("\"interrupted\": true")) << key;
+  }
+}
+
+TEST_F(Display, ShowsToTheEndWhereNobodyEndsIt) {
+  if (!has_virtual_display()) GTEST_SKIP() << "no Xvfb or xdotool";
+  put_grey_pictures(3);
+  const Ending ending = run(track(), on_virtual_display(""));
+  EXPECT_EQ(ending.code, 1);
+  EXPECT_THAT(ending.messages, HasSubstr("no ball in any of 3 pictures"));
+}
+
 }  // namespace
 }  // namespace ballservo

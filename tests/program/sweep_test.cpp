@@ -7,6 +7,7 @@ namespace ballservo::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class SweepTest : public ProgramTest {
  protected:
@@ -53,6 +54,36 @@ TEST_F(SweepTest, AKilledSweepIsResumedToTheSameBytes) {
   expect_same("whole", "killed");
   EXPECT_EQ(names().count("unfinished.journal"), 0u);
   EXPECT_EQ(sweep("-o killed --trials 40 --resume").code, 0);
+}
+
+TEST_F(SweepTest, AFinishedSweepResumedEndsAsIfItHadJustRun) {
+  ASSERT_EQ(sweep("-o one --trials 4").code, 0);
+  const Ending ran = sweep("-o two --trials 4 --set law.name=visp --against one --json ran.json");
+  ASSERT_EQ(ran.code, 0) << ran.messages;
+  ASSERT_EQ(sweep("-o three --trials 4 --set law.name=visp").code, 0);
+  const Ending resumed =
+      sweep("-o three --trials 4 --set law.name=visp --against one --json resumed.json --resume");
+  EXPECT_EQ(resumed.code, 0);
+  EXPECT_EQ(resumed.out, ran.out);
+  EXPECT_THAT(resumed.messages, HasSubstr("success less that of one"));
+  EXPECT_EQ(contents("resumed.json"), contents("ran.json"));
+  EXPECT_THAT(contents("resumed.json"), HasSubstr("against"));
+  expect_same("two", "three");
+  // Without a comparison asked for, the one that is there stays.
+  EXPECT_EQ(sweep("-o three --trials 4 --set law.name=visp --json again.json --resume").code, 0);
+  EXPECT_THAT(contents("again.json"), Not(HasSubstr("against")));
+  expect_same("two", "three");
+}
+
+TEST_F(SweepTest, AScenarioIsItselfWhereverItLies) {
+  std::filesystem::create_directory_symlink(project_data_dir(), dir / "here");
+  const std::string here = "sweep here/scenarios/static_ball.yaml --perception truth --trials 4 ";
+  ASSERT_EQ(sweep("-o part_1 --trials 4 --shard 1/2").code, 0);
+  EXPECT_EQ(run(here + "-o part_1 --shard 1/2 --resume").code, 0);
+  ASSERT_EQ(run(here + "-o part_2 --shard 2/2").code, 0);
+  const Ending merge = run("sweep merge part_1 part_2 -o merged");
+  EXPECT_EQ(merge.code, 0) << merge.messages;
+  EXPECT_THAT(sweep("-o part_1 --trials 5 --shard 1/2 --resume").messages, HasSubstr("differs in trials"));
 }
 
 TEST_F(SweepTest, AnInterruptedSweepKeepsWhatIsDoneAndGoesOn) {

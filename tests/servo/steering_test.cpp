@@ -124,5 +124,28 @@ TEST(Steering, NeverRunsTowardsWhatIsSuspectedFasterThanItCanBrake) {
   EXPECT_GT(std::abs(output.command.w_radps), 0.05);
 }
 
+/// The shield lets it go nowhere for 7 s, because of something at (1, 0).
+void be_stuck(Steering& steering, const FreeSpace& space, const SteeringInput& input) {
+  ShieldVerdict blocked;
+  const FloorCell cell = FreeSpace::cell_at(1.0, 0.0);
+  blocked.blocked = cell;
+  SteeringInput now = input;
+  for (int k = 0; k < 140; ++k) {
+    now.time_s = 0.05 * k;
+    steering.steer(now, space, blocked);
+  }
+}
+
+TEST(Steering, WhatBlockedTheWayLongAgoIsNotInTheWayOfALookElsewhere) {
+  FreeSpace open(FreeSpaceOptions{});
+  open.move(0, {});
+  Steering steering({}, {}, pioneer_3dx_footprint);
+  SteeringInput input;
+  input.p_OB = {2.6, 0.0};
+  be_stuck(steering, open, input);
+  EXPECT_GT((steering.open_place(8, open, 0, 2) - Eigen::Vector2d(2, 0)).norm(), 0.3);
+  EXPECT_LT((steering.open_place(100, open, 0, 2) - Eigen::Vector2d(2, 0)).norm(), 0.11);
+}
+
 }  // namespace
 }  // namespace ballservo
