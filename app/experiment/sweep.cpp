@@ -107,6 +107,23 @@ std::shared_ptr<const ColorTable> colors_of(const SweepOptions& options) {
   return std::make_shared<const ColorTable>(read_color_file(scenario.colors));
 }
 
+/// Whether a folder's job has all that a sweep's has, as `sweep_description` makes it.
+void check_sweep_description(const nlohmann::json& description, const std::filesystem::path& folder) {
+  try {
+    if (description.at("command") != "sweep")
+      throw InputError(folder.string(), "results of another command", "a sweep's folder");
+    for (const char* key : {"scenario_hash", "perception", "law", "gain_warning"})
+      description.at(key).get<std::string>();
+    for (const char* key : {"first_seed", "trials", "distance_m"}) description.at(key).get<double>();
+    for (const char* key : {"sets", "drawn"}) description.at(key).get<std::vector<std::string>>();
+    description.at("scenario");
+    description.at(WorkJob::places_key).at("scenario_file").get<std::string>();
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(folder.string(), std::string("a manifest that is not a sweep's: ") + error.what(),
+                     "a folder as this version's sweep writes it");
+  }
+}
+
 }  // namespace
 
 nlohmann::json sweep_description(const SweepOptions& options) {
@@ -187,10 +204,7 @@ SweepFiles sweep_files(const nlohmann::json& description, const std::vector<Tria
 std::vector<TrialRecord> read_sweep_records(const MergeableShards& shards) {
   std::map<std::uint64_t, TrialRecord> by_seed;
   FaultList faults;
-  const std::string command = shards.description.value("command", "");
-  if (command != "sweep") {
-    throw InputError(shards.shards.front().folder.string(), "results of " + command, "a sweep's folder");
-  }
+  check_sweep_description(shards.description, shards.shards.front().folder);
   for (const FinishedShard& shard : shards.shards) {
     const std::string name = (shard.folder / "trials.csv").string();
     const std::vector<Trial> trials = parse_trials(read_file_bytes(name, max_trials_bytes), name);
@@ -214,9 +228,7 @@ std::vector<TrialRecord> read_sweep_records(const MergeableShards& shards) {
 Sweep read_sweep(const std::filesystem::path& folder) {
   Sweep sweep;
   sweep.description = read_finished_job(folder);
-  if (sweep.description.value("command", "") != "sweep") {
-    throw InputError(folder.string(), "results of another command", "a sweep's folder");
-  }
+  check_sweep_description(sweep.description, folder);
   const std::string name = (folder / "trials.csv").string();
   sweep.trials = parse_trials(read_file_bytes(name, max_trials_bytes), name);
   sweep.traces_jsonl = read_file_bytes(folder / "traces.jsonl", max_traces_bytes);

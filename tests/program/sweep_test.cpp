@@ -151,5 +151,25 @@ TEST_F(SweepTest, BadInputIsRefusedInWords) {
   EXPECT_EQ(names().count("out"), 0u);
 }
 
+TEST_F(SweepTest, AManifestThatSaysTooLittleIsRefusedInWords) {
+  ASSERT_EQ(sweep("-o whole --trials 2").code, 0);
+  const auto manifest = nlohmann::json::parse(contents("whole/manifest.json"));
+  for (const char* key : {"places", "law", "trials", "sets", "drawn"}) {
+    for (const bool missing : {true, false}) {
+      nlohmann::json less = manifest;
+      if (missing) {
+        less["job"].erase(key);
+      } else {
+        less["job"][key] = nullptr;
+      }
+      put("whole/manifest.json", less.dump());
+      const Ending merge = run("sweep merge whole -o out");
+      EXPECT_EQ(merge.code, 2) << key;
+      EXPECT_THAT(merge.messages, HasSubstr("a manifest that is not a sweep's"));
+    }
+  }
+  EXPECT_EQ(names().count("out"), 0u);
+}
+
 }  // namespace
 }  // namespace ballservo::test
