@@ -43,6 +43,7 @@ void SampleOptions::validate() const {
   };
   check("min_lightness", min_lightness, 0, 100);
   check("min_chroma", min_chroma, 1, 200);
+  check("min_saturation", min_saturation, 0.01, 10);
   check("rim", rim, 0.1, 1);
   faults.throw_if_any();
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -16,15 +17,17 @@ namespace ballservo {
 /// nothing of a ball's hue: they are never samples and never classified; in the class picture they leave
 /// holes, which the on-line closing and the absorption of enclosed regions fill.
 struct SampleOptions {
-  double min_lightness = 10;  ///< L of Lab, 0 to 100
-  double min_chroma = 8;      ///< sqrt(a^2 + b^2) of Lab, above 0
+  double min_lightness = 10;    ///< L of Lab, 0 to 100
+  double min_chroma = 8;        ///< sqrt(a^2 + b^2) of Lab, above 0; in the dark less will do:
+  double min_saturation = 0.1;  ///< sqrt(a^2 + b^2) / (L + 16), which a weaker light leaves as it is; above 0
   double rim =
       0.92;  ///< part of the circle's radius that is sampled: further out the background mixes in; 0 to 1
 
   /// Throws InputError with every value out of range.
   void validate() const;
   bool has_color(const Eigen::Vector3d& lab) const {
-    return lab.x() >= min_lightness && lab.tail<2>().squaredNorm() >= min_chroma * min_chroma;
+    const double least = std::min(min_chroma, min_saturation * (lab.x() + 16));
+    return lab.x() >= min_lightness && lab.tail<2>().squaredNorm() >= least * least;
   }
 };
 

@@ -88,6 +88,30 @@ TEST(HardBalls, MarbledInOneHue) {
   EXPECT_NEAR(ball.radius_px, 48, 4);
 }
 
+TEST(HardBalls, TakenInTooLittleLight) {
+  // A faint green (chroma 15) on grey, at half its sRGB values: chroma 8 at most.
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 200, 90, 28, {0.040, 0.080, 0.046}, 0.4);
+  picture.convertTo(picture, -1, 0.5);
+  add_noise(picture, 1, 8);
+  const LearntColors colors = learn_colors({{"dusk.png", picture}}, algebraic_circle);
+  const LearntCircle& ball = only_ball(colors, "green");
+  EXPECT_LT((ball.center_px - Eigen::Vector2d(200, 90)).norm(), 1);
+  EXPECT_NEAR(ball.radius_px, 28, 1.5);
+  int told = 0, looked_at = 0, wall = 0;
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
+      const cv::Vec3b c = picture.at<cv::Vec3b>(y, x);
+      const double distance = (Eigen::Vector2d(x, y) - Eigen::Vector2d(200, 90)).norm();
+      const bool classified = colors.table.classify(c[0], c[1], c[2]) == 1;
+      if (distance <= 24) told += classified, ++looked_at;
+      if (distance >= 32) wall += classified;
+    }
+  }
+  EXPECT_GT(told, 0.8 * looked_at);
+  EXPECT_EQ(wall, 0);
+}
+
 TEST(HardBalls, ASpeckOfTheBallsColorDoesNotCount) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 100, 120, 45, yellow_paint);
