@@ -79,7 +79,7 @@ bool BoxLesson::look(const cv::Mat& bgr, int frame) {
   RoundRegionOptions regions = learn_.regions;
   const double scale = std::min(1.0, working_radius_px / box_.radius_px);
   regions.mean_shift.max_working_pixels = std::max(1e4, scale * scale * window.area());
-  const cv::Mat view = bgr(window);
+  const cv::Mat view = clear_picture(bgr(window), learn_.clear);
   const RoundRegions found = find_round_regions(view, estimator_, regions);
   const Eigen::Vector2d corner(window.x, window.y);
   BallCandidate best;
@@ -99,6 +99,7 @@ bool BoxLesson::look(const cv::Mat& bgr, int frame) {
     return false;
   }
   missed_ = 0;
+  best.samples = samples_inside(bgr(window), best.region, found.scale, learn_.samples);
   best.region.center_px += corner;
   best.region.mask.release();  // its samples are taken
   const Shown shown{frame, bgr.clone(), place_, {best.region.center_px, best.region.radius_px}};

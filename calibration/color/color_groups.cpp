@@ -53,6 +53,7 @@ void GroupOptions::validate() const {
   check("close_hues_deg", close_hues_deg, 0, 180);
   check("max_saturation_ratio", max_saturation_ratio, 1, 1e6);
   check("min_colored_fraction", min_colored_fraction, 0, 1);
+  check("min_mean_chroma", min_mean_chroma, 0, 200);
   check("min_relative_fit", min_relative_fit, 0, 1);
   check("max_radius_ratio", max_radius_ratio, 1, 1e6);
   check("min_contrast", min_contrast, 0, 300);
@@ -76,6 +77,7 @@ std::vector<BallCandidate> ball_candidates(const ColorPicture& picture, std::siz
     BallCandidate candidate{index, region, samples_inside(picture.bgr, region, found.scale, samples)};
     if (candidate.samples.pixels.size() < min_samples) continue;
     if (candidate.samples.colored_fraction() < options.min_colored_fraction) continue;
+    if (candidate.samples.mean_lab().tail<2>().norm() < options.min_mean_chroma) continue;
     result.push_back(std::move(candidate));
   }
   return result;

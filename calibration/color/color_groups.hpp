@@ -44,6 +44,7 @@ struct GroupOptions {
   double max_saturation_ratio = 2;  ///< and whose saturations differ at most by this factor, 1 or more
   double min_colored_fraction =
       0.3;  ///< of a region's pixels, that must have a colour (a black disc has none), 0 to 1
+  double min_mean_chroma = 7;     ///< of those, sqrt(a^2 + b^2) of their mean (a, b) (black with a tint)
   double min_relative_fit = 0.7;  ///< of the best ball's fit ratio, that others need to count, 0 to 1
   /// A ball of a colour counts if it is not smaller than the best one by more than that factor, 1 or more:
   /// specks of a ball's colour are round too.

@@ -15,6 +15,7 @@ namespace {
 
 /// The pictures after the search for round regions.
 struct Survey {
+  std::vector<ColorPicture> cleared;  // what was searched; what is learnt are the pixels as they came
   std::vector<SegmentedPicture> pictures;
   std::vector<BallCandidate> candidates;
 };
@@ -23,8 +24,10 @@ Survey survey(const std::vector<ColorPicture>& pictures, const CircleEstimator& 
               const LearnOptions& options) {
   Survey result;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    const RoundRegions found = find_round_regions(pictures[i].bgr, estimator, options.regions);
-    for (BallCandidate& candidate : ball_candidates(pictures[i], i, found, options.samples, options.groups)) {
+    result.cleared.push_back({pictures[i].source, clear_picture(pictures[i].bgr, options.clear)});
+    const ColorPicture& cleared = result.cleared.back();
+    const RoundRegions found = find_round_regions(cleared.bgr, estimator, options.regions);
+    for (BallCandidate& candidate : ball_candidates(cleared, i, found, options.samples, options.groups)) {
       result.candidates.push_back(std::move(candidate));
     }
     result.pictures.push_back({found.modes, found.scale});
@@ -34,10 +37,10 @@ Survey survey(const std::vector<ColorPicture>& pictures, const CircleEstimator& 
 
 /// The groups of those candidates that lie in the pictures named.
 std::vector<ColorGroup> groups_in(const std::vector<std::size_t>& wanted, const Survey& seen,
-                                  const std::vector<ColorPicture>& pictures, const LearnOptions& options) {
+                                  const LearnOptions& options) {
   const std::set<std::size_t> indices(wanted.begin(), wanted.end());
   CellCounts all(ColorTable::entries, 0);
-  for (const std::size_t i : indices) count_cells(pictures[i].bgr, {}, all);
+  for (const std::size_t i : indices) count_cells(seen.cleared[i].bgr, {}, all);
   std::vector<BallCandidate> here;
   for (const BallCandidate& candidate : seen.candidates) {
     if (indices.count(candidate.picture)) here.push_back(candidate);
@@ -66,6 +69,13 @@ CellCounts background_of(const std::vector<ColorPicture>& pictures, const std::v
 
 LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vector<ColorPicture>& pictures,
                     const std::vector<ColorPicture>& background, const LearnOptions& options) {
+  for (ColorGroup& group : groups) {
+    group.samples = {};
+    for (const BallCandidate& ball : group.balls) {
+      group.samples.add(samples_inside(pictures[ball.picture].bgr, ball.region,
+                                       seen.pictures[ball.picture].scale, options.samples));
+    }
+  }
   LearntColors result;
   result.table.background = occupied(background_of(pictures, groups, background));
   result.pictures = std::move(seen.pictures);
@@ -87,6 +97,7 @@ LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vect
 }  // namespace
 
 void LearnOptions::validate() const {
+  clear.validate();
   regions.validate();
   samples.validate();
   groups.validate();
@@ -125,8 +136,7 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Circl
   Survey seen = survey(pictures, estimator, options);
   std::vector<std::size_t> everywhere(pictures.size());
   for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = i;
-  std::vector<ColorGroup> groups =
-      ball_groups(groups_in(everywhere, seen, pictures, options), pictures, options);
+  std::vector<ColorGroup> groups = ball_groups(groups_in(everywhere, seen, options), pictures, options);
   double best_fit = 0;
   for (const ColorGroup& group : groups) best_fit = std::max(best_fit, group.best_fit());
   groups.erase(std::remove_if(groups.begin(), groups.end(),
@@ -164,8 +174,7 @@ LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
       }
       groups.push_back(pointed_group(request, others, pictures, options));
     } else {
-      groups.push_back(
-          chosen_group(request, groups_in(request.pictures, seen, pictures, options), pictures, options));
+      groups.push_back(chosen_group(request, groups_in(request.pictures, seen, options), pictures, options));
     }
     groups.back().word = request.name;
   }

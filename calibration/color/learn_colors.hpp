@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calibration/color/circle_test.hpp"
+#include "calibration/color/clear_picture.hpp"
 #include "calibration/color/color_groups.hpp"
 #include "calibration/color/color_table.hpp"
 
@@ -16,6 +17,7 @@ namespace ballservo {
 
 /// Everything that the calibration can be told.
 struct LearnOptions {
+  ClearPictureOptions clear;
   RoundRegionOptions regions;
   SampleOptions samples;
   GroupOptions groups;

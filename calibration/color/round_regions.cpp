@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -21,7 +20,6 @@ constexpr double least_smear = 1.15, most_smear = 2.5;  // ratio of the axes
 constexpr double most_of_box =
     0.92;  // of its rectangle: a disc drawn out to twice its width fills 0.89, a bar 1
 constexpr double least_ellipse_fill = 0.85;  // below it the region is no ellipse
-constexpr double most_exposure_gain = 4;     // more would show noise alone
 constexpr double smeared_weight = 0.8;       // what an ellipse is worth beside a circle
 
 /// A region's mask and where it lies; what both tests of roundness look at.
@@ -230,24 +228,6 @@ double hue_agreement(const RoundRegion& region, const cv::Mat& modes) {
   return lengths > 0 ? cv::norm(sum) / lengths : 0;
 }
 
-/// The picture as a longer exposure would have taken it, where it is underexposed: chroma shrinks with the
-/// light until it cannot be told from grey. Multiplying the sRGB values keeps hue and saturation nearly.
-cv::Mat well_exposed(const cv::Mat& bgr, double least_white) {
-  std::array<std::size_t, 256> counts{};
-  for (int y = 0; y < bgr.rows; ++y) {
-    const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(y);
-    for (int x = 0; x < bgr.cols; ++x) ++counts[std::max({row[x][0], row[x][1], row[x][2]})];
-  }
-  std::size_t above = bgr.total() / 100;
-  int white = 255;
-  while (white > 1 && counts[white] <= above) above -= counts[white--];
-  const double gain = std::clamp(least_white / white, 1.0, most_exposure_gain);
-  if (gain <= 1) return bgr;
-  cv::Mat result;
-  bgr.convertTo(result, -1, gain);
-  return result;
-}
-
 }  // namespace
 
 void RoundRegionOptions::validate() const {
@@ -266,7 +246,6 @@ void RoundRegionOptions::validate() const {
   check("min_smeared_fit_ratio", min_smeared_fit_ratio, 0, 1);
   check("min_chroma", min_chroma, 0, 300);
   check("min_hue_agreement", min_hue_agreement, 0, 1);
-  check("least_white", least_white, 0, 255);
   faults.throw_if_any();
 }
 
@@ -283,7 +262,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
     cv::resize(bgr, working, {}, wanted, wanted, cv::INTER_AREA);
   }
   result.scale = static_cast<double>(working.cols) / bgr.cols;
-  const cv::Mat chroma = chroma_image(well_exposed(working, options.least_white));
+  const cv::Mat chroma = chroma_image(working);
   const double radius = chroma_radius(chroma, options.mean_shift);
   result.modes = mean_shift_filter(chroma, radius, options.mean_shift);
 

@@ -22,7 +22,6 @@ struct RoundRegionOptions {
   double min_smeared_fit_ratio = 0.3;  ///< the same for a ball smeared by motion, 0 to 1
   double min_chroma = 6;               ///< least distance of the modes' (u*, v*) from the picture's own grey
   double min_hue_agreement = 0.85;     ///< of its colours: their (u*, v*) summed, over their lengths summed
-  double least_white = 153;  ///< pictures whose brightest hundredth is darker are looked at with more light
 
   /// Throws InputError with every value out of range.
   void validate() const;

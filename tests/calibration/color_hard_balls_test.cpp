@@ -35,6 +35,20 @@ const LearntCircle& only_ball(const LearntColors& colors, const std::string& nam
   return colors.circles.at(name).at(0);
 }
 
+/// The share of the pixels within `rim` radii that have the first class.
+double told_inside(const ColorTable& table, const cv::Mat& picture, const LearntCircle& circle, double rim) {
+  int told = 0, looked_at = 0;
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
+      if ((Eigen::Vector2d(x, y) - circle.center_px).norm() > rim * circle.radius_px) continue;
+      const cv::Vec3b c = picture.at<cv::Vec3b>(y, x);
+      told += table.classify(c[0], c[1], c[2]) == 1 ? 1 : 0;
+      ++looked_at;
+    }
+  }
+  return static_cast<double>(told) / looked_at;
+}
+
 TEST(HardBalls, SmearedByMotion) {
   const LearntColors colors =
       learn_colors({{"throw.png", smeared(160, 120, 24, 60, 24, green_paint)}}, algebraic_circle);
@@ -98,18 +112,37 @@ TEST(HardBalls, TakenInTooLittleLight) {
   const LearntCircle& ball = only_ball(colors, "green");
   EXPECT_LT((ball.center_px - Eigen::Vector2d(200, 90)).norm(), 1);
   EXPECT_NEAR(ball.radius_px, 28, 1.5);
-  int told = 0, looked_at = 0, wall = 0;
-  for (int y = 0; y < picture.rows; ++y) {
-    for (int x = 0; x < picture.cols; ++x) {
-      const cv::Vec3b c = picture.at<cv::Vec3b>(y, x);
-      const double distance = (Eigen::Vector2d(x, y) - Eigen::Vector2d(200, 90)).norm();
-      const bool classified = colors.table.classify(c[0], c[1], c[2]) == 1;
-      if (distance <= 24) told += classified, ++looked_at;
-      if (distance >= 32) wall += classified;
-    }
-  }
-  EXPECT_GT(told, 0.8 * looked_at);
-  EXPECT_EQ(wall, 0);
+  EXPECT_GT(told_inside(colors.table, picture, ball, 0.85), 0.87);
+  EXPECT_EQ(told_inside(colors.table, picture, {0, 0, {100, 180}, 50}, 1), 0);
+}
+
+TEST(HardBalls, TakenWithMuchNoise) {
+  // The grey wall's noise has more pixels of the ball's colours than the ball.
+  cv::Mat picture(480, 640, CV_8UC3, cv::Scalar::all(140));
+  draw_shaded_ball(picture, 200, 90, 28, {0.07, 0.13, 0.08}, 0.4);
+  add_noise(picture, 8, 8);
+  const LearntColors colors = learn_colors({{"night.png", picture}}, algebraic_circle);
+  const LearntCircle& ball = only_ball(colors, "green");
+  EXPECT_LT((ball.center_px - Eigen::Vector2d(200, 90)).norm(), 1.5);
+  EXPECT_NEAR(ball.radius_px, 28, 2);
+  // Learnt with their noise: smoothed samples would miss most of the ball's pixels.
+  EXPECT_GT(told_inside(colors.table, picture, ball, 0.9), 0.9);
+  EXPECT_LT(told_inside(colors.table, picture, {0, 0, {450, 300}, 100}, 1), 0.15);
+}
+
+TEST(HardBalls, ABlackDiscWithATintIsNoBall) {
+  RoundRegion disc;
+  disc.center_px = {160, 120};
+  disc.radius_px = 30;
+  RoundRegions found;
+  found.regions = {disc};
+  const auto candidates_of = [&](const cv::Scalar& bgr) {
+    cv::Mat picture = grey_picture();
+    cv::circle(picture, {160, 120}, 30, bgr, cv::FILLED);
+    return ball_candidates({"knob.png", picture}, 0, found, {}, {}).size();
+  };
+  EXPECT_EQ(candidates_of({24, 30, 25}), 0u);
+  EXPECT_EQ(candidates_of({40, 60, 42}), 1u);
 }
 
 TEST(HardBalls, ASpeckOfTheBallsColorDoesNotCount) {
