@@ -15,6 +15,8 @@ constexpr double pi = 3.14159265358979323846;
 constexpr double sigma_floor_px = 0.01;
 // What is surely inside or outside for the colours to be compared: clear of the blur.
 constexpr float clear_px = 1.5f;
+// Between levels that near to each other no edge can be placed, however dark it is.
+constexpr double least_contrast = 4;
 // Of the camera's response a texture may seem to say much: one stretch counts no more than this.
 constexpr double most_of_a_stretch = 4, clearly_the_balls = 0.5;
 
@@ -201,15 +203,17 @@ double EdgeMeter::coarse_offset(double reach_px) const {
 // those of grey levels. False where inside and outside do not differ.
 bool EdgeMeter::take_samples(const CameraResponse& response) {
   Eigen::Vector3f inside(0, 0, 0), outside(0, 0, 0), slope_inside(0, 0, 0), slope_outside(0, 0, 0);
-  int inside_count = 0, outside_count = 0;
+  int inside_count = 0, outside_count = 0, inside_level = 0, outside_level = 0;
   for (const RingColor& pixel : pixels_) {
+    const int level = std::max({pixel.bgr[0], pixel.bgr[1], pixel.bgr[2]});
     const auto of = [&](const std::array<float, 256>& curve) {
       return Eigen::Vector3f(curve[pixel.bgr[0]], curve[pixel.bgr[1]], curve[pixel.bgr[2]]);
     };
     if (pixel.distance_px < -clear_px)
-      inside += of(response.light), slope_inside += of(response.slope), ++inside_count;
+      inside += of(response.light), slope_inside += of(response.slope), inside_level += level, ++inside_count;
     if (pixel.distance_px > clear_px)
-      outside += of(response.light), slope_outside += of(response.slope), ++outside_count;
+      outside += of(response.light), slope_outside += of(response.slope), outside_level += level,
+          ++outside_count;
   }
   if (inside_count < 3 || outside_count < 3) return false;
   slope_inside /= static_cast<float>(inside_count);
@@ -219,7 +223,10 @@ bool EdgeMeter::take_samples(const CameraResponse& response) {
       (inside / static_cast<float>(inside_count) - outside / static_cast<float>(outside_count))
           .cwiseProduct(scale);
   const float contrast = difference.norm();
-  if (!(static_cast<double>(contrast) >= options_.min_contrast)) return false;
+  const int level = std::max(inside_level / inside_count, outside_level / outside_count);
+  min_contrast_ =
+      std::min(options_.min_contrast, std::max(least_contrast, options_.min_contrast_share * level));
+  if (!(static_cast<double>(contrast) >= min_contrast_)) return false;
   const Eigen::Vector3f direction = (difference / contrast).cwiseProduct(scale);
   samples_.count = 0;
   for (const RingColor& pixel : pixels_) {
@@ -237,7 +244,7 @@ bool EdgeMeter::take_samples(const CameraResponse& response) {
 std::optional<EdgeProfileFit> EdgeMeter::fit_stretch(const CameraResponse& response) {
   if (!take_samples(response)) return std::nullopt;
   EdgeProfileOptions profile;
-  profile.min_contrast = options_.min_contrast;
+  profile.min_contrast = min_contrast_;
   profile.max_offset_px = std::max(options_.max_offset_px, options_.max_offset_radii * ring_.radius_px);
   const double reach_px = std::min(options_.max_offset_px, ring_.half_width_px - 2);
   return fit_edge_profile(samples_, coarse_offset(reach_px), ring_.prior, profile);

@@ -23,7 +23,8 @@ struct EdgeRingOptions {
   /// A large ball has stretches of this length with gaps between them: more pixels would tell little more.
   double max_stretch_length_px = 9;
   int min_stretches = 16, max_stretches = 48;
-  double min_contrast = 10;  ///< grey levels between inside and outside
+  double min_contrast = 10;          ///< grey levels between inside and outside; in the dark less will do:
+  double min_contrast_share = 0.13;  ///< of the brighter side's level, its fullest channel's
   /// How far from the assumed outline an edge may lie: px, or, of a large ball, a part of its radius.
   double max_offset_px = 3, max_offset_radii = 0.07;
 };
@@ -80,6 +81,7 @@ class EdgeMeter {
   std::vector<Station> stations_;
   std::vector<RingColor> pixels_;  // of one stretch
   EdgeSamples samples_;
+  double min_contrast_ = 0;  // that `samples_` must have: grey levels
   std::vector<double> blurs_;
 };
 
