@@ -30,37 +30,43 @@ std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex
                                                   const std::vector<BoundaryPoint>& boundary, BallFit fit,
                                                   RefinementInput* input) {
   const UndistortedCircle circle{vote.center_px, vote.radius_px};
-  if (input) input->vote = circle;
-  if (fit == BallFit::paper)
-    return finished(refine_paper(bgr, color_class, circle, input), color_class, vote);
+  auto ball = finished(fit == BallFit::paper ? refine_paper(bgr, color_class, circle, input)
+                                             : refine_voted_sphere(bgr, color_class, circle, boundary, input),
+                       color_class, circle);
+  if (ball) ball->vote = vote;
+  return ball;
+}
+
+std::optional<BallObservation> BallFitter::refine_voted_sphere(const cv::Mat& bgr, ClassIndex color_class,
+                                                               const UndistortedCircle& circle,
+                                                               const std::vector<BoundaryPoint>& boundary,
+                                                               RefinementInput* input) {
   const double focal_px = rays_->camera().focal_px();
   const auto voted = cone_near_circle(circle, focal_px);
   if (!voted) return std::nullopt;
   const TangentCone start =
       boundary_cone_.robust(*voted, boundary, focal_px, options_.oval_fraction).value_or(*voted);
-  return finished(refine_sphere(bgr, color_class, start, input), color_class, vote);
+  return refine_sphere(bgr, color_class, start, input);
 }
 
 std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex color_class,
                                                   const TangentCone& start, RefinementInput* input) {
   const double focal_px = rays_->camera().focal_px();
-  CircleEstimate circle;
-  circle.center_px = focal_px / start.axis.z() * start.axis.head<2>();
-  circle.radius_px = focal_px * std::tan(start.alpha_rad);
-  if (input) input->vote = {circle.center_px, circle.radius_px};
+  const UndistortedCircle circle{focal_px / start.axis.z() * start.axis.head<2>(),
+                                 focal_px * std::tan(start.alpha_rad)};
   return finished(refine_sphere(bgr, color_class, start, input), color_class, circle);
 }
 
 // With what all fits share.
 std::optional<BallObservation> BallFitter::finished(std::optional<BallObservation> ball,
                                                     ClassIndex color_class,
-                                                    const CircleEstimate& vote) const {
+                                                    const UndistortedCircle& start) const {
   if (!ball) return std::nullopt;
   const auto outline = project_sphere(rays_->camera(), ball->cone.axis, std::sin(ball->cone.alpha_rad));
   if (!outline) return std::nullopt;
   ball->outline = *outline;
   ball->color_class = color_class;
-  ball->vote = vote;
+  ball->start = start;
   return ball;
 }
 

@@ -25,7 +25,6 @@ inline constexpr double enough_next_step_px = 0.05;
 /// What the last refinement of a candidate started from and used: the material of one-step against converged
 /// fits.
 struct RefinementInput {
-  UndistortedCircle vote;        ///< the circle that the votes gave
   std::vector<RingPixel> ring;   ///< fit paper: the pixels and weights of the step
   TangentCone start;             ///< fit sphere: where the last step started
   std::vector<EdgePoint> edges;  ///< fit sphere: the points and weights of the last step
@@ -65,10 +64,14 @@ class BallFitter {
  private:
   std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class, TangentCone cone,
                                                RefinementInput* input);
+  std::optional<BallObservation> refine_voted_sphere(const cv::Mat& bgr, ClassIndex color_class,
+                                                     const UndistortedCircle& circle,
+                                                     const std::vector<BoundaryPoint>& boundary,
+                                                     RefinementInput* input);
   std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
                                               const UndistortedCircle& circle, RefinementInput* input);
   std::optional<BallObservation> finished(std::optional<BallObservation> ball, ClassIndex color_class,
-                                          const CircleEstimate& vote) const;
+                                          const UndistortedCircle& start) const;
   void measure(const cv::Mat& bgr, const TangentCone& cone);
   std::optional<BallPosition> position(ClassIndex color_class, const ConeFit& fit) const;
 

@@ -224,7 +224,7 @@ void Detector::look_inside(const cv::Mat& bgr, const ColoredPixels& colored, int
     return std::any_of(balls_.begin() + static_cast<std::ptrdiff_t>(first_known), balls_.end(),
                        [&](const BallObservation& ball) {
                          const Eigen::Vector2d at_px = edge.position_px.template cast<double>();
-                         return (at_px - ball.vote.center_px).norm() < 1.1 * ball.vote.radius_px + 2;
+                         return (at_px - ball.start.center_px).norm() < 1.1 * ball.start.radius_px + 2;
                        });
   };
   while (static_cast<int>(balls_.size() - first_known) < options_.max_balls_per_region) {
@@ -283,6 +283,7 @@ void Detector::look_around(const cv::Mat& bgr, const ColoredPixels& colored, con
   }
   if (around.reason || (!candidate.reason && around.ball->quality <= candidate.ball->quality)) return;
   candidate = around;
+  candidate.ball->vote = vote;
   if (input) *input = std::move(around_input);
 }
 
@@ -323,7 +324,7 @@ void Detector::judge_fitted(const cv::Mat& bgr, const ColoredPixels& colored, Ca
   // The paper's fit measures no edges.
   const bool with_edges = options_.fit == BallFit::sphere;
   const OutlineSectors sectors =
-      with_edges ? edge_sectors(fitter_.offsets(), outline_tolerance_px(ball.vote.radius_px))
+      with_edges ? edge_sectors(fitter_.offsets(), outline_tolerance_px(ball.start.radius_px))
                  : boundary_sectors(points_, ball.cone, camera.focal_px());
   const EdgeOffsets offsets = with_edges ? fitter_.offsets() : EdgeOffsets{};
   candidate.support = ball.support =

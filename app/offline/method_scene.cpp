@@ -80,7 +80,7 @@ MethodScene::MethodScene(const cv::Mat& bgr, Detector& detector, const MethodTas
   }
   if (ball == balls.end()) return;
   vote_ = ball->vote;
-  if (start_) return;
+  if (start_ || !vote_) return;
   start_ = UndistortedCircle{vote_->center_px, vote_->radius_px};
   boundary_ = boundary_of(detector.rays(), stages, *vote_);
 }
