@@ -1,6 +1,7 @@
 // The paper's on-line pipeline for one picture; `Detector::detect` is where to read it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -29,10 +30,15 @@
 
 namespace ballservo {
 
-/// What a picture had too much of, so that its cost is bounded: noise or a fine pattern of a ball's colour.
+/// What a look had too much of, so that its cost is bounded: noise or a fine pattern of a ball's colour.
 struct LeftOut {
   int regions = 0;     ///< smaller ones, not looked at
   int shorter_px = 0;  ///< runs of a class shorter than this, taken for background
+  /// Of several looks at one picture: the most that one of them left out.
+  void add(const LeftOut& look) {
+    regions = std::max(regions, look.regions);
+    shorter_px = std::max(shorter_px, look.shorter_px);
+  }
   explicit operator bool() const { return regions > 0 || shorter_px > 0; }
 };
 
@@ -69,7 +75,7 @@ class Detector {
   const ColorTable& colors() const { return colors_.colors(); }
   /// Looks colours up for another light than the taught one.
   void set_light(const LightCells& light) { colors_.set_light(light); }
-  /// What there was too much of in the last picture to be looked at.
+  /// What there was too much of for the last `detect` to look at.
   const LeftOut& left_out() const { return left_out_; }
 
   /// Fits the balls, as `detect` does.

@@ -59,6 +59,7 @@ Tracker::Tracker(Detector detector, const TrackerOptions& options)
 const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, DetectionStages* stages) {
   if (!(time_s > time_s_)) return tracks_;
   time_s_ = time_s;
+  left_out_ = {};
   for (Followed& followed : followed_) followed.filter.predict(time_s);
   if (light_) {
     light_->begin(bgr);
@@ -156,7 +157,12 @@ void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
                                      [&](const Followed& followed) { return is_seen(followed); });
   if (!newcomers && all_found) return;
   detector_.set_min_quality(all_found ? newcomer_quality_ : expected_quality());
-  for (const BallObservation& ball : detector_.detect(bgr, {}, stages)) add_new(ball);
+  detect(bgr, {}, stages);
+}
+
+void Tracker::detect(const cv::Mat& bgr, const cv::Rect& window, DetectionStages* stages) {
+  for (const BallObservation& ball : detector_.detect(bgr, window, stages)) add_new(ball);
+  left_out_.add(detector_.left_out());
 }
 
 void Tracker::add_new(const BallObservation& ball) {
@@ -191,7 +197,7 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
     for (const double quality : {newcomer_quality_, expected_quality()}) {
       if (is_seen(followed)) break;
       detector_.set_min_quality(quality);
-      for (const BallObservation& ball : detector_.detect(bgr, window)) add_new(ball);
+      detect(bgr, window, nullptr);
     }
     if (!is_seen(followed) && followed.track.state != Track::State::tentative)
       look_for_it(std::max(options_.reach_px, options_.reach_radii * outline->radius_px),

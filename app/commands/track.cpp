@@ -112,7 +112,7 @@ int run_track(const TrackOptions& options) {
       DetectionStages stages;
       const std::vector<Track>& tracks =
           tracker->update(frame->bgr, frame->time_s, staged ? &stages : nullptr);
-      left_out.add(tracker->detector().left_out(), frame->source, frame->index);
+      left_out.add(tracker->left_out(), frame->source, frame->index);
       bool with_ball = false;
       for (const Track& track : tracks) {
         const std::string& name =
