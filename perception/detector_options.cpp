@@ -58,6 +58,9 @@ void DetectorOptions::validate() const {
   }
   if (!(oval_fraction >= 0 && oval_fraction <= 0.3))
     faults.add("oval_fraction", number_text(oval_fraction), "a number from 0 to 0.3");
+  vote.check(faults, "vote");
+  edges.check(faults, "edges");
+  ring.check(faults, "ring");
   faults.throw_if_any();
 }
 

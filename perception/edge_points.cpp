@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "calibration/camera/sphere_outline.hpp"
+#include "calibration/files/numbers.hpp"
+#include "perception/outline_shape.hpp"
 
 namespace ballservo {
 namespace {
@@ -13,6 +15,7 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 // A stretch's place is never believed better than this: what the profile model leaves out (texture, shadows).
 constexpr double sigma_floor_px = 0.01;
+constexpr double least_half_width_px = 2.5;  // of the ring, around small balls
 // What is surely inside or outside for the colours to be compared: clear of the blur.
 constexpr float clear_px = 1.5f;
 // Of the camera's response a texture may seem to say much: one stretch counts no more than this.
@@ -88,6 +91,28 @@ class OutlineDistance {
 };
 
 }  // namespace
+
+void EdgeRingOptions::check(FaultList& faults, const std::string& place) const {
+  const auto more_than = [&](const char* name, double value, double least, const char* allowed) {
+    if (!(value > least) || !std::isfinite(value))
+      faults.add(place + '.' + name, number_text(value), allowed);
+  };
+  if (!(half_width_px >= least_half_width_px) || !std::isfinite(half_width_px)) {
+    faults.add(place + ".half_width_px", number_text(half_width_px),
+               "at least " + number_text(least_half_width_px) + " (px)");
+  }
+  more_than("stretch_length_px", stretch_length_px, 0, "a length above 0 (px)");
+  more_than("max_stretch_length_px", max_stretch_length_px, 0, "a length above 0 (px)");
+  more_than("max_offset_px", max_offset_px, 0, "a length above 0 (px)");
+  if (!(min_contrast >= 0)) faults.add(place + ".min_contrast", number_text(min_contrast), "0 or more");
+  if (!(max_offset_radii >= 0))
+    faults.add(place + ".max_offset_radii", number_text(max_offset_radii), "0 or more");
+  if (min_stretches < 3) faults.add(place + ".min_stretches", std::to_string(min_stretches), "at least 3");
+  if (max_stretches < min_stretches || max_stretches > most_outline_sectors) {
+    faults.add(place + ".max_stretches", std::to_string(max_stretches),
+               "from min_stretches to " + std::to_string(most_outline_sectors));
+  }
+}
 
 EdgeMeter::Station EdgeMeter::station_at(const Camera& camera, const TangentCone& cone,
                                          const Eigen::Matrix<double, 3, 2>& basis, double angle) {
@@ -261,7 +286,7 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
       ++ring_.stretches_in_picture;
   }
   // The ring must leave a core for the level inside, also of a small ball.
-  ring_.half_width_px = std::clamp(0.6 * ring_.radius_px, 2.5, options_.half_width_px);
+  ring_.half_width_px = std::clamp(0.6 * ring_.radius_px, least_half_width_px, options_.half_width_px);
   // A small ball's stretches overlap, for each needs pixels enough; what they share counts once.
   const double least_length_px = options_.stretch_length_px * std::max(1.0, 6 / ring_.radius_px);
   ring_.half_turn_rad = std::min(std::max(pi / ring_.stretches, 0.5 * least_length_px / ring_.radius_px),

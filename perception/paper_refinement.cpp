@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/files/numbers.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -12,6 +14,15 @@ namespace {
 double grey(const cv::Vec3b& bgr) { return 0.114 * bgr[0] + 0.587 * bgr[1] + 0.299 * bgr[2]; }
 
 }  // namespace
+
+void RingOptions::check(FaultList& faults, const std::string& place) const {
+  if (!(half_width_px > 0) || !std::isfinite(half_width_px))
+    faults.add(place + ".half_width_px", number_text(half_width_px), "a length above 0 (px)");
+  if (!(kept_per_circumference_px > 0) || !std::isfinite(kept_per_circumference_px)) {
+    faults.add(place + ".kept_per_circumference_px", number_text(kept_per_circumference_px),
+               "a number above 0");
+  }
+}
 
 void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const UndistortedCircle& circle,
                         const RingOptions& options, std::vector<RingPixel>& ring) {

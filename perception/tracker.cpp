@@ -47,6 +47,8 @@ void TrackerOptions::validate() const {
   if (!(reach_radii >= 0)) faults.add("reach_radii", number_text(reach_radii), "0 or more (ball radii)");
   if (!(spread_radii >= 0)) faults.add("spread_radii", number_text(spread_radii), "0 or more (ball radii)");
   if (!(jump_radii >= 0)) faults.add("jump_radii", number_text(jump_radii), "0 or more (ball radii)");
+  filter.check(faults, "filter");
+  faults.collect([&] { light.validate(); });
   faults.throw_if_any();
 }
 

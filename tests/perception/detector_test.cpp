@@ -260,5 +260,38 @@ TEST(DetectorOptions, NameEveryFault) {
   }
 }
 
+TEST(DetectorOptions, NameTheFaultsOfTheirPartsToo) {
+  const double nan = std::nan("");
+  const auto expect_fault = [](const std::string& place, const auto& change) {
+    DetectorOptions options;
+    EXPECT_NO_THROW(options.validate());
+    change(options);
+    try {
+      options.validate();
+      ADD_FAILURE() << place;
+    } catch (const InputError& error) {
+      ASSERT_EQ(error.faults().size(), 1u) << error.what();
+      EXPECT_EQ(error.faults()[0].place, place);
+    }
+  };
+  expect_fault("vote.stop_at", [](auto& o) { o.vote.stop_at = 0; });
+  expect_fault("vote.max_votes_per_point", [](auto& o) { o.vote.max_votes_per_point = 0; });
+  expect_fault("vote.max_votes", [](auto& o) { o.vote.max_votes = 1 << 16; });  // counted in 16 bits
+  expect_fault("vote.hopeless_after", [](auto& o) { o.vote.hopeless_after = -1; });
+  expect_fault("vote.min_radius_px", [](auto& o) { o.vote.min_radius_px = 0; });
+  expect_fault("vote.max_normal_error_rad", [&](auto& o) { o.vote.max_normal_error_rad = nan; });
+  expect_fault("edges.half_width_px", [](auto& o) { o.edges.half_width_px = 2; });
+  expect_fault("edges.stretch_length_px", [](auto& o) { o.edges.stretch_length_px = 0; });
+  expect_fault("edges.max_stretch_length_px", [&](auto& o) { o.edges.max_stretch_length_px = nan; });
+  expect_fault("edges.min_contrast", [&](auto& o) { o.edges.min_contrast = nan; });
+  expect_fault("edges.max_offset_px", [](auto& o) { o.edges.max_offset_px = 0; });
+  expect_fault("edges.max_offset_radii", [](auto& o) { o.edges.max_offset_radii = -1; });
+  expect_fault("edges.min_stretches", [](auto& o) { o.edges.min_stretches = 2; });
+  expect_fault("edges.max_stretches", [](auto& o) { o.edges.max_stretches = most_outline_sectors + 1; });
+  expect_fault("edges.max_stretches", [](auto& o) { o.edges.max_stretches = o.edges.min_stretches - 1; });
+  expect_fault("ring.half_width_px", [](auto& o) { o.ring.half_width_px = 0; });
+  expect_fault("ring.kept_per_circumference_px", [&](auto& o) { o.ring.kept_per_circumference_px = nan; });
+}
+
 }  // namespace
 }  // namespace ballservo
