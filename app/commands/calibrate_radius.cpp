@@ -264,7 +264,9 @@ void add_calibrate_radius_command(CLI::App& calibrate, Action& action) {
   CLI::App& command = *calibrate.add_subcommand(
       "radius", "Measure a ball's diameter in pictures at known distances, or on a board's plane");
   const auto options = std::make_shared<CalibrateRadiusOptions>();
-  command.add_option("source", options->sources, "Pictures of the ball, or folders of pictures")
+  command
+      .add_option("source", options->sources,
+                  "Pictures of the ball, or folders of pictures; no videos, no camera:N")
       ->required()
       ->type_name("SOURCE...");
   command.add_option("--colors", options->colors, "The colours file that `calibrate colors` wrote")
