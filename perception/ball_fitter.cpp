@@ -97,7 +97,6 @@ std::optional<BallObservation> BallFitter::refine_sphere(const cv::Mat& bgr, Cla
   ball.step_px = fit->step_px;
   ball.next_step_px = next_step_px;
   ball.one_step_enough = enough;
-  ball.edges_used = fit->used;
   ball.blur_px = edges_.blur_px;
   offsets_ = edge_offsets(edges_, *fit);
   ball.position = position(color_class, *fit);
@@ -122,7 +121,6 @@ std::optional<BallObservation> BallFitter::refine_paper(const cv::Mat& bgr, Clas
   ball.step_px = fit->step_px;
   ball.next_step_px = following_step_px(fit->circle, ring_);
   ball.one_step_enough = ball.next_step_px <= enough_next_step_px;  // said only: the paper's fit is one step
-  ball.edges_used = fit->used;
   if (const BallRadius radius = radius_of(color_class); radius.radius_m > 0) {
     const Eigen::Matrix3d jacobian = paper_position_jacobian(fit->circle, focal_px, radius.radius_m);
     BallPosition position;

@@ -46,7 +46,6 @@ struct BallObservation {
   double next_step_px = 0;
   /// Stopping leaves less than would matter: see enough_next_step_px in ball_fitter.hpp.
   bool one_step_enough = false;
-  int edges_used = 0;
   double blur_px = 0;
 };
 

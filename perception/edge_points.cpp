@@ -339,7 +339,6 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
     point.px_per_rad = station.px_per_rad;
     point.sigma_px = std::hypot(fit->sigma_px * std::sqrt(overlap), sigma_floor_px);
     point.angle_rad = 2 * pi * (static_cast<double>(i) + 0.5) / ring_.stretches;
-    point.contrast = std::abs(fit->step);
     edges.points.push_back(point);
     blurs_.push_back(fit->blur_px);
   }

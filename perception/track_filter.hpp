@@ -59,7 +59,6 @@ class TrackFilter {
   Eigen::Vector3d value() const;
   Eigen::Vector3d variance() const;
   Eigen::Vector3d velocity() const;  ///< per s
-  double time_s() const { return time_s_; }
 
  private:
   struct Axis {
