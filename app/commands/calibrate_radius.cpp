@@ -95,8 +95,7 @@ std::optional<UnitBall> unit_ball(Measurement& task, const cv::Mat& bgr, std::st
   for (const BallObservation& ball : task.detector.detect(bgr)) {
     if (!ball.position || (wanted && ball.color_class != *wanted)) continue;
     balls.push_back(&ball);
-    names += (names.empty() ? "" : ", ") +
-             task.colors->classes[static_cast<std::size_t>(ball.color_class) - 1].name;
+    names += (names.empty() ? "" : ", ") + task.colors->name_of(ball.color_class);
   }
   if (balls.empty()) reason = "no ball in it";
   if (balls.size() > 1)
