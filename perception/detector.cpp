@@ -18,9 +18,8 @@ namespace {
 constexpr int worth_sharing_px = 100000;  // below, threads cost more to wake than they save
 constexpr int failures_per_region = 3;
 constexpr std::size_t max_boundary_points = 256;
-constexpr double pi = 3.14159265358979323846;
 // A disc of 12 px radius: a smaller one's edges before its own colour tell nothing (see outline_support).
-constexpr double least_unexplained_px2 = pi * 12 * 12;
+constexpr double least_unexplained_px2 = M_PI * 12 * 12;
 
 // Rings of starts around an expected ball, so that each place within the spread is in reach of one.
 int rings_over(double spread_px, double reach_px) {
@@ -179,7 +178,7 @@ void Detector::find_balls_in(const cv::Mat& bgr, const cv::Rect& window, int reg
   // What the balls found leave over may hide another one, if it is large enough for one to be told from it.
   double unexplained_px2 = region.pixels;
   for (std::size_t i = before; i < balls_.size(); ++i)
-    unexplained_px2 -= pi * balls_[i].outline.radius_px * balls_[i].outline.radius_px;
+    unexplained_px2 -= M_PI * balls_[i].outline.radius_px * balls_[i].outline.radius_px;
   if (unexplained_px2 > least_unexplained_px2) look_inside(bgr, colored, region_index, before, stages);
 }
 
