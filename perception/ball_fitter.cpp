@@ -26,27 +26,20 @@ BallFitter::BallFitter(std::shared_ptr<const RayTable> rays, const DetectorOptio
     : rays_(std::move(rays)), options_(options), edge_meter_(options.edges) {}
 
 std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex color_class,
-                                                  const CircleEstimate& vote,
+                                                  const CircleEstimate& vote, const TangentCone& voted,
                                                   const std::vector<BoundaryPoint>& boundary, BallFit fit,
                                                   RefinementInput* input) {
   const UndistortedCircle circle{vote.center_px, vote.radius_px};
-  auto ball = finished(fit == BallFit::paper ? refine_paper(bgr, color_class, circle, input)
-                                             : refine_voted_sphere(bgr, color_class, circle, boundary, input),
-                       color_class, circle);
+  const auto fitted = [&] {
+    if (fit == BallFit::paper) return refine_paper(bgr, color_class, circle, input);
+    const TangentCone start =
+        boundary_cone_.robust(voted, boundary, rays_->camera().focal_px(), options_.oval_fraction)
+            .value_or(voted);
+    return refine_sphere(bgr, color_class, start, input);
+  };
+  auto ball = finished(fitted(), color_class, circle);
   if (ball) ball->vote = vote;
   return ball;
-}
-
-std::optional<BallObservation> BallFitter::refine_voted_sphere(const cv::Mat& bgr, ClassIndex color_class,
-                                                               const UndistortedCircle& circle,
-                                                               const std::vector<BoundaryPoint>& boundary,
-                                                               RefinementInput* input) {
-  const double focal_px = rays_->camera().focal_px();
-  const auto voted = cone_near_circle(circle, focal_px);
-  if (!voted) return std::nullopt;
-  const TangentCone start =
-      boundary_cone_.robust(*voted, boundary, focal_px, options_.oval_fraction).value_or(*voted);
-  return refine_sphere(bgr, color_class, start, input);
 }
 
 std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex color_class,

@@ -36,10 +36,11 @@ class BallFitter {
  public:
   BallFitter(std::shared_ptr<const RayTable> rays, const DetectorOptions& options);
 
-  /// Refines one voted circle with the boundary points it was voted from; nothing where there is no ball's
+  /// Refines one voted circle, whose cone_near_circle is `voted`, with the boundary points it was voted from;
+  /// nothing where there is no ball's
   /// edge. What of an observation tells whether it is a ball is left open. `input` receives what was used.
   std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class,
-                                        const CircleEstimate& vote,
+                                        const CircleEstimate& vote, const TangentCone& voted,
                                         const std::vector<BoundaryPoint>& boundary, BallFit fit,
                                         RefinementInput* input = nullptr);
 
@@ -64,10 +65,6 @@ class BallFitter {
  private:
   std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class, TangentCone cone,
                                                RefinementInput* input);
-  std::optional<BallObservation> refine_voted_sphere(const cv::Mat& bgr, ClassIndex color_class,
-                                                     const UndistortedCircle& circle,
-                                                     const std::vector<BoundaryPoint>& boundary,
-                                                     RefinementInput* input);
   std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
                                               const UndistortedCircle& circle, RefinementInput* input);
   std::optional<BallObservation> finished(std::optional<BallObservation> ball, ClassIndex color_class,

@@ -158,12 +158,12 @@ void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   const bool all_found = std::all_of(followed_.begin(), followed_.end(),
                                      [&](const Followed& followed) { return is_seen(followed); });
   if (!newcomers && all_found) return;
-  detector_.set_min_quality(all_found ? newcomer_quality_ : expected_quality());
-  detect(bgr, {}, stages);
+  detect(bgr, {}, all_found ? newcomer_quality_ : expected_quality(), stages);
 }
 
-void Tracker::detect(const cv::Mat& bgr, const cv::Rect& window, DetectionStages* stages) {
-  for (const BallObservation& ball : detector_.detect(bgr, window, stages)) add_new(ball);
+void Tracker::detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality,
+                     DetectionStages* stages) {
+  for (const BallObservation& ball : detector_.detect(bgr, window, stages, min_quality)) add_new(ball);
   left_out_.add(detector_.left_out());
 }
 
@@ -187,19 +187,18 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
                           static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
     if ((window & cv::Rect({0, 0}, bgr.size())).empty()) continue;
     const auto look_for_it = [&](double reach_px, double spread_px, bool clearly) {
+      const double min_quality = clearly ? newcomer_quality_ : expected_quality();
       const auto ball = detector_.find_expected(
-          bgr, window, {followed.track.color_class, cone, reach_px, spread_px}, clearly,
+          bgr, window, {followed.track.color_class, cone, reach_px, spread_px, min_quality}, clearly,
           [&](const BallObservation& found) { return is_plausible(followed, found); });
       if (ball) add_new(*ball);
       return is_seen(followed);
     };
     // Where it is expected, or else anywhere near; a weak sight suffices where no clear one is had.
-    detector_.set_min_quality(newcomer_quality_);
     if (look_for_it(options_.reach_px, 0, true)) continue;
     for (const double quality : {newcomer_quality_, expected_quality()}) {
       if (is_seen(followed)) break;
-      detector_.set_min_quality(quality);
-      detect(bgr, window, nullptr);
+      detect(bgr, window, quality, nullptr);
     }
     if (!is_seen(followed) && followed.track.state != Track::State::tentative)
       look_for_it(std::max(options_.reach_px, options_.reach_radii * outline->radius_px),

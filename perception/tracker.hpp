@@ -83,7 +83,7 @@ class Tracker {
   bool is_matched(std::size_t followed) const;
   void look(const cv::Mat& bgr, DetectionStages* stages);
   void look_near_predictions(const cv::Mat& bgr);
-  void detect(const cv::Mat& bgr, const cv::Rect& window, DetectionStages* stages);
+  void detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality, DetectionStages* stages);
   void add_new(const BallObservation& ball);
   bool is_seen(const Followed& followed) const;
   double expected_quality() const;

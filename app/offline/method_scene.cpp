@@ -87,7 +87,9 @@ std::optional<BallObservation> MethodScene::refine(BallFit fit, RefinementInput&
   CircleEstimate circle = vote_.value_or(CircleEstimate{});
   circle.center_px = start_->center_px;
   circle.radius_px = start_->radius_px;
-  return detector_.fitter().refine(bgr_, task_.color_class, circle, boundary_, fit, &input);
+  const auto cone = cone_near_circle(*start_, camera().focal_px());
+  if (!cone) return std::nullopt;
+  return detector_.fitter().refine(bgr_, task_.color_class, circle, *cone, boundary_, fit, &input);
 }
 
 const std::vector<RingPixel>& MethodScene::ring() {

@@ -51,7 +51,7 @@ ExactBall exact_ball(RandomEngine& engine, double arc_rad) {
   ball.p_C = {uniform(engine, -0.5, 0.5), uniform(engine, -0.4, 0.4), uniform(engine, 0.5, 3)};
   const std::vector<Eigen::Vector3d> rays = outline_rays(ball.p_C, radius_m, 96);
   for (std::size_t k = 0; k < 96 * arc_rad / (2 * M_PI); ++k)
-    ball.edges.push_back({rays[k], focal_px, uniform(engine, 0.05, 0.3), uniform(engine, 0.1, 1), 0, 0});
+    ball.edges.push_back({rays[k], focal_px, uniform(engine, 0.05, 0.3), uniform(engine, 0.1, 1), 0});
   return ball;
 }
 
@@ -233,8 +233,8 @@ DepthGrowth depth_growth(bool as_many_everywhere) {
       std::vector<EdgePoint> edges;
       for (const Eigen::Vector3d& ray : outline_rays(p_C, radius_m, points)) {
         const Eigen::Vector3d outward = (ray - ray.dot(p_C.normalized()) * p_C.normalized()).normalized();
-        edges.push_back({(ray + 0.1 * standard_normal(engine) / focal_px * outward).normalized(), focal_px,
-                         0.1, 1, 0, 0});
+        edges.push_back(
+            {(ray + 0.1 * standard_normal(engine) / focal_px * outward).normalized(), focal_px, 0.1, 1, 0});
       }
       const TangentCone start = *TangentCone::of_sphere(1.02 * p_C, radius_m);
       const auto fit = one_gauss_newton_step(start, edges);

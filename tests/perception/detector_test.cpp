@@ -8,6 +8,7 @@
 
 #include "calibration/files/fault.hpp"
 #include "calibration/files/random.hpp"
+#include "perception/ball_position.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {
@@ -53,15 +54,18 @@ TEST(BallFitter, KnowsWhetherOneStepWasEnough) {
   BallFitter fitter(std::make_shared<const RayTable>(camera), {});
   CircleEstimate vote;
   vote.radius_px = 24;
+  const auto refined = [&](const Eigen::Vector2d& center_px, BallFit fit) {
+    vote.center_px = center_px;
+    const auto cone = cone_near_circle({center_px, vote.radius_px}, camera.focal_px());
+    return fitter.refine(bgr, 1, vote, *cone, {}, fit);
+  };
   for (const BallFit fit : {BallFit::sphere, BallFit::paper}) {
-    vote.center_px = {0.2, -0.1};
-    const auto near = fitter.refine(bgr, 1, vote, {}, fit);
+    const auto near = refined({0.2, -0.1}, fit);
     ASSERT_TRUE(near);
     EXPECT_TRUE(near->one_step_enough);
     EXPECT_LT(near->next_step_px, enough_next_step_px);
   }
-  vote.center_px = {5, -4};
-  const auto far = fitter.refine(bgr, 1, vote, {}, BallFit::paper);
+  const auto far = refined({5, -4}, BallFit::paper);
   ASSERT_TRUE(far);
   EXPECT_FALSE(far->one_step_enough);
   EXPECT_GT(far->next_step_px, enough_next_step_px);
@@ -248,7 +252,7 @@ TEST(Detector, RefusesAPictureOfAnotherSize) {
 
 TEST(DetectorOptions, NameEveryFault) {
   DetectorOptions options;
-  options.min_arc = 2;
+  options.max_leak = 2;
   options.min_radius_px = std::nan("");
   options.max_small_leak = -0.1;
   options.radii = {{-1, 0}};

@@ -271,11 +271,8 @@ TEST(FrayedRegion, AnExpectedBallIsTheVotedOne) {
 TEST(FrayedRegion, OptionsThatMakeNoSenseAreNamed) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (double DetectorOptions::*const option :
-       {&DetectorOptions::min_frayed_radius_px, &DetectorOptions::min_frayed_fill,
-        &DetectorOptions::min_frayed_edge, &DetectorOptions::frayed_reach,
-        &DetectorOptions::min_expected_edge, &DetectorOptions::min_expected_fill,
-        &DetectorOptions::min_enclosing_edge, &DetectorOptions::min_enclosed_fill,
-        &DetectorOptions::max_enclosed_fill}) {
+       {&DetectorOptions::min_frayed_edge, &DetectorOptions::min_expected_edge,
+        &DetectorOptions::min_enclosing_edge}) {
     for (const double value : {-1.0, nan}) {
       DetectorOptions options;
       options.*option = value;
