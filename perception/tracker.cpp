@@ -74,24 +74,23 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   correct_matched();
   continue_jumps();
 
-  for (std::size_t i = 0; i < followed_.size(); ++i) {
-    const auto match = std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(i));
-    if (match == match_of_seen_.end()) {
-      miss(followed_[i], time_s, bgr.size());
-    } else {
-      see(followed_[i], seen_[static_cast<std::size_t>(match - match_of_seen_.begin())], time_s);
-    }
+  for (Followed& followed : followed_) {
+    if (followed.sight)
+      see(followed, seen_[*followed.sight], time_s);
+    else
+      miss(followed, time_s, bgr.size());
   }
   followed_.erase(
       std::remove_if(followed_.begin(), followed_.end(), [](const Followed& f) { return f.hits == 0; }),
       followed_.end());
   for (std::size_t i = 0; i < seen_.size(); ++i) {
-    if (match_of_seen_[i] >= 0 || seen_[i].quality < newcomer_quality_) continue;
+    if (is_taken(i) || seen_[i].quality < newcomer_quality_) continue;
     Followed newcomer{
         {next_id_++, seen_[i].color_class, Track::State::tentative, seen_[i]},
         TrackFilter(features_of(seen_[i], options_.filter.sigma_floor_radii), time_s, options_.filter),
         0,
         time_s};
+    newcomer.sight = i;
     see(newcomer, seen_[i], time_s);
     followed_.push_back(newcomer);
   }
@@ -117,7 +116,7 @@ void Tracker::set_light() { detector_.set_light(taught_light_ ? LightCells::as_t
 // A confirmed ball is missing: perhaps the light has changed at once.
 void Tracker::look_under_another_light(const cv::Mat& bgr) {
   const auto is_missing = [&](std::size_t i) {
-    return followed_[i].track.state != Track::State::tentative && !is_matched(i);
+    return followed_[i].track.state != Track::State::tentative && !followed_[i].sight;
   };
   std::size_t missing = 0;
   while (missing < followed_.size() && !is_missing(missing)) ++missing;
@@ -125,10 +124,8 @@ void Tracker::look_under_another_light(const cv::Mat& bgr) {
   set_light();
   look(bgr, nullptr);
   match();
-  const auto found = std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(missing));
-  const bool is_there =
-      found != match_of_seen_.end() &&
-      seen_[static_cast<std::size_t>(found - match_of_seen_.begin())].quality >= newcomer_quality_;
+  const auto& sight = followed_[missing].sight;
+  const bool is_there = sight && seen_[*sight].quality >= newcomer_quality_;
   light_->settle_change(is_there);
   if (is_there) return;
   set_light();
@@ -144,9 +141,9 @@ void Tracker::learn_light(const cv::Mat& bgr) {
   }
 }
 
-bool Tracker::is_matched(std::size_t followed) const {
-  return std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(followed)) !=
-         match_of_seen_.end();
+bool Tracker::is_taken(std::size_t seen) const {
+  return std::any_of(followed_.begin(), followed_.end(),
+                     [&](const Followed& followed) { return followed.sight == seen; });
 }
 
 // Near the predictions first, where a weak sight suffices; the whole picture when a ball is missing there,
@@ -227,7 +224,7 @@ bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball
 // The likeliest pair first, confirmed tracks before tentative ones: a ball belongs to one track and a track
 // has one ball.
 void Tracker::match() {
-  match_of_seen_.assign(seen_.size(), -1);
+  for (Followed& followed : followed_) followed.sight.reset();
   pairs_.clear();
   for (std::size_t i = 0; i < followed_.size(); ++i) {
     for (std::size_t k = 0; k < seen_.size(); ++k) {
@@ -242,16 +239,14 @@ void Tracker::match() {
            std::tie(b.tentative, b.unlikeliness, b.followed, b.seen);
   });
   for (const Pair& pair : pairs_)
-    if (match_of_seen_[pair.seen] < 0 && !is_matched(pair.followed))
-      match_of_seen_[pair.seen] = static_cast<int>(pair.followed);
+    if (!is_taken(pair.seen) && !followed_[pair.followed].sight) followed_[pair.followed].sight = pair.seen;
 }
 
 // Once for each sight: a filter that starts or is restarted from one knows it already.
 void Tracker::correct_matched() {
-  for (std::size_t k = 0; k < seen_.size(); ++k) {
-    if (match_of_seen_[k] < 0) continue;
-    followed_[static_cast<std::size_t>(match_of_seen_[k])].filter.correct(
-        features_of(seen_[k], options_.filter.sigma_floor_radii));
+  for (Followed& followed : followed_) {
+    if (!followed.sight) continue;
+    followed.filter.correct(features_of(seen_[*followed.sight], options_.filter.sigma_floor_radii));
   }
 }
 
@@ -259,7 +254,7 @@ void Tracker::correct_matched() {
 // same ball.
 void Tracker::continue_jumps() {
   for (std::size_t i = 0; i < followed_.size(); ++i) {
-    if (is_matched(i)) continue;
+    if (followed_[i].sight) continue;
     const TangentCone expected = cone_of(followed_[i].filter.value());
     const auto near = [&](const BallObservation& ball) {
       const double ratio = ball.cone.alpha_rad / expected.alpha_rad;
@@ -269,11 +264,11 @@ void Tracker::continue_jumps() {
     std::size_t candidate = seen_.size();
     int candidates = 0;
     for (std::size_t k = 0; k < seen_.size(); ++k) {
-      if (match_of_seen_[k] < 0 && seen_[k].quality >= options_.clear_quality && near(seen_[k]))
+      if (!is_taken(k) && seen_[k].quality >= options_.clear_quality && near(seen_[k]))
         candidate = k, ++candidates;
     }
     if (candidates != 1) continue;
-    match_of_seen_[candidate] = static_cast<int>(i);
+    followed_[i].sight = candidate;
     followed_[i].filter.restart(features_of(seen_[candidate], options_.filter.sigma_floor_radii));
   }
 }

@@ -2,6 +2,7 @@
 // objects of the same colour and shape, and bridges short occlusions.
 #pragma once
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -70,6 +71,7 @@ class Tracker {
     int hits = 1;
     double seen_s = 0;
     BallLight light{};
+    std::optional<std::size_t> sight{};  // its ball among those of this picture
   };
   struct Pair {
     bool tentative;
@@ -80,7 +82,7 @@ class Tracker {
   void set_light();
   void look_under_another_light(const cv::Mat& bgr);
   void learn_light(const cv::Mat& bgr);
-  bool is_matched(std::size_t followed) const;
+  bool is_taken(std::size_t seen) const;
   void look(const cv::Mat& bgr, DetectionStages* stages);
   void look_near_predictions(const cv::Mat& bgr);
   void detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality, DetectionStages* stages);
@@ -102,7 +104,6 @@ class Tracker {
   std::vector<Followed> followed_;
   LeftOut left_out_;                   // of this picture
   std::vector<BallObservation> seen_;  // balls of this picture
-  std::vector<int> match_of_seen_;     // index into followed_, or -1
   std::vector<Pair> pairs_;            // of a track and a ball that may belong together; reused
   std::vector<Track> tracks_;
   int next_id_ = 1;
