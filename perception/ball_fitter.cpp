@@ -26,41 +26,40 @@ BallFitter::BallFitter(std::shared_ptr<const RayTable> rays, const DetectorOptio
     : rays_(std::move(rays)), options_(options), edge_meter_(options.edges) {}
 
 std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex color_class,
-                                                  const CircleEstimate& vote,
+                                                  const CircleEstimate& vote, const TangentCone& voted,
                                                   const std::vector<BoundaryPoint>& boundary, BallFit fit,
                                                   RefinementInput* input) {
   const UndistortedCircle circle{vote.center_px, vote.radius_px};
-  if (input) input->vote = circle;
-  if (fit == BallFit::paper)
-    return finished(refine_paper(bgr, color_class, circle, input), color_class, vote);
-  const double focal_px = rays_->camera().focal_px();
-  const auto voted = cone_near_circle(circle, focal_px);
-  if (!voted) return std::nullopt;
-  const TangentCone start =
-      boundary_cone_.robust(*voted, boundary, focal_px, options_.oval_fraction).value_or(*voted);
-  return finished(refine_sphere(bgr, color_class, start, input), color_class, vote);
+  const auto fitted = [&] {
+    if (fit == BallFit::paper) return refine_paper(bgr, color_class, circle, input);
+    const TangentCone start =
+        boundary_cone_.robust(voted, boundary, rays_->camera().focal_px(), options_.oval_fraction)
+            .value_or(voted);
+    return refine_sphere(bgr, color_class, start, input);
+  };
+  auto ball = finished(fitted(), color_class, circle);
+  if (ball) ball->vote = vote;
+  return ball;
 }
 
 std::optional<BallObservation> BallFitter::refine(const cv::Mat& bgr, ClassIndex color_class,
                                                   const TangentCone& start, RefinementInput* input) {
   const double focal_px = rays_->camera().focal_px();
-  CircleEstimate circle;
-  circle.center_px = focal_px / start.axis.z() * start.axis.head<2>();
-  circle.radius_px = focal_px * std::tan(start.alpha_rad);
-  if (input) input->vote = {circle.center_px, circle.radius_px};
+  const UndistortedCircle circle{focal_px / start.axis.z() * start.axis.head<2>(),
+                                 focal_px * std::tan(start.alpha_rad)};
   return finished(refine_sphere(bgr, color_class, start, input), color_class, circle);
 }
 
 // With what all fits share.
 std::optional<BallObservation> BallFitter::finished(std::optional<BallObservation> ball,
                                                     ClassIndex color_class,
-                                                    const CircleEstimate& vote) const {
+                                                    const UndistortedCircle& start) const {
   if (!ball) return std::nullopt;
   const auto outline = project_sphere(rays_->camera(), ball->cone.axis, std::sin(ball->cone.alpha_rad));
   if (!outline) return std::nullopt;
   ball->outline = *outline;
   ball->color_class = color_class;
-  ball->vote = vote;
+  ball->start = start;
   return ball;
 }
 
@@ -91,7 +90,6 @@ std::optional<BallObservation> BallFitter::refine_sphere(const cv::Mat& bgr, Cla
   ball.step_px = fit->step_px;
   ball.next_step_px = next_step_px;
   ball.one_step_enough = enough;
-  ball.edges_used = fit->used;
   ball.blur_px = edges_.blur_px;
   offsets_ = edge_offsets(edges_, *fit);
   ball.position = position(color_class, *fit);
@@ -116,7 +114,6 @@ std::optional<BallObservation> BallFitter::refine_paper(const cv::Mat& bgr, Clas
   ball.step_px = fit->step_px;
   ball.next_step_px = following_step_px(fit->circle, ring_);
   ball.one_step_enough = ball.next_step_px <= enough_next_step_px;  // said only: the paper's fit is one step
-  ball.edges_used = fit->used;
   if (const BallRadius radius = radius_of(color_class); radius.radius_m > 0) {
     const Eigen::Matrix3d jacobian = paper_position_jacobian(fit->circle, focal_px, radius.radius_m);
     BallPosition position;

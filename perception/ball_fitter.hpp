@@ -25,7 +25,6 @@ inline constexpr double enough_next_step_px = 0.05;
 /// What the last refinement of a candidate started from and used: the material of one-step against converged
 /// fits.
 struct RefinementInput {
-  UndistortedCircle vote;        ///< the circle that the votes gave
   std::vector<RingPixel> ring;   ///< fit paper: the pixels and weights of the step
   TangentCone start;             ///< fit sphere: where the last step started
   std::vector<EdgePoint> edges;  ///< fit sphere: the points and weights of the last step
@@ -37,10 +36,11 @@ class BallFitter {
  public:
   BallFitter(std::shared_ptr<const RayTable> rays, const DetectorOptions& options);
 
-  /// Refines one voted circle with the boundary points it was voted from; nothing where there is no ball's
+  /// Refines one voted circle, whose cone_near_circle is `voted`, with the boundary points it was voted from;
+  /// nothing where there is no ball's
   /// edge. What of an observation tells whether it is a ball is left open. `input` receives what was used.
   std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class,
-                                        const CircleEstimate& vote,
+                                        const CircleEstimate& vote, const TangentCone& voted,
                                         const std::vector<BoundaryPoint>& boundary, BallFit fit,
                                         RefinementInput* input = nullptr);
 
@@ -68,7 +68,7 @@ class BallFitter {
   std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
                                               const UndistortedCircle& circle, RefinementInput* input);
   std::optional<BallObservation> finished(std::optional<BallObservation> ball, ClassIndex color_class,
-                                          const CircleEstimate& vote) const;
+                                          const UndistortedCircle& start) const;
   void measure(const cv::Mat& bgr, const TangentCone& cone);
   std::optional<BallPosition> position(ClassIndex color_class, const ConeFit& fit) const;
 

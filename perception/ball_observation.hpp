@@ -9,6 +9,7 @@
 #include "perception/circle_vote.hpp"
 #include "perception/cone_fit.hpp"
 #include "perception/outline_support.hpp"
+#include "perception/paper_refinement.hpp"
 
 namespace ballservo {
 
@@ -36,14 +37,15 @@ struct BallObservation {
   OutlineSupport support;
   double quality = 0;  ///< 0 to 1
   // How the fit went.
-  CircleEstimate vote;
+  UndistortedCircle start;  ///< where it started: the votes' circle, or an outline that edges show
+  /// What the votes said of the ball's region; nothing where it was found without them.
+  std::optional<CircleEstimate> vote;
   double residual_px = 0;  ///< RMS distance of the edge from the outline
   double step_px = 0;      ///< length of the last Gauss-Newton step
   /// Of the step that would follow it on the same points: what stopping leaves, to first order.
   double next_step_px = 0;
   /// Stopping leaves less than would matter: see enough_next_step_px in ball_fitter.hpp.
   bool one_step_enough = false;
-  int edges_used = 0;
   double blur_px = 0;
 };
 

@@ -26,7 +26,7 @@ std::optional<TangentCone> cone_near_circle(const UndistortedCircle& circle, dou
   constexpr int count = 16;
   Eigen::Matrix<double, 3, count> rays;
   for (int i = 0; i < count; ++i) {
-    const double angle = 2 * 3.14159265358979323846 * i / count;
+    const double angle = 2 * M_PI * i / count;
     const Eigen::Vector2d p =
         circle.center_px + circle.radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     rays.col(i) = Eigen::Vector3d(p.x(), p.y(), focal_px).normalized();

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "calibration/files/numbers.hpp"
 
 namespace ballservo {
 namespace {
@@ -14,6 +17,24 @@ constexpr double cells_a_size = 40;
 constexpr int least_reach = 16;  // points that an arc needs to show its curvature
 
 }  // namespace
+
+void CircleVoteOptions::check(FaultList& faults, const std::string& place) const {
+  const auto positive = [&](const char* name, int value, int most) {
+    if (value < 1 || value > most)
+      faults.add(place + '.' + name, std::to_string(value), "1 to " + std::to_string(most));
+  };
+  constexpr int most_counted = std::numeric_limits<std::uint16_t>::max();
+  positive("stop_at", stop_at, most_counted);
+  positive("max_votes_per_point", max_votes_per_point, most_counted);
+  positive("max_votes", max_votes, most_counted);
+  if (hopeless_after < 0) faults.add(place + ".hopeless_after", std::to_string(hopeless_after), "0 or more");
+  if (!(min_radius_px > 0))
+    faults.add(place + ".min_radius_px", number_text(min_radius_px), "a length above 0 (px)");
+  if (!(max_normal_error_rad > 0 && max_normal_error_rad < 1.6)) {
+    faults.add(place + ".max_normal_error_rad", number_text(max_normal_error_rad),
+               "an angle above 0 and up to a right one (rad)");
+  }
+}
 
 std::optional<Eigen::Vector2d> circumcenter(const Eigen::Vector2d& p1, const Eigen::Vector2d& p2,
                                             const Eigen::Vector2d& p3) {

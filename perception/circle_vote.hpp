@@ -5,8 +5,10 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "calibration/files/fault.hpp"
 #include "calibration/files/random.hpp"
 
 namespace ballservo {
@@ -19,6 +21,8 @@ struct CircleVoteOptions {
   int hopeless_after = 400;
   double min_radius_px = 2.5;
   double max_normal_error_rad = 0.5;  ///< between a point's normal, where it has one, and the circle's
+
+  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
 };
 
 /// Where a region ends: a place (undistorted, px), and the unit normal outwards or (0, 0) where not known.

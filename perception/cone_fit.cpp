@@ -66,7 +66,6 @@ class NormalEquations {
   Eigen::Matrix3d covariance() const {
     return matrix_.topLeftCorner(unknowns_, unknowns_).inverse().topLeftCorner<3, 3>();
   }
-  int used() const { return used_; }
 
  private:
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 5, 5>;  // no heap
@@ -154,7 +153,6 @@ std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std
   fit.oval_rad = step->tail<2>();
   if (!(fit.cone.alpha_rad > 0) || !(fit.cone.alpha_rad < 1.5707)) return std::nullopt;
   fit.step_px = (step->head<2>().norm() + std::abs(step->z())) * px_per_rad;
-  fit.used = normal.used();
   double chi2 = 0, squares_px2 = 0, weights = 0;
   for (const EdgePoint& edge : edges) {
     if (!(edge.weight > 0)) continue;

@@ -30,7 +30,6 @@ struct EdgePoint {
   double sigma_px = 1;           ///< standard deviation of its place across the edge
   double weight = 1;             ///< robust weight, 0 (not the ball's edge) to 1
   double angle_rad = 0;          ///< where on the outline, about the axis of the cone it was sought around
-  double contrast = 0;           ///< step between inside and outside, grey levels
 };
 
 /// One fit's outcome.
@@ -44,7 +43,6 @@ struct ConeFit {
   double residual_px = 0;  ///< weighted RMS of the edge points' distances from the outline, after the step
   double step_px = 0;      ///< largest move of the outline by the step
   double chi2_per_dof = 0;
-  int used = 0;  ///< points of weight above 0
 };
 
 /// Signed angle (rad) of a ray outside the cone (negative inside): angle(u, axis) - alpha.

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include "perception/ball_position.hpp"
 #include "perception/detector.hpp"
 
 namespace ballservo {
@@ -15,7 +14,7 @@ std::vector<Eigen::Vector2d> picture_outline(const Camera& camera, const Tangent
 
 }  // namespace
 
-void Detector::record(int region, const CircleEstimate& vote, const Candidate& candidate,
+void Detector::record(int region, const VotedCircle& circle, const Candidate& candidate,
                       const RefinementInput& input, DetectionStages& stages) const {
   DetectionStages::Candidate shown;
   shown.region = region;
@@ -23,13 +22,12 @@ void Detector::record(int region, const CircleEstimate& vote, const Candidate& c
   shown.outline = remaining_;
   shown.votes = voter_.histogram();
   shown.radius_votes = voter_.radius_histogram();
-  shown.estimate = vote;
+  shown.estimate = circle.estimate;
   shown.accepted = !candidate.reason;
   shown.reason = candidate.reason ? candidate.reason : "";
   shown.support = candidate.support;
   const Camera& camera = rays_->camera();
-  if (const auto cone = cone_near_circle({vote.center_px, vote.radius_px}, camera.focal_px()))
-    shown.estimate_outline_px = picture_outline(camera, *cone);
+  if (circle.cone) shown.estimate_outline_px = picture_outline(camera, *circle.cone);
   for (const RingPixel& pixel : input.ring) shown.ring_px.emplace_back(pixel.u_px, pixel.v_px);
   for (const EdgePoint& edge : input.edges) {
     if (const auto pixel = camera.project(edge.ray); pixel && edge.weight > 0)

@@ -2,25 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "calibration/files/fault.hpp"
 #include "perception/ball_position.hpp"
-#include "perception/ball_shading.hpp"
 #include "perception/classification.hpp"
-#include "perception/outline_steps.hpp"
 #include "perception/region_shape.hpp"
 
 namespace ballservo {
 namespace {
 
 constexpr int worth_sharing_px = 100000;  // below, threads cost more to wake than they save
-constexpr int failures_per_region = 3;
+constexpr int failures_per_region = 3, max_balls_per_region = 8;
+// A region may be less than its ball, whose rim is too dark or too pale for the class, unless a ball of so
+// much quality was found in it, if it is so large and fills its circle so far: then there may be an outline
+// around it, its radius larger by up to a part of the circle's.
+constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
 constexpr std::size_t max_boundary_points = 256;
-constexpr double pi = 3.14159265358979323846;
 // A disc of 12 px radius: a smaller one's edges before its own colour tell nothing (see outline_support).
-constexpr double least_unexplained_px2 = pi * 12 * 12;
+constexpr double least_unexplained_px2 = M_PI * 12 * 12;
 
 // Rings of starts around an expected ball, so that each place within the spread is in reach of one.
 int rings_over(double spread_px, double reach_px) {
@@ -45,7 +45,8 @@ Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const C
 }
 
 const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rect window,
-                                                     DetectionStages* stages) {
+                                                     DetectionStages* stages,
+                                                     std::optional<double> min_quality) {
   check(bgr);
   balls_.clear();
   left_out_ = {};
@@ -63,8 +64,8 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, cv::Rec
   left_out_.shorter_px = regions_.shortest_run_px() > 1 ? regions_.shortest_run_px() : 0;
   left_out_.regions = choose_regions(regions_.regions(), 2 * options_.min_radius_px * options_.min_radius_px,
                                      options_.max_regions, chosen_);
-  find_balls(bgr, window, stages);
-  if (fitter_.learn_response(bgr, balls_)) find_balls(bgr, window, stages);
+  find_balls(bgr, window, min_quality, stages);
+  if (fitter_.learn_response(bgr, balls_)) find_balls(bgr, window, min_quality, stages);
   return balls_;
 }
 
@@ -78,6 +79,7 @@ std::optional<BallObservation> Detector::find_expected(
   segment(bgr, seen);
   if (expected.color_class == no_class || expected.color_class > closed_.size()) return std::nullopt;
   const ColoredPixels colored{expected.color_class, closed_[expected.color_class - 1u], seen.tl()};
+  const Look look = look_at(bgr, colored, expected.min_quality);
   const int rings = rings_over(expected.spread_px, expected.reach_px);
   const double spacing_rad = expected.spread_px / std::max(1, rings) / rays_->camera().focal_px();
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(expected.cone.axis);
@@ -87,7 +89,7 @@ std::optional<BallObservation> Detector::find_expected(
       TangentCone start = expected.cone;
       if (rings > 0)
         start.axis = (start.axis + basis * Eigen::Vector2d(right, down) * spacing_rad).normalized();
-      const auto ball = find_from(bgr, colored, start, expected.reach_px, clearly);
+      const auto ball = find_from(look, start, expected.reach_px, clearly);
       if (ball && may_be(*ball) && (!clearest || ball->quality > clearest->quality)) clearest = ball;
     }
   }
@@ -96,15 +98,12 @@ std::optional<BallObservation> Detector::find_expected(
 
 // The ball whose outline is near the cone's; not clearly: also where it shows less of itself than another
 // must.
-std::optional<BallObservation> Detector::find_from(const cv::Mat& bgr, const ColoredPixels& colored,
-                                                   const TangentCone& start, double reach_px, bool clearly) {
-  const Candidate candidate =
-      judge_scouted(bgr, colored, start, reach_px,
-                    clearly ? options_.min_frayed_edge : options_.min_expected_edge, nullptr);
-  if (!candidate.reason) return candidate.ball;
-  const bool is_there = !clearly && candidate.ball && candidate.support.fill >= options_.min_expected_fill &&
-                        candidate.support.leak <= options_.max_leak &&
-                        share_on_outline(*candidate.ball) >= options_.min_expected_edge;
+std::optional<BallObservation> Detector::find_from(const Look& look, const TangentCone& start,
+                                                   double reach_px, bool clearly) {
+  const Candidate candidate = try_around(
+      look, start, reach_px, clearly ? options_.min_frayed_edge : options_.min_expected_edge, nullptr);
+  const bool is_there = !candidate.reason ||
+                        (!clearly && candidate.ball && look.judge.suffices_where_expected(*candidate.ball));
   return is_there ? candidate.ball : std::nullopt;
 }
 
@@ -124,10 +123,35 @@ void Detector::segment(const cv::Mat& bgr, const cv::Rect& window) {
   morphology_.close(opened_, closed_);
 }
 
-void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, DetectionStages* stages) {
+Detector::Look Detector::look_at(const cv::Mat& bgr, const ColoredPixels& colored,
+                                 std::optional<double> min_quality) const {
+  return {bgr, colored,
+          BallJudge(bgr, colored, *rays_, fitter_, options_, min_quality.value_or(options_.min_quality))};
+}
+
+Detector::VotedCircle Detector::voted_circle(const CircleEstimate& estimate) const {
+  return {estimate, cone_near_circle({estimate.center_px, estimate.radius_px}, rays_->camera().focal_px())};
+}
+
+// Region by region: by votes of its boundary, and where the balls found leave enough of it over, inside it.
+void Detector::find_balls(const cv::Mat& bgr, const cv::Rect& window, std::optional<double> min_quality,
+                          DetectionStages* stages) {
   balls_.clear();
   if (stages) stages->candidates.clear();
-  for (const int region : chosen_) find_balls_in(bgr, window, region, stages);
+  for (const int index : chosen_) {
+    const Region& region = regions_.regions()[static_cast<std::size_t>(index)];
+    const ColoredPixels colored{region.color_class, closed_[region.color_class - 1u], window.tl()};
+    const Look look = look_at(bgr, colored, min_quality);
+    collect_boundary(colored, index);
+    whole_boundary_ = points_;
+    const std::size_t before = balls_.size();
+    vote_for_balls(look, index, stages);
+    // What is left may hide another one, if it is large enough for one to be told from it.
+    double unexplained_px2 = region.pixels;
+    for (std::size_t i = before; i < balls_.size(); ++i)
+      unexplained_px2 -= M_PI * balls_[i].outline.radius_px * balls_[i].outline.radius_px;
+    if (unexplained_px2 > least_unexplained_px2) look_inside(look, index, before, stages);
+  }
   drop_repeated();
 }
 
@@ -168,39 +192,24 @@ void Detector::collect_boundary(const ColoredPixels& colored, int region) {
   remaining_.resize(kept);
 }
 
-void Detector::find_balls_in(const cv::Mat& bgr, const cv::Rect& window, int region_index,
-                             DetectionStages* stages) {
-  const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
-  const ColoredPixels colored{region.color_class, closed_[region.color_class - 1u], window.tl()};
-  collect_boundary(colored, region_index);
-  whole_boundary_ = points_;
-  const std::size_t before = balls_.size();
-  vote_for_balls(bgr, colored, region_index, stages);
-  // What the balls found leave over may hide another one, if it is large enough for one to be told from it.
-  double unexplained_px2 = region.pixels;
-  for (std::size_t i = before; i < balls_.size(); ++i)
-    unexplained_px2 -= pi * balls_[i].outline.radius_px * balls_[i].outline.radius_px;
-  if (unexplained_px2 > least_unexplained_px2) look_inside(bgr, colored, region_index, before, stages);
-}
-
 // By votes of the region's boundary.
-void Detector::vote_for_balls(const cv::Mat& bgr, const ColoredPixels& colored, int region_index,
-                              DetectionStages* stages) {
+void Detector::vote_for_balls(const Look& look, int region_index, DetectionStages* stages) {
   const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
-  const std::uint64_t place = (static_cast<std::uint64_t>(region.box.x + colored.window.x) << 32) ^
-                              (static_cast<std::uint64_t>(region.box.y + colored.window.y) << 16) ^
+  const std::uint64_t place = (static_cast<std::uint64_t>(region.box.x + look.colored.window.x) << 32) ^
+                              (static_cast<std::uint64_t>(region.box.y + look.colored.window.y) << 16) ^
                               static_cast<std::uint64_t>(region.pixels);
   RandomEngine engine = random_stream(options_.seed, "circle_vote", place);
 
   int found = 0;
-  for (int failures = 0; failures < failures_per_region && found < options_.max_balls_per_region;) {
+  for (int failures = 0; failures < failures_per_region && found < max_balls_per_region;) {
     const auto vote = voter_.estimate(points_, engine);
     if (!vote) return;
     RefinementInput input;
     RefinementInput* const wanted = stages ? &input : nullptr;
-    Candidate candidate = judge(bgr, colored, *vote, wanted);
-    if (failures == 0 && !candidate.is_sure()) look_around(bgr, colored, *vote, candidate, wanted);
-    if (stages) record(region_index, *vote, candidate, input, *stages);
+    const VotedCircle circle = voted_circle(*vote);
+    Candidate candidate = try_circle(look, circle, wanted);
+    if (failures == 0) look_around(look, circle, candidate, wanted);
+    if (stages) record(region_index, circle, candidate, input, *stages);
     // Take away what this circle explains, found to be a ball or not, and look at the rest: of a ball also
     // what lies inside its outline, as its terminator does.
     const bool nothing_taken = !take_away(*vote, candidate.reason ? nullptr : &*candidate.ball, stages);
@@ -215,151 +224,93 @@ void Detector::vote_for_balls(const cv::Mat& bgr, const ColoredPixels& colored, 
 }
 
 // By edges inside the region: a ball before a thing of its own colour.
-void Detector::look_inside(const cv::Mat& bgr, const ColoredPixels& colored, int region_index,
-                           std::size_t first_known, DetectionStages* stages) {
+void Detector::look_inside(const Look& look, int region_index, std::size_t first_known,
+                           DetectionStages* stages) {
   const Region& region = regions_.regions()[static_cast<std::size_t>(region_index)];
-  inner_edges_.find(bgr, colored, *rays_, region.box + colored.window, region.pixels, inside_);
+  inner_edges_.find(look.bgr, look.colored, *rays_, region.box + look.colored.window, region.pixels, inside_);
   // What lies on or inside a ball that was found, as its terminator does, is that ball's.
   const auto is_known = [&](const auto& edge) {
     return std::any_of(balls_.begin() + static_cast<std::ptrdiff_t>(first_known), balls_.end(),
                        [&](const BallObservation& ball) {
                          const Eigen::Vector2d at_px = edge.position_px.template cast<double>();
-                         return (at_px - ball.vote.center_px).norm() < 1.1 * ball.vote.radius_px + 2;
+                         return (at_px - ball.start.center_px).norm() < 1.1 * ball.start.radius_px + 2;
                        });
   };
-  while (static_cast<int>(balls_.size() - first_known) < options_.max_balls_per_region) {
+  while (static_cast<int>(balls_.size() - first_known) < max_balls_per_region) {
     whole_boundary_.erase(std::remove_if(whole_boundary_.begin(), whole_boundary_.end(), is_known),
                           whole_boundary_.end());
     inside_.erase(std::remove_if(inside_.begin(), inside_.end(), is_known), inside_.end());
-    const InnerCircle* const circle = inner_circles_.find(bgr, rays_->camera(), whole_boundary_, inside_);
-    if (!circle) return;
-    points_ = circle->outline.points;
+    const InnerCircle* const inner = inner_circles_.find(look.bgr, rays_->camera(), whole_boundary_, inside_);
+    if (!inner) return;
+    const VotedCircle circle = voted_circle(inner->circle);
+    points_ = inner->outline.points;
     remaining_.clear();
     RefinementInput input;
-    Candidate candidate = judge(bgr, colored, circle->circle, stages ? &input : nullptr, true);
-    if (stages) record(region_index, circle->circle, candidate, input, *stages);
+    const Candidate candidate = try_circle(look, circle, stages ? &input : nullptr, true);
+    if (stages) record(region_index, circle, candidate, input, *stages);
     if (candidate.reason) return;
     balls_.push_back(*candidate.ball);
   }
 }
 
 // Is the voted circle a ball? The cheap questions first: most circles are none.
-Detector::Candidate Detector::judge(const cv::Mat& bgr, const ColoredPixels& colored,
-                                    const CircleEstimate& vote, RefinementInput* input, bool inside_region) {
-  if (vote.radius_px < options_.min_radius_px) return {std::nullopt, {}, "too small"};
-  const Camera& camera = rays_->camera();
-  const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, camera.focal_px());
-  if (!voted) return {std::nullopt, {}, "no ball makes this circle"};
-  const TangentCone cone = boundary_cone_.rough(*voted, points_, camera.focal_px());
+Detector::Candidate Detector::try_circle(const Look& look, const VotedCircle& circle, RefinementInput* input,
+                                         bool inside_region) {
+  if (circle.estimate.radius_px < options_.min_radius_px) return {std::nullopt, {}, "too small"};
+  if (!circle.cone) return {std::nullopt, {}, "no ball makes this circle"};
+  const TangentCone cone = boundary_cone_.rough(*circle.cone, points_, rays_->camera().focal_px());
   Candidate candidate;
-  candidate.support = early_support(bgr, colored, cone);
-  candidate.reason = early_rejection(candidate.support);
+  candidate.support = look.judge.early_support(points_, cone);
+  candidate.reason = look.judge.early_rejection(candidate.support);
   if (candidate.reason && !inside_region) return candidate;
 
-  candidate.ball = fitter_.refine(bgr, colored.color_class, vote, points_, options_.fit, input);
-  if (!candidate.ball) {
-    candidate.reason = "no edge along the circle";
-    return candidate;
-  }
-  judge_fitted(bgr, colored, candidate);
+  candidate.ball = fitter_.refine(look.bgr, look.colored.color_class, circle.estimate, *circle.cone, points_,
+                                  options_.fit, input);
+  judge_fitted(look, candidate);
   return candidate;
 }
 
-// A region may be less than its ball, whose rim is too dark or too pale to have the class's colour: perhaps
-// there is an outline around it in the picture.
-void Detector::look_around(const cv::Mat& bgr, const ColoredPixels& colored, const CircleEstimate& vote,
-                           Candidate& candidate, RefinementInput* input) {
-  if (options_.fit != BallFit::sphere || vote.radius_px < options_.min_frayed_radius_px ||
-      candidate.support.fill < options_.min_frayed_fill)
-    return;
-  const auto voted = cone_near_circle({vote.center_px, vote.radius_px}, rays_->camera().focal_px());
-  if (!voted) return;
-  RefinementInput around_input;
-  Candidate around = judge_scouted(bgr, colored, *voted, options_.frayed_reach * vote.radius_px,
-                                   options_.min_frayed_edge, input ? &around_input : nullptr);
-  if (around.reason && around.ball && encloses_region(*around.ball)) {
-    around.reason = nullptr;
-    around.ball->quality = std::max(around.ball->quality, share_on_outline(*around.ball));
-  }
-  if (around.reason || (!candidate.reason && around.ball->quality <= candidate.ball->quality)) return;
-  candidate = around;
-  if (input) *input = std::move(around_input);
-}
-
-// Where the colour ends well inside the outline all around, as in dim light or much compressed pictures, the
-// colour says little of the rim; but the edge runs around all of it.
-bool Detector::encloses_region(const BallObservation& ball) const {
-  if (ball.support.fill < options_.min_enclosed_fill || ball.support.fill > options_.max_enclosed_fill ||
-      share_on_outline(ball) < options_.min_enclosing_edge)
-    return false;
-  const double focal_px = rays_->camera().focal_px();
-  const double reach_px = outline_tolerance_px(ball.outline.radius_px);
-  const auto enclosed =
-      std::count_if(whole_boundary_.begin(), whole_boundary_.end(), [&](const BoundaryPoint& point) {
-        return angle_outside(ball.cone, ray_of(point, focal_px)) * focal_px <= reach_px;
-      });
-  return static_cast<double>(enclosed) >= 0.95 * static_cast<double>(whole_boundary_.size());
-}
-
 // The ball whose outline is near the cone's, by the edges in the picture alone.
-Detector::Candidate Detector::judge_scouted(const cv::Mat& bgr, const ColoredPixels& colored,
-                                            const TangentCone& start, double reach_px, double min_edge,
-                                            RefinementInput* input) {
+Detector::Candidate Detector::try_around(const Look& look, const TangentCone& start, double reach_px,
+                                         double min_edge, RefinementInput* input) {
   OutlineScoutOptions scout;
   scout.reach_px = reach_px;
   scout.min_support = min_edge;
   Candidate candidate;
-  candidate.reason = "no edge along the circle";
-  if (!scout_outline(bgr, rays_->camera(), start, scout, scouted_)) return candidate;
-  candidate.ball = fitter_.refine(bgr, colored.color_class, scouted_.cone, input);
-  if (candidate.ball) judge_fitted(bgr, colored, candidate);
+  if (scout_outline(look.bgr, rays_->camera(), start, scout, scouted_))
+    candidate.ball = fitter_.refine(look.bgr, look.colored.color_class, scouted_.cone, input);
+  judge_fitted(look, candidate);
   return candidate;
 }
 
-// Do outline and colour together show a ball where it was fitted?
-void Detector::judge_fitted(const cv::Mat& bgr, const ColoredPixels& colored, Candidate& candidate) {
-  BallObservation& ball = *candidate.ball;
-  const Camera& camera = rays_->camera();
-  // The paper's fit measures no edges.
-  const bool with_edges = options_.fit == BallFit::sphere;
-  const OutlineSectors sectors =
-      with_edges ? edge_sectors(fitter_.offsets(), outline_tolerance_px(ball.vote.radius_px))
-                 : boundary_sectors(points_, ball.cone, camera.focal_px());
-  const EdgeOffsets offsets = with_edges ? fitter_.offsets() : EdgeOffsets{};
-  candidate.support = ball.support =
-      outline_support(sectors, offsets, ball.blur_px, colored, camera, ball.cone);
-  ball.quality = ball.support.quality();
-  candidate.reason = rejection(ball);
-  if (!candidate.reason && !shows_a_sphere(bgr, colored, ball))
-    candidate.reason = "half of it is hidden, and the rest is not shaded as a sphere";
-}
-
-// What the region's boundary says before any edge was measured, and a quick look at the picture where it has
-// none: as if every edge that may be there lay on the outline.
-OutlineSupport Detector::early_support(const cv::Mat& bgr, const ColoredPixels& colored,
-                                       const TangentCone& cone) const {
-  const Camera& camera = rays_->camera();
-  OutlineSectors sectors = boundary_sectors(points_, cone, camera.focal_px());
-  see_steps_in_own_color(bgr, colored, camera, cone, sectors);
-  EdgeOffsets offsets;
-  offsets.count = sectors.count;
-  for (int i = 0; i < offsets.count; ++i) {
-    const bool seen = sectors.seen[static_cast<std::size_t>(i)];
-    offsets[i] = seen ? 0 : std::numeric_limits<float>::quiet_NaN();
+void Detector::judge_fitted(const Look& look, Candidate& candidate) const {
+  if (!candidate.ball) {
+    candidate.reason = "no edge along the circle";
+    return;
   }
-  return outline_support(sectors, offsets, 0, colored, camera, cone);
+  candidate.reason = look.judge.rejection(points_, *candidate.ball);
+  candidate.support = candidate.ball->support;
 }
 
-// What the boundary says before any edge was measured, with room for what the edges may add.
-const char* Detector::early_rejection(const OutlineSupport& support) const {
-  if (support.arc < 0.6 * options_.min_arc) return "the region's outline follows no circle";
-  // The circle that fits into a box: touched in short stretches, with the colour all around or all inside.
-  if (support.arc_in_runs == 0 && (support.leak > 0.25 || (support.arc < 0.4 && support.fill > 0.9)))
-    return "the region's outline follows no circle";
-  if (support.fill < 0.8 * options_.min_fill) return "too little of the disc has the colour";
-  if (support.leak > options_.max_leak + 0.1) return "the colour runs on around it";
-  if (support.quality() < 0.75 * options_.min_quality) return "outline and colour together are too weak";
-  return nullptr;
+// The outline around a region that may be less than its ball, in the candidate's place where it says more.
+void Detector::look_around(const Look& look, const VotedCircle& circle, Candidate& candidate,
+                           RefinementInput* input) {
+  const double radius_px = circle.estimate.radius_px;
+  const bool is_sure = !candidate.reason && candidate.ball->quality >= sure_quality;
+  if (is_sure || options_.fit != BallFit::sphere || !circle.cone || radius_px < min_frayed_radius_px ||
+      candidate.support.fill < min_frayed_fill)
+    return;
+  RefinementInput around_input;
+  Candidate around = try_around(look, *circle.cone, frayed_reach * radius_px, options_.min_frayed_edge,
+                                input ? &around_input : nullptr);
+  if (around.reason && around.ball && look.judge.encloses(whole_boundary_, *around.ball)) {
+    around.reason = nullptr;
+    around.ball->quality = std::max(around.ball->quality, look.judge.share_on_outline(*around.ball));
+  }
+  if (around.reason || (!candidate.reason && around.ball->quality <= candidate.ball->quality)) return;
+  candidate = around;
+  candidate.ball->vote = circle.estimate;
+  if (input) *input = std::move(around_input);
 }
 
 bool Detector::take_away(const CircleEstimate& vote, const BallObservation* ball, DetectionStages* stages) {
@@ -382,37 +333,6 @@ bool Detector::take_away(const CircleEstimate& vote, const BallObservation* ball
   points_.resize(kept);
   remaining_.resize(kept);
   return taken;
-}
-
-const char* Detector::rejection(const BallObservation& ball) const {
-  if (ball.outline.radius_px < options_.min_radius_px) return "too small";
-  if (ball.support.arc < options_.min_arc) return "too little of the outline has an edge";
-  if (ball.support.fill < options_.min_fill) return "too little of the disc has the colour";
-  const bool is_small = ball.outline.radius_px < options_.small_radius_px;
-  if (ball.support.leak > (is_small ? options_.max_small_leak : options_.max_leak))
-    return "the colour runs on around it";
-  if (ball.quality < options_.min_quality) return "outline and colour together are too weak";
-  return nullptr;
-}
-
-// Half a disc looks like a half-hidden ball, but for its shading. A ball half in shade, or cut by the
-// picture, has its edge all around in the picture even so.
-bool Detector::shows_a_sphere(const cv::Mat& bgr, const ColoredPixels& colored,
-                              const BallObservation& ball) const {
-  if (ball.support.hidden <= options_.max_hidden) return true;
-  if (options_.fit == BallFit::sphere && share_on_outline(ball) >= options_.min_whole) return true;
-  const BallShading shading = ball_shading(bgr, fitter_.response(), colored, *rays_, ball.cone, ball.outline);
-  return shading.strength >= options_.min_shading && shading.explained >= options_.min_shading_explained &&
-         shading.explained > shading.explained_by_two;
-}
-
-// On how much of the outline that runs in the picture an edge lies.
-double Detector::share_on_outline(const BallObservation& ball) const {
-  const EdgeOffsets& offsets = fitter_.offsets();
-  int on_outline = 0;
-  for (int i = 0; i < offsets.count; ++i)
-    on_outline += is_on_outline(offsets[i], ball.outline.radius_px, ball.blur_px) ? 1 : 0;
-  return on_outline / std::max(1.0, static_cast<double>(fitter_.edges().stretches_in_picture));
 }
 
 void Detector::drop_repeated() {

@@ -13,42 +13,22 @@ void DetectorOptions::validate() const {
   const auto fraction = [&](const char* name, double value) {
     if (!(value >= 0 && value <= 1)) faults.add(name, number_text(value), "a number from 0 to 1");
   };
-  fraction("min_arc", min_arc);
-  fraction("min_fill", min_fill);
   fraction("max_leak", max_leak);
   fraction("max_small_leak", max_small_leak);
   fraction("min_quality", min_quality);
-  fraction("max_hidden", max_hidden);
-  fraction("min_whole", min_whole);
-  fraction("min_shading", min_shading);
   fraction("min_shading_explained", min_shading_explained);
   if (!(min_radius_px >= 2))
     faults.add("min_radius_px", number_text(min_radius_px), "a number of at least 2 (px)");
-  if (!(small_radius_px >= 0)) faults.add("small_radius_px", number_text(small_radius_px), "0 or more (px)");
-  if (max_balls_per_region < 1)
-    faults.add("max_balls_per_region", std::to_string(max_balls_per_region), "at least 1");
   if (max_regions < 1) faults.add("max_regions", std::to_string(max_regions), "at least 1");
   if (threads < 1 || threads > most_threads)
     faults.add("threads", std::to_string(threads),
                "a whole number from 1 to " + std::to_string(most_threads));
-  if (!(min_frayed_radius_px >= 0))
-    faults.add("min_frayed_radius_px", number_text(min_frayed_radius_px), "0 or more (px)");
-  if (!(min_frayed_fill >= 0 && min_frayed_fill <= 1))
-    faults.add("min_frayed_fill", number_text(min_frayed_fill), "a number from 0 to 1");
   if (!(min_frayed_edge > 0 && min_frayed_edge <= 1))
     faults.add("min_frayed_edge", number_text(min_frayed_edge), "a number above 0 and at most 1");
-  if (!(frayed_reach >= 0 && frayed_reach <= 1))
-    faults.add("frayed_reach", number_text(frayed_reach), "a number from 0 to 1 (radii)");
   if (!(min_enclosing_edge > 0 && min_enclosing_edge <= 1))
     faults.add("min_enclosing_edge", number_text(min_enclosing_edge), "a number above 0 and at most 1");
-  if (!(min_enclosed_fill >= 0 && min_enclosed_fill <= 1))
-    faults.add("min_enclosed_fill", number_text(min_enclosed_fill), "a number from 0 to 1");
-  if (!(max_enclosed_fill >= min_enclosed_fill && max_enclosed_fill <= 1))
-    faults.add("max_enclosed_fill", number_text(max_enclosed_fill), "from min_enclosed_fill to 1");
   if (!(min_expected_edge > 0 && min_expected_edge <= 1))
     faults.add("min_expected_edge", number_text(min_expected_edge), "a number above 0 and at most 1");
-  if (!(min_expected_fill >= 0 && min_expected_fill <= 1))
-    faults.add("min_expected_fill", number_text(min_expected_fill), "a number from 0 to 1");
   if (max_runs < 1) faults.add("max_runs", std::to_string(max_runs), "at least 1");
   for (const BallRadius& radius : radii) {
     if (!(radius.radius_m >= 0) || !std::isfinite(radius.radius_m))
@@ -58,6 +38,9 @@ void DetectorOptions::validate() const {
   }
   if (!(oval_fraction >= 0 && oval_fraction <= 0.3))
     faults.add("oval_fraction", number_text(oval_fraction), "a number from 0 to 0.3");
+  vote.check(faults, "vote");
+  edges.check(faults, "edges");
+  ring.check(faults, "ring");
   faults.throw_if_any();
 }
 

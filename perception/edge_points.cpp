@@ -6,13 +6,15 @@
 #include <cmath>
 
 #include "calibration/camera/sphere_outline.hpp"
+#include "calibration/files/numbers.hpp"
+#include "perception/outline_shape.hpp"
 
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 // A stretch's place is never believed better than this: what the profile model leaves out (texture, shadows).
 constexpr double sigma_floor_px = 0.01;
+constexpr double least_half_width_px = 2.5;  // of the ring, around small balls
 // What is surely inside or outside for the colours to be compared: clear of the blur.
 constexpr float clear_px = 1.5f;
 // Between levels that near to each other no edge can be placed, however dark it is.
@@ -91,6 +93,28 @@ class OutlineDistance {
 
 }  // namespace
 
+void EdgeRingOptions::check(FaultList& faults, const std::string& place) const {
+  const auto more_than = [&](const char* name, double value, double least, const char* allowed) {
+    if (!(value > least) || !std::isfinite(value))
+      faults.add(place + '.' + name, number_text(value), allowed);
+  };
+  if (!(half_width_px >= least_half_width_px) || !std::isfinite(half_width_px)) {
+    faults.add(place + ".half_width_px", number_text(half_width_px),
+               "at least " + number_text(least_half_width_px) + " (px)");
+  }
+  more_than("stretch_length_px", stretch_length_px, 0, "a length above 0 (px)");
+  more_than("max_stretch_length_px", max_stretch_length_px, 0, "a length above 0 (px)");
+  more_than("max_offset_px", max_offset_px, 0, "a length above 0 (px)");
+  if (!(min_contrast >= 0)) faults.add(place + ".min_contrast", number_text(min_contrast), "0 or more");
+  if (!(max_offset_radii >= 0))
+    faults.add(place + ".max_offset_radii", number_text(max_offset_radii), "0 or more");
+  if (min_stretches < 3) faults.add(place + ".min_stretches", std::to_string(min_stretches), "at least 3");
+  if (max_stretches < min_stretches || max_stretches > most_outline_sectors) {
+    faults.add(place + ".max_stretches", std::to_string(max_stretches),
+               "from min_stretches to " + std::to_string(most_outline_sectors));
+  }
+}
+
 EdgeMeter::Station EdgeMeter::station_at(const Camera& camera, const TangentCone& cone,
                                          const Eigen::Matrix<double, 3, 2>& basis, double angle) {
   Station station;
@@ -123,7 +147,7 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
   const Station &before = stations_[(stretch + count - 1) % count], &after = stations_[(stretch + 1) % count];
   if (!station.visible || !before.visible || !after.visible) return;
   const Eigen::Vector3d along = outline.axis.cross(station.outward);
-  const double sine = std::sin(outline.alpha_rad), step_rad = 2 * pi / static_cast<double>(count);
+  const double sine = std::sin(outline.alpha_rad), step_rad = 2 * M_PI / static_cast<double>(count);
   const float widest = static_cast<float>(std::tan(half_turn_rad)),
               half_width = static_cast<float>(half_width_px);
   // Between the stations the scale changes linearly.
@@ -258,20 +282,20 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
   const Station first = station_at(camera, outline, basis, 0);
   if (!first.visible) return false;
   ring_.radius_px = std::sin(outline.alpha_rad) * first.px_per_rad;
-  ring_.stretches = std::clamp(static_cast<int>(2 * pi * ring_.radius_px / options_.stretch_length_px),
+  ring_.stretches = std::clamp(static_cast<int>(2 * M_PI * ring_.radius_px / options_.stretch_length_px),
                                options_.min_stretches, options_.max_stretches);
   stations_.clear();
   for (int i = 0; i < ring_.stretches; ++i) {
-    stations_.push_back(station_at(camera, outline, basis, 2 * pi * (i + 0.5) / ring_.stretches));
+    stations_.push_back(station_at(camera, outline, basis, 2 * M_PI * (i + 0.5) / ring_.stretches));
     const Eigen::Vector2d& p = stations_.back().pixel_px;
     if (stations_.back().visible && p.minCoeff() >= 1 && p.x() <= size.width - 2 && p.y() <= size.height - 2)
       ++ring_.stretches_in_picture;
   }
   // The ring must leave a core for the level inside, also of a small ball.
-  ring_.half_width_px = std::clamp(0.6 * ring_.radius_px, 2.5, options_.half_width_px);
+  ring_.half_width_px = std::clamp(0.6 * ring_.radius_px, least_half_width_px, options_.half_width_px);
   // A small ball's stretches overlap, for each needs pixels enough; what they share counts once.
   const double least_length_px = options_.stretch_length_px * std::max(1.0, 6 / ring_.radius_px);
-  ring_.half_turn_rad = std::min(std::max(pi / ring_.stretches, 0.5 * least_length_px / ring_.radius_px),
+  ring_.half_turn_rad = std::min(std::max(M_PI / ring_.stretches, 0.5 * least_length_px / ring_.radius_px),
                                  0.5 * options_.max_stretch_length_px / ring_.radius_px);
   ring_.prior.radius_px = ring_.radius_px;
   return ring_.stretches_in_picture > 0;
@@ -284,7 +308,7 @@ double EdgeMeter::evidence(const cv::Mat& bgr, const RayTable& rays, const Tange
   double sum = 0;
   for (const EdgePoint& point : points) {
     if (point.weight < clearly_the_balls) continue;
-    gather(bgr, rays, outline, static_cast<std::size_t>(point.angle_rad / (2 * pi) * ring_.stretches));
+    gather(bgr, rays, outline, static_cast<std::size_t>(point.angle_rad / (2 * M_PI) * ring_.stretches));
     const auto by_a = fit_stretch(a), by_b = fit_stretch(b);
     if (!by_a || !by_b) continue;
     const auto values = 3 * static_cast<double>(pixels_.size());
@@ -305,7 +329,7 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
   edges.stretches = ring_.stretches;
   edges.stretches_in_picture = ring_.stretches_in_picture;
   if (!in_picture) return;
-  const double overlap = std::max(1.0, ring_.half_turn_rad * ring_.stretches / pi);
+  const double overlap = std::max(1.0, ring_.half_turn_rad * ring_.stretches / M_PI);
   blurs_.clear();
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     gather(bgr, rays, outline, i);
@@ -320,8 +344,7 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
     point.ray = outline.axis * std::cos(edge_rad) + station.outward * std::sin(edge_rad);
     point.px_per_rad = station.px_per_rad;
     point.sigma_px = std::hypot(fit->sigma_px * std::sqrt(overlap), sigma_floor_px);
-    point.angle_rad = 2 * pi * (static_cast<double>(i) + 0.5) / ring_.stretches;
-    point.contrast = std::abs(fit->step);
+    point.angle_rad = 2 * M_PI * (static_cast<double>(i) + 0.5) / ring_.stretches;
     edges.points.push_back(point);
     blurs_.push_back(fit->blur_px);
   }

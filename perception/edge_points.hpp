@@ -7,9 +7,11 @@
 
 #include <opencv2/core.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
+#include "calibration/files/fault.hpp"
 #include "perception/camera_response.hpp"
 #include "perception/channel_mix.hpp"
 #include "perception/cone_fit.hpp"
@@ -27,6 +29,8 @@ struct EdgeRingOptions {
   double min_contrast_share = 0.13;  ///< of the brighter side's level, its fullest channel's
   /// How far from the assumed outline an edge may lie: px, or, of a large ball, a part of its radius.
   double max_offset_px = 3, max_offset_radii = 0.07;
+
+  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
 };
 
 /// The edge of one ball in one picture.

@@ -7,7 +7,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double least_radius_before_own_color_px = 12;
 // Where a disc is looked at along a radius: each stands for a sixth of its area.
 constexpr std::array<double, 6> disc_radii{0.2887, 0.5, 0.6455, 0.7638, 0.866, 0.9574};
@@ -46,7 +45,7 @@ double OutlineSupport::quality() const {
 }
 
 void OutlineSectors::see(double angle_rad) {
-  const int sector = static_cast<int>(angle_rad / (2 * pi) * count);
+  const int sector = static_cast<int>(angle_rad / (2 * M_PI) * count);
   if (sector >= 0 && count > 0) seen[static_cast<std::size_t>(std::min(sector, count - 1))] = true;
 }
 
@@ -78,7 +77,7 @@ EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit) {
   offsets.count = std::min(edges.stretches, most_outline_sectors);
   offsets.values.fill(std::numeric_limits<float>::quiet_NaN());
   for (const EdgePoint& edge : edges.points) {
-    const int sector = static_cast<int>(edge.angle_rad / (2 * pi) * offsets.count);
+    const int sector = static_cast<int>(edge.angle_rad / (2 * M_PI) * offsets.count);
     offsets[std::clamp(sector, 0, offsets.count - 1)] =
         static_cast<float>(angle_outside(fit, edge.ray) * edge.px_per_rad);
   }
@@ -108,7 +107,7 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
   int hidden = 0;
   double radius_sum_px = 0;
   for (int i = 0; i < edges.count; ++i) {
-    const double angle = 2 * pi * (i + 0.5) / edges.count;
+    const double angle = 2 * M_PI * (i + 0.5) / edges.count;
     const Eigen::Vector3d outward = basis * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     const auto edge = camera.project(cone.axis * cosine + outward * sine);
     if (!edge) continue;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/files/numbers.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -12,6 +14,15 @@ namespace {
 double grey(const cv::Vec3b& bgr) { return 0.114 * bgr[0] + 0.587 * bgr[1] + 0.299 * bgr[2]; }
 
 }  // namespace
+
+void RingOptions::check(FaultList& faults, const std::string& place) const {
+  if (!(half_width_px > 0) || !std::isfinite(half_width_px))
+    faults.add(place + ".half_width_px", number_text(half_width_px), "a length above 0 (px)");
+  if (!(kept_per_circumference_px > 0) || !std::isfinite(kept_per_circumference_px)) {
+    faults.add(place + ".kept_per_circumference_px", number_text(kept_per_circumference_px),
+               "a number above 0");
+  }
+}
 
 void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const UndistortedCircle& circle,
                         const RingOptions& options, std::vector<RingPixel>& ring) {
@@ -21,8 +32,7 @@ void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const Undistor
   const double focal = rays.camera().focal_px();
   double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
   for (int i = 0; i < 32; ++i) {
-    const double angle = 2 * 3.14159265358979323846 * i / 32,
-                 radius = circle.radius_px + options.half_width_px;
+    const double angle = 2 * M_PI * i / 32, radius = circle.radius_px + options.half_width_px;
     const Eigen::Vector2d p = circle.center_px + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     const auto pixel = rays.camera().project({p.x(), p.y(), focal});
     if (!pixel) continue;
@@ -49,8 +59,7 @@ void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const Undistor
       ring.push_back({position->cast<double>(), gu * gu + gv * gv, u, v});
     }
   }
-  const auto kept = static_cast<std::size_t>(options.kept_per_circumference_px * 2 * 3.14159265358979323846 *
-                                             circle.radius_px);
+  const auto kept = static_cast<std::size_t>(options.kept_per_circumference_px * 2 * M_PI * circle.radius_px);
   if (ring.size() > kept) {
     // Ties by place, so that the choice does not depend on the algorithm.
     const auto stronger = [](const RingPixel& a, const RingPixel& b) {
@@ -94,7 +103,7 @@ std::optional<CircleFit> one_gauss_newton_step(const UndistortedCircle& start,
   // Pixels of the ring repeat each other across its width: count one measurement per pixel of the
   // circumference.
   const double mean_weight = weights / fit.used;
-  const double repeats = std::max(1.0, fit.used / (2 * 3.14159265358979323846 * fit.circle.radius_px));
+  const double repeats = std::max(1.0, fit.used / (2 * M_PI * fit.circle.radius_px));
   fit.covariance_px2 = normal.inverse() * (mean_weight * fit.residual_px * fit.residual_px * repeats);
   return fit;
 }

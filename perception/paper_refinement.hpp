@@ -5,9 +5,11 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
+#include "calibration/files/fault.hpp"
 
 namespace ballservo {
 
@@ -28,6 +30,8 @@ struct RingOptions {
   double half_width_px = 2.5;
   /// How many pixels are kept, as a multiple of the circle's circumference in px: the strongest.
   double kept_per_circumference_px = 1.0;
+
+  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
 };
 
 /// The ring's strongest gradient pixels (central differences of the grey level) around a circle.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/files/numbers.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -16,6 +18,19 @@ Eigen::Matrix<double, 2, 3> normalized_jacobian(const Eigen::Vector3d& axis) {
 }
 
 }  // namespace
+
+void TrackFilterOptions::check(FaultList& faults, const std::string& place) const {
+  const auto at_least_0 = [&](const char* name, double value) {
+    if (!(value >= 0) || !std::isfinite(value))
+      faults.add(place + '.' + name, number_text(value), "a number of 0 or more");
+  };
+  at_least_0("acceleration_radii_s2", acceleration_radii_s2);
+  at_least_0("size_acceleration_s2", size_acceleration_s2);
+  at_least_0("acceleration_lasts_s", acceleration_lasts_s);
+  at_least_0("velocity_radii_s", velocity_radii_s);
+  at_least_0("size_velocity_s", size_velocity_s);
+  at_least_0("sigma_floor_radii", sigma_floor_radii);
+}
 
 BallFeatures features_of(const BallObservation& ball, double sigma_floor_radii) {
   const Eigen::Vector3d& axis = ball.cone.axis;

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 
+#include "calibration/files/fault.hpp"
 #include "perception/ball_observation.hpp"
 
 namespace ballservo {
@@ -33,6 +35,8 @@ struct TrackFilterOptions {
   double velocity_radii_s = 20;  ///< sigma of the velocity at first sight
   double size_velocity_s = 1;
   double sigma_floor_radii = 0.03;
+
+  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
 };
 
 /// Three independent constant-velocity Kalman filters (Bar-Shalom, Li and Kirubarajan 2001, sec. 6.2.2: white
@@ -55,7 +59,6 @@ class TrackFilter {
   Eigen::Vector3d value() const;
   Eigen::Vector3d variance() const;
   Eigen::Vector3d velocity() const;  ///< per s
-  double time_s() const { return time_s_; }
 
  private:
   struct Axis {

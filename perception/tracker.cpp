@@ -47,6 +47,8 @@ void TrackerOptions::validate() const {
   if (!(reach_radii >= 0)) faults.add("reach_radii", number_text(reach_radii), "0 or more (ball radii)");
   if (!(spread_radii >= 0)) faults.add("spread_radii", number_text(spread_radii), "0 or more (ball radii)");
   if (!(jump_radii >= 0)) faults.add("jump_radii", number_text(jump_radii), "0 or more (ball radii)");
+  filter.check(faults, "filter");
+  faults.collect([&] { light.validate(); });
   faults.throw_if_any();
 }
 
@@ -59,6 +61,7 @@ Tracker::Tracker(Detector detector, const TrackerOptions& options)
 const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, DetectionStages* stages) {
   if (!(time_s > time_s_)) return tracks_;
   time_s_ = time_s;
+  left_out_ = {};
   for (Followed& followed : followed_) followed.filter.predict(time_s);
   if (light_) {
     light_->begin(bgr);
@@ -71,24 +74,23 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   correct_matched();
   continue_jumps();
 
-  for (std::size_t i = 0; i < followed_.size(); ++i) {
-    const auto match = std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(i));
-    if (match == match_of_seen_.end()) {
-      miss(followed_[i], time_s, bgr.size());
-    } else {
-      see(followed_[i], seen_[static_cast<std::size_t>(match - match_of_seen_.begin())], time_s);
-    }
+  for (Followed& followed : followed_) {
+    if (followed.sight)
+      see(followed, seen_[*followed.sight], time_s);
+    else
+      miss(followed, time_s, bgr.size());
   }
   followed_.erase(
       std::remove_if(followed_.begin(), followed_.end(), [](const Followed& f) { return f.hits == 0; }),
       followed_.end());
   for (std::size_t i = 0; i < seen_.size(); ++i) {
-    if (match_of_seen_[i] >= 0 || seen_[i].quality < newcomer_quality_) continue;
+    if (is_taken(i) || seen_[i].quality < newcomer_quality_) continue;
     Followed newcomer{
         {next_id_++, seen_[i].color_class, Track::State::tentative, seen_[i]},
         TrackFilter(features_of(seen_[i], options_.filter.sigma_floor_radii), time_s, options_.filter),
         0,
         time_s};
+    newcomer.sight = i;
     see(newcomer, seen_[i], time_s);
     followed_.push_back(newcomer);
   }
@@ -114,7 +116,7 @@ void Tracker::set_light() { detector_.set_light(taught_light_ ? LightCells::as_t
 // A confirmed ball is missing: perhaps the light has changed at once.
 void Tracker::look_under_another_light(const cv::Mat& bgr) {
   const auto is_missing = [&](std::size_t i) {
-    return followed_[i].track.state != Track::State::tentative && !is_matched(i);
+    return followed_[i].track.state != Track::State::tentative && !followed_[i].sight;
   };
   std::size_t missing = 0;
   while (missing < followed_.size() && !is_missing(missing)) ++missing;
@@ -122,10 +124,8 @@ void Tracker::look_under_another_light(const cv::Mat& bgr) {
   set_light();
   look(bgr, nullptr);
   match();
-  const auto found = std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(missing));
-  const bool is_there =
-      found != match_of_seen_.end() &&
-      seen_[static_cast<std::size_t>(found - match_of_seen_.begin())].quality >= newcomer_quality_;
+  const auto& sight = followed_[missing].sight;
+  const bool is_there = sight && seen_[*sight].quality >= newcomer_quality_;
   light_->settle_change(is_there);
   if (is_there) return;
   set_light();
@@ -141,9 +141,9 @@ void Tracker::learn_light(const cv::Mat& bgr) {
   }
 }
 
-bool Tracker::is_matched(std::size_t followed) const {
-  return std::find(match_of_seen_.begin(), match_of_seen_.end(), static_cast<int>(followed)) !=
-         match_of_seen_.end();
+bool Tracker::is_taken(std::size_t seen) const {
+  return std::any_of(followed_.begin(), followed_.end(),
+                     [&](const Followed& followed) { return followed.sight == seen; });
 }
 
 // Near the predictions first, where a weak sight suffices; the whole picture when a ball is missing there,
@@ -155,8 +155,13 @@ void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   const bool all_found = std::all_of(followed_.begin(), followed_.end(),
                                      [&](const Followed& followed) { return is_seen(followed); });
   if (!newcomers && all_found) return;
-  detector_.set_min_quality(all_found ? newcomer_quality_ : expected_quality());
-  for (const BallObservation& ball : detector_.detect(bgr, {}, stages)) add_new(ball);
+  detect(bgr, {}, all_found ? newcomer_quality_ : expected_quality(), stages);
+}
+
+void Tracker::detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality,
+                     DetectionStages* stages) {
+  for (const BallObservation& ball : detector_.detect(bgr, window, stages, min_quality)) add_new(ball);
+  left_out_.add(detector_.left_out());
 }
 
 void Tracker::add_new(const BallObservation& ball) {
@@ -179,19 +184,18 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
                           static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
     if ((window & cv::Rect({0, 0}, bgr.size())).empty()) continue;
     const auto look_for_it = [&](double reach_px, double spread_px, bool clearly) {
+      const double min_quality = clearly ? newcomer_quality_ : expected_quality();
       const auto ball = detector_.find_expected(
-          bgr, window, {followed.track.color_class, cone, reach_px, spread_px}, clearly,
+          bgr, window, {followed.track.color_class, cone, reach_px, spread_px, min_quality}, clearly,
           [&](const BallObservation& found) { return is_plausible(followed, found); });
       if (ball) add_new(*ball);
       return is_seen(followed);
     };
     // Where it is expected, or else anywhere near; a weak sight suffices where no clear one is had.
-    detector_.set_min_quality(newcomer_quality_);
     if (look_for_it(options_.reach_px, 0, true)) continue;
     for (const double quality : {newcomer_quality_, expected_quality()}) {
       if (is_seen(followed)) break;
-      detector_.set_min_quality(quality);
-      for (const BallObservation& ball : detector_.detect(bgr, window)) add_new(ball);
+      detect(bgr, window, quality, nullptr);
     }
     if (!is_seen(followed) && followed.track.state != Track::State::tentative)
       look_for_it(std::max(options_.reach_px, options_.reach_radii * outline->radius_px),
@@ -220,7 +224,7 @@ bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball
 // The likeliest pair first, confirmed tracks before tentative ones: a ball belongs to one track and a track
 // has one ball.
 void Tracker::match() {
-  match_of_seen_.assign(seen_.size(), -1);
+  for (Followed& followed : followed_) followed.sight.reset();
   pairs_.clear();
   for (std::size_t i = 0; i < followed_.size(); ++i) {
     for (std::size_t k = 0; k < seen_.size(); ++k) {
@@ -235,16 +239,14 @@ void Tracker::match() {
            std::tie(b.tentative, b.unlikeliness, b.followed, b.seen);
   });
   for (const Pair& pair : pairs_)
-    if (match_of_seen_[pair.seen] < 0 && !is_matched(pair.followed))
-      match_of_seen_[pair.seen] = static_cast<int>(pair.followed);
+    if (!is_taken(pair.seen) && !followed_[pair.followed].sight) followed_[pair.followed].sight = pair.seen;
 }
 
 // Once for each sight: a filter that starts or is restarted from one knows it already.
 void Tracker::correct_matched() {
-  for (std::size_t k = 0; k < seen_.size(); ++k) {
-    if (match_of_seen_[k] < 0) continue;
-    followed_[static_cast<std::size_t>(match_of_seen_[k])].filter.correct(
-        features_of(seen_[k], options_.filter.sigma_floor_radii));
+  for (Followed& followed : followed_) {
+    if (!followed.sight) continue;
+    followed.filter.correct(features_of(seen_[*followed.sight], options_.filter.sigma_floor_radii));
   }
 }
 
@@ -252,7 +254,7 @@ void Tracker::correct_matched() {
 // same ball.
 void Tracker::continue_jumps() {
   for (std::size_t i = 0; i < followed_.size(); ++i) {
-    if (is_matched(i)) continue;
+    if (followed_[i].sight) continue;
     const TangentCone expected = cone_of(followed_[i].filter.value());
     const auto near = [&](const BallObservation& ball) {
       const double ratio = ball.cone.alpha_rad / expected.alpha_rad;
@@ -262,11 +264,11 @@ void Tracker::continue_jumps() {
     std::size_t candidate = seen_.size();
     int candidates = 0;
     for (std::size_t k = 0; k < seen_.size(); ++k) {
-      if (match_of_seen_[k] < 0 && seen_[k].quality >= options_.clear_quality && near(seen_[k]))
+      if (!is_taken(k) && seen_[k].quality >= options_.clear_quality && near(seen_[k]))
         candidate = k, ++candidates;
     }
     if (candidates != 1) continue;
-    match_of_seen_[candidate] = static_cast<int>(i);
+    followed_[i].sight = candidate;
     followed_[i].filter.restart(features_of(seen_[candidate], options_.filter.sigma_floor_radii));
   }
 }

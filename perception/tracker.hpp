@@ -2,6 +2,7 @@
 // objects of the same colour and shape, and bridges short occlusions.
 #pragma once
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -58,6 +59,8 @@ class Tracker {
   const std::vector<Track>& update(const cv::Mat& bgr, double time_s, DetectionStages* stages = nullptr);
 
   const Detector& detector() const { return detector_; }
+  /// What the looks at the last picture left out.
+  const LeftOut& left_out() const { return left_out_; }
   /// The light that is believed now, against the taught one.
   LogGain light() const { return light_ ? light_->gain() : LogGain::Zero(); }
 
@@ -68,6 +71,7 @@ class Tracker {
     int hits = 1;
     double seen_s = 0;
     BallLight light{};
+    std::optional<std::size_t> sight{};  // its ball among those of this picture
   };
   struct Pair {
     bool tentative;
@@ -78,9 +82,10 @@ class Tracker {
   void set_light();
   void look_under_another_light(const cv::Mat& bgr);
   void learn_light(const cv::Mat& bgr);
-  bool is_matched(std::size_t followed) const;
+  bool is_taken(std::size_t seen) const;
   void look(const cv::Mat& bgr, DetectionStages* stages);
   void look_near_predictions(const cv::Mat& bgr);
+  void detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality, DetectionStages* stages);
   void add_new(const BallObservation& ball);
   bool is_seen(const Followed& followed) const;
   double expected_quality() const;
@@ -97,8 +102,8 @@ class Tracker {
   std::optional<LightAdaptation> light_;
   bool taught_light_ = false;  // looks under the taught light, though another is believed
   std::vector<Followed> followed_;
+  LeftOut left_out_;                   // of this picture
   std::vector<BallObservation> seen_;  // balls of this picture
-  std::vector<int> match_of_seen_;     // index into followed_, or -1
   std::vector<Pair> pairs_;            // of a track and a ball that may belong together; reused
   std::vector<Track> tracks_;
   int next_id_ = 1;

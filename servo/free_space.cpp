@@ -85,7 +85,8 @@ FreeSpace::FreeSpace(const FreeSpaceOptions& options)
     : options_(options),
       free_since_(static_cast<std::size_t>(size) * size, 0),
       marks_(static_cast<std::size_t>(size) * size, 0),
-      suspects_(static_cast<std::size_t>(size / block) * (size / block), 0) {}
+      suspects_(static_cast<std::size_t>(size / block) * (size / block), 0),
+      glimpsed_in_(static_cast<std::size_t>(size) * size, 0) {}
 
 bool FreeSpace::still_counts(std::uint32_t seen, double distance_m, Drift drift) const {
   if (now_ - seen >= epochs_.size()) return false;
@@ -120,7 +121,7 @@ void FreeSpace::set_mark(int column, int row, Mark mark, bool yes) {
   const auto changed = [before, &cell](int marks) {
     return ((cell & marks) != 0 ? 1 : 0) - ((before & marks) != 0 ? 1 : 0);
   };
-  seen_cells_ += changed(standing | glimpsed_even | glimpsed_odd);
+  standing_cells_ += changed(standing);
   // The shift is a floor division for negative indices too.
   std::uint8_t& count = suspects_[block_index(column >> 2, row >> 2)];
   count = static_cast<std::uint8_t>(count + changed(heard | standing));
@@ -133,7 +134,8 @@ void FreeSpace::take_back(const FloorCell& cell) {
 
 void FreeSpace::forget(int column, int row) {
   free_since_[index(column, row)] = never;
-  for (const Mark mark : {heard, standing, glimpsed_even, glimpsed_odd}) set_mark(column, row, mark, false);
+  glimpsed_in_[index(column, row)] = 0;
+  for (const Mark mark : {heard, standing}) set_mark(column, row, mark, false);
 }
 
 /// Keeps the robot in the middle of the window: cells that enter it have never been seen.
@@ -234,7 +236,7 @@ void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number, bool
       free_since_[at] = std::max(free_since_[at], epoch_number);
       if (marks_[at] == 0) continue;
       set_mark(column, row, heard, false);
-      if (by_body) see_floor({column, row});
+      if (by_body) set_mark(column, row, standing, false);
     }
   }
 }

@@ -54,8 +54,8 @@ struct FloorCell {
 /// and the echo is heard twice, something has come, and the whole arc is free no longer. Cells of arcs that
 /// nobody has seen free are *suspected*: a matter for finding ways, not for safety.
 ///
-/// What the camera sees standing on the floor, twice in a row, is *standing*: suspected, not free, and no
-/// firing makes it so, until the camera sees floor there or the robot's body has been there.
+/// What the camera sees standing on the floor in two scans, one after the other, is *standing*: suspected,
+/// not free, and no firing makes it so, until the camera sees floor there or the robot's body has been there.
 class FreeSpace {
  public:
   static constexpr double cell_m = 0.03;
@@ -131,11 +131,9 @@ class FreeSpace {
     constexpr int blocks = size / block, mask = blocks - 1;
     return static_cast<std::size_t>((block_row & mask) * blocks + (block_column & mask));
   }
-  /// What a cell is suspected of: an echo, something that the camera saw, or saw in one frame, of an even or
-  /// an odd number (which alone counts for nothing).
-  enum Mark : std::uint8_t { heard = 1, standing = 2, glimpsed_even = 4, glimpsed_odd = 8 };
+  /// What a cell is suspected of: an echo, or something that the camera saw.
+  enum Mark : std::uint8_t { heard = 1, standing = 2 };
   void set_mark(int column, int row, Mark mark, bool yes);
-  void see_floor(const FloorCell& cell);
   void take_back(const FloorCell& cell);
   const Epoch& epoch(std::uint32_t number) const { return epochs_[number % epochs_.size()]; }
   std::uint32_t epoch_at(double time_s) const;
@@ -164,8 +162,9 @@ class FreeSpace {
   std::array<double, sonar_count> last_range_m_{};
   std::vector<std::uint32_t> free_since_;
   std::vector<std::uint8_t> marks_, suspects_;  // of cells; how many cells of each block are suspected
-  int seen_cells_ = 0;                          // that are standing or glimpsed
-  unsigned scans_ = 0;
+  int standing_cells_ = 0;
+  std::uint32_t scans_ = 1;                 // number of the last scan; the first is 2
+  std::vector<std::uint32_t> glimpsed_in_;  // last scan that showed something in a cell; 0: none
 };
 
 }  // namespace ballservo

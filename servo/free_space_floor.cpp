@@ -36,40 +36,34 @@ void along(const FloorRay& ray, double width_rad, const Eigen::Vector2d& apex, d
 
 }  // namespace
 
-void FreeSpace::see_floor(const FloorCell& cell) {
-  for (const Mark mark : {standing, glimpsed_even, glimpsed_odd})
-    set_mark(cell.column, cell.row, mark, false);
-}
-
 void FreeSpace::look_at_floor(const FloorScan& scan, const Pose2& pose_then) {
   if (!started_ || scan.count < 2 || scan.count > FloorScan::max_rays) return;
   const Eigen::Vector2d apex = in_world_frame(pose_then, {scan.camera_forward_m, 0.0});
   const double width_rad = (scan.rays[scan.count - 1].bearing_rad - scan.rays[0].bearing_rad) /
                            static_cast<double>(scan.count - 1);
   if (!(width_rad > 0.0 && width_rad < 0.2)) return;
-  const Mark now = scans_ % 2 == 0 ? glimpsed_even : glimpsed_odd;
-  const Mark before = scans_ % 2 == 0 ? glimpsed_odd : glimpsed_even;
   ++scans_;
   for (std::size_t k = 0; k < scan.count; ++k) {
     const FloorRay& ray = scan.rays[k];
     if (!sane(ray)) continue;
-    if (seen_cells_ > 0 && scans_ % lifted_every == 0) {
+    if (standing_cells_ > 0 && scans_ % lifted_every == 0) {
       along(ray, width_rad, apex, pose_then.yaw_rad, ray.from_m, ray.clear_m - cell_m,
             [this](const FloorCell& cell) {
-              if (in_window(cell) && marks_[index(cell.column, cell.row)] > heard) see_floor(cell);
+              if (is_standing(cell)) set_mark(cell.column, cell.row, standing, false);
             });
     }
     if (ray.until_m <= ray.clear_m) continue;
-    // What an earlier scan glimpsed stands; scans take turns, so that this one's own glimpses do not count.
+    // What the scan before glimpsed too stands; this one's own glimpses do not count.
     along(ray, width_rad, apex, pose_then.yaw_rad, ray.clear_m, std::min(ray.until_m, ray.clear_m + depth_m),
-          [this, now, before](const FloorCell& cell) {
+          [this](const FloorCell& cell) {
             if (!in_window(cell)) return;
-            if ((marks_[index(cell.column, cell.row)] & before) != 0) {
+            std::uint32_t& glimpsed_in = glimpsed_in_[index(cell.column, cell.row)];
+            if (glimpsed_in == scans_) return;
+            if (glimpsed_in == scans_ - 1) {
               set_mark(cell.column, cell.row, standing, true);
               take_back(cell);
-            } else {
-              set_mark(cell.column, cell.row, now, true);
             }
+            glimpsed_in = scans_;
           });
   }
 }

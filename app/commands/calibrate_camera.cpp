@@ -229,7 +229,9 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
 void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
   CLI::App& command = *calibrate.add_subcommand("camera", "Calibrate a camera from pictures of a flat board");
   const auto options = std::make_shared<CalibrateCameraOptions>();
-  command.add_option("source", options->sources, "Pictures of the board, folders of them, or videos of it")
+  command
+      .add_option("source", options->sources,
+                  "Pictures of the board, folders of them, videos of it, or camera:N")
       ->required()
       ->type_name("SOURCE...");
   command
@@ -261,6 +263,9 @@ void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
   add_common_options(command, options->common);
   command.footer(
       "Beside FILE, FILE.covariance.json says how well the parameters are known.\n"
+      "Of a video or camera:N pictures are taken where the board stands elsewhere: move it, or the camera, "
+      "to\n"
+      "different places; 40 of them, or two minutes of a camera, are enough.\n"
       "Example:\n"
       "  ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 --square 0.025 "
       "--model brown -o "

@@ -59,9 +59,7 @@ void write_preview(const OutputFolder& folder, const Lesson& lesson) {
   for (std::size_t i = 0; i < lesson.pictures.size(); ++i) {
     throw_if_interrupted();
     const std::string stem = std::filesystem::path(lesson.pictures[i].source).stem().string();
-    std::string name = stem;
-    for (int n = 2; !used.insert(name).second; ++n) name = fmt::format("{}_{}", stem, n);
-    write_panels(folder, name + "_", color_preview(lesson.colors, lesson.pictures, i));
+    write_panels(folder, unused_name(used, stem) + "_", color_preview(lesson.colors, lesson.pictures, i));
   }
 }
 

@@ -81,7 +81,7 @@ nlohmann::json results_json(const ComparedCameras& compared) {
 
 void print_summary(const ComparedCameras& compared) {
   const CameraDifference& d = compared.difference;
-  const Eigen::Vector3d degrees = 180 / 3.14159265358979323846 * d.rotation_rad;
+  const Eigen::Vector3d degrees = 180 / M_PI * d.rotation_rad;
   fmt::print("rotation between their frames, taken out: {:.4f} deg (about x {:.4f}, y {:.4f}, z {:.4f})\n",
              degrees.norm(), degrees.x(), degrees.y(), degrees.z());
   fmt::print("in the picture: median {:.4f} px, RMS {:.4f} px, at most {:.4f} px\n", d.shift_px.median,

@@ -95,8 +95,7 @@ std::optional<UnitBall> unit_ball(Measurement& task, const cv::Mat& bgr, std::st
   for (const BallObservation& ball : task.detector.detect(bgr)) {
     if (!ball.position || (wanted && ball.color_class != *wanted)) continue;
     balls.push_back(&ball);
-    names += (names.empty() ? "" : ", ") +
-             task.colors->classes[static_cast<std::size_t>(ball.color_class) - 1].name;
+    names += (names.empty() ? "" : ", ") + task.colors->name_of(ball.color_class);
   }
   if (balls.empty()) reason = "no ball in it";
   if (balls.size() > 1)
@@ -264,7 +263,9 @@ void add_calibrate_radius_command(CLI::App& calibrate, Action& action) {
   CLI::App& command = *calibrate.add_subcommand(
       "radius", "Measure a ball's diameter in pictures at known distances, or on a board's plane");
   const auto options = std::make_shared<CalibrateRadiusOptions>();
-  command.add_option("source", options->sources, "Pictures of the ball, or folders of pictures")
+  command
+      .add_option("source", options->sources,
+                  "Pictures of the ball, or folders of pictures; no videos, no camera:N")
       ->required()
       ->type_name("SOURCE...");
   command.add_option("--colors", options->colors, "The colours file that `calibrate colors` wrote")

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/commands/command.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
 #include "calibration/color/color_file.hpp"
@@ -10,17 +11,6 @@
 
 namespace ballservo {
 namespace {
-
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  std::size_t begin = 0;
-  while (true) {
-    const std::size_t end = text.find(separator, begin);
-    parts.push_back(text.substr(begin, end - begin));
-    if (end == std::string::npos) return parts;
-    begin = end + 1;
-  }
-}
 
 /// "NAME=REST"; nothing if there is no name or no rest.
 std::optional<std::pair<std::string, std::string>> named(const std::string& text) {

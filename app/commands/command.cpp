@@ -1,5 +1,6 @@
 #include "app/commands/command.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <limits>
@@ -24,6 +25,23 @@ void apply(const CommonOptions& options) {
 }
 
 }  // namespace
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::size_t begin = 0;
+  while (true) {
+    const std::size_t end = text.find(separator, begin);
+    parts.push_back(text.substr(begin, end - begin));
+    if (end == std::string::npos) return parts;
+    begin = end + 1;
+  }
+}
+
+std::string unused_name(std::set<std::string>& used, const std::string& name) {
+  std::string candidate = name;
+  for (int i = 2; !used.insert(candidate).second; ++i) candidate = fmt::format("{}_{}", name, i);
+  return candidate;
+}
 
 CLI::Option* add_number_option(CLI::App& command, const std::string& name, double& value,
                                const NumberRange& range, const std::string& help) {

@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "calibration/files/image_file.hpp"
 #include "calibration/files/output.hpp"
@@ -45,6 +47,13 @@ CLI::Option* add_number_option(CLI::App& command, const std::string& name, doubl
                                const NumberRange& range, const std::string& help);
 CLI::Option* add_integer_option(CLI::App& command, const std::string& name, int& value, int low, int high,
                                 const std::string& help);
+
+/// The parts of a text between separators; where there is none, the text itself.
+std::vector<std::string> split(const std::string& text, char separator);
+
+/// A name that is in `used` from now on and was not before: `name`, or it with the first of _2, _3 ... that
+/// is free. Pictures of one name in different folders must not overwrite each other's results.
+std::string unused_name(std::set<std::string>& used, const std::string& name);
 
 /// What main runs once the command line is parsed; returns an exit code, throws InputError, Refusal or
 /// Interrupted.

@@ -33,13 +33,6 @@ std::string frame_name(const Frame& frame, bool of_video) {
   return of_video ? fmt::format("{}_{:06}", stem, frame.index) : stem;
 }
 
-// Two pictures of the same name in different folders must not overwrite each other's results.
-std::string unused_name(std::set<std::string>& used, const std::string& name) {
-  std::string candidate = name;
-  for (int i = 2; !used.insert(candidate).second; ++i) candidate = fmt::format("{}_{}", name, i);
-  return candidate;
-}
-
 int run_detect(const DetectOptions& options) {
   check_not_an_input(options.output, options.balls, options.sources);
   const DetectorFactory factory(options.balls, options.common.seed, options.common.threads);
@@ -79,8 +72,7 @@ int run_detect(const DetectOptions& options) {
       left_out.add(detector.left_out(), frame->source, frame->index);
       nlohmann::json listed = nlohmann::json::array();
       for (const BallObservation& ball : balls) {
-        const std::string& name =
-            factory.colors().classes[static_cast<std::size_t>(ball.color_class) - 1].name;
+        const std::string& name = factory.colors().name_of(ball.color_class);
         csv += ball_row({frame->source, frame->index, frame->time_s, {}, name, "detected"},
                         factory.with_total_covariance(ball));
         listed.push_back({{"class", name},
@@ -99,8 +91,7 @@ int run_detect(const DetectOptions& options) {
       if (overlay_folder) {
         cv::Mat picture = frame->bgr.clone();
         for (const BallObservation& ball : balls) {
-          const std::string& class_name =
-              factory.colors().classes[static_cast<std::size_t>(ball.color_class) - 1].name;
+          const std::string& class_name = factory.colors().name_of(ball.color_class);
           const std::string label =
               ball.position ? fmt::format("{} {:.3f} m", class_name, ball.position->p_C.norm()) : class_name;
           draw_ball(picture, detector.rays().camera(), ball, label, {255, 0, 255});

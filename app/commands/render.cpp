@@ -9,6 +9,7 @@
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
 #include "app/experiment/scenario.hpp"
+#include "app/experiment/simulated_camera.hpp"
 #include "app/io/ball_rows.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
@@ -41,17 +42,6 @@ std::string truth_row(const std::string& source, const BallTruth& truth) {
                      number_text(truth.visible_fraction));
 }
 
-/// The instants of a frame's exposure, for a robot that stands.
-std::vector<CameraView> exposure_of(const Scenario& scenario, double middle_s) {
-  std::vector<CameraView> views;
-  const int steps = scenario.camera.exposure_steps;
-  for (int k = 0; k < steps; ++k) {
-    const double share = (k + 0.5) / steps - 0.5;
-    views.push_back({scenario.X_WC(scenario.robot.pose), middle_s + share * scenario.camera.exposure_s});
-  }
-  return views;
-}
-
 /// The camera beside the pictures, in the format that its model and the others' tools like best.
 void write_camera(const OutputFolder& folder, const Camera& camera) {
   const bool visp = camera.parameters().model == LensModel::visp;
@@ -73,34 +63,34 @@ int run_render(const RenderOptions& options) {
                      "at most " + number_text(options.common.max_pixels) + " pixels (--max-pixels)");
   }
   OutputFolder folder(options.output, options.common.overwrite());
-  const CameraRenderer renderer(scenario.camera.camera, scenario.world, scenario.camera.sensor);
+  SimulatedCamera camera(scenario, options.common.seed, true);
   write_camera(folder, scenario.camera.camera);
 
   std::string rows = truth_header;
   Progress progress("render", options.frames, options.common.quiet);
-  int frame = 0;
-  for (; frame < options.frames && !interrupt_requested(); ++frame) {
-    const double time_s = frame / scenario.camera.rate_hz;
-    const std::string source = fmt::format("frame_{:04}.png", frame);
-    const auto picture = renderer.render(exposure_of(scenario, time_s), options.common.seed,
-                                         static_cast<std::uint64_t>(frame));
-    write_image(folder.path() / source, picture);
-    const CameraView middle{scenario.X_WC(scenario.robot.pose), time_s};
-    for (const BallTruth& truth : ball_truth(scenario.camera.camera, scenario.world, middle)) {
+  int pictures = 0;
+  while (camera.frame() < options.frames && !interrupt_requested()) {
+    const auto exposed = camera.expose(camera.next_s(), scenario.robot.pose);
+    progress.step(camera.frame());
+    if (!exposed) continue;
+    const std::string source = fmt::format("frame_{:04}.png", exposed->frame);
+    write_image(folder.path() / source, exposed->picture);
+    for (const BallTruth& truth : ball_truth(scenario.camera.camera, scenario.world, exposed->middle))
       rows += truth_row(source, truth);
-    }
-    progress.step(frame + 1);
+    ++pictures;
   }
-  const bool interrupted = frame < options.frames;
+  const bool interrupted = camera.frame() < options.frames;
+  if (pictures == 0 && !interrupted)
+    throw Refusal(fmt::format("no picture: camera.faults drop all {} frames", options.frames));
   folder.write("truth.csv", rows);
   folder.commit();
-  write_json_results(options.common, {{"pictures", frame},
+  write_json_results(options.common, {{"pictures", pictures},
                                       {"balls", scenario.world.balls.size()},
                                       {"scenario", nlohmann::json::parse(scenario.resolved_json)},
                                       {"seed", options.common.seed},
                                       {"interrupted", interrupted}});
   if (!options.common.quiet) {
-    fmt::print("{} picture{}, truth.csv and the camera: {}{}\n", frame, frame == 1 ? "" : "s",
+    fmt::print("{} picture{}, truth.csv and the camera: {}{}\n", pictures, pictures == 1 ? "" : "s",
                options.output.string(), interrupted ? " (interrupted)" : "");
   }
   return interrupted ? exit_interrupted : exit_done;
@@ -115,16 +105,16 @@ void add_render_command(CLI::App& program, Action& action) {
       "Example:\n"
       "  ballservo render data/scenarios/static_ball.yaml -o pictures --frames 10\n"
       "\n"
-      "The robot stands at its start; frames follow each other at the camera's rate, and balls move by their "
-      "own\n"
-      "motion. DIR holds frame_0000.png and so on, truth.csv (a row for each ball and picture) and the "
-      "camera's\n"
+      "The robot stands at its start; frames follow each other at the camera's rate, and balls move by\n"
+      "their own motion. They are the frames of servo with the same seed as long as its robot stands:\n"
+      "camera.faults darken them, or drop some, which leaves gaps in the numbers.\n"
+      "DIR holds frame_0000.png and so on, truth.csv (a row for each ball and picture) and the camera's\n"
       "file (camera.yaml; camera.xml for a ViSP model).");
   command->add_option("SCENARIO", options->scenario, "A scenario (YAML)")->required();
   command->add_option("-o,--output", options->output, "Folder for the pictures")
       ->required()
       ->type_name("DIR");
-  add_integer_option(*command, "--frames", options->frames, 1, 1000000, "How many pictures (default 30)");
+  add_integer_option(*command, "--frames", options->frames, 1, 1000000, "How many frames (default 30)");
   add_set_option(*command, options->sets);
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_render(*options); }; });

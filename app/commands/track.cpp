@@ -53,7 +53,7 @@ cv::Scalar state_color(Track::State state) {
 
 void draw_tracks(cv::Mat& picture, const std::vector<Track>& tracks, const Detector& detector) {
   for (const Track& track : tracks) {
-    const std::string& name = detector.colors().classes[static_cast<std::size_t>(track.color_class) - 1].name;
+    const std::string& name = detector.colors().name_of(track.color_class);
     std::string label = fmt::format("{} {} {}", track.id, name, state_name(track.state));
     if (track.ball.position) label += fmt::format(" {:.3f} m", track.ball.position->p_C.norm());
     draw_ball(picture, detector.rays().camera(), track.ball, label, state_color(track.state));
@@ -112,11 +112,10 @@ int run_track(const TrackOptions& options) {
       DetectionStages stages;
       const std::vector<Track>& tracks =
           tracker->update(frame->bgr, frame->time_s, staged ? &stages : nullptr);
-      left_out.add(tracker->detector().left_out(), frame->source, frame->index);
+      left_out.add(tracker->left_out(), frame->source, frame->index);
       bool with_ball = false;
       for (const Track& track : tracks) {
-        const std::string& name =
-            factory.colors().classes[static_cast<std::size_t>(track.color_class) - 1].name;
+        const std::string& name = factory.colors().name_of(track.color_class);
         csv += ball_row({frame->source, frame->index, frame->time_s, track.id, name, state_name(track.state)},
                         factory.with_total_covariance(track.ball));
         const bool seen = track.state != Track::State::coasting;

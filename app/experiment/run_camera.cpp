@@ -1,7 +1,7 @@
 #include "app/experiment/run_camera.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include "app/experiment/cpu_clock.hpp"
 #include "calibration/files/fault.hpp"
@@ -42,70 +42,29 @@ std::unique_ptr<FloorSight> make_floor_sight(const Scenario& scenario, const Run
 
 RunCamera::RunCamera(const Scenario& scenario, const RunOptions& options)
     : scenario_(scenario),
-      seed_(options.seed),
       image_(options.perception == PerceptionLevel::image),
       sight_(make_sight(scenario, options)),
       floor_(make_floor_sight(scenario, options)),
-      faults_(scenario.camera.faults, options.seed) {
-  if (image_ || options.on_picture) {
-    renderer_ =
-        std::make_unique<CameraRenderer>(scenario.camera.camera, scenario.world, scenario.camera.sensor);
-  }
-  const int steps = renderer_ ? scenario.camera.exposure_steps : 1;
-  for (int i = 0; i < steps; ++i) {
-    if (steps % 2 == 0 && i == steps / 2) instants_.push_back({0.5, false});
-    instants_.push_back({(i + 0.5) / steps, true});
-  }
-}
-
-double RunCamera::start_s() const { return static_cast<double>(frame_) / scenario_.camera.rate_hz; }
-
-double RunCamera::next_s() const {
-  return start_s() + scenario_.camera.exposure_s * instants_[next_instant_].share;
-}
-
-long RunCamera::skip_to(double time_s) {
-  if (next_instant_ != 0) return 0;
-  const long first = frame_;
-  frame_ = std::max(first, static_cast<long>(std::ceil(time_s * scenario_.camera.rate_hz - 1e-9)));
-  return frame_ - first;
-}
+      camera_(scenario, options.seed, image_ || options.on_picture) {}
 
 std::optional<SeenFrame> RunCamera::expose(double time_s, const Pose2& robot, std::string& rows) {
-  const CameraView view{scenario_.X_WC(robot), time_s};
-  const Instant& instant = instants_[next_instant_];
-  if (instant.rendered) views_.push_back(view);
-  if (instant.share == 0.5) {
-    middle_ = view;
-    middle_robot_ = robot;
-  }
-  if (++next_instant_ < instants_.size()) return std::nullopt;
-  std::optional<SeenFrame> frame;
-  if (!faults_.drops(middle_.time_s)) frame = finish(rows);
-  views_.clear();
-  next_instant_ = 0;
-  ++frame_;
-  return frame;
+  auto exposed = camera_.expose(time_s, robot);
+  if (!exposed) return std::nullopt;
+  return look(std::move(*exposed), rows);
 }
 
-SeenFrame RunCamera::finish(std::string& rows) {
+SeenFrame RunCamera::look(ExposedFrame&& exposed, std::string& rows) {
   const CameraSettings& camera = scenario_.camera;
   SeenFrame frame;
   FrameRecord& record = frame.record;
-  record.frame = static_cast<int>(frame_);
-  record.time_s = middle_.time_s;
-  BallTruth target = ball_truth(camera.camera, scenario_.world, middle_, scenario_.target);
+  record.frame = static_cast<int>(exposed.frame);
+  record.time_s = exposed.middle.time_s;
+  BallTruth target = ball_truth(camera.camera, scenario_.world, exposed.middle, scenario_.target);
   record.truth = target.outline;
   record.truth_p_CB = target.p_CB;
   record.visible_fraction = target.visible_fraction;
-  const double level = faults_.level(middle_.time_s);
-  if (renderer_) {
-    SensorOptions sensor = camera.sensor;
-    sensor.gain *= level;
-    frame.picture =
-        ballservo::expose(renderer_->radiance(views_), sensor, seed_, static_cast<std::uint64_t>(frame_));
-  }
-  const bool shows_colors = CameraFaults::shows_colors(level);
+  frame.picture = std::move(exposed.picture);
+  const bool shows_colors = CameraFaults::shows_colors(exposed.level);
   if (!shows_colors) target.visible_fraction = 0;  // for levels without pictures
 
   SightInput input;
@@ -116,12 +75,12 @@ SeenFrame RunCamera::finish(std::string& rows) {
   const double before_s = thread_cpu_s();
   const Sight sight = sight_->look(input, rows);
   if (floor_ && (image_ || shows_colors)) {
-    frame.floor = floor_->look({input.frame, input.time_s, middle_robot_, input.picture, sight.outline});
+    frame.floor = floor_->look({input.frame, input.time_s, exposed.robot, input.picture, sight.outline});
   }
   frame.perception_ms = (thread_cpu_s() - before_s) * 1e3;
   record.measurement = sight.measurement;
   record.measured = sight.outline;
-  frame.arrives_s = std::max(record.time_s + camera.latency_s, start_s() + camera.exposure_s);
+  frame.arrives_s = std::max(record.time_s + camera.latency_s, exposed.start_s + camera.exposure_s);
   return frame;
 }
 

@@ -1,4 +1,4 @@
-// The simulated camera of a run: exposes at its rate, and what was seen in its frames arrives late.
+// The camera of a run with what looks at its frames: what was seen in them arrives late.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 #include "app/experiment/floor_sight.hpp"
 #include "app/experiment/runner.hpp"
 #include "app/experiment/scenario.hpp"
-#include "servo/simulation/camera_renderer.hpp"
+#include "app/experiment/simulated_camera.hpp"
 
 namespace ballservo {
 
@@ -29,38 +29,23 @@ class RunCamera {
   RunCamera(const Scenario& scenario, const RunOptions& options);
 
   /// When the next instant of an exposure is due (s).
-  double next_s() const;
+  double next_s() const { return camera_.next_s(); }
 
   /// Takes that instant, at `time_s`, with the robot where it is then. The frame, where this was its last
   /// instant and was not dropped; the rows of its balls (tracks.csv) are then appended to `rows`.
   std::optional<SeenFrame> expose(double time_s, const Pose2& robot, std::string& rows);
 
   /// Leaves out the frames that should have begun before that time, the one under way apart; how many.
-  long skip_to(double time_s);
+  long skip_to(double time_s) { return camera_.skip_to(time_s); }
 
  private:
-  /// An instant of the exposure, in shares of it; the middle is looked at even where it is not one of those
-  /// rendered.
-  struct Instant {
-    double share = 0.5;
-    bool rendered = true;
-  };
-  double start_s() const;
-  SeenFrame finish(std::string& rows);
+  SeenFrame look(ExposedFrame&& exposed, std::string& rows);
 
   const Scenario& scenario_;
-  std::uint64_t seed_;
   bool image_;
   std::unique_ptr<BallSight> sight_;
-  std::unique_ptr<FloorSight> floor_;         // where the floor is looked at
-  std::unique_ptr<CameraRenderer> renderer_;  // where pictures are needed
-  CameraFaults faults_;
-  std::vector<Instant> instants_;
-  long frame_ = 0;
-  std::size_t next_instant_ = 0;
-  std::vector<CameraView> views_;
-  CameraView middle_;
-  Pose2 middle_robot_;
+  std::unique_ptr<FloorSight> floor_;  // where the floor is looked at
+  SimulatedCamera camera_;
 };
 
 }  // namespace ballservo

@@ -20,8 +20,9 @@ namespace ballservo {
 namespace {
 
 constexpr int max_size_difference_px = 2;
-constexpr std::size_t max_video_pictures = 40;
-constexpr double least_motion = 0.04;  // of the picture's width, between two pictures taken from a video
+constexpr std::size_t most_moving_pictures = 40;
+constexpr double most_camera_s = 120;
+constexpr double least_motion = 0.04;  // of the picture's width, between two pictures of a moving board
 
 using GridSize = std::pair<int, int>;
 
@@ -69,46 +70,15 @@ double mean_motion_px(const BoardView& a, const BoardView& b) {
   return sum / static_cast<double>(count);
 }
 
-/// The pictures of a video in which the board stands elsewhere than in those taken before.
-std::vector<BoardPicture> video_pictures(const std::filesystem::path& file, const BoardSearch& search) {
-  std::vector<BoardPicture> taken;
-  const auto sequence = std::move(open_sources({file.string()}, 30, search.max_pixels).front());
-  Progress progress(file.filename().string(), sequence->length(), search.quiet);
-  constexpr int step = 5;  // neighbouring pictures are alike
-  std::optional<GridSize> last_seen;
-  while (auto frame = taken.size() < max_video_pictures ? sequence->next() : std::nullopt) {
-    throw_if_interrupted();
-    progress.step(frame->index + 1);
-    if (frame->index % step != 0) continue;
-    BoardPicture picture;
-    picture.file = file;
-    picture.frame = frame->index;
-    picture.decoded = frame->bgr;
-    search_in(picture, search);
-    last_seen = picture.seen ? picture.seen : last_seen;
-    if (!picture.view) continue;
-    const bool is_new = std::all_of(taken.begin(), taken.end(), [&](const BoardPicture& other) {
-      return mean_motion_px(*picture.view, *other.view) > least_motion * frame->bgr.cols;
-    });
-    if (is_new) taken.push_back(std::move(picture));
-  }
-  if (taken.empty()) {
-    BoardPicture& none = taken.emplace_back();
-    none.file = file;
-    none.seen = last_seen;
-    none.rejected = "the board was found in none of its pictures";
-  }
-  return taken;
-}
-
 /// The sizes of all pictures before any is decoded; every file that cannot be read is a fault.
 std::vector<BoardPicture> list_pictures(const std::vector<std::string>& sources, const BoardSearch& search) {
   std::vector<BoardPicture> pictures;
   FaultList faults;
-  for (const SourceFile& file : image_and_video_files(sources)) {
+  for (const SourceFile& file : source_files(sources)) {
     faults.collect([&] {
-      if (file.is_video) {
-        for (BoardPicture& picture : video_pictures(file.path, search))
+      if (file.kind != SourceFile::Kind::image) {
+        const auto sequence = std::move(open_sources({file.path.string()}, 30, search.max_pixels).front());
+        for (BoardPicture& picture : pictures_of_moving_board(*sequence, file, search))
           pictures.push_back(std::move(picture));
         return;
       }
@@ -195,6 +165,40 @@ std::vector<const BoardPicture*> BoardPictures::used() const {
   for (const BoardPicture& picture : all)
     if (picture.view && picture.rejected.empty()) result.push_back(&picture);
   return result;
+}
+
+std::vector<BoardPicture> pictures_of_moving_board(FrameSequence& sequence, const SourceFile& source,
+                                                   const BoardSearch& search) {
+  std::vector<BoardPicture> taken;
+  const bool is_camera = source.kind == SourceFile::Kind::camera;
+  Progress progress(is_camera ? "places of the board" : source.path.filename().string(),
+                    is_camera ? static_cast<long>(most_moving_pictures) : sequence.length(), search.quiet);
+  constexpr int step = 5;  // neighbouring pictures are alike
+  std::optional<GridSize> last_seen;
+  while (auto frame = taken.size() < most_moving_pictures ? sequence.next() : std::nullopt) {
+    throw_if_interrupted();
+    progress.step(is_camera ? static_cast<long>(taken.size()) : frame->index + 1);
+    if (is_camera && frame->time_s > most_camera_s) break;
+    if (frame->index % step != 0) continue;
+    BoardPicture picture;
+    picture.file = source.path;
+    picture.frame = frame->index;
+    picture.decoded = frame->bgr;
+    search_in(picture, search);
+    last_seen = picture.seen ? picture.seen : last_seen;
+    if (!picture.view) continue;
+    const bool is_new = std::all_of(taken.begin(), taken.end(), [&](const BoardPicture& other) {
+      return mean_motion_px(*picture.view, *other.view) > least_motion * frame->bgr.cols;
+    });
+    if (is_new) taken.push_back(std::move(picture));
+  }
+  if (taken.empty()) {
+    BoardPicture& none = taken.emplace_back();
+    none.file = source.path;
+    none.seen = last_seen;
+    none.rejected = "the board was found in none of its pictures";
+  }
+  return taken;
 }
 
 BoardPictures find_boards(const std::vector<std::string>& sources, const BoardSearch& search) {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/io/image_source.hpp"
 #include "calibration/camera/board.hpp"
 #include "calibration/camera/image_size.hpp"
 
@@ -16,8 +17,8 @@ namespace ballservo {
 /// What became of one picture.
 struct BoardPicture {
   std::filesystem::path file;
-  int frame = -1;                 ///< of a video; -1 for a still
-  cv::Mat decoded;                ///< a video's picture; stills are read again where they are needed
+  int frame = -1;                 ///< of a video or camera; -1 for a still
+  cv::Mat decoded;                ///< a video's or camera's; stills are read again where they are needed
   std::optional<ImageSize> size;  ///< from the header; nothing where only the decoder can tell
   std::optional<BoardView> view;
   std::optional<std::pair<int, int>> seen;  ///< size of the chessboard that is there, the larger side first
@@ -43,8 +44,13 @@ struct BoardSearch {
   bool quiet = false;
 };
 
-/// Looks for the board in all pictures, several at a time; what is found does not depend on how many. Of a
-/// video those pictures are taken that show the board at different places (at most 40).
+/// The pictures of a video or camera in which the board stands elsewhere than in those taken before, at most
+/// 40; where there is none, one that says so. A camera is looked through for two minutes at most.
+std::vector<BoardPicture> pictures_of_moving_board(FrameSequence& sequence, const SourceFile& source,
+                                                   const BoardSearch& search);
+
+/// Looks for the board in all pictures, several at a time; what is found does not depend on how many. Of
+/// videos and cameras those that pictures_of_moving_board takes.
 ///
 /// Pictures one or two pixels larger or smaller than most are used as they stand, the top-left pixel being
 /// the same (a shift of a pixel is next to nothing for the pose that absorbs it), and carry a remark.

@@ -261,14 +261,14 @@ std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::
   return sequences;
 }
 
-std::vector<SourceFile> image_and_video_files(const std::vector<std::string>& texts) {
+std::vector<SourceFile> source_files(const std::vector<std::string>& texts) {
   FaultList faults;
   std::vector<SourceFile> files;
   // The reader that follows knows the limit of --max-pixels.
   for (const Source& source : classify_all(texts, std::numeric_limits<double>::infinity(), faults)) {
-    if (source.kind == Kind::camera)
-      faults.add(source.text, "a camera", "image files, videos or folders of images");
-    for (const fs::path& file : source.files) files.push_back({file, source.kind == Kind::video});
+    if (source.kind == Kind::camera) files.push_back({source.text, SourceFile::Kind::camera});
+    for (const fs::path& file : source.files)
+      files.push_back({file, source.kind == Kind::video ? SourceFile::Kind::video : SourceFile::Kind::image});
   }
   faults.throw_if_any();
   return files;
@@ -293,8 +293,10 @@ std::vector<std::string> repeated_names(const std::vector<std::string>& texts) {
 std::vector<fs::path> image_files(const std::vector<std::string>& texts) {
   FaultList faults;
   std::vector<fs::path> files;
-  for (const SourceFile& file : image_and_video_files(texts)) {
-    if (file.is_video) faults.add(file.path.string(), "a video", "image files or folders of images");
+  for (const SourceFile& file : source_files(texts)) {
+    if (file.kind != SourceFile::Kind::image)
+      faults.add(file.path.string(), file.kind == SourceFile::Kind::video ? "a video" : "a camera",
+                 "image files or folders of images");
     files.push_back(file.path);
   }
   faults.throw_if_any();

@@ -40,19 +40,21 @@ class FrameSequence {
 std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::string>& sources, double fps,
                                                          double max_pixels);
 
-/// A file that a source names.
+/// What a source names: an image file, or what has many pictures.
 struct SourceFile {
-  std::filesystem::path path;
-  bool is_video = false;
+  enum class Kind { image, video, camera };
+  std::filesystem::path path;  ///< of a camera its name, "camera:0"
+  Kind kind = Kind::image;
 };
-/// The images and videos that the sources name (folders opened, in natural order); a camera is a fault.
-std::vector<SourceFile> image_and_video_files(const std::vector<std::string>& sources);
+/// The images, videos and cameras that the sources name (folders opened, in natural order).
+std::vector<SourceFile> source_files(const std::vector<std::string>& sources);
 
 /// File names that several different files of the sources have, in order: results name a file without its
 /// folders, so that these can't be told apart there.
 std::vector<std::string> repeated_names(const std::vector<std::string>& sources);
 
-/// The image files that the sources name (folders opened, in natural order); a video or camera is a fault.
+/// The image files that the sources name (folders opened, in natural order); a video or a camera is a
+/// fault.
 std::vector<std::filesystem::path> image_files(const std::vector<std::string>& sources);
 
 }  // namespace ballservo

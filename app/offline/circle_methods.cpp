@@ -15,12 +15,12 @@ namespace {
 // give.
 double arc_of(const UndistortedCircle& circle, const std::vector<RingPixel>& ring) {
   constexpr int sectors = 36;
-  constexpr double pi = 3.14159265358979323846, fair = 0.25;
+  constexpr double fair = 0.25;
   std::array<double, sectors> weights{};
   double sum = 0;
   for (const RingPixel& pixel : ring) {
     const Eigen::Vector2d d = pixel.position_px - circle.center_px;
-    const double turn = std::atan2(d.y(), d.x()) / (2 * pi) + 0.5;
+    const double turn = std::atan2(d.y(), d.x()) / (2 * M_PI) + 0.5;
     const auto sector =
         static_cast<std::size_t>(std::clamp(static_cast<int>(turn * sectors), 0, sectors - 1));
     weights[sector] += pixel.weight;

@@ -10,8 +10,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 // What is shown of a picture, and how large.
 struct Crop {
   cv::Rect box;
@@ -49,7 +47,7 @@ void draw_outline(cv::Mat& large, const Crop& crop, const OutlineEllipse& outlin
   if (!outline.center_px.allFinite() || !(outline.radius_px < 1e5)) return;
   std::vector<Eigen::Vector2d> points;
   for (int k = 0; k < 128; ++k) {
-    const double angle = 2 * pi * k / 128;
+    const double angle = 2 * M_PI * k / 128;
     points.push_back(
         crop.at(outline.center_px + outline.radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle))));
   }

@@ -12,7 +12,7 @@
 namespace ballservo {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN(), pi = 3.14159265358979323846;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // What a plot has room for; a converged fit has its one step's colour.
 struct Headline {
@@ -246,7 +246,7 @@ Svg ellipse_plot(const ComparisonResults& results, std::size_t condition) {
     // One of the two sideways directions has its share of the spread.
     const double across = s.lateral_spread_mm / std::sqrt(2.0);
     for (int k = 0; k <= 72; ++k) {
-      const double angle = 2 * pi * k / 72;
+      const double angle = 2 * M_PI * k / 72;
       ellipse.x.push_back(s.lateral_bias_mm + 2 * across * std::cos(angle));
       ellipse.y.push_back(s.depth_bias_mm + 2 * s.depth_spread_mm * std::sin(angle));
     }

@@ -10,7 +10,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 using C = ComparisonCondition;
 
 std::vector<ConditionFactor> make_factors() {
@@ -113,7 +112,8 @@ std::string in_words(const ComparisonCondition& condition) {
   };
   const LensModel model = condition.camera.parameters().model;
   say(model != LensModel::pinhole, std::string(lens_model_name(model)) + " lens");
-  say(condition.off_axis_rad > 0, fmt::format("{:.0f} deg off the axis", condition.off_axis_rad * 180 / pi));
+  say(condition.off_axis_rad > 0,
+      fmt::format("{:.0f} deg off the axis", condition.off_axis_rad * 180 / M_PI));
   say(condition.occlusion > 0, occlusion_words(condition));
   say(true,
       fmt::format("noise sigma {:g}, blur {:g} px", condition.sensor.read_noise, condition.sensor.blur_px));
@@ -121,7 +121,7 @@ std::string in_words(const ComparisonCondition& condition) {
   say(condition.ball_pattern != Pattern::plain, std::string(pattern_name(condition.ball_pattern)) + " on it");
   say(condition.light_level != 1, fmt::format("{:g} times the light", condition.light_level));
   say(condition.light_angle_rad.has_value(),
-      fmt::format("lamp {:.0f} deg from the camera", condition.light_angle_rad.value_or(0) * 180 / pi));
+      fmt::format("lamp {:.0f} deg from the camera", condition.light_angle_rad.value_or(0) * 180 / M_PI));
   say(condition.contrast != 1, fmt::format("contrast {:g}", condition.contrast));
   say(condition.ring_clutter > 0, fmt::format("{:g} boxes across its outline", condition.ring_clutter));
   say(condition.same_color > 0, fmt::format("{:g} things of its colour", condition.same_color));

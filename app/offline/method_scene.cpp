@@ -11,15 +11,13 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 // A circle of the undistorted picture as it appears in the picture as given: centroid and sqrt(area / pi) of
 // its image, which for a pinhole camera of square pixels is the circle itself.
 std::optional<OutlineEllipse> circle_in_picture(const Camera& camera, const UndistortedCircle& circle) {
   constexpr int count = 256;
   std::array<Eigen::Vector2d, count> points;
   for (int k = 0; k < count; ++k) {
-    const double angle = 2 * pi * k / count;
+    const double angle = 2 * M_PI * k / count;
     const Eigen::Vector2d p =
         circle.center_px + circle.radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     const auto pixel = camera.project({p.x(), p.y(), camera.focal_px()});
@@ -37,8 +35,8 @@ std::optional<OutlineEllipse> circle_in_picture(const Camera& camera, const Undi
   }
   if (!(twice_area > 0)) return std::nullopt;
   // A polygon of n corners on a circle lacks a known share of its area.
-  const double share = std::sin(2 * pi / count) / (2 * pi / count);
-  return OutlineEllipse{origin + moment / (3 * twice_area), std::sqrt(twice_area / 2 / share / pi)};
+  const double share = std::sin(2 * M_PI / count) / (2 * M_PI / count);
+  return OutlineEllipse{origin + moment / (3 * twice_area), std::sqrt(twice_area / 2 / share / M_PI)};
 }
 
 // The boundary points that a circle was voted from, as the detector had them: undistorted, half a pixel
@@ -80,7 +78,7 @@ MethodScene::MethodScene(const cv::Mat& bgr, Detector& detector, const MethodTas
   }
   if (ball == balls.end()) return;
   vote_ = ball->vote;
-  if (start_) return;
+  if (start_ || !vote_) return;
   start_ = UndistortedCircle{vote_->center_px, vote_->radius_px};
   boundary_ = boundary_of(detector.rays(), stages, *vote_);
 }
@@ -89,7 +87,9 @@ std::optional<BallObservation> MethodScene::refine(BallFit fit, RefinementInput&
   CircleEstimate circle = vote_.value_or(CircleEstimate{});
   circle.center_px = start_->center_px;
   circle.radius_px = start_->radius_px;
-  return detector_.fitter().refine(bgr_, task_.color_class, circle, boundary_, fit, &input);
+  const auto cone = cone_near_circle(*start_, camera().focal_px());
+  if (!cone) return std::nullopt;
+  return detector_.fitter().refine(bgr_, task_.color_class, circle, *cone, boundary_, fit, &input);
 }
 
 const std::vector<RingPixel>& MethodScene::ring() {
@@ -156,7 +156,7 @@ std::optional<UndistortedCircle> undistorted_circle(const Camera& camera, const 
   std::array<Eigen::Vector2d, count> points;
   UndistortedCircle undistorted;
   for (int k = 0; k < count; ++k) {
-    const double angle = 2 * pi * k / count;
+    const double angle = 2 * M_PI * k / count;
     const auto ray = camera.unproject(circle.center_px +
                                       circle.radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
     if (!ray || !(ray->z() > 0)) return std::nullopt;

@@ -42,7 +42,7 @@ class MethodScene {
   const RingOptions& ring_options() const { return detector_.options().ring; }
   double radius_m() const { return radius_m_; }
 
-  /// The detector's own answer, whatever the methods start from.
+  /// What the votes said of the detector's own ball, whatever the methods start from.
   const std::optional<CircleEstimate>& vote() const { return vote_; }
   double detection_us() const { return detection_us_; }
   /// Where the fits start: the votes' circle, or the task's. Nothing: no ball was found, and none was told.

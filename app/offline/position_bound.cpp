@@ -16,7 +16,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int channels = 3, terms = 4;             // of the model: O, A, B, D
 constexpr double stretch_px = 8;                   // of the outline has one background, contrast and shading
 constexpr int fewest_stretches = 8;                // of a small ball
@@ -71,7 +70,7 @@ std::vector<Stretch> collect(const BoundScene& scene, const TangentCone& cone,
   const double reach_px = reach_sigmas * edge_width_px(scene) + beyond_px;
   const double inside_px = std::min(reach_px, reach_inside * outline.radius_px);
   const int count =
-      std::max(fewest_stretches, static_cast<int>(std::ceil(2 * pi * outline.radius_px / stretch_px)));
+      std::max(fewest_stretches, static_cast<int>(std::ceil(2 * M_PI * outline.radius_px / stretch_px)));
   std::vector<Stretch> stretches(static_cast<std::size_t>(count));
   cv::Mat clean, unhidden;
   scene.clean_bgr.convertTo(clean, CV_32FC3);
@@ -89,7 +88,7 @@ std::vector<Stretch> collect(const BoundScene& scene, const TangentCone& cone,
       auto pixel = outline_pixel(scene, cone, u, v);
       if (!pixel || pixel->distance_px > reach_px || pixel->distance_px < -inside_px) continue;
       const Eigen::Vector2d across = basis.transpose() * *scene.camera.unproject({u, v});
-      const double turn = std::atan2(across.y(), across.x()) / (2 * pi);
+      const double turn = std::atan2(across.y(), across.x()) / (2 * M_PI);
       const int which = std::clamp(static_cast<int>((turn - std::floor(turn)) * count), 0, count - 1);
       Stretch& stretch = stretches[static_cast<std::size_t>(which)];
       ++stretch.expected;

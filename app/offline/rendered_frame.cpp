@@ -11,7 +11,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double margin_px = 10;  // the ring around the outline must lie in the picture too
 constexpr double jitter_px = 1.5, jitter_depth = 0.02;
 
@@ -42,7 +41,7 @@ std::vector<double> usable_azimuths(const ComparisonCondition& condition) {
   constexpr int directions = 72;
   std::vector<double> usable;
   for (int k = 0; k < directions; ++k) {
-    const double azimuth = 2 * pi * k / directions;
+    const double azimuth = 2 * M_PI * k / directions;
     if (inside_picture(condition, ball_place(condition, azimuth), margin_px + 3)) usable.push_back(azimuth);
   }
   return usable;
@@ -54,7 +53,7 @@ double edge_distance(double hidden_fraction) {
   double low = -1, high = 1;
   for (int k = 0; k < 60; ++k) {
     const double d = (low + high) / 2;
-    const double area = (std::acos(d) - d * std::sqrt(1 - d * d)) / pi;
+    const double area = (std::acos(d) - d * std::sqrt(1 - d * d)) / M_PI;
     (area > hidden_fraction ? low : high) = d;
   }
   return (low + high) / 2;
@@ -150,7 +149,7 @@ void add_ring_clutter(const ComparisonCondition& condition, const Eigen::Isometr
   const double scale = behind / p_CB.z();
   for (int k = 0; k < static_cast<int>(condition.ring_clutter); ++k) {
     const Eigen::Vector2d place = p_CB.head<2>() * scale + r * scale * uniform(engine, 0.8, 1.15) *
-                                                               unit_vector(uniform(engine, 0, 2 * pi));
+                                                               unit_vector(uniform(engine, 0, 2 * M_PI));
     const Eigen::Vector3d size(0.002, uniform(engine, 0.3, 0.9) * r, uniform(engine, 0.3, 0.9) * r);
     const double depth = behind + 0.02 * r * k;  // one before the other, never in one place
     world.obstacles.push_back(box(X_WC * Eigen::Vector3d(place.x(), place.y(), depth), size, 0,
@@ -171,7 +170,7 @@ void add_same_color(const ComparisonCondition& condition, const Eigen::Isometry3
   for (int k = 0; k < static_cast<int>(condition.same_color); ++k) {
     const double side = r * uniform(engine, 0.7, 2), depth = z * uniform(engine, 1.15, 1.4);
     const double apart = uniform(engine, 1.2 * r + 1.5 * side, 6 * r + 3 * side);
-    const Eigen::Vector2d place = p_CB.head<2>() + apart * unit_vector(uniform(engine, 0, 2 * pi));
+    const Eigen::Vector2d place = p_CB.head<2>() + apart * unit_vector(uniform(engine, 0, 2 * M_PI));
     world.obstacles.push_back(
         box(X_WC * (depth / z * Eigen::Vector3d(place.x(), place.y(), z)),
             {0.3 * side, side * uniform(engine, 0.5, 1.5), side * uniform(engine, 0.5, 1.5)},
@@ -191,7 +190,7 @@ void add_same_color(const ComparisonCondition& condition, const Eigen::Isometry3
 std::vector<CameraView> exposure_views(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
                                        double depth_m, RandomEngine& engine) {
   if (!(condition.motion_blur_px > 0)) return {{X_WC, 0}};
-  const Eigen::Vector2d way = unit_vector(uniform(engine, 0, 2 * pi)) * condition.motion_blur_px * depth_m /
+  const Eigen::Vector2d way = unit_vector(uniform(engine, 0, 2 * M_PI)) * condition.motion_blur_px * depth_m /
                               condition.camera.focal_px();
   std::vector<CameraView> views;
   for (int k = 0; k < motion_views; ++k) {

@@ -9,8 +9,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 vpImage<unsigned char> visp_picture(const cv::Mat& grey) {
   vpImage<unsigned char> picture(static_cast<unsigned>(grey.rows), static_cast<unsigned>(grey.cols));
   for (int v = 0; v < grey.rows; ++v) std::copy_n(grey.ptr(v), grey.cols, picture[static_cast<unsigned>(v)]);
@@ -37,7 +35,7 @@ std::optional<OutlineEllipse> vpdot2_blob(const cv::Mat& bgr, int hue, const Eig
     dot.setEllipsoidShapePrecision(settings.roundness);
     dot.initTracking(visp_picture(grey), vpImagePoint(v, u));
     const OutlineEllipse blob{{dot.getCog().get_u(), dot.getCog().get_v()},
-                              std::sqrt(std::max(0.0, dot.getArea()) / pi)};
+                              std::sqrt(std::max(0.0, dot.getArea()) / M_PI)};
     if (!blob.center_px.allFinite() || !(blob.radius_px > 0)) return std::nullopt;
     return blob;
   } catch (const vpException&) {  // no blob that it would track

@@ -12,7 +12,7 @@ namespace ballservo {
 namespace {
 
 constexpr double color_medians = 5;  // the brightest colour stands for so many medians and more
-constexpr double degrees = 180 / 3.14159265358979323846;
+constexpr double degrees = 180 / M_PI;
 
 std::string mm(double value_m) { return fmt::format("{:.3g} mm", 1e3 * value_m); }
 

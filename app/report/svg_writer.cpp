@@ -12,7 +12,6 @@ namespace ballservo {
 namespace {
 
 constexpr double largest_px = 9e5;
-constexpr double pi = 3.14159265358979323846;
 
 bool drawable(double value) { return std::abs(value) <= largest_px; }
 bool drawable(const Eigen::Vector2d& point) { return drawable(point.x()) && drawable(point.y()); }
@@ -154,7 +153,7 @@ void SvgWriter::ellipse(const Eigen::Vector2d& center, double semi_a, double sem
   }
   body_ += fmt::format(
       "<ellipse cx=\"{0}\" cy=\"{1}\" rx=\"{2}\" ry=\"{3}\" transform=\"rotate({4} {0} {1})\"{5}/>\n",
-      px(center.x()), px(center.y()), px(semi_a), px(semi_b), px(angle_rad * 180 / pi),
+      px(center.x()), px(center.y()), px(semi_a), px(semi_b), px(angle_rad * 180 / M_PI),
       style_attributes(style));
 }
 

@@ -57,6 +57,10 @@ struct ColorTable {
   ClassIndex classify(std::uint8_t b, std::uint8_t g, std::uint8_t r) const { return table[index(b, g, r)]; }
   /// The number of the class of that name; nothing if there is none.
   std::optional<ClassIndex> find(const std::string& name) const;
+  /// The name of a class of this table; not for `no_class`.
+  const std::string& name_of(ClassIndex color_class) const {
+    return classes[static_cast<std::size_t>(color_class) - 1].name;
+  }
 };
 
 }  // namespace ballservo

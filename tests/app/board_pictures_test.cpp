@@ -63,6 +63,48 @@ TEST_F(BoardFiles, AVideoGivesEachPlaceOfTheBoardOnce) {
   EXPECT_THROW(find_boards({path("boards.mkv")}, search_for("chessboard:8x5")), Refusal);
 }
 
+/// A camera before which nothing moves, or another board stands in every picture.
+class EndlessPictures : public FrameSequence {
+ public:
+  EndlessPictures(std::vector<cv::Mat> pictures, double rate_hz)
+      : pictures_(std::move(pictures)), rate_hz_(rate_hz) {}
+  std::optional<Frame> next() override {
+    const cv::Mat& picture = pictures_[static_cast<std::size_t>(index_ / 5) % pictures_.size()];
+    return Frame{picture, name(), index_, index_++ / rate_hz_};
+  }
+  std::string name() const override { return "camera:0"; }
+  long length() const override { return 0; }
+  int taken() const { return index_; }
+
+ private:
+  std::vector<cv::Mat> pictures_;
+  double rate_hz_;
+  int index_ = 0;
+};
+
+TEST_F(BoardFiles, ACameraGivesEachPlaceOfTheBoardOnceAndEndsAfterTwoMinutes) {
+  const SourceFile source{"camera:0", SourceFile::Kind::camera};
+  EndlessPictures moving(board_photographs(3), 0.25);
+  const auto found = pictures_of_moving_board(moving, source, search_for("chessboard:9x6"));
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_EQ(found[1].name(), "camera:0 frame 5");
+  EXPECT_NEAR(moving.taken() / 0.25, 120, 8);
+
+  EndlessPictures empty({cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(128))}, 0.25);
+  const auto none = pictures_of_moving_board(empty, source, search_for("chessboard:9x6"));
+  ASSERT_EQ(none.size(), 1u);
+  EXPECT_THAT(none[0].rejected, HasSubstr("none of its pictures"));
+}
+
+TEST_F(BoardFiles, ACameraThatIsNotThereIsNamed) {
+  try {
+    find_boards({"camera:251"}, search_for("chessboard:9x6"));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("camera:251: found no camera that can be opened"));
+  }
+}
+
 TEST_F(BoardFiles, APictureOfAPixelMoreIsUsedAndSaidToBe) {
   const auto photographs = board_photographs(3);
   cv::Mat larger;

@@ -7,7 +7,6 @@
 namespace ballservo::bench {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 using Color = cv::Vec3f;  // linear light: blue, green, red
 const Color ball_color(0.07f, 0.6f, 0.09f);
 
@@ -35,18 +34,19 @@ class ColorField {
  public:
   ColorField(const Color& a, const Color& b, double scale_px, double waviness, RandomEngine& engine)
       : a_(a), b_(b), waviness_(waviness) {
-    const double turn = uniform(engine, 0, 2 * pi);
+    const double turn = uniform(engine, 0, 2 * M_PI);
     ramp_ = Eigen::Vector2d(std::cos(turn), std::sin(turn)) / scale_px;
     phase_ = uniform01(engine);
     for (Wave& wave : waves_) {
-      const double direction = uniform(engine, 0, 2 * pi), length_px = scale_px * uniform(engine, 0.08, 0.5);
-      wave.k = Eigen::Vector2d(std::cos(direction), std::sin(direction)) * (2 * pi / length_px);
-      wave.phase = uniform(engine, 0, 2 * pi);
+      const double direction = uniform(engine, 0, 2 * M_PI),
+                   length_px = scale_px * uniform(engine, 0.08, 0.5);
+      wave.k = Eigen::Vector2d(std::cos(direction), std::sin(direction)) * (2 * M_PI / length_px);
+      wave.phase = uniform(engine, 0, 2 * M_PI);
     }
   }
   Color at(double u, double v) const {
     const Eigen::Vector2d p(u, v);
-    double share = 0.5 - 0.5 * std::cos(pi * (p.dot(ramp_) + phase_));
+    double share = 0.5 - 0.5 * std::cos(M_PI * (p.dot(ramp_) + phase_));
     double wave = 0;
     for (const Wave& w : waves_) wave += std::sin(p.dot(w.k) + w.phase);
     share = std::clamp(share + waviness_ * wave / static_cast<double>(waves_.size()), 0.0, 1.0);
@@ -116,7 +116,7 @@ PaintedShape random_shape(const cv::Size& size, double low_px, double high_px, R
   PaintedShape shape;
   shape.center_px = {uniform(engine, 0, size.width), uniform(engine, 0, size.height)};
   shape.half_px = {0.5 * uniform(engine, low_px, high_px), 0.5 * uniform(engine, low_px, high_px)};
-  shape.turn_rad = uniform(engine, 0, pi);
+  shape.turn_rad = uniform(engine, 0, M_PI);
   return shape;
 }
 
@@ -126,13 +126,13 @@ class BallPaint {
   BallPaint(const PaintedLook& look, const Eigen::Vector3d& to_camera, RandomEngine& engine) : look_(look) {
     const Eigen::Matrix<double, 3, 2> across = perpendicular_basis(to_camera);
     const auto around = [&](double from_camera_rad) -> Eigen::Vector3d {
-      const double azimuth = uniform(engine, 0, 2 * pi);
+      const double azimuth = uniform(engine, 0, 2 * M_PI);
       return std::cos(from_camera_rad) * to_camera +
              std::sin(from_camera_rad) * (across * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth)));
     };
     to_lamp_ = around(uniform(engine, 0.1, 1.5));
     half_vector_ = (to_lamp_ + to_camera).normalized();
-    shadow_side_ = around(pi / 2);
+    shadow_side_ = around(M_PI / 2);
     sky_ = {0, -1, 0};
     lamp_ = uniform(engine, 0.5, 0.8);
     ambient_ = uniform(engine, 0.3, 0.5);
@@ -291,7 +291,7 @@ AccuracyFrame painted_frame(const AccuracyCondition& condition, RandomEngine& en
     paint_ball(picture, camera, frame.p_CB, *frame.truth,
                BallPaint(condition.look, -frame.p_CB.normalized(), engine));
     if (condition.hidden > 0) {
-      const double turn = uniform(engine, 0, 2 * pi), half_px = 3 * frame.truth->radius_px;
+      const double turn = uniform(engine, 0, 2 * M_PI), half_px = 3 * frame.truth->radius_px;
       const double shift_px = hiding_edge_distance(condition.hidden) * frame.truth->radius_px + half_px;
       PaintedShape card;
       card.center_px = frame.truth->center_px + shift_px * Eigen::Vector2d(std::cos(turn), std::sin(turn));

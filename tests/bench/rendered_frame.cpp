@@ -9,7 +9,6 @@
 namespace ballservo::bench {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 const Rgb ball_color(0.8, 0.08, 0.05);
 
 // The room's picture in the making: where things stand is drawn in the picture and in depth.
@@ -82,8 +81,8 @@ void add_clutter(Stage& stage, RandomEngine& engine) {
     const double size_px = uniform(engine, 20, 120), depth_m = z * uniform(engine, 1.3, 2.2);
     const double size_m = size_px * depth_m / stage.camera.focal_px();
     stage.put(random_solid(size_m, engine),
-              stage.world_point(random_pixel(stage, engine), depth_m + 0.3 * size_m), uniform(engine, 0, pi),
-              muted_texture(engine));
+              stage.world_point(random_pixel(stage, engine), depth_m + 0.3 * size_m),
+              uniform(engine, 0, M_PI), muted_texture(engine));
   }
 }
 
@@ -97,7 +96,7 @@ void add_distractors(Stage& stage, RandomEngine& engine) {
     if (stage.ball && (pixel - stage.ball->center_px).norm() < clear_px) continue;
     const double size_m = size_px * depth_m / stage.camera.focal_px();
     stage.put(random_solid(size_m, engine), stage.world_point(pixel, depth_m + 0.3 * size_m),
-              uniform(engine, 0, pi), near_color(engine));
+              uniform(engine, 0, M_PI), near_color(engine));
     ++k;
   }
 }
@@ -137,7 +136,7 @@ Eigen::Vector2d add_occluder(Stage& stage, RandomEngine& engine) {
     double low = 0, high = 1;  // half width of the strip that hides the fraction, in radii
     for (int k = 0; k < 60; ++k) {
       const double w = (low + high) / 2;
-      (2 / pi * (std::asin(w) + w * std::sqrt(1 - w * w)) < stage.condition.hidden ? low : high) = w;
+      (2 / M_PI * (std::asin(w) + w * std::sqrt(1 - w * w)) < stage.condition.hidden ? low : high) = w;
     }
     stage.put(BoxShape{{0.001, 2 * low * ball.radius_px * m_per_px, 8 * ball.radius_px * m_per_px}},
               stage.world_point(ball.center_px, depth_m), 0, muted_texture(engine));
@@ -175,7 +174,7 @@ void add_touching_bar(Stage& stage, RandomEngine& engine) {
 // A lamp from any side, up to 100 degrees from the camera's, not from that of an occluder, whose shadow on
 // the ball would be another condition.
 void add_lamp(Stage& stage, const Eigen::Vector2d& occluder_side, RandomEngine& engine) {
-  const double from_camera_rad = uniform(engine, 0, 100 * pi / 180), azimuth = uniform(engine, 0, 2 * pi);
+  const double from_camera_rad = uniform(engine, 0, 100 * M_PI / 180), azimuth = uniform(engine, 0, 2 * M_PI);
   Eigen::Vector3d to_lamp(std::sin(from_camera_rad) * std::cos(azimuth),
                           std::sin(from_camera_rad) * std::sin(azimuth), -std::cos(from_camera_rad));
   if (to_lamp.head<2>().dot(occluder_side) > 0) to_lamp.head<2>() *= -1;

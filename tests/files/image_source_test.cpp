@@ -125,8 +125,16 @@ TEST_F(ImageSource, LargePicturesAndVideosAreRefusedBeforeDecoding) {
 TEST_F(ImageSource, ImageFilesRefuseWhatMoves) {
   const std::string image = put_image("a.png");
   EXPECT_EQ(image_files({image}), std::vector<fs::path>{image});
-  EXPECT_THROW(image_files({put_video("v.mkv", 2)}), InputError);
-  EXPECT_THROW(image_files({"camera:0"}), InputError);
+  const std::string video = put_video("v.mkv", 2);
+  try {
+    image_files({image, video, "camera:0"});
+    FAIL();
+  } catch (const InputError& error) {
+    ASSERT_EQ(error.faults().size(), 2u) << error.what();
+    EXPECT_EQ(error.faults()[0].found, "a video");
+    EXPECT_EQ(error.faults()[1].found, "a camera");
+    for (const Fault& fault : error.faults()) EXPECT_EQ(fault.allowed, "image files or folders of images");
+  }
 }
 
 TEST_F(ImageSource, RateMustBePositive) {

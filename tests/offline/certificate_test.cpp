@@ -12,7 +12,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 const MethodList methods{find_fit_method("paper_one_step"), find_fit_method("paper_steps_2"),
                          find_fit_method("paper_converged")};
 
@@ -29,10 +28,10 @@ ComparisonRecord record(double start_px, std::uint64_t index) {
                                 uniform(engine, 20, 60)};
   std::vector<RingPixel> ring;
   for (int k = 0; k < 90; ++k) {
-    const double angle = 1.4 * pi * k / 90, radius = truth.radius_px + 0.3 * standard_normal(engine);
+    const double angle = 1.4 * M_PI * k / 90, radius = truth.radius_px + 0.3 * standard_normal(engine);
     ring.push_back({truth.center_px + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)), 1, 0, 0});
   }
-  const double way = uniform(engine, 0, 2 * pi);
+  const double way = uniform(engine, 0, 2 * M_PI);
   const UndistortedCircle start{truth.center_px + start_px * Eigen::Vector2d(std::cos(way), std::sin(way)),
                                 truth.radius_px};
   const auto one = one_gauss_newton_step(start, ring);

@@ -12,10 +12,8 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 std::vector<RingPixel> ring_on(const UndistortedCircle& circle, double noise_px, RandomEngine& engine,
-                               double arc_rad = 2 * pi) {
+                               double arc_rad = 2 * M_PI) {
   std::vector<RingPixel> ring;
   for (int k = 0; k < 120; ++k) {
     const double angle = arc_rad * k / 120;
@@ -86,7 +84,7 @@ TEST(ConvergeCircle, NeverCostsMoreThanOneStep) {
   for (int round = 0; round < 100; ++round) {
     const UndistortedCircle truth{{uniform(engine, -200, 200), uniform(engine, -200, 200)},
                                   uniform(engine, 8, 90)};
-    const double arc = round % 2 == 0 ? 2 * pi : 0.6 * pi;
+    const double arc = round % 2 == 0 ? 2 * M_PI : 0.6 * M_PI;
     const std::vector<RingPixel> ring = ring_on(truth, 0.7, engine, arc);
     const UndistortedCircle start =
         shifted(truth, uniform(engine, -2, 2), uniform(engine, -2, 2), uniform(engine, -2, 2));
@@ -119,7 +117,7 @@ TEST(ConvergeCone, FindsTheBallFromItsOwnRaysWhereverItStands) {
   RandomEngine engine = random_stream(5, "test");
   for (const double angle_deg : {0.0, 15.0, 28.0, 60.0}) {
     const double radius_m = 0.035;
-    const Eigen::Vector3d p_C(std::tan(angle_deg * pi / 180), 0.02, 1.0);
+    const Eigen::Vector3d p_C(std::tan(angle_deg * M_PI / 180), 0.02, 1.0);
     const std::vector<EdgePoint> edges = edges_on(p_C, radius_m, 0, engine);
     const TangentCone truth = *TangentCone::of_sphere(p_C, radius_m);
     EXPECT_LT(cone_cost(truth, edges), 1e-12);
@@ -188,7 +186,7 @@ TEST(Linearisation, OfTheCircleIsThatOfTheStep) {
   for (int round = 0; round < 20; ++round) {
     const UndistortedCircle truth{{uniform(engine, -200, 200), uniform(engine, -200, 200)},
                                   uniform(engine, 8, 90)};
-    const std::vector<RingPixel> ring = ring_on(truth, 0.7, engine, round % 2 == 0 ? 2 * pi : pi);
+    const std::vector<RingPixel> ring = ring_on(truth, 0.7, engine, round % 2 == 0 ? 2 * M_PI : M_PI);
     const UndistortedCircle start = shifted(truth, uniform(engine, -2, 2), uniform(engine, -2, 2), 1);
     const Linearisation at = linearise_circle(start, ring);
     ASSERT_EQ(at.residuals.size(), static_cast<Eigen::Index>(ring.size()));
@@ -247,7 +245,7 @@ TEST(Convergence, KnowsHowWellThePointsDetermineTheCircle) {
   RandomEngine engine = random_stream(12, "test");
   const UndistortedCircle truth{{0, 0}, 30};
   const auto whole = converge_circle(truth, ring_on(truth, 0.1, engine));
-  const auto short_arc = converge_circle(truth, ring_on(truth, 0.1, engine, 0.3 * pi));
+  const auto short_arc = converge_circle(truth, ring_on(truth, 0.1, engine, 0.3 * M_PI));
   ASSERT_TRUE(whole && short_arc);
   EXPECT_LT(whole->convergence.condition, 4);
   EXPECT_GT(short_arc->convergence.condition, 5 * whole->convergence.condition);

@@ -21,7 +21,7 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846, radius_m = 0.035, focal_px = 857;
+constexpr double radius_m = 0.035, focal_px = 857;
 const std::vector<RobustLoss> losses{{RobustLossKind::squares, 0.3},
                                      {RobustLossKind::huber, 0.3},
                                      {RobustLossKind::cauchy, 0.3},
@@ -50,8 +50,8 @@ ExactBall exact_ball(RandomEngine& engine, double arc_rad) {
   }
   ball.p_C = {uniform(engine, -0.5, 0.5), uniform(engine, -0.4, 0.4), uniform(engine, 0.5, 3)};
   const std::vector<Eigen::Vector3d> rays = outline_rays(ball.p_C, radius_m, 96);
-  for (std::size_t k = 0; k < 96 * arc_rad / (2 * pi); ++k)
-    ball.edges.push_back({rays[k], focal_px, uniform(engine, 0.05, 0.3), uniform(engine, 0.1, 1), 0, 0});
+  for (std::size_t k = 0; k < 96 * arc_rad / (2 * M_PI); ++k)
+    ball.edges.push_back({rays[k], focal_px, uniform(engine, 0.05, 0.3), uniform(engine, 0.1, 1), 0});
   return ball;
 }
 
@@ -138,7 +138,7 @@ TEST(EveryEstimator, LeavesNoResidualAtTheTruthAndStaysThere) {
     if (method.is_peer) continue;
     const auto estimator = all.find(method.name);
     ASSERT_NE(estimator, all.end()) << method.name << " is not held against exact points";
-    for (const double arc_rad : {2 * pi, pi}) {
+    for (const double arc_rad : {2 * M_PI, M_PI}) {
       for (std::uint64_t round = 0; round < 20; ++round) {
         RandomEngine engine = random_stream(1, "estimator_theory/truth", round);
         const double allowed_px = method.name == "vote" ? 0.1 : 1e-6;
@@ -183,7 +183,7 @@ TEST(EveryCost, IsNoneAtTheTruthAndHasNoSlopeThere) {
       {"E(c)", circle_cost}, {"Kasa", kasa_cost}, {"Taubin", taubin_cost}};
   for (std::uint64_t round = 0; round < 20; ++round) {
     RandomEngine engine = random_stream(2, "estimator_theory/slope", round);
-    const ExactBall ball = exact_ball(engine, round % 2 == 0 ? 2 * pi : pi);
+    const ExactBall ball = exact_ball(engine, round % 2 == 0 ? 2 * M_PI : M_PI);
     for (const auto& [name, cost] : costs) {
       expect_a_minimum(
           [&, &of = cost](const Eigen::Vector3d& d) {
@@ -233,8 +233,8 @@ DepthGrowth depth_growth(bool as_many_everywhere) {
       std::vector<EdgePoint> edges;
       for (const Eigen::Vector3d& ray : outline_rays(p_C, radius_m, points)) {
         const Eigen::Vector3d outward = (ray - ray.dot(p_C.normalized()) * p_C.normalized()).normalized();
-        edges.push_back({(ray + 0.1 * standard_normal(engine) / focal_px * outward).normalized(), focal_px,
-                         0.1, 1, 0, 0});
+        edges.push_back(
+            {(ray + 0.1 * standard_normal(engine) / focal_px * outward).normalized(), focal_px, 0.1, 1, 0});
       }
       const TangentCone start = *TangentCone::of_sphere(1.02 * p_C, radius_m);
       const auto fit = one_gauss_newton_step(start, edges);
@@ -308,7 +308,7 @@ BoundaryBias boundary_bias(int discs) {
 //   (1/2) integral cos^2 / integral cos, 0 to pi/4 = (pi/8 + 1/4) / (2 sin(pi/4)) = 0.4545 px,
 // not quite the half pixel by which the votes move them outwards.
 TEST(BoundaryPixels, LieNearlyHalfAPixelInside) {
-  const double theory_px = (pi / 8 + 0.25) / std::sqrt(2.0);
+  const double theory_px = (M_PI / 8 + 0.25) / std::sqrt(2.0);
   const BoundaryBias bias = boundary_bias(60);
   EXPECT_NEAR(bias.distance_px, -theory_px, 0.01);
   EXPECT_NEAR(bias.circle_px, -theory_px, 0.01);

@@ -13,8 +13,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 std::vector<RingPixel> arc(const UndistortedCircle& circle, double arc_rad, double noise_px,
                            RandomEngine& engine) {
   std::vector<RingPixel> ring;
@@ -29,7 +27,7 @@ std::vector<RingPixel> arc(const UndistortedCircle& circle, double arc_rad, doub
 TEST(AlgebraicCircles, AreExactOnExactPoints) {
   RandomEngine engine = random_stream(1, "algebraic");
   const UndistortedCircle truth{{312.3, -77.9}, 24.6};
-  for (const double arc_rad : {2 * pi, 0.8 * pi, 0.2 * pi}) {
+  for (const double arc_rad : {2 * M_PI, 0.8 * M_PI, 0.2 * M_PI}) {
     const std::vector<RingPixel> ring = arc(truth, arc_rad, 0, engine);
     for (const auto& circle : {kasa_circle(ring), taubin_circle(ring)}) {
       ASSERT_TRUE(circle);
@@ -47,7 +45,7 @@ TEST(AlgebraicCircles, KasaIsTooSmallOnShortArcsAndTaubinMuchLess) {
   constexpr int rounds = 400;
   for (int round = 0; round < rounds; ++round) {
     RandomEngine engine = random_stream(2, "algebraic", static_cast<std::uint64_t>(round));
-    const std::vector<RingPixel> ring = arc(truth, 0.45 * pi, 0.6, engine);
+    const std::vector<RingPixel> ring = arc(truth, 0.45 * M_PI, 0.6, engine);
     kasa += (kasa_circle(ring)->radius_px - truth.radius_px) / rounds;
     taubin += (taubin_circle(ring)->radius_px - truth.radius_px) / rounds;
   }

@@ -14,7 +14,7 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846, radius_m = 0.035, focal_px = 300;
+constexpr double radius_m = 0.035, focal_px = 300;
 constexpr int width = 120, height = 100;
 constexpr double cx_px = 59.5, cy_px = 49.5;
 
@@ -124,8 +124,8 @@ TEST(PositionBound, IsThatOfAStepAlongACircleWhereNothingElseIsUnknown) {
     const double outline_px = focal_px * radius_m / tangent;
     const double slope = outline_px * z / (tangent * tangent);  // of the radius against depth
     const double per_px =
-        100 * 100 / (2 * std::sqrt(pi) * edge_width(blur_px) * (it.noise * it.noise + 1.0 / 12));
-    const double expected = 1 / std::sqrt(2 * pi * outline_px * per_px * slope * slope);
+        100 * 100 / (2 * std::sqrt(M_PI) * edge_width(blur_px) * (it.noise * it.noise + 1.0 / 12));
+    const double expected = 1 / std::sqrt(2 * M_PI * outline_px * per_px * slope * slope);
     const auto bound = bound_of(it, nothing_unknown);
     ASSERT_TRUE(bound);
     EXPECT_NEAR(depth_sigma(*bound), expected, 0.01 * expected) << blur_px;
@@ -236,7 +236,7 @@ Eigen::Vector3d fitted(const cv::Mat& picture, const Case& it) {
   Eigen::Vector3d p = it.p_CB;
   double s = edge_width(it.blur_px);
   const double radius_px = focal_px * radius_m / it.p_CB.z(), reach_px = 3 * s + 4;
-  const int count = static_cast<int>(std::ceil(2 * pi * radius_px / 8));
+  const int count = static_cast<int>(std::ceil(2 * M_PI * radius_px / 8));
   std::vector<std::array<double, 8>> own(static_cast<std::size_t>(count), model_of(it.look));
   ceres::Problem problem;
   ceres::Solver::Options options;
@@ -246,7 +246,7 @@ Eigen::Vector3d fitted(const cv::Mat& picture, const Case& it) {
       if (std::abs(distance_px(it.p_CB.data(), u, v)) > reach_px) continue;
       const double angle =
           std::atan2(v - cy_px - focal_px * p.y() / p.z(), u - cx_px - focal_px * p.x() / p.z());
-      const auto stretch = static_cast<std::size_t>((angle + pi) / (2 * pi) * count) % own.size();
+      const auto stretch = static_cast<std::size_t>((angle + M_PI) / (2 * M_PI) * count) % own.size();
       problem.AddResidualBlock(
           new ceres::AutoDiffCostFunction<PixelResidual, 3, 3, 1, 8>(
               new PixelResidual{static_cast<double>(u), static_cast<double>(v), picture.at<cv::Vec3f>(v, u)}),

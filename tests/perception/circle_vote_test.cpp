@@ -9,14 +9,12 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 // Integer boundary pixels of a circle's arc, as a segmentation gives them.
 std::vector<Eigen::Vector2f> arc(const Eigen::Vector2d& center, double radius, double part = 1) {
   std::vector<Eigen::Vector2f> points;
-  const int count = static_cast<int>(2 * pi * radius * part);
+  const int count = static_cast<int>(2 * M_PI * radius * part);
   for (int i = 0; i < count; ++i) {
-    const double angle = 2 * pi * part * i / count;
+    const double angle = 2 * M_PI * part * i / count;
     const Eigen::Vector2d p = center + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     points.emplace_back(static_cast<float>(std::round(p.x())), static_cast<float>(std::round(p.y())));
   }

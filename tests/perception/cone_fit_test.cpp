@@ -15,7 +15,7 @@ namespace {
 std::vector<EdgePoint> edges_of(const Eigen::Vector3d& p_C, double radius_m, int count, double focal_px) {
   std::vector<EdgePoint> edges;
   for (const Eigen::Vector3d& ray : outline_rays(p_C, radius_m, count))
-    edges.push_back({ray, focal_px, 0.1, 1, 0, 100});
+    edges.push_back({ray, focal_px, 0.1, 1, 0});
   return edges;
 }
 

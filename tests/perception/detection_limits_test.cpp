@@ -1,6 +1,7 @@
 // Pictures made to be slow: what a detector leaves out of them, and that it says so.
 #include <gtest/gtest.h>
 
+#include "perception/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {
@@ -38,6 +39,17 @@ TEST(DetectionLimits, NothingIsLeftOutOfAnOrdinaryPicture) {
   Detector detector = limited_detector(12, 1 << 16);
   EXPECT_EQ(detector.detect(discs()).size(), 12u);
   EXPECT_FALSE(detector.left_out());
+}
+
+// One ball is followed by its own surroundings; only looks at the whole picture meet the other discs.
+TEST(DetectionLimits, ATrackersPictureIsAsLeftOutAsItsOwnLooks) {
+  Tracker tracker(limited_detector(1, 1 << 16));
+  const cv::Mat bgr = discs();
+  const int every = TrackerOptions{}.newcomers_every;
+  for (int picture = 0; picture <= every; ++picture) {
+    tracker.update(bgr, picture / 30.0);
+    EXPECT_EQ(tracker.left_out().regions, picture % every == 0 ? 11 : 0) << picture;
+  }
 }
 
 TEST(DetectionLimits, ABallIsFoundInAPatternOfItsColour) {

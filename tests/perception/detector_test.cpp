@@ -8,6 +8,7 @@
 
 #include "calibration/files/fault.hpp"
 #include "calibration/files/random.hpp"
+#include "perception/ball_position.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {
@@ -53,15 +54,18 @@ TEST(BallFitter, KnowsWhetherOneStepWasEnough) {
   BallFitter fitter(std::make_shared<const RayTable>(camera), {});
   CircleEstimate vote;
   vote.radius_px = 24;
+  const auto refined = [&](const Eigen::Vector2d& center_px, BallFit fit) {
+    vote.center_px = center_px;
+    const auto cone = cone_near_circle({center_px, vote.radius_px}, camera.focal_px());
+    return fitter.refine(bgr, 1, vote, *cone, {}, fit);
+  };
   for (const BallFit fit : {BallFit::sphere, BallFit::paper}) {
-    vote.center_px = {0.2, -0.1};
-    const auto near = fitter.refine(bgr, 1, vote, {}, fit);
+    const auto near = refined({0.2, -0.1}, fit);
     ASSERT_TRUE(near);
     EXPECT_TRUE(near->one_step_enough);
     EXPECT_LT(near->next_step_px, enough_next_step_px);
   }
-  vote.center_px = {5, -4};
-  const auto far = fitter.refine(bgr, 1, vote, {}, BallFit::paper);
+  const auto far = refined({5, -4}, BallFit::paper);
   ASSERT_TRUE(far);
   EXPECT_FALSE(far->one_step_enough);
   EXPECT_GT(far->next_step_px, enough_next_step_px);
@@ -248,7 +252,7 @@ TEST(Detector, RefusesAPictureOfAnotherSize) {
 
 TEST(DetectorOptions, NameEveryFault) {
   DetectorOptions options;
-  options.min_arc = 2;
+  options.max_leak = 2;
   options.min_radius_px = std::nan("");
   options.max_small_leak = -0.1;
   options.radii = {{-1, 0}};
@@ -258,6 +262,39 @@ TEST(DetectorOptions, NameEveryFault) {
   } catch (const InputError& error) {
     EXPECT_EQ(error.faults().size(), 4u);
   }
+}
+
+TEST(DetectorOptions, NameTheFaultsOfTheirPartsToo) {
+  const double nan = std::nan("");
+  const auto expect_fault = [](const std::string& place, const auto& change) {
+    DetectorOptions options;
+    EXPECT_NO_THROW(options.validate());
+    change(options);
+    try {
+      options.validate();
+      ADD_FAILURE() << place;
+    } catch (const InputError& error) {
+      ASSERT_EQ(error.faults().size(), 1u) << error.what();
+      EXPECT_EQ(error.faults()[0].place, place);
+    }
+  };
+  expect_fault("vote.stop_at", [](auto& o) { o.vote.stop_at = 0; });
+  expect_fault("vote.max_votes_per_point", [](auto& o) { o.vote.max_votes_per_point = 0; });
+  expect_fault("vote.max_votes", [](auto& o) { o.vote.max_votes = 1 << 16; });  // counted in 16 bits
+  expect_fault("vote.hopeless_after", [](auto& o) { o.vote.hopeless_after = -1; });
+  expect_fault("vote.min_radius_px", [](auto& o) { o.vote.min_radius_px = 0; });
+  expect_fault("vote.max_normal_error_rad", [&](auto& o) { o.vote.max_normal_error_rad = nan; });
+  expect_fault("edges.half_width_px", [](auto& o) { o.edges.half_width_px = 2; });
+  expect_fault("edges.stretch_length_px", [](auto& o) { o.edges.stretch_length_px = 0; });
+  expect_fault("edges.max_stretch_length_px", [&](auto& o) { o.edges.max_stretch_length_px = nan; });
+  expect_fault("edges.min_contrast", [&](auto& o) { o.edges.min_contrast = nan; });
+  expect_fault("edges.max_offset_px", [](auto& o) { o.edges.max_offset_px = 0; });
+  expect_fault("edges.max_offset_radii", [](auto& o) { o.edges.max_offset_radii = -1; });
+  expect_fault("edges.min_stretches", [](auto& o) { o.edges.min_stretches = 2; });
+  expect_fault("edges.max_stretches", [](auto& o) { o.edges.max_stretches = most_outline_sectors + 1; });
+  expect_fault("edges.max_stretches", [](auto& o) { o.edges.max_stretches = o.edges.min_stretches - 1; });
+  expect_fault("ring.half_width_px", [](auto& o) { o.ring.half_width_px = 0; });
+  expect_fault("ring.kept_per_circumference_px", [&](auto& o) { o.ring.kept_per_circumference_px = nan; });
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // region is less than they are, but their outline is in the picture.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -113,6 +114,31 @@ TEST(FrayedRegion, TheStagesShowTheEdgesOfTheOutlineThatWasFound) {
     }
   }
   EXPECT_GE(shown, 13);
+}
+
+// The comparison's methods start from it, so that it may not be what the edges say.
+TEST(FrayedRegion, TheVoteOfItsBallIsWhatTheVotesSaidOfTheRegion) {
+  Detector detector = test::detector_for(test::pinhole(size, 400));
+  int found_around = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Scene scene;
+    scene.least_core = 0.6;
+    scene.most_core = 0.7;
+    DetectionStages stages;
+    for (const BallObservation& ball : detector.detect(picture(scene, seed), {}, &stages)) {
+      ASSERT_TRUE(ball.vote) << seed;
+      EXPECT_TRUE(std::any_of(stages.candidates.begin(), stages.candidates.end(),
+                              [&](const DetectionStages::Candidate& c) {
+                                return c.accepted && c.estimate.votes > 0 &&
+                                       c.estimate.votes == ball.vote->votes &&
+                                       c.estimate.center_px == ball.vote->center_px &&
+                                       c.estimate.radius_px == ball.vote->radius_px;
+                              }))
+          << seed;
+      found_around += ball.start.radius_px > ball.vote->radius_px;
+    }
+  }
+  EXPECT_GE(found_around, 10);
 }
 
 TEST(FrayedRegion, AnExpectedBallIsFoundFromFarther) {
@@ -245,11 +271,8 @@ TEST(FrayedRegion, AnExpectedBallIsTheVotedOne) {
 TEST(FrayedRegion, OptionsThatMakeNoSenseAreNamed) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (double DetectorOptions::*const option :
-       {&DetectorOptions::min_frayed_radius_px, &DetectorOptions::min_frayed_fill,
-        &DetectorOptions::min_frayed_edge, &DetectorOptions::frayed_reach,
-        &DetectorOptions::min_expected_edge, &DetectorOptions::min_expected_fill,
-        &DetectorOptions::min_enclosing_edge, &DetectorOptions::min_enclosed_fill,
-        &DetectorOptions::max_enclosed_fill}) {
+       {&DetectorOptions::min_frayed_edge, &DetectorOptions::min_expected_edge,
+        &DetectorOptions::min_enclosing_edge}) {
     for (const double value : {-1.0, nan}) {
       DetectorOptions options;
       options.*option = value;

@@ -9,7 +9,6 @@ namespace ballservo {
 namespace {
 
 constexpr int sectors = 30;
-constexpr double pi = 3.14159265358979323846;
 
 SectorColors all_bounded() {
   SectorColors colors;
@@ -24,7 +23,7 @@ EdgeOffsets offsets_of(const Offset& offset_px) {
   EdgeOffsets offsets;
   offsets.count = sectors;
   for (int i = 0; i < sectors; ++i) {
-    const double offset = offset_px(2 * pi * (i + 0.5) / sectors);
+    const double offset = offset_px(2 * M_PI * (i + 0.5) / sectors);
     offsets[i] = std::abs(offset) < 3 ? static_cast<float>(offset) : std::numeric_limits<float>::quiet_NaN();
   }
   return offsets;
@@ -32,7 +31,7 @@ EdgeOffsets offsets_of(const Offset& offset_px) {
 
 // How far a square's side lies outside its inscribed circle.
 double square_offset(double angle_rad, double radius_px) {
-  const double from_side = std::remainder(angle_rad, pi / 2);
+  const double from_side = std::remainder(angle_rad, M_PI / 2);
   return radius_px / std::cos(from_side) - radius_px;
 }
 
@@ -57,7 +56,7 @@ TEST(OutlineShape, ASquareIsStraightAndLeavesItsCircle) {
 }
 
 TEST(OutlineShape, WhatIsHiddenSaysNothing) {
-  auto offsets = offsets_of([](double a) { return a > pi ? 2.5 : 0.0; });
+  auto offsets = offsets_of([](double a) { return a > M_PI ? 2.5 : 0.0; });
   SectorColors colors = all_bounded();
   for (int i = sectors / 2; i < sectors; ++i) colors[i] = SectorColor::covered;
   EXPECT_EQ(outline_shape(offsets, colors, 30, 0.7).match, 1);

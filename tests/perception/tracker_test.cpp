@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "calibration/files/fault.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {
@@ -103,6 +104,32 @@ TEST(Tracker, IgnoresRepeatedAndBackwardTimes) {
               0.1);
   EXPECT_NEAR(tracker.update(picture_with({{200, 100}}), std::nan("")).at(0).ball.outline.center_px.x(), 103,
               0.1);
+}
+
+// Of the options' parts as well, each by its own name.
+TEST(Tracker, OptionsThatMakeNoSenseAreNamed) {
+  const double nan = std::nan("");
+  const auto faults_of = [](auto change) {
+    TrackerOptions options;
+    change(options);
+    std::vector<std::string> places;
+    try {
+      options.validate();
+    } catch (const InputError& error) {
+      for (const Fault& fault : error.faults()) places.push_back(fault.place);
+    }
+    return places;
+  };
+  using Places = std::vector<std::string>;
+  EXPECT_EQ(faults_of([](TrackerOptions&) {}), Places{});
+  EXPECT_EQ(faults_of([&](TrackerOptions& o) { o.filter.sigma_floor_radii = -1, o.light.trust = nan; }),
+            (Places{"filter.sigma_floor_radii", "trust"}));
+  for (double TrackFilterOptions::*const option :
+       {&TrackFilterOptions::acceleration_radii_s2, &TrackFilterOptions::size_acceleration_s2,
+        &TrackFilterOptions::acceleration_lasts_s, &TrackFilterOptions::velocity_radii_s,
+        &TrackFilterOptions::size_velocity_s, &TrackFilterOptions::sigma_floor_radii}) {
+    EXPECT_EQ(faults_of([&](TrackerOptions& o) { o.filter.*option = nan; }).size(), 1u);
+  }
 }
 
 }  // namespace

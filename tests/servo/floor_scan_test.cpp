@@ -63,6 +63,19 @@ TEST(FloorScan, WhatIsSeenTwiceStandsAndNoFiringFreesIt) {
   EXPECT_TRUE(space.is_block_suspected(thing.column / FreeSpace::block, 0));
 }
 
+TEST(FloorScan, GlimpsesWithAScanBetweenThemAreNotTwoInARow) {
+  for (int between = 1; between < 5; ++between) {
+    FreeSpace space = open_space();
+    for (int glimpse = 0; glimpse < 3; ++glimpse) {
+      space.look_at_floor(scan_of(1.1, 1.4), {});
+      EXPECT_FALSE(space.is_standing(thing)) << between;
+      // Floor up to the thing, whose place this scan says nothing of.
+      for (int k = 0; k < between; ++k) space.look_at_floor(scan_of(1.0, 1.0), {});
+    }
+    EXPECT_TRUE(space.is_free(thing)) << between;
+  }
+}
+
 TEST(FloorScan, TheShieldsPlaceIsBlockedByIt) {
   FreeSpace space = open_space();
   const Pose2 there{0.9, 0, 0};

@@ -12,7 +12,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double pi = 3.141592653589793;
 constexpr int outward_steps = 1024, directions = 32;
 
 template <class T, int count>
@@ -60,7 +59,7 @@ void distort_chart(const double* coefficients, const Eigen::Vector2d& w, Eigen::
 template <class Lens>
 double chart_radius(double angle_rad) {
   if constexpr (!Lens::perspective) return angle_rad;
-  return angle_rad < pi / 2 ? std::tan(angle_rad) : std::numeric_limits<double>::infinity();
+  return angle_rad < M_PI / 2 ? std::tan(angle_rad) : std::numeric_limits<double>::infinity();
 }
 
 /// Bisects between an angle that is fine and one that is not.
@@ -75,11 +74,11 @@ double last_good(double good, double bad, Predicate is_good) {
 
 template <class Lens>
 LensDomain find_domain_from_ray(const double* coefficients) {
-  const double limit = Lens::perspective ? pi / 2 : pi;
+  const double limit = Lens::perspective ? M_PI / 2 : M_PI;
   const auto k = constants<double, lens_coefficient_count<Lens>>(coefficients);
   double max_angle = limit;
   for (int d = 0; d < directions; ++d) {
-    const Eigen::Vector2d direction(std::cos(2 * pi * d / directions), std::sin(2 * pi * d / directions));
+    const Eigen::Vector2d direction(std::cos(2 * M_PI * d / directions), std::sin(2 * M_PI * d / directions));
     // A pole of a rational lens has a positive determinant on both sides: there the sign of the distance
     // itself changes.
     const auto is_good = [&](double angle) {
@@ -105,9 +104,9 @@ LensDomain find_domain_from_ray(const double* coefficients) {
 template <class Lens>
 LensDomain find_domain_from_pixel(const double* coefficients) {
   const auto k = constants<Dual<2>, lens_coefficient_count<Lens>>(coefficients);
-  LensDomain domain{pi / 2, std::numeric_limits<double>::infinity()};
+  LensDomain domain{M_PI / 2, std::numeric_limits<double>::infinity()};
   for (int d = 0; d < directions; ++d) {
-    const Eigen::Vector2d direction(std::cos(2 * pi * d / directions), std::sin(2 * pi * d / directions));
+    const Eigen::Vector2d direction(std::cos(2 * M_PI * d / directions), std::sin(2 * M_PI * d / directions));
     // Radii from 0 to infinity are the tangents of these angles.
     const auto ray_at = [&](double t, Eigen::Matrix2d& jacobian) {
       const Eigen::Vector2d m = std::tan(t) * direction;
@@ -124,7 +123,7 @@ LensDomain find_domain_from_pixel(const double* coefficients) {
     };
     double good = 0;
     for (int i = 1; i < outward_steps; ++i) {
-      const double t = pi / 2 * i / outward_steps;
+      const double t = M_PI / 2 * i / outward_steps;
       if (is_good(t)) {
         good = t;
         continue;

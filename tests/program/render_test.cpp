@@ -1,0 +1,62 @@
+// Rendered pictures against the frames of a run whose robot stands.
+#include <opencv2/core.hpp>
+
+#include "app/experiment/run_camera.hpp"
+#include "calibration/files/numbers.hpp"
+#include "tests/program/program_run.hpp"
+
+namespace ballservo {
+namespace {
+
+using Render = test::ProgramTest;
+
+// A ball that rolls, smeared by a long exposure; the second frame is lost, the last ones are dark.
+const std::vector<std::string> sets{"camera.rate_hz=10",
+                                    "camera.exposure_s=0.08",
+                                    "camera.exposure_steps=4",
+                                    "balls.0.motion.start_s=0",
+                                    "balls.0.motion.speed_mps=1",
+                                    "camera.faults=[{type: dropped, from_s: 0.1, until_s: 0.2}, {type: "
+                                    "exposure, level: 0.3, from_s: 0.3}]"};
+
+TEST_F(Render, PicturesAreTheFramesOfARunWhoseRobotStands) {
+  const auto file = test::project_data_dir() / "scenarios" / "moving_ball.yaml";
+  constexpr std::uint64_t seed = 7;
+  std::string arguments = "render '" + file.string() + "' -o out --frames 5 --seed 7";
+  for (const std::string& set : sets) arguments += " --set '" + set + "'";
+  const test::Ending ending = run(arguments);
+  ASSERT_EQ(ending.code, 0) << ending.messages;
+
+  const Scenario scenario = load_scenario(file, sets, seed);
+  RunOptions options;
+  options.perception = PerceptionLevel::geometric;
+  options.seed = seed;
+  options.on_picture = [](const auto&...) {};
+  RunCamera camera(scenario, options);
+  std::set<std::string> expected{"out", "camera.yaml", "truth.csv"};
+  std::string rows, truth = contents("out/truth.csv");
+  while (camera.next_s() < 0.5) {
+    const auto frame = camera.expose(camera.next_s(), scenario.robot.pose, rows);
+    if (!frame) continue;
+    const std::string name = "frame_000" + std::to_string(frame->record.frame) + ".png";
+    expected.insert(name);
+    EXPECT_EQ(cv::norm(frame->picture, read_color_image(dir / "out" / name), cv::NORM_INF), 0) << name;
+    EXPECT_THAT(truth, testing::HasSubstr(number_text(frame->record.truth_p_CB->z()))) << name;
+  }
+  EXPECT_EQ(names(), expected);
+  EXPECT_EQ(expected.count("frame_0001.png"), 0u);
+  const auto brightness = [&](const char* name) { return cv::mean(read_color_image(dir / "out" / name))[1]; };
+  EXPECT_LT(brightness("frame_0003.png"), 0.5 * brightness("frame_0000.png"));
+}
+
+TEST_F(Render, RefusesACameraThatLosesEveryFrame) {
+  const auto file = test::project_data_dir() / "scenarios" / "static_ball.yaml";
+  const test::Ending ending =
+      run("render '" + file.string() + "' -o out --frames 2 --set 'camera.faults=[{type: dropped}]'");
+  EXPECT_EQ(ending.code, 1);
+  EXPECT_THAT(ending.messages, testing::HasSubstr("drop all 2 frames"));
+  EXPECT_THAT(names(), testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace ballservo
