@@ -106,6 +106,8 @@ void EdgeRingOptions::check(FaultList& faults, const std::string& place) const {
   more_than("max_stretch_length_px", max_stretch_length_px, 0, "a length above 0 (px)");
   more_than("max_offset_px", max_offset_px, 0, "a length above 0 (px)");
   if (!(min_contrast >= 0)) faults.add(place + ".min_contrast", number_text(min_contrast), "0 or more");
+  if (!(min_contrast_share >= 0))
+    faults.add(place + ".min_contrast_share", number_text(min_contrast_share), "0 or more");
   if (!(max_offset_radii >= 0))
     faults.add(place + ".max_offset_radii", number_text(max_offset_radii), "0 or more");
   if (min_stretches < 3) faults.add(place + ".min_stretches", std::to_string(min_stretches), "at least 3");
