@@ -17,9 +17,13 @@ namespace {
 }
 
 /// What follows from the common options before the command does anything.
-void apply(const CommonOptions& options) {
+void apply(CommonOptions& options) {
   if (options.quiet) spdlog::set_level(spdlog::level::err);
-  if (options.threads > 0) cv::setNumThreads(options.threads);
+  if (options.threads > 0) {
+    cv::setNumThreads(options.threads);
+    options.processors = std::make_shared<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                               static_cast<std::size_t>(options.threads));
+  }
   // Long work must not end at a name that was taken, or a folder that cannot be written, all along.
   if (!options.json.empty()) OutputFile(options.json, options.overwrite());
 }

@@ -2,10 +2,13 @@
 // hands main what to run.
 #pragma once
 
+#include <tbb/global_control.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -32,7 +35,8 @@ struct CommonOptions {
   bool quiet = false;
   bool force = false;
   std::uint64_t seed = 0;
-  int threads = 0;  ///< 0: as many as the machine has
+  int threads = 0;                                  ///< 0: as many as the machine has
+  std::shared_ptr<tbb::global_control> processors;  ///< keeps to `threads` while it lives
   double max_pixels = default_max_pixels;
 
   Overwrite overwrite() const { return force ? Overwrite::allow : Overwrite::refuse; }

@@ -1,6 +1,5 @@
 // ballservo render: pictures of a scenario with exact truth.
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 #include <memory>
@@ -50,11 +49,6 @@ void write_camera(const OutputFolder& folder, const Camera& camera) {
 }
 
 int run_render(const RenderOptions& options) {
-  std::optional<tbb::global_control> threads;
-  if (options.common.threads > 0) {
-    threads.emplace(tbb::global_control::max_allowed_parallelism,
-                    static_cast<std::size_t>(options.common.threads));
-  }
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
   const ImageSize size = scenario.camera.camera.size();
   if (static_cast<double>(size.width_px) * size.height_px > options.common.max_pixels) {
