@@ -119,7 +119,8 @@ Lesson learn_from_box(const ColorsOptions& options, const std::pair<std::string,
   ShownEstimator shown(options.common);
   BoxLesson lesson(box.first, box.second, shown.estimator());
   // A recorded video ends; a camera would show an empty box for ever.
-  while (!lesson.enough() && (sequence.length() > 0 || lesson.looked_at() < most_camera_frames)) {
+  const bool ends = source_files({options.from}).front().kind != SourceFile::Kind::camera;
+  while (!lesson.enough() && (ends || lesson.looked_at() < most_camera_frames)) {
     throw_if_interrupted();
     const auto frame = sequence.next();
     if (!frame) break;

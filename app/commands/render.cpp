@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
