@@ -1,12 +1,11 @@
 #include "calibration/color/clear_picture.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "calibration/color/range_check.hpp"
 #include "calibration/files/fault.hpp"
 
 namespace ballservo {
@@ -35,15 +34,9 @@ double gain_to_expose_well(const cv::Mat& bgr, const ClearPictureOptions& option
 
 void ClearPictureOptions::validate() const {
   FaultList faults;
-  const auto check = [&](const char* name, double value, double low, double high) {
-    if (!(value >= low && value <= high)) {
-      faults.add(fmt::format("clear picture: {}", name), fmt::format("{}", value),
-                 fmt::format("{} to {}", low, high));
-    }
-  };
-  check("least_white", least_white, 0, 255);
-  check("most_gain", most_gain, 1, 255);
-  check("most_noise", most_noise, 0.1, 255);
+  check_range(faults, "clear picture: least_white", least_white, 0, 255);
+  check_range(faults, "clear picture: most_gain", most_gain, 1, 255);
+  check_range(faults, "clear picture: most_noise", most_noise, 0.1, 255);
   faults.throw_if_any();
 }
 

@@ -1,11 +1,10 @@
 #include "calibration/color/color_groups.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "calibration/color/class_table.hpp"
 #include "calibration/color/color_names.hpp"
+#include "calibration/color/range_check.hpp"
 #include "calibration/files/fault.hpp"
 
 namespace ballservo {
@@ -43,21 +42,15 @@ void find_round_shares(std::vector<ColorGroup>& groups, CellCounts elsewhere, co
 
 void GroupOptions::validate() const {
   FaultList faults;
-  const auto check = [&](const char* name, double value, double low, double high) {
-    if (!(value >= low && value <= high)) {
-      faults.add(fmt::format("colour groups: {}", name), fmt::format("{}", value),
-                 fmt::format("{} to {}", low, high));
-    }
-  };
-  check("min_hue_overlap", min_hue_overlap, 0, 1);
-  check("close_hues_deg", close_hues_deg, 0, 180);
-  check("max_saturation_ratio", max_saturation_ratio, 1, 1e6);
-  check("min_colored_fraction", min_colored_fraction, 0, 1);
-  check("min_mean_chroma", min_mean_chroma, 0, 200);
-  check("min_relative_fit", min_relative_fit, 0, 1);
-  check("max_radius_ratio", max_radius_ratio, 1, 1e6);
-  check("min_contrast", min_contrast, 0, 300);
-  check("sure_radius_px", sure_radius_px, 0, 1e6);
+  check_range(faults, "colour groups: min_hue_overlap", min_hue_overlap, 0, 1);
+  check_range(faults, "colour groups: close_hues_deg", close_hues_deg, 0, 180);
+  check_range(faults, "colour groups: max_saturation_ratio", max_saturation_ratio, 1, 1e6);
+  check_range(faults, "colour groups: min_colored_fraction", min_colored_fraction, 0, 1);
+  check_range(faults, "colour groups: min_mean_chroma", min_mean_chroma, 0, 200);
+  check_range(faults, "colour groups: min_relative_fit", min_relative_fit, 0, 1);
+  check_range(faults, "colour groups: max_radius_ratio", max_radius_ratio, 1, 1e6);
+  check_range(faults, "colour groups: min_contrast", min_contrast, 0, 300);
+  check_range(faults, "colour groups: sure_radius_px", sure_radius_px, 0, 1e6);
   faults.throw_if_any();
 }
 

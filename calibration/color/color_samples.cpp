@@ -1,12 +1,11 @@
 #include "calibration/color/color_samples.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "calibration/color/color_names.hpp"
 #include "calibration/color/color_space.hpp"
+#include "calibration/color/range_check.hpp"
 #include "calibration/files/fault.hpp"
 
 namespace ballservo {
@@ -35,16 +34,10 @@ std::array<double, ColorSamples::hue_bins> smoothed(const ColorSamples& samples)
 
 void SampleOptions::validate() const {
   FaultList faults;
-  const auto check = [&](const char* name, double value, double low, double high) {
-    if (!(value >= low && value <= high)) {
-      faults.add(fmt::format("colour samples: {}", name), fmt::format("{}", value),
-                 fmt::format("{} to {}", low, high));
-    }
-  };
-  check("min_lightness", min_lightness, 0, 100);
-  check("min_chroma", min_chroma, 1, 200);
-  check("min_saturation", min_saturation, 0.01, 10);
-  check("rim", rim, 0.1, 1);
+  check_range(faults, "colour samples: min_lightness", min_lightness, 0, 100);
+  check_range(faults, "colour samples: min_chroma", min_chroma, 1, 200);
+  check_range(faults, "colour samples: min_saturation", min_saturation, 0.01, 10);
+  check_range(faults, "colour samples: rim", rim, 0.1, 1);
   faults.throw_if_any();
 }
 

@@ -1,7 +1,5 @@
 #include "calibration/color/round_regions.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -10,6 +8,7 @@
 #include <tuple>
 
 #include "calibration/color/chroma_components.hpp"
+#include "calibration/color/range_check.hpp"
 #include "calibration/files/fault.hpp"
 
 namespace ballservo {
@@ -233,19 +232,13 @@ double hue_agreement(const RoundRegion& region, const cv::Mat& modes) {
 void RoundRegionOptions::validate() const {
   mean_shift.validate();
   FaultList faults;
-  const auto check = [&](const char* name, double value, double low, double high) {
-    if (!(value >= low && value <= high)) {
-      faults.add(fmt::format("round regions: {}", name), fmt::format("{}", value),
-                 fmt::format("{} to {}", low, high));
-    }
-  };
-  check("min_radius_px", min_radius_px, 1, 1e6);
-  check("sure_radius_px", sure_radius_px, min_radius_px + 0.1, 1e7);
-  check("small_fit_ratio", small_fit_ratio, 0, 1);
-  check("min_fit_ratio", min_fit_ratio, 0, 1);
-  check("min_smeared_fit_ratio", min_smeared_fit_ratio, 0, 1);
-  check("min_chroma", min_chroma, 0, 300);
-  check("min_hue_agreement", min_hue_agreement, 0, 1);
+  check_range(faults, "round regions: min_radius_px", min_radius_px, 1, 1e6);
+  check_range(faults, "round regions: sure_radius_px", sure_radius_px, min_radius_px + 0.1, 1e7);
+  check_range(faults, "round regions: small_fit_ratio", small_fit_ratio, 0, 1);
+  check_range(faults, "round regions: min_fit_ratio", min_fit_ratio, 0, 1);
+  check_range(faults, "round regions: min_smeared_fit_ratio", min_smeared_fit_ratio, 0, 1);
+  check_range(faults, "round regions: min_chroma", min_chroma, 0, 300);
+  check_range(faults, "round regions: min_hue_agreement", min_hue_agreement, 0, 1);
   faults.throw_if_any();
 }
 

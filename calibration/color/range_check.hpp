@@ -1,0 +1,18 @@
+// How the options of colour calibration say what is wrong with them.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+
+#include "calibration/files/fault.hpp"
+
+namespace ballservo {
+
+/// A fault at `place` unless the value lies from `low` to `high`.
+inline void check_range(FaultList& faults, const std::string& place, double value, double low, double high) {
+  if (!(value >= low && value <= high))
+    faults.add(place, fmt::format("{}", value), fmt::format("{} to {}", low, high));
+}
+
+}  // namespace ballservo
