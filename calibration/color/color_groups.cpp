@@ -50,8 +50,15 @@ void GroupOptions::validate() const {
   check_range(faults, "colour groups: min_relative_fit", min_relative_fit, 0, 1);
   check_range(faults, "colour groups: max_radius_ratio", max_radius_ratio, 1, 1e6);
   check_range(faults, "colour groups: min_contrast", min_contrast, 0, 300);
+  check_range(faults, "colour groups: max_speck_ratio", max_speck_ratio, 1, 1e6);
   check_range(faults, "colour groups: sure_radius_px", sure_radius_px, 0, 1e6);
   faults.throw_if_any();
+}
+
+double ColorGroup::largest_radius_px() const {
+  double largest_px = 0;
+  for (const BallCandidate& ball : balls) largest_px = std::max(largest_px, ball.region.radius_px);
+  return largest_px;
 }
 
 bool same_color(const ColorSamples& a, const ColorSamples& b, const GroupOptions& options) {

@@ -30,6 +30,7 @@ struct ColorGroup {
   ChromaGroup chroma;
   double round_share = 0;  ///< of all pixels of this colour in the pictures: the part inside these circles
   std::string word;        ///< its basic colour word
+  double largest_radius_px() const;
   double best_fit() const { return balls.empty() ? 0 : balls.front().region.fit_ratio; }
   /// How much speaks for a ball: roundness of the best one x share, 0 to 1.
   double evidence() const { return best_fit() * round_share; }
@@ -53,6 +54,8 @@ struct GroupOptions {
   /// of its surroundings, which says what else is in the picture but is no ball.
   double min_contrast = 5;
   double sure_radius_px = 8;  ///< balls from this size on are looked at first
+  /// A colour of smaller round things than that counts if none is larger by more than this factor, 1 or more.
+  double max_speck_ratio = 2;
 
   /// Throws InputError with every value out of range.
   void validate() const;

@@ -67,6 +67,19 @@ CellCounts background_of(const std::vector<ColorPicture>& pictures, const std::v
   return counts;
 }
 
+/// Beside a ball that is sure, the small print of the picture is none: the pips of cards, lamps, buttons.
+void leave_out_specks(std::vector<ColorGroup>& groups, const GroupOptions& options) {
+  double largest_px = 0;
+  for (const ColorGroup& group : groups) largest_px = std::max(largest_px, group.largest_radius_px());
+  groups.erase(std::remove_if(groups.begin(), groups.end(),
+                              [&](const ColorGroup& group) {
+                                const double radius_px = group.largest_radius_px();
+                                return radius_px < options.sure_radius_px &&
+                                       radius_px * options.max_speck_ratio < largest_px;
+                              }),
+               groups.end());
+}
+
 LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vector<ColorPicture>& pictures,
                     const std::vector<ColorPicture>& background, const LearnOptions& options) {
   for (ColorGroup& group : groups) {
@@ -137,6 +150,7 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Circl
   std::vector<std::size_t> everywhere(pictures.size());
   for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = i;
   std::vector<ColorGroup> groups = ball_groups(groups_in(everywhere, seen, options), pictures, options);
+  leave_out_specks(groups, options.groups);
   double best_fit = 0;
   for (const ColorGroup& group : groups) best_fit = std::max(best_fit, group.best_fit());
   groups.erase(std::remove_if(groups.begin(), groups.end(),

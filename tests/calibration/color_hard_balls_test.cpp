@@ -155,6 +155,18 @@ TEST(HardBalls, ASpeckOfTheBallsColorDoesNotCount) {
   EXPECT_NEAR(colors.circles.at("yellow")[0].radius_px, 45, 3);
 }
 
+TEST(HardBalls, PipsBesideABallAreNoClassOfTheirOwn) {
+  const auto picture_of = [](double ball_radius_px) {
+    cv::Mat picture = grey_picture();
+    for (int i = 0; i < 6; ++i) draw_shaded_ball(picture, 30 + 22 * i, 200, 5.4, red_paint);
+    draw_shaded_ball(picture, 200, 90, ball_radius_px, green_paint);
+    add_noise(picture, 2, 5);
+    return picture;
+  };
+  EXPECT_EQ(learn_colors({{"near.png", picture_of(30)}}, algebraic_circle).circles.count("red"), 0u);
+  EXPECT_EQ(learn_colors({{"far.png", picture_of(9)}}, algebraic_circle).circles.count("red"), 1u);
+}
+
 TEST(HardBalls, BarsAndBoxesAreNotSmearedBalls) {
   cv::Mat picture = grey_picture();
   cv::rectangle(picture, cv::Rect(40, 40, 70, 45), {40, 40, 200}, cv::FILLED);
