@@ -86,7 +86,7 @@ bool BoxLesson::look(const cv::Mat& bgr, int frame) {
   double best_score = 0;
   for (BallCandidate& candidate :
        ball_candidates({"", view}, static_cast<std::size_t>(frame), found, learn_.samples, learn_.groups)) {
-    if (candidate.region.contrast < learn_.groups.min_contrast) continue;
+    if (!candidate.region.stands_out) continue;
     const double away = (candidate.region.center_px + corner - place_.center_px).norm() / box_.radius_px;
     const double ratio = candidate.region.radius_px / box_.radius_px;
     if (away > options_.reach || ratio < options_.min_radius_ratio || ratio > options_.max_radius_ratio)

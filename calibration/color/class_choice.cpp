@@ -177,7 +177,7 @@ ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCand
     const double apart = (candidate.region.center_px - pointed.region.center_px).norm();
     if (candidate.picture == pointed.picture && apart < candidate.region.radius_px + pointed.region.radius_px)
       continue;
-    if (candidate.region.contrast < options.groups.min_contrast) continue;
+    if (!candidate.region.stands_out) continue;
     if (!same_color(candidate.samples, pointed.samples, options.groups)) continue;
     group.samples.add(candidate.samples);
     group.balls.push_back(candidate);

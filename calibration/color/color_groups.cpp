@@ -49,7 +49,6 @@ void GroupOptions::validate() const {
   check_range(faults, "colour groups: min_mean_chroma", min_mean_chroma, 0, 200);
   check_range(faults, "colour groups: min_relative_fit", min_relative_fit, 0, 1);
   check_range(faults, "colour groups: max_radius_ratio", max_radius_ratio, 1, 1e6);
-  check_range(faults, "colour groups: min_contrast", min_contrast, 0, 300);
   check_range(faults, "colour groups: max_speck_ratio", max_speck_ratio, 1, 1e6);
   check_range(faults, "colour groups: sure_radius_px", sure_radius_px, 0, 1e6);
   faults.throw_if_any();
@@ -87,9 +86,7 @@ std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, cons
                                      const SampleOptions& samples, const GroupOptions& options) {
   options.validate();
   // Specks are often rounder than balls: what stands out and is large enough to be sure of comes first.
-  const auto stands_out = [&](const BallCandidate& ball) {
-    return ball.region.contrast >= options.min_contrast;
-  };
+  const auto stands_out = [](const BallCandidate& ball) { return ball.region.stands_out; };
   const auto sureness = [&](const BallCandidate& ball) {
     return (stands_out(ball) ? 2 : 0) + (ball.region.radius_px >= options.sure_radius_px ? 1 : 0);
   };

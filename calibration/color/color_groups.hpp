@@ -50,9 +50,6 @@ struct GroupOptions {
   /// A ball of a colour counts if it is not smaller than the best one by more than that factor, 1 or more:
   /// specks of a ball's colour are round too.
   double max_radius_ratio = 5;
-  /// Least distance of a ball's mean (u*, v*) from that of what is around it: below it the region is a patch
-  /// of its surroundings, which says what else is in the picture but is no ball.
-  double min_contrast = 5;
   double sure_radius_px = 8;  ///< balls from this size on are looked at first
   /// A colour of smaller round things than that counts if none is larger by more than this factor, 1 or more.
   double max_speck_ratio = 2;

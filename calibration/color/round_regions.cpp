@@ -19,6 +19,7 @@ constexpr double least_smear = 1.15, most_smear = 2.5;  // ratio of the axes
 constexpr double most_of_box =
     0.92;  // of its rectangle: a disc drawn out to twice its width fills 0.89, a bar 1
 constexpr double least_ellipse_fill = 0.85;  // below it the region is no ellipse
+constexpr double nearly_as_round = 0.7;      // of fit ratios
 constexpr double smeared_weight = 0.8;       // what an ellipse is worth beside a circle
 
 /// A region's mask and where it lies; what both tests of roundness look at.
@@ -237,6 +238,7 @@ void RoundRegionOptions::validate() const {
   check_range(faults, "round regions: small_fit_ratio", small_fit_ratio, 0, 1);
   check_range(faults, "round regions: min_fit_ratio", min_fit_ratio, 0, 1);
   check_range(faults, "round regions: min_smeared_fit_ratio", min_smeared_fit_ratio, 0, 1);
+  check_range(faults, "round regions: min_contrast", min_contrast, 0, 300);
   check_range(faults, "round regions: min_chroma", min_chroma, 0, 300);
   check_range(faults, "round regions: min_hue_agreement", min_hue_agreement, 0, 1);
   faults.throw_if_any();
@@ -266,8 +268,10 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
   std::vector<RoundRegion> found;
   // A fist around a ball is round as well.
   const auto keep_if_of_one_hue = [&](std::optional<RoundRegion> region) {
-    if (region && hue_agreement(*region, result.modes) >= options.min_hue_agreement)
-      found.push_back(std::move(*region));
+    if (!region || hue_agreement(*region, result.modes) < options.min_hue_agreement) return;
+    region->contrast = contrast_of(*region, result.modes, result.scale);
+    region->stands_out = region->contrast >= options.min_contrast;
+    found.push_back(std::move(*region));
   };
   for_each_segmentation(result.modes, components, [&](const std::vector<int>& labels) {
     for (const Component& c : components_of(labels, working.cols, working.rows)) {
@@ -282,17 +286,19 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
     }
   });
   // A place keeps its roundest region; among nearly equal ones the larger, which has more of the ball's
-  // shade.
+  // shade. What is hardly round keeps no place from a ball that lies before it.
   const auto score = [](const RoundRegion& r) { return r.fit_ratio * std::cbrt(r.radius_px); };
   std::stable_sort(found.begin(), found.end(),
-                   [&](const auto& a, const auto& b) { return score(a) > score(b); });
+                   [&](const RoundRegion& a, const RoundRegion& b) {
+                     return a.stands_out != b.stands_out ? a.stands_out : score(a) > score(b);
+                   });
   for (RoundRegion& region : found) {
     const bool taken =
         std::any_of(result.regions.begin(), result.regions.end(), [&](const RoundRegion& other) {
-          return (other.center_px - region.center_px).norm() < 0.7 * (other.radius_px + region.radius_px);
+          return other.fit_ratio >= nearly_as_round * region.fit_ratio &&
+                 (other.center_px - region.center_px).norm() < 0.7 * (other.radius_px + region.radius_px);
         });
     if (taken) continue;
-    region.contrast = contrast_of(region, result.modes, result.scale);
     result.regions.push_back(std::move(region));
   }
   return result;

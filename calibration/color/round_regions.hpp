@@ -21,6 +21,9 @@ struct RoundRegionOptions {
   double small_fit_ratio = 0.75;       ///< ... the ratio that is asked for rises to this at min_radius_px
   double min_smeared_fit_ratio = 0.3;  ///< the same for a ball smeared by motion, 0 to 1
   double min_chroma = 6;               ///< least distance of the modes' (u*, v*) from the picture's own grey
+  /// Least distance of a ball's mean (u*, v*) from that of what is around it: below it the region is a patch
+  /// of its surroundings, which says what else is in the picture but is no ball.
+  double min_contrast = 5;
   double min_hue_agreement = 0.85;     ///< of its colours: their (u*, v*) summed, over their lengths summed
 
   /// Throws InputError with every value out of range.
@@ -37,7 +40,8 @@ struct RoundRegion {
   double fit_ratio = 0;  ///< inlier_fraction x fill: near 1 for a whole ball
   bool smeared =
       false;            ///< an ellipse, as motion makes of a ball: `inlier_fraction` is 0.8 x the axes' ratio
-  double contrast = 0;  ///< distance of its mean (u*, v*) from that of a ring around it
+  double contrast = 0;      ///< distance of its mean (u*, v*) from that of a ring around it
+  bool stands_out = false;  ///< by that
   cv::Mat mask;  ///< CV_8U, 255 inside the region, holes filled; empty for a disc that the user pointed at
   cv::Point mask_origin;  ///< where the mask's top left pixel lies in the working picture
 };
@@ -51,8 +55,8 @@ struct RoundRegions {
 
 /// Mean shift, components and the circle test. The components are made at several strictnesses (how far
 /// neighbours' modes may differ, how much chroma counts as colour), because no single one suits both a pale
-/// ball in dim light and a glossy one beside its own reflection; a place keeps its roundest region. `bgr` is
-/// CV_8UC3. Throws InputError for options out of range or a picture of another type.
+/// ball in dim light and a glossy one beside its own reflection; a place keeps its roundest region, of those
+/// that stand out where any does. `bgr` is CV_8UC3. Throws InputError for options out of range or a picture of another type.
 RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estimator,
                                 const RoundRegionOptions& options = {});
 

@@ -167,6 +167,36 @@ TEST(HardBalls, PipsBesideABallAreNoClassOfTheirOwn) {
   EXPECT_EQ(learn_colors({{"far.png", picture_of(9)}}, algebraic_circle).circles.count("red"), 1u);
 }
 
+/// The outline of a thing that is round but for `wave_px`.
+std::vector<cv::Point> wavy_outline(double radius_px, double wave_px) {
+  std::vector<cv::Point> outline;
+  for (int i = 0; i < 360; ++i) {
+    const double angle = i * CV_PI / 180, r = radius_px + wave_px * std::sin(7 * angle);
+    outline.emplace_back(cvRound(160 + r * std::cos(angle)), cvRound(120 + r * std::sin(angle)));
+  }
+  return outline;
+}
+
+void expect_the_red_ball(cv::Mat picture) {
+  draw_shaded_ball(picture, 120, 90, 11, red_paint);
+  add_noise(picture, 2, 5);
+  const LearntColors colors = learn_colors({{"carpet.png", picture}}, algebraic_circle);
+  ASSERT_EQ(colors.circles.count("red"), 1u);
+  EXPECT_LT((colors.circles.at("red")[0].center_px - Eigen::Vector2d(120, 90)).norm(), 1);
+}
+
+TEST(HardBalls, BeforeALargeThingThatIsHardlyRound) {
+  cv::Mat picture = grey_picture();
+  cv::fillPoly(picture, std::vector{wavy_outline(95, 7.5)}, {60, 150, 60});
+  expect_the_red_ball(picture);
+}
+
+TEST(HardBalls, BeforeAPatternThatIsRound) {
+  cv::Mat picture(240, 320, CV_8UC3, cv::Scalar(112, 145, 112));
+  cv::polylines(picture, std::vector{wavy_outline(95, 0)}, true, {140, 140, 140}, 3);
+  expect_the_red_ball(picture);
+}
+
 TEST(HardBalls, BarsAndBoxesAreNotSmearedBalls) {
   cv::Mat picture = grey_picture();
   cv::rectangle(picture, cv::Rect(40, 40, 70, 45), {40, 40, 200}, cv::FILLED);
