@@ -288,10 +288,9 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
   // A place keeps its roundest region; among nearly equal ones the larger, which has more of the ball's
   // shade. What is hardly round keeps no place from a ball that lies before it.
   const auto score = [](const RoundRegion& r) { return r.fit_ratio * std::cbrt(r.radius_px); };
-  std::stable_sort(found.begin(), found.end(),
-                   [&](const RoundRegion& a, const RoundRegion& b) {
-                     return a.stands_out != b.stands_out ? a.stands_out : score(a) > score(b);
-                   });
+  std::stable_sort(found.begin(), found.end(), [&](const RoundRegion& a, const RoundRegion& b) {
+    return a.stands_out != b.stands_out ? a.stands_out : score(a) > score(b);
+  });
   for (RoundRegion& region : found) {
     const bool taken =
         std::any_of(result.regions.begin(), result.regions.end(), [&](const RoundRegion& other) {

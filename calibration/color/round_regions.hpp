@@ -24,7 +24,7 @@ struct RoundRegionOptions {
   /// Least distance of a ball's mean (u*, v*) from that of what is around it: below it the region is a patch
   /// of its surroundings, which says what else is in the picture but is no ball.
   double min_contrast = 5;
-  double min_hue_agreement = 0.85;     ///< of its colours: their (u*, v*) summed, over their lengths summed
+  double min_hue_agreement = 0.85;  ///< of its colours: their (u*, v*) summed, over their lengths summed
 
   /// Throws InputError with every value out of range.
   void validate() const;
@@ -40,7 +40,7 @@ struct RoundRegion {
   double fit_ratio = 0;  ///< inlier_fraction x fill: near 1 for a whole ball
   bool smeared =
       false;            ///< an ellipse, as motion makes of a ball: `inlier_fraction` is 0.8 x the axes' ratio
-  double contrast = 0;      ///< distance of its mean (u*, v*) from that of a ring around it
+  double contrast = 0;  ///< distance of its mean (u*, v*) from that of a ring around it
   bool stands_out = false;  ///< by that
   cv::Mat mask;  ///< CV_8U, 255 inside the region, holes filled; empty for a disc that the user pointed at
   cv::Point mask_origin;  ///< where the mask's top left pixel lies in the working picture
@@ -56,7 +56,8 @@ struct RoundRegions {
 /// Mean shift, components and the circle test. The components are made at several strictnesses (how far
 /// neighbours' modes may differ, how much chroma counts as colour), because no single one suits both a pale
 /// ball in dim light and a glossy one beside its own reflection; a place keeps its roundest region, of those
-/// that stand out where any does. `bgr` is CV_8UC3. Throws InputError for options out of range or a picture of another type.
+/// that stand out where any does. `bgr` is CV_8UC3. Throws InputError for options out of range or a picture
+/// of another type.
 RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estimator,
                                 const RoundRegionOptions& options = {});
 
