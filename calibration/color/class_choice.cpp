@@ -19,6 +19,8 @@ constexpr double least_round_share = 0.1;     // of a colour that was asked for 
 constexpr std::size_t max_listed = 12;
 constexpr double sure_fit_ratio = 0.5, sure_contrast = 30, sure_radius_px = 8;
 
+bool more_evident(const ColorGroup& a, const ColorGroup& b) { return a.evidence() > b.evidence(); }
+
 /// "CX,CY,R" as `--at` takes it.
 std::string at_text(const RoundRegion& region) {
   return fmt::format("{:.0f},{:.0f},{:.0f}", region.center_px.x(), region.center_px.y(), region.radius_px);
@@ -29,8 +31,7 @@ std::string at_text(const RoundRegion& region) {
 std::string list_of(const ClassRequest& request, std::vector<ColorGroup> groups,
                     const std::vector<ColorPicture>& pictures) {
   std::string text;
-  std::stable_sort(groups.begin(), groups.end(),
-                   [](const auto& a, const auto& b) { return a.evidence() > b.evidence(); });
+  std::stable_sort(groups.begin(), groups.end(), more_evident);
   if (groups.size() > max_listed) groups.resize(max_listed);
   for (const ColorGroup& group : groups) {
     const auto in_first =
@@ -92,8 +93,7 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
     return std::move(groups[best]);
   }
   if (groups.size() == 1) return std::move(groups.front());
-  std::stable_sort(groups.begin(), groups.end(),
-                   [](const auto& a, const auto& b) { return a.evidence() > b.evidence(); });
+  std::stable_sort(groups.begin(), groups.end(), more_evident);
   if (groups[0].evidence() >= outstanding_evidence * groups[1].evidence()) return std::move(groups.front());
   throw Refusal(fmt::format("class {}: round things of several colours were found; say which is meant:{}",
                             request.name, list_of(request, groups, pictures)));
@@ -108,10 +108,15 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::v
     }
     return result;
   };
-  std::vector<ColorGroup> clear = reaching(options.min_round_share);
-  if (!clear.empty()) return clear;
+  std::vector<ColorGroup> clear = reaching(options.min_round_share),
+                          weak = reaching(options.weak_round_share);
+  std::stable_sort(weak.begin(), weak.end(), more_evident);
+  if (!clear.empty()) {
+    // Half of a ball's colour may lie elsewhere: it is not worse for that than what is hardly round.
+    if (weak.front().round_share < options.min_round_share) clear.push_back(weak.front());
+    return clear;
+  }
   const ClassRequest any{"NAME", {0}, {}};
-  std::vector<ColorGroup> weak = reaching(options.weak_round_share);
   if (weak.empty()) {
     throw Refusal(
         fmt::format(
@@ -122,13 +127,14 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::v
                         : "\nRound regions whose colour lies mostly elsewhere in the picture:" +
                               list_of(any, groups, pictures)));
   }
-  std::stable_sort(weak.begin(), weak.end(),
-                   [](const auto& a, const auto& b) { return a.evidence() > b.evidence(); });
-  if (weak.size() > 1 && weak[0].evidence() < outstanding_evidence * weak[1].evidence()) {
+  std::stable_sort(groups.begin(), groups.end(), more_evident);
+  const bool outstanding =
+      groups.size() == 1 || groups[0].evidence() >= outstanding_evidence * groups[1].evidence();
+  if (!outstanding || groups.front().round_share < options.weak_round_share) {
     throw Refusal(
         "several colours have round regions, but most of each lies elsewhere in the picture, so that none "
         "is surely a ball's. Say which is meant with --class NAME=IMAGE and:" +
-        list_of(any, weak, pictures));
+        list_of(any, groups, pictures));
   }
   weak.resize(1);
   return weak;

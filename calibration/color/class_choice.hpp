@@ -8,9 +8,10 @@
 
 namespace ballservo {
 
-/// Leaves out the groups that lie mostly elsewhere: all below min_round_share where any reaches it. Where
-/// none does, the one that reaches weak_round_share and has twice the evidence of the next is left. Throws
-/// Refusal where nothing is left, or where it is not clear which, with the `--at` that settles it.
+/// Leaves out the groups that lie mostly elsewhere: all below min_round_share where any reaches it, but for
+/// the one that is more evident than those that do. Where none does, the most evident is left, if it reaches
+/// weak_round_share and has about twice the evidence of the next. Throws Refusal where nothing is left, or
+/// where it is not clear which, with the `--at` that settles it.
 std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::vector<ColorPicture>& pictures,
                                     const LearnOptions& options);
 

@@ -32,8 +32,8 @@ struct ColorGroup {
   std::string word;        ///< its basic colour word
   double largest_radius_px() const;
   double best_fit() const { return balls.empty() ? 0 : balls.front().region.fit_ratio; }
-  /// How much speaks for a ball: roundness of the best one x share, 0 to 1.
-  double evidence() const { return best_fit() * round_share; }
+  /// How much speaks for a ball: squared roundness of the best one x share, 0 to 1.
+  double evidence() const { return best_fit() * best_fit() * round_share; }
 };
 
 /// What turns regions into groups.

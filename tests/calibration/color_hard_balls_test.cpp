@@ -197,6 +197,33 @@ TEST(HardBalls, BeforeAPatternThatIsRound) {
   expect_the_red_ball(picture);
 }
 
+/// A green ball, a bar of its colour, and something red that is hardly round, with or without a red bar.
+cv::Mat ball_beside_its_color(double ball_radius_px, cv::Size green_bar, cv::Size red_bar) {
+  cv::Mat picture = grey_picture();
+  cv::fillPoly(picture, std::vector{wavy_outline(24, 2)}, {50, 50, 170});
+  cv::rectangle(picture, {{250, 20}, red_bar}, {50, 50, 170}, cv::FILLED);
+  draw_shaded_ball(picture, 60, 60, ball_radius_px, green_paint, 0.9);
+  cv::rectangle(picture, {{20, 150}, green_bar}, picture.at<cv::Vec3b>(60, 60), cv::FILLED);
+  add_noise(picture, 2, 5);
+  return picture;
+}
+
+TEST(HardBalls, BesideMoreOfItsColorABallIsLearntBeforeWhatIsHardlyRound) {
+  const cv::Mat picture = ball_beside_its_color(22, {30, 75}, {0, 0});
+  const LearntColors colors = learn_colors({{"bar.png", picture}}, algebraic_circle);
+  EXPECT_LT((only_ball(colors, "green").center_px - Eigen::Vector2d(60, 60)).norm(), 1);
+}
+
+TEST(HardBalls, BesideMuchMoreOfItsColorABallMustBePointedAt) {
+  const cv::Mat picture = ball_beside_its_color(13, {70, 60}, {60, 60});
+  try {
+    learn_colors({{"bar.png", picture}}, algebraic_circle);
+    FAIL();
+  } catch (const Refusal& refusal) {
+    EXPECT_NE(std::string(refusal.what()).find("--at NAME=60,60,1"), std::string::npos) << refusal.what();
+  }
+}
+
 TEST(HardBalls, BarsAndBoxesAreNotSmearedBalls) {
   cv::Mat picture = grey_picture();
   cv::rectangle(picture, cv::Rect(40, 40, 70, 45), {40, 40, 200}, cv::FILLED);
