@@ -74,10 +74,23 @@ int show(const InputError& error) {
   return exit_bad_input;
 }
 
+/// The word that stands where a command should, with those that might; empty where none does.
+std::string unknown_command(const CLI::App& program) {
+  const CLI::App* app = &program;
+  while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
+  if (app->get_require_subcommand_min() == 0 || app->remaining().empty()) return {};
+  std::string names;
+  for (const CLI::App* const command : app->get_subcommands([](const CLI::App*) { return true; }))
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  return to_text({"command", app->remaining().front(), names});
+}
+
 /// Help and version go to stdout with 0; what is wrong with the command line goes to stderr with 2.
 int show(const CLI::App& program, const CLI::ParseError& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return program.exit(error);
-  fmt::print(stderr, "ballservo: error: {}\nRun with --help for more information.\n", error.what());
+  const std::string unknown = unknown_command(program);
+  fmt::print(stderr, "ballservo: error: {}\nRun with --help for more information.\n",
+             unknown.empty() ? error.what() : unknown);
   return exit_bad_input;
 }
 

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "app/commands/command.hpp"
-#include "app/io/image_source.hpp"
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/color/color_file.hpp"
@@ -89,6 +88,14 @@ void warn_of_repeated_names(const std::vector<std::string>& sources) {
       "told "
       "apart by their order alone",
       repeated.front(), repeated.size() > 1 ? fmt::format(", and so are {} more", repeated.size() - 1) : "");
+}
+
+void warn_of_missing_pictures(const FrameSequence& sequence, long read) {
+  constexpr double counts_are_true_to = 0.02;  // of a container's, which may be estimates
+  if (static_cast<double>(read + 1) >= (1 - counts_are_true_to) * static_cast<double>(sequence.length()))
+    return;
+  spdlog::warn("{}: {} pictures could be read, of some {} that it should have: it is cut off or damaged",
+               sequence.name(), read, sequence.length());
 }
 
 std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors) {

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <limits>
+#include <map>
 #include <opencv2/core/utility.hpp>
 
 #include "calibration/files/fault.hpp"
@@ -26,6 +27,20 @@ void apply(CommonOptions& options) {
   }
   // Long work must not end at a name that was taken, or a folder that cannot be written, all along.
   if (!options.json.empty()) OutputFile(options.json, options.overwrite());
+}
+
+/// Two outputs of one name would leave one of them.
+void check_outputs_differ(const CLI::App& command) {
+  std::map<std::filesystem::path, std::string> names;
+  for (const char* const name :
+       {"--output", "--json", "--report", "--preview", "--overlay", "--stages", "--video"}) {
+    const CLI::Option* const option = command.get_option_no_throw(name);
+    if (!option || option->empty() || option->get_type_size() == 0) continue;
+    const auto path = std::filesystem::absolute(option->as<std::string>()).lexically_normal();
+    const auto [other, is_new] = names.emplace(path, name);
+    if (!is_new)
+      throw InputError(name, path.string() + ", as " + other->second, "a name of its own for each output");
+  }
 }
 
 }  // namespace
@@ -100,7 +115,10 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
       "the pixels of detect and track, one)");
   add_number_option(command, "--max-pixels", options.max_pixels, NumberRange::at_least(1, "pixels"),
                     "Refuse larger pictures, before they are decoded (default 32e6)");
-  command.parse_complete_callback([&options] { apply(options); });
+  command.parse_complete_callback([&command, &options] {
+    check_outputs_differ(command);
+    apply(options);
+  });
 }
 
 void write_json_results(const CommonOptions& options, const nlohmann::json& results) {

@@ -55,6 +55,7 @@ int run_detect(const DetectOptions& options) {
   bool interrupted = false;
   for (const auto& sequence : sequences) {
     for (auto& [size, detector] : detectors) detector.fitter().forget_response();
+    const long before = pictures;
     while (const auto frame = sequence->next()) {
       interrupted = interrupt_requested();
       if (interrupted) break;
@@ -106,6 +107,7 @@ int run_detect(const DetectOptions& options) {
       progress.step(++pictures);
     }
     if (interrupted) break;
+    warn_of_missing_pictures(*sequence, pictures - before);
   }
   left_out.say();
   if (overlay_folder) overlay_folder->commit();

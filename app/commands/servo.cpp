@@ -114,6 +114,11 @@ int run_teach(const ServoOptions& options) {
   teach.perception = level;
   teach.seed = options.common.seed;
   teach.colors = colors_of(scenario, level);
+  Progress progress("frames", teach.frames, options.common.quiet);
+  teach.progress = [&progress](int done) {
+    throw_if_interrupted();
+    progress.step(done);
+  };
   const TaughtTarget target = teach_target(scenario, teach);
   file.write(taught_target_yaml(target));
   file.commit();

@@ -141,6 +141,7 @@ int run_track(const TrackOptions& options) {
     }
     totals.tracks += last_id;
     if (interrupted) break;
+    warn_of_missing_pictures(*sequence, index);
   }
   left_out.say();
   if (stages_folder) stages_folder->commit();

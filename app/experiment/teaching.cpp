@@ -52,6 +52,7 @@ TaughtTarget teach_target(const Scenario& scenario, const TeachOptions& options)
   std::vector<Eigen::Vector3d> seen;
   std::string rows;
   for (int frame = 0; frame < options.frames;) {
+    if (options.progress) options.progress(frame);
     const auto exposed = camera.expose(camera.next_s(), there.robot.pose, rows);
     if (!exposed) continue;
     ++frame;

@@ -1,6 +1,8 @@
 // Teaching by showing: the robot stands at the goal, looks, and remembers what it saw.
 #pragma once
 
+#include <functional>
+
 #include "app/experiment/runner.hpp"
 #include "app/experiment/scenario.hpp"
 #include "app/experiment/taught_target.hpp"
@@ -12,6 +14,7 @@ struct TeachOptions {
   std::uint64_t seed = 0;
   std::shared_ptr<const ColorTable> colors;  ///< for level image
   int frames = 60;                           ///< looked at; the tracker takes the first to confirm the ball
+  std::function<void(int done)> progress;    ///< called before each frame; what it throws ends the teaching
 };
 
 /// Puts the robot at the scenario's target distance from where the ball is at time 0, facing it, on the line

@@ -1,5 +1,7 @@
 #include "app/io/video_writer.hpp"
 
+#include <cmath>
+
 #include "calibration/files/fault.hpp"
 
 namespace ballservo {
@@ -24,12 +26,19 @@ void VideoFile::write(const cv::Mat& bgr) {
                        "a folder with room, and OpenCV with FFmpeg");
     }
   }
+  ++written_;
   writer_.write(exact_ ? bgr : bgr(cv::Rect(0, 0, bgr.cols & ~1, bgr.rows & ~1)));
 }
 
 void VideoFile::commit() {
   if (!writer_.isOpened()) return;
   writer_.release();
+  // OpenCV's writer says nothing of a full disk: what it leaves then does not open, or tells no length.
+  const cv::VideoCapture film(file_.staging_path().string(), cv::CAP_FFMPEG);
+  if (!film.isOpened() || std::abs(film.get(cv::CAP_PROP_FRAME_COUNT) - written_) > 1) {
+    throw InputError(file_.target().string(), "a video that could not be written whole",
+                     "a disk with room for it");
+  }
   file_.commit();
 }
 

@@ -17,7 +17,8 @@ class VideoFile {
   /// Pictures (8-bit BGR) all of the first one's size; odd sizes are cut by one pixel, which H.264 asks for.
   void write(const cv::Mat& bgr);
 
-  /// Closes the video and moves it into place; nothing is left where no picture was written.
+  /// Closes the video and moves it into place; nothing is left where no picture was written, or not all
+  /// could be (InputError).
   void commit();
 
  private:
@@ -25,6 +26,7 @@ class VideoFile {
   double fps_;
   bool exact_ = false;
   cv::VideoWriter writer_;
+  int written_ = 0;
 };
 
 }  // namespace ballservo

@@ -3,6 +3,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <atomic>
@@ -132,7 +133,10 @@ void run_units(PictureSource& source, const MethodList& methods, const std::vect
     }
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, open.size(), 1), [&](const auto& range) {
       for (std::size_t k = range.begin(); k != range.end(); ++k) {
-        notes.add(open[k]->key, run_unit(source, methods, *open[k]));
+        const std::string records = run_unit(source, methods, *open[k]);
+        // Where another thread has thrown, the loops that draw pictures end early too.
+        if (tbb::is_current_task_group_canceling()) return;
+        notes.add(open[k]->key, records);
         const std::lock_guard<std::mutex> lock(progress_mutex);
         progress(done += open[k]->frames);
       }

@@ -270,16 +270,20 @@ TEST(Comparison, ReportIsAWholePageThatLoadsNothing) {
   EXPECT_NE(tex.find("sphere\\_one\\_step"), std::string::npos);
 }
 
-TEST(Comparison, EndsWhenItIsToldTo) {
+// What the others were at work on is left half drawn, and must not be noted.
+TEST(Comparison, EndsWhenItIsToldToAndGoesOnAsIfUndisturbed) {
   struct Stop {};
-  PlanPictures source(plan());
-  Notebook book;
-  const auto units = comparison_units(source.conditions());
-  EXPECT_THROW(run_units(source, plan().methods, units, book.notes(), 2,
-                         [](long done) {
-                           if (done >= 3) throw Stop();
-                         }),
-               Stop);
+  for (const long stop_after : {1, 5}) {
+    PlanPictures source(plan());
+    Notebook book;
+    const auto units = comparison_units(source.conditions());
+    EXPECT_THROW(run_units(source, plan().methods, units, book.notes(), 2,
+                           [&](long done) {
+                             if (done >= stop_after) throw Stop();
+                           }),
+                 Stop);
+    EXPECT_EQ(run(book, 2).files, tiny(1).files) << stop_after;
+  }
 }
 
 // The report draws the worst frames again by their numbers.

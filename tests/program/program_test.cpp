@@ -2,9 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <opencv2/imgproc.hpp>
 #include <set>
 #include <string>
 
+#include "app/io/video_writer.hpp"
 #include "tests/program/program_run.hpp"
 
 namespace ballservo {
@@ -110,6 +113,28 @@ TEST_F(Program, InterruptedRunEndsWith130) {
   for (const std::string& name : names()) EXPECT_THAT(name, testing::Not(HasSubstr("partial")));
 }
 
+TEST_F(Program, InterruptedTeachingEndsWith130AndLeavesNothing) {
+  const std::string scenario = (test::project_data_dir() / "scenarios" / "static_ball.yaml").string();
+  const Ending ending =
+      run("servo '" + scenario + "' --teach -o taught.yaml", "timeout --preserve-status -s INT 0.5");
+  EXPECT_EQ(ending.code, 130) << ending.messages;
+  EXPECT_THAT(names(), IsEmpty());
+}
+
+TEST_F(Program, AMisspeltCommandIsNamed) {
+  const Ending ending = run("calibarte camera a.png");
+  EXPECT_EQ(ending.code, 2);
+  EXPECT_THAT(ending.messages, HasSubstr("found calibarte; allowed: calibrate, detect, track"));
+  EXPECT_THAT(run("calibrate camrea").messages, HasSubstr("found camrea; allowed: camera, diff"));
+}
+
+TEST_F(Program, TwoOutputsOfOneNameAreRefused) {
+  put_grey_picture("grey.png");
+  const Ending ending = run("track grey.png --colors red.colors -o same.csv --json ./same.csv --force");
+  EXPECT_EQ(ending.code, 2);
+  EXPECT_THAT(ending.messages, HasSubstr("error: --json: found"));
+}
+
 TEST_F(Program, TrackNamesThePictureOfAnotherSize) {
   put_grey_picture("first.png");
   write_image(dir / "second.png", cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(128)));
@@ -181,6 +206,49 @@ TEST_F(Display, ShowsToTheEndWhereNobodyEndsIt) {
   const Ending ending = run(track(), on_virtual_display(""));
   EXPECT_EQ(ending.code, 1);
   EXPECT_THAT(ending.messages, HasSubstr("no ball in any of 3 pictures"));
+}
+
+class ProgramWithVideos : public test::ProgramTest {
+ protected:
+  static constexpr int pictures = 20;
+
+  /// A video of noise without colour, which no codec makes small.
+  void put_noise_video(const std::string& name) const {
+    VideoFile video(dir / name, Overwrite::refuse, 30);
+    cv::RNG random(1);
+    for (int i = 0; i < pictures; ++i) {
+      cv::Mat grey(120, 160, CV_8U), bgr;
+      random.fill(grey, cv::RNG::UNIFORM, 0, 256);
+      cv::cvtColor(grey, bgr, cv::COLOR_GRAY2BGR);
+      video.write(bgr);
+    }
+    video.commit();
+  }
+  /// Follows red balls in a video.
+  Ending track(const std::string& arguments, const std::string& before = "") const {
+    const std::filesystem::path colors = test::project_data_dir() / "colors" / "red.colors";
+    return run("track " + arguments + " --colors '" + colors.lexically_normal().string() + "'", before);
+  }
+};
+
+TEST_F(ProgramWithVideos, AVideoThatIsCutOffIsSaidToBe) {
+  put_noise_video("whole.mkv");
+  std::filesystem::copy_file(dir / "whole.mkv", dir / "cut.mkv");
+  std::filesystem::resize_file(dir / "cut.mkv", std::filesystem::file_size(dir / "whole.mkv") / 2);
+  EXPECT_THAT(track("cut.mkv").messages, HasSubstr("cut off or damaged"));
+  EXPECT_THAT(track("whole.mkv").messages, testing::Not(HasSubstr("cut off")));
+}
+
+TEST_F(ProgramWithVideos, AVideoThatFindsNoRoomIsNotLeftHalfWritten) {
+  put_noise_video("noise.mkv");
+  for (const std::string video : {"tracked.mkv", "tracked.mp4"}) {
+    const Ending ending = track("noise.mkv --video " + video, "ulimit -f 8;");
+    EXPECT_EQ(ending.code, 2) << ending.messages;
+    EXPECT_THAT(ending.messages, HasSubstr(video + ": found a video that could not be written whole"));
+    EXPECT_EQ(names(), std::set<std::string>{"noise.mkv"});
+  }
+  EXPECT_EQ(track("noise.mkv --video tracked.mkv").code, 1);
+  EXPECT_EQ(names().count("tracked.mkv"), 1u);
 }
 
 }  // namespace
