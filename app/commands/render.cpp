@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <regex>
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
@@ -56,6 +57,10 @@ int run_render(const RenderOptions& options) {
                      "at most " + number_text(options.common.max_pixels) + " pixels (--max-pixels)");
   }
   OutputFolder folder(options.output, options.common.overwrite());
+  folder.supersede([](const std::string& name) {
+    static const std::regex frame("frame_[0-9]{4,}\\.png|camera\\.(xml|yaml)");
+    return std::regex_match(name, frame);
+  });
   SimulatedCamera camera(scenario, options.common.seed, true);
   write_camera(folder, scenario.camera.camera);
 

@@ -165,6 +165,7 @@ int run_servo(const ServoOptions& options) {
   const std::string gain = gain_warning(scenario);
   if (!gain.empty()) spdlog::warn(gain);
   OutputFolder folder(options.output, options.common.overwrite());
+  folder.supersede([](const std::string& name) { return name == "video.mp4"; });
 
   // How long the run will take nobody knows: no total.
   Progress progress(options.realtime ? "milliseconds" : "simulated milliseconds", 0, options.common.quiet);

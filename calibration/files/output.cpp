@@ -145,7 +145,8 @@ OutputFolder::OutputFolder(fs::path target, Overwrite overwrite)
 OutputFolder::OutputFolder(OutputFolder&& other) noexcept
     : target_(std::move(other.target_)),
       staging_(std::exchange(other.staging_, fs::path())),
-      existed_(other.existed_) {}
+      existed_(other.existed_),
+      is_earlier_(std::move(other.is_earlier_)) {}
 
 OutputFolder::~OutputFolder() {
   std::error_code ignored;
@@ -170,9 +171,21 @@ void OutputFolder::append(const std::string& name, std::string_view piece) const
   append_bytes(staged(name), piece, (target_ / name).string());
 }
 
+void OutputFolder::supersede(std::function<bool(const std::string& name)> is_earlier) {
+  is_earlier_ = std::move(is_earlier);
+}
+
 void OutputFolder::commit() {
   if (existed_) {
+    std::vector<fs::path> earlier;
+    for (const auto& entry : fs::directory_iterator(target_)) {
+      const fs::path name = entry.path().filename();
+      if (is_earlier_ && entry.is_regular_file() && is_earlier_(name.string()) &&
+          !fs::exists(staging_ / name))
+        earlier.push_back(entry.path());
+    }
     merge_folder(staging_, target_);
+    for (const fs::path& file : earlier) fs::remove(file);
     fs::remove_all(staging_);
   } else {
     for (const fs::path& entry : entries_below(staging_)) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -60,6 +61,9 @@ class OutputFolder {
   void write(const std::string& name, std::string_view contents) const;
   /// Adds to such a file: for what is too long to be held whole.
   void append(const std::string& name, std::string_view piece) const;
+  /// Of an existing target: what an earlier run left there, by its name; `commit` removes it, if it is not
+  /// written anew, so that nobody takes it for this run's.
+  void supersede(std::function<bool(const std::string& name)> is_earlier);
   void commit();
 
  private:
@@ -67,6 +71,7 @@ class OutputFolder {
 
   std::filesystem::path target_, staging_;
   bool existed_ = false;
+  std::function<bool(const std::string&)> is_earlier_;
 };
 
 }  // namespace ballservo

@@ -185,6 +185,23 @@ TEST_F(Output, ExistingFolderKeepsWhatIsTheUsers) {
   EXPECT_EQ(names(dir / "out"), (std::set<std::string>{"a.csv", "frames", "frames/0.png", "notes.txt"}));
 }
 
+TEST_F(Output, WhatAnEarlierRunLeftGoesWithTheNewOnesArrival) {
+  fs::create_directories(dir / "out/old");
+  for (const char* const name : {"old_0", "old_1", "mine", "old/old_2"}) put(dir / "out" / name, "1");
+  const auto is_earlier = [](const std::string& name) { return name.rfind("old", 0) == 0; };
+  {
+    OutputFolder abandoned(dir / "out", Overwrite::allow);
+    abandoned.supersede(is_earlier);
+  }
+  EXPECT_EQ(names(dir / "out"), (std::set<std::string>{"mine", "old", "old/old_2", "old_0", "old_1"}));
+  OutputFolder folder(dir / "out", Overwrite::allow);
+  folder.supersede(is_earlier);
+  folder.write("old_0", "2");
+  folder.commit();
+  EXPECT_EQ(names(dir / "out"), (std::set<std::string>{"mine", "old", "old/old_2", "old_0"}));
+  EXPECT_EQ(contents(dir / "out/old_0"), "2");
+}
+
 TEST_F(Output, NamesTakenByAnotherKindMoveNothing) {
   fs::create_directories(dir / "out/z.csv");
   OutputFolder folder(dir / "out", Overwrite::allow);

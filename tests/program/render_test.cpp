@@ -49,6 +49,16 @@ TEST_F(Render, PicturesAreTheFramesOfARunWhoseRobotStands) {
   EXPECT_LT(brightness("frame_0003.png"), 0.5 * brightness("frame_0000.png"));
 }
 
+TEST_F(Render, FewerPicturesLeaveNoneOfAnEarlierRun) {
+  const auto file = test::project_data_dir() / "scenarios" / "static_ball.yaml";
+  const std::string render = "render '" + file.string() + "' -o out --force --frames ";
+  ASSERT_EQ(run(render + "3").code, 0);
+  put("out/notes.txt", "mine");
+  ASSERT_EQ(run(render + "1").code, 0);
+  EXPECT_EQ(names(),
+            (std::set<std::string>{"out", "camera.yaml", "truth.csv", "frame_0000.png", "notes.txt"}));
+}
+
 TEST_F(Render, RefusesACameraThatLosesEveryFrame) {
   const auto file = test::project_data_dir() / "scenarios" / "static_ball.yaml";
   const test::Ending ending =
