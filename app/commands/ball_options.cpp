@@ -80,6 +80,17 @@ void check_not_an_input(const std::filesystem::path& output, const BallOptions& 
   }
 }
 
+void check_not_a_source_folder(const std::filesystem::path& folder, const std::vector<std::string>& sources) {
+  for (const std::string& source : sources) {
+    std::error_code error;  // what is missing is no source; whoever reads it says so
+    const std::filesystem::path whole = std::filesystem::absolute(source, error);
+    const std::filesystem::path place =
+        std::filesystem::is_directory(whole, error) ? whole : whole.parent_path();
+    if (!folder.empty() && std::filesystem::equivalent(folder, place, error))
+      throw InputError(folder.string(), "the folder that " + source + " is read from", "a folder of its own");
+  }
+}
+
 void warn_of_repeated_names(const std::vector<std::string>& sources) {
   const std::vector<std::string> repeated = repeated_names(sources);
   if (repeated.empty()) return;

@@ -26,6 +26,10 @@ void add_ball_options(CLI::App& command, BallOptions& options);
 void check_not_an_input(const std::filesystem::path& output, const BallOptions& options,
                         const std::vector<std::string>& sources);
 
+/// Throws InputError where a folder of pictures to write is one that the command reads pictures from: they
+/// would replace each other.
+void check_not_a_source_folder(const std::filesystem::path& folder, const std::vector<std::string>& sources);
+
 /// Warns where several inputs have one file name, which is all that the rows say of where a ball was.
 void warn_of_repeated_names(const std::vector<std::string>& sources);
 

@@ -35,6 +35,8 @@ std::string frame_name(const Frame& frame, bool of_video) {
 
 int run_detect(const DetectOptions& options) {
   check_not_an_input(options.output, options.balls, options.sources);
+  check_not_a_source_folder(options.overlay, options.sources);
+  check_not_a_source_folder(options.stages, options.sources);
   const DetectorFactory factory(options.balls, options.common.seed, options.common.threads);
   warn_of_repeated_names(options.sources);
   auto sequences = open_sources(options.sources, 30, options.common.max_pixels);

@@ -2,8 +2,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <fstream>
 #include <memory>
-#include <regex>
+#include <set>
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
@@ -41,6 +42,16 @@ std::string truth_row(const std::string& source, const BallTruth& truth) {
                      number_text(truth.visible_fraction));
 }
 
+/// The pictures that the truth of an earlier run names; none where there is no such file.
+std::set<std::string> pictures_in(const std::filesystem::path& truth) {
+  std::set<std::string> names;
+  std::ifstream stream(truth);
+  std::string row;
+  if (!std::getline(stream, row) || row + '\n' != truth_header) return names;
+  while (std::getline(stream, row)) names.insert(row.substr(0, row.find(',')));
+  return names;
+}
+
 /// The camera beside the pictures, in the format that its model and the others' tools like best.
 void write_camera(const OutputFolder& folder, const Camera& camera) {
   const bool visp = camera.parameters().model == LensModel::visp;
@@ -57,9 +68,8 @@ int run_render(const RenderOptions& options) {
                      "at most " + number_text(options.common.max_pixels) + " pixels (--max-pixels)");
   }
   OutputFolder folder(options.output, options.common.overwrite());
-  folder.supersede([](const std::string& name) {
-    static const std::regex frame("frame_[0-9]{4,}\\.png|camera\\.(xml|yaml)");
-    return std::regex_match(name, frame);
+  folder.supersede([earlier = pictures_in(options.output / "truth.csv")](const std::string& name) {
+    return earlier.count(name) > 0;
   });
   SimulatedCamera camera(scenario, options.common.seed, true);
   write_camera(folder, scenario.camera.camera);

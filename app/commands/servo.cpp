@@ -165,7 +165,9 @@ int run_servo(const ServoOptions& options) {
   const std::string gain = gain_warning(scenario);
   if (!gain.empty()) spdlog::warn(gain);
   OutputFolder folder(options.output, options.common.overwrite());
-  folder.supersede([](const std::string& name) { return name == "video.mp4"; });
+  // A film beside another run's log is that run's.
+  const bool ran_before = std::filesystem::exists(options.output / "log.csv");
+  folder.supersede([ran_before](const std::string& name) { return ran_before && name == "video.mp4"; });
 
   // How long the run will take nobody knows: no total.
   Progress progress(options.realtime ? "milliseconds" : "simulated milliseconds", 0, options.common.quiet);

@@ -49,6 +49,10 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
   fmt::print(stderr, "ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
              ci.high * 100, n.infeasible, folder.string());
   if (against == nullptr) return;
+  if (against->reached.pairs() == 0) {
+    spdlog::warn("{} has no seed of this sweep: nothing to compare", against->other);
+    return;
+  }
   const Interval d = matched_difference_ci95(against->reached);
   fmt::print(stderr,
              "ballservo: success less that of {}: {:+.2f} % (95 % interval {:+.2f} to {:+.2f} %), {} pairs\n",

@@ -72,6 +72,7 @@ int run_track(const TrackOptions& options) {
   }
   check_not_an_input(options.output, options.balls, options.sources);
   check_not_an_input(options.video, options.balls, options.sources);
+  check_not_a_source_folder(options.stages, options.sources);
   std::optional<DisplayWindow> window;
   if (options.display) window.emplace("ballservo track");
   const DetectorFactory factory(options.balls, options.common.seed, options.common.threads);

@@ -99,8 +99,12 @@ Kind classify_file(const fs::path& file, double max_pixels, FaultList& faults) {
                fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
     return Kind::fault;
   }
-  // A JPEG's size may stand behind more metadata than the head holds; the reader looks again.
-  if (size || head.substr(0, 3) == "\xFF\xD8\xFF") return Kind::image;
+  // A JPEG's size may stand behind more metadata than the head holds, a TIFF's behind its pixels; the reader
+  // looks again.
+  using namespace std::string_view_literals;
+  const std::string_view magic = std::string_view(head).substr(0, 4);
+  if (size || magic.substr(0, 3) == "\xFF\xD8\xFF" || magic == "II*\0"sv || magic == "MM\0*"sv)
+    return Kind::image;
   return fault("neither a picture nor a video");
 }
 

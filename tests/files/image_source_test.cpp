@@ -71,6 +71,17 @@ TEST_F(ImageSource, SingleFilesFormOneSequenceInTheirOrder) {
   EXPECT_FALSE(sequences[0]->next());
 }
 
+// Its size stands at its end, behind the pixels.
+TEST_F(ImageSource, ALargeTiffIsAPicture) {
+  cv::Mat noise(300, 400, CV_8UC3);
+  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
+  write_image(folder.path() / "large.tiff", noise);
+  ASSERT_GT(fs::file_size(folder.path() / "large.tiff"), 1u << 17);
+  const auto sequences = open_sources({(folder.path() / "large.tiff").string()}, 30, default_max_pixels);
+  EXPECT_EQ(cv::norm(sequences.at(0)->next()->bgr, noise, cv::NORM_INF), 0);
+  EXPECT_THROW(open_sources({(folder.path() / "large.tiff").string()}, 30, 1000).at(0)->next(), InputError);
+}
+
 TEST_F(ImageSource, NamesThatSeveralFilesHaveAreTold) {
   for (const char* sub : {"left", "right"}) fs::create_directory(folder.path() / sub);
   const std::string left = put_image("left/a.png"), right = put_image("right/a.png"),

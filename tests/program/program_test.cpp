@@ -135,6 +135,18 @@ TEST_F(Program, TwoOutputsOfOneNameAreRefused) {
   EXPECT_THAT(ending.messages, HasSubstr("error: --json: found"));
 }
 
+TEST_F(Program, PicturesAreNotDrawnOverTheirSources) {
+  put_grey_picture("grey.png");
+  const std::string before = contents("grey.png");
+  for (const char* command :
+       {"detect . --overlay .", "detect grey.png --overlay .", "track grey.png --stages ."}) {
+    const Ending ending = run(std::string(command) + " --colors red.colors --force");
+    EXPECT_EQ(ending.code, 2) << command;
+    EXPECT_THAT(ending.messages, HasSubstr("is read from; allowed: a folder of its own")) << command;
+  }
+  EXPECT_EQ(contents("grey.png"), before);
+}
+
 TEST_F(Program, TrackNamesThePictureOfAnotherSize) {
   put_grey_picture("first.png");
   write_image(dir / "second.png", cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(128)));
