@@ -17,8 +17,8 @@ struct CameraMixture {
 
 /// Splits the views into two groups, each with a camera of its own, going back and forth between fitting the
 /// cameras and giving each view to the one that explains it better, from several starts. A mixture is
-/// reported where each group has `least_views`, the error falls by more than that of one camera's pictures
-/// does when they are split like this, and nearly every view is explained clearly worse by the other camera.
+/// reported where each group has `least_views`, the error falls clearly, that of each view under its camera
+/// as fitted without it, and nearly every view is explained clearly worse by the other camera.
 /// What a bend of the board explains (board_bend.hpp) counts for no second camera.
 /// Nothing for fewer than twice `least_views`.
 std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& views,

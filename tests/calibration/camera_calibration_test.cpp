@@ -320,5 +320,24 @@ TEST(RealBoards, CirclesAndFactoryFigures) {
   EXPECT_NEAR(franka.camera.parameters().fx_px, 602.4, 1);
 }
 
+// A few pictures of one camera are explained by many a camera; a picture that is held out is not.
+TEST(RealBoards, OneCameraIsNotTakenForTwoNorTwoForOne) {
+  const auto folder = test::shared_data_dir();
+  if (!folder) GTEST_SKIP() << "the pictures of others are not here";
+  std::vector<std::string> names;
+  for (int i = 0; i <= 13; ++i) names.push_back("img" + std::to_string(i) + ".png");
+  const auto views =
+      views_of(*folder / "calib_pv_lifecam480", names, parse_board("chessboard:10x10", 0.0254));
+  ASSERT_EQ(views.size(), 14u);
+  EXPECT_LT(calibrate_from_boards({640, 480}, views, only(LensModel::brown)).rms_px, 0.2);
+
+  names.clear();
+  for (const std::string side : {"left", "right"})
+    for (int i = 1; i <= 5; ++i) names.push_back(side + "0" + std::to_string(i) + ".jpg");
+  const auto both = views_of(*folder / "calib_opencv_stereo", names, chessboard);
+  ASSERT_EQ(both.size(), 10u);
+  EXPECT_THROW(calibrate_from_boards({640, 480}, both, only(LensModel::brown)), Refusal);
+}
+
 }  // namespace
 }  // namespace ballservo
