@@ -42,13 +42,16 @@ std::string truth_row(const std::string& source, const BallTruth& truth) {
                      number_text(truth.visible_fraction));
 }
 
-/// The pictures that the truth of an earlier run names; none where there is no such file.
+/// The pictures that the truth of an earlier run names; none where there is no such file. A user's own truth
+/// may stand there too: what is not called as we call pictures is the user's.
 std::set<std::string> pictures_in(const std::filesystem::path& truth) {
   std::set<std::string> names;
   std::ifstream stream(truth);
   std::string row;
   if (!std::getline(stream, row) || row + '\n' != truth_header) return names;
-  while (std::getline(stream, row)) names.insert(row.substr(0, row.find(',')));
+  while (std::getline(stream, row)) {
+    if (row.rfind("frame_", 0) == 0) names.insert(row.substr(0, row.find(',')));
+  }
   return names;
 }
 

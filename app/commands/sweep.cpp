@@ -50,7 +50,7 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
              ci.high * 100, n.infeasible, folder.string());
   if (against == nullptr) return;
   if (against->reached.pairs() == 0) {
-    spdlog::warn("{} has no seed of this sweep: nothing to compare", against->other);
+    spdlog::warn("{} has none of this sweep's feasible seeds: nothing to compare", against->other);
     return;
   }
   const Interval d = matched_difference_ci95(against->reached);
