@@ -49,14 +49,16 @@ TEST_F(Render, PicturesAreTheFramesOfARunWhoseRobotStands) {
   EXPECT_LT(brightness("frame_0003.png"), 0.5 * brightness("frame_0000.png"));
 }
 
-TEST_F(Render, FewerPicturesLeaveNoneOfAnEarlierRun) {
+TEST_F(Render, FewerPicturesLeaveNoneOfAnEarlierRunButTheUsersOwn) {
   const auto file = test::project_data_dir() / "scenarios" / "static_ball.yaml";
   const std::string render = "render '" + file.string() + "' -o out --force --frames ";
   ASSERT_EQ(run(render + "3").code, 0);
-  put("out/notes.txt", "mine");
+  for (const char* const name : {"out/frame_0500.png", "out/photo.png"}) put(name, "the user's own");
+  std::ofstream(dir / "out/truth.csv", std::ios::app) << "photo.png,0,,,,,,,,,\n";
   ASSERT_EQ(run(render + "1").code, 0);
-  EXPECT_EQ(names(),
-            (std::set<std::string>{"out", "camera.yaml", "truth.csv", "frame_0000.png", "notes.txt"}));
+  const std::set<std::string> expected{
+      "out", "camera.yaml", "truth.csv", "frame_0000.png", "frame_0500.png", "photo.png"};
+  EXPECT_EQ(names(), expected);
 }
 
 TEST_F(Render, RefusesACameraThatLosesEveryFrame) {
