@@ -73,6 +73,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   if (light_) look_under_another_light(bgr);
   correct_matched();
   continue_jumps();
+  rejoin_newcomers();
 
   for (Followed& followed : followed_) {
     if (followed.sight)
@@ -89,6 +90,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
         {next_id_++, seen_[i].color_class, Track::State::tentative, seen_[i]},
         TrackFilter(features_of(seen_[i], options_.filter.sigma_floor_radii), time_s, options_.filter),
         0,
+        time_s,
         time_s};
     newcomer.sight = i;
     see(newcomer, seen_[i], time_s);
@@ -250,26 +252,46 @@ void Tracker::correct_matched() {
   }
 }
 
+// Near enough to where a missing ball is predicted to be that ball, and of its size.
+bool Tracker::may_be_missing_one(const Followed& missing, const BallObservation& ball) const {
+  const TangentCone expected = cone_of(missing.filter.value());
+  const double ratio = ball.cone.alpha_rad / expected.alpha_rad;
+  return !missing.sight && ball.color_class == missing.track.color_class && ratio > 0.6 && ratio < 1.67 &&
+         angle_between(ball.cone.axis, expected.axis) < options_.jump_radii * expected.alpha_rad;
+}
+
 // A throw or a knock outruns the filter: where one unmatched ball lies near one unmatched track, it is the
 // same ball.
 void Tracker::continue_jumps() {
-  for (std::size_t i = 0; i < followed_.size(); ++i) {
-    if (followed_[i].sight) continue;
-    const TangentCone expected = cone_of(followed_[i].filter.value());
-    const auto near = [&](const BallObservation& ball) {
-      const double ratio = ball.cone.alpha_rad / expected.alpha_rad;
-      return ball.color_class == followed_[i].track.color_class && ratio > 0.6 && ratio < 1.67 &&
-             angle_between(ball.cone.axis, expected.axis) < options_.jump_radii * expected.alpha_rad;
-    };
+  for (Followed& followed : followed_) {
     std::size_t candidate = seen_.size();
     int candidates = 0;
     for (std::size_t k = 0; k < seen_.size(); ++k) {
-      if (!is_taken(k) && seen_[k].quality >= options_.clear_quality && near(seen_[k]))
+      if (!is_taken(k) && seen_[k].quality >= options_.clear_quality &&
+          may_be_missing_one(followed, seen_[k]))
         candidate = k, ++candidates;
     }
     if (candidates != 1) continue;
-    followed_[i].sight = candidate;
-    followed_[i].filter.restart(features_of(seen_[candidate], options_.filter.sigma_floor_radii));
+    followed.sight = candidate;
+    followed.filter.restart(features_of(seen_[candidate], options_.filter.sigma_floor_radii));
+  }
+}
+
+// A ball less clear than that becomes a track of its own; believed, it is the one that has been missing ever
+// since it appeared.
+void Tracker::rejoin_newcomers() {
+  for (Followed& newcomer : followed_) {
+    if (newcomer.track.state != Track::State::tentative || !newcomer.sight ||
+        newcomer.hits + 1 < options_.confirm_after)
+      continue;
+    const auto is_missing = [&](const Followed& followed) {
+      return followed.track.state == Track::State::coasting && followed.seen_s < newcomer.born_s &&
+             may_be_missing_one(followed, seen_[*newcomer.sight]);
+    };
+    const auto missing = std::find_if(followed_.begin(), followed_.end(), is_missing);
+    if (missing == followed_.end() || std::any_of(missing + 1, followed_.end(), is_missing)) continue;
+    missing->filter = newcomer.filter;
+    missing->sight = std::exchange(newcomer.sight, std::nullopt);
   }
 }
 
@@ -292,7 +314,8 @@ void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
                        outline->center_px.y() > -outline->radius_px &&
                        outline->center_px.x() < picture.width + outline->radius_px &&
                        outline->center_px.y() < picture.height + outline->radius_px;
-  if (track.state == Track::State::tentative || !in_view || time_s - followed.seen_s > options_.coast_s) {
+  const double coast_s = std::min(options_.coast_s, followed.seen_s - followed.born_s);
+  if (track.state == Track::State::tentative || !in_view || time_s - followed.seen_s > coast_s) {
     followed.hits = 0;
     return;
   }

@@ -14,7 +14,7 @@ namespace ballservo {
 
 struct TrackerOptions {
   int confirm_after = 3;  ///< pictures in a row
-  double coast_s = 1.0;   ///< how long a confirmed ball is predicted before it is given up
+  double coast_s = 1.0;   ///< so long, and no longer than it was followed, an unseen ball is predicted
   double gate_distance2 =
       16.27;              ///< squared Mahalanobis distance; 99.9 % of chi-square with 3 degrees of freedom
   double jump_radii = 6;  ///< a lone ball of the class this near an unmatched track continues it
@@ -69,7 +69,7 @@ class Tracker {
     Track track;
     TrackFilter filter;
     int hits = 1;
-    double seen_s = 0;
+    double seen_s = 0, born_s = 0;
     BallLight light{};
     std::optional<std::size_t> sight{};  // its ball among those of this picture
   };
@@ -92,7 +92,9 @@ class Tracker {
   bool is_plausible(const Followed& followed, const BallObservation& ball) const;
   void match();
   void correct_matched();
+  bool may_be_missing_one(const Followed& missing, const BallObservation& ball) const;
   void continue_jumps();
+  void rejoin_newcomers();
   void miss(Followed& followed, double time_s, const cv::Size& picture);
   void see(Followed& followed, const BallObservation& ball, double time_s);
 

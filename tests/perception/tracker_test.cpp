@@ -56,13 +56,14 @@ TEST(Tracker, CoastsThroughAShortOcclusionAndKnowsTheBallAgain) {
 }
 
 TEST(Tracker, ASightCountsOnce) {
-  // Seen once and predicted an instant later, a ball is known as well as its own fit says, not better.
+  // Seen and predicted an instant later, a ball is known as well as its own fit says, not better.
   TrackerOptions options;
   options.confirm_after = 1;
   options.filter.sigma_floor_radii = 0;
   Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
-  const auto seen = tracker.update(picture_with({{160, 120}}), 0).at(0);
-  const auto predicted = tracker.update(test::grey_picture(), 1e-6).at(0);
+  tracker.update(picture_with({{160, 120}}), 0);  // so long ago that it says nothing of the place
+  const auto seen = tracker.update(picture_with({{160, 120}}), 1).at(0);
+  const auto predicted = tracker.update(test::grey_picture(), 1 + 1e-6).at(0);
   ASSERT_EQ(predicted.state, Track::State::coasting);
   const Eigen::Vector3d fitted = seen.ball.position->covariance_m2.diagonal();
   const Eigen::Vector3d known = predicted.ball.position->covariance_m2.diagonal();
@@ -76,6 +77,63 @@ TEST(Tracker, GivesUpABallThatStaysAway) {
   for (int k = 0; k < 5; ++k) tracker.update(picture_with({{160, 120}}), k * dt_s);
   for (int k = 5; k < 60; ++k) tracker.update(test::grey_picture(), k * dt_s);
   EXPECT_TRUE(tracker.update(test::grey_picture(), 60 * dt_s).empty());
+}
+
+// What was seen for an instant is no reason to expect it for a second.
+TEST(Tracker, PredictsABallNoLongerThanItWasFollowed) {
+  for (const int pictures : {4, 10}) {
+    Tracker tracker = make_tracker();
+    for (int k = 0; k < pictures; ++k) tracker.update(picture_with({{160, 120}}), k * dt_s);
+    int predicted = 0;
+    for (int k = pictures; k < 60; ++k)
+      predicted += static_cast<int>(tracker.update(test::grey_picture(), k * dt_s).size());
+    EXPECT_NEAR(predicted, pictures - 1, 1);
+  }
+}
+
+// A knock that outruns the filter, after which the ball is too unclear to be known at once.
+TEST(Tracker, ABallThatIsBelievedAnewNearAMissingOneIsThatOne) {
+  TrackerOptions options;
+  options.clear_quality = 0.9;
+  Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
+  const auto unclear_ball_at = [](int u_px) {
+    cv::Mat bgr = picture_with({{static_cast<double>(u_px), 100}});
+    bgr(cv::Rect(u_px + 8, 80, 12, 40)).setTo(test::grey);
+    return bgr;
+  };
+  for (int k = 0; k < 20; ++k) tracker.update(unclear_ball_at(60), k * dt_s);
+  for (int k = 20; k < 22; ++k) {
+    const auto& tracks = tracker.update(unclear_ball_at(148), k * dt_s);
+    ASSERT_EQ(tracks.size(), 2u);
+    EXPECT_EQ(tracks[0].state, Track::State::coasting);
+    EXPECT_EQ(tracks[1].state, Track::State::tentative);
+  }
+  for (int k = 22; k < 25; ++k) {
+    const auto& tracks = tracker.update(unclear_ball_at(148), k * dt_s);
+    ASSERT_EQ(tracks.size(), 1u);
+    EXPECT_EQ(tracks[0].id, 1);
+    EXPECT_EQ(tracks[0].state, Track::State::confirmed);
+    EXPECT_NEAR(tracks[0].ball.outline.center_px.x(), 148, 0.5);
+  }
+}
+
+TEST(Tracker, NotOneThatWasThereBeforeTheOtherWentMissingNorOneFarAway) {
+  for (const double x_px : {124.0, 250.0}) {
+    const int appears = x_px < 200 ? 19 : 20;  // believed two pictures later
+    TrackerOptions options;
+    options.newcomers_every = 1;
+    Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
+    for (int k = 0; k < 25; ++k) {
+      std::vector<Eigen::Vector2d> centers;
+      if (k < 20) centers.push_back({60, 100});
+      if (k >= appears) centers.push_back({x_px, 100});
+      tracker.update(picture_with(centers), k * dt_s);
+    }
+    const auto& tracks = tracker.update(picture_with({{x_px, 100}}), 25 * dt_s);
+    ASSERT_EQ(tracks.size(), 2u) << x_px;
+    EXPECT_EQ(tracks[0].state, Track::State::coasting);
+    EXPECT_EQ(tracks[1].state, Track::State::confirmed);
+  }
 }
 
 TEST(Tracker, IsNotTakenInByANearbyBallOfTheSameColour) {
