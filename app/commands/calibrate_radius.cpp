@@ -1,5 +1,6 @@
 // ballservo calibrate radius: a ball's diameter from pictures at known distances or beside a board.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +28,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double largest_usual_radius_m = 0.5;
+
 struct CalibrateRadiusOptions {
   CommonOptions common;
   std::vector<std::string> sources;
@@ -44,7 +47,8 @@ struct Distance {
 struct RadiusPicture {
   std::string source;
   std::optional<RadiusReading> reading;
-  std::string rejected;  ///< why it has none
+  std::string class_name;  ///< the ball's
+  std::string rejected;    ///< why it has none
   bool used = false;
 };
 
@@ -87,8 +91,9 @@ struct Measurement {
   std::map<std::string, Distance> distances;
 };
 
-/// The ball of a picture, its radius taken for 1; the reason where there is not exactly one.
-std::optional<UnitBall> unit_ball(Measurement& task, const cv::Mat& bgr, std::string& reason) {
+/// The ball of a picture, its radius taken for 1; into `picture` its class, or the reason where there is not
+/// exactly one.
+std::optional<UnitBall> unit_ball(Measurement& task, const cv::Mat& bgr, RadiusPicture& picture) {
   std::vector<const BallObservation*> balls;
   std::string names;
   const auto wanted = task.colors->find(task.options.class_name);
@@ -97,29 +102,29 @@ std::optional<UnitBall> unit_ball(Measurement& task, const cv::Mat& bgr, std::st
     balls.push_back(&ball);
     names += (names.empty() ? "" : ", ") + task.colors->name_of(ball.color_class);
   }
-  if (balls.empty()) reason = "no ball in it";
+  if (balls.empty()) picture.rejected = "no ball in it";
   if (balls.size() > 1)
-    reason = "several balls in it (" + names + ")" + (wanted ? "" : ": --class NAME says which one is meant");
+    picture.rejected =
+        "several balls in it (" + names + ")" + (wanted ? "" : ": --class NAME says which one is meant");
   if (balls.size() != 1) return std::nullopt;
+  picture.class_name = task.colors->name_of(balls.front()->color_class);
   return UnitBall{balls.front()->position->p_C, balls.front()->position->covariance_m2};
 }
 
-std::optional<RadiusReading> read_picture(Measurement& task, const Frame& frame, std::string& reason) {
-  const auto ball = unit_ball(task, frame.bgr, reason);
-  if (!ball) return std::nullopt;
-  std::optional<RadiusReading> reading;
+void read_picture(Measurement& task, const cv::Mat& bgr, RadiusPicture& picture) {
+  const auto ball = unit_ball(task, bgr, picture);
+  if (!ball) return;
   if (task.board) {
-    const BoardFinding finding = find_board(frame.bgr, *task.board);
-    reason = finding.reason;
-    if (!finding.view) return std::nullopt;
-    reading = task.reader.on_board(*ball, *finding.view, task.options.depth_m);
-    if (!reading) reason = "the ball cannot lie on the board's plane";
+    const BoardFinding finding = find_board(bgr, *task.board);
+    picture.rejected = finding.reason;
+    if (!finding.view) return;
+    picture.reading = task.reader.on_board(*ball, *finding.view, task.options.depth_m);
+    if (!picture.reading) picture.rejected = "the ball cannot lie on the board's plane";
   } else {
-    const Distance& distance = task.distances.at(frame.source);
-    reading = task.reader.at_distance(*ball, distance.distance_m, distance.sigma_m);
-    if (!reading) reason = "its outline leaves what the camera's model covers";
+    const Distance& distance = task.distances.at(picture.source);
+    picture.reading = task.reader.at_distance(*ball, distance.distance_m, distance.sigma_m);
+    if (!picture.reading) picture.rejected = "its outline leaves what the camera's model covers";
   }
-  return reading;
 }
 
 Measurement set_up(const CalibrateRadiusOptions& options) {
@@ -177,10 +182,23 @@ std::vector<RadiusPicture> read_pictures(Measurement& task) {
     picture.source = file.filename().string();
     const cv::Mat bgr = read_color_image(file, task.options.common.max_pixels);
     check_camera_fits(task.detector.rays().camera(), {bgr.cols, bgr.rows}, task.options.camera);
-    picture.reading = read_picture(task, {bgr, picture.source, 0, 0}, picture.rejected);
+    read_picture(task, bgr, picture);
     progress.step(static_cast<long>(pictures.size()));
   }
   return pictures;
+}
+
+void check_one_ball(const std::vector<RadiusPicture>& pictures) {
+  const RadiusPicture* first = nullptr;
+  for (const RadiusPicture& picture : pictures) {
+    if (!picture.reading) continue;
+    if (!first) first = &picture;
+    if (picture.class_name != first->class_name)
+      throw InputError("--class",
+                       fmt::format("nothing, and {} shows the ball {}, {} the ball {}", first->source,
+                                   first->class_name, picture.source, picture.class_name),
+                       "the name of the one that is meant");
+  }
 }
 
 RadiusEstimate estimate_from(std::vector<RadiusPicture>& pictures) {
@@ -249,7 +267,10 @@ int calibrate_radius(const CalibrateRadiusOptions& options) {
   check_not_an_input(options.common.json, inputs, sources);
   Measurement task = set_up(options);
   std::vector<RadiusPicture> pictures = read_pictures(task);
+  check_one_ball(pictures);
   const RadiusEstimate estimate = estimate_from(pictures);
+  if (estimate.radius_m > largest_usual_radius_m)
+    spdlog::warn("a ball of {:.3g} m across? Distances and squares are in metres", 2 * estimate.radius_m);
   const long used = std::count_if(pictures.begin(), pictures.end(),
                                   [](const RadiusPicture& picture) { return picture.used; });
   write_json_results(options.common, results_json(pictures, estimate, used));

@@ -56,7 +56,8 @@ Board parse_board(const std::string& text, double square_m) {
     if (faults.empty()) board.columns = static_cast<int>(*columns), board.rows = static_cast<int>(*rows);
   }
   if (!std::isfinite(square_m) || square_m <= 0)
-    faults.add("--square", fmt::format("{}", square_m), "a finite number above 0 (m)");
+    faults.add("--square", std::isnan(square_m) ? "nothing" : fmt::format("{}", square_m),
+               "a finite number above 0 (m)");
   faults.throw_if_any();
   return board;
 }

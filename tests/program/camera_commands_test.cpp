@@ -64,12 +64,14 @@ class RadiusCommand : public CameraCommands {
   void SetUp() override {
     put("camera.yaml", camera_text(600));
     put("my.colors", color_file_bytes(*test::red_and_green()));
-    for (const double distance_m : {0.8, 1.0, 1.2}) {
-      cv::Mat bgr = test::grey_picture(640, 480);
-      const double radius_px = 600 * 0.035 / std::sqrt(distance_m * distance_m - 0.035 * 0.035);
-      test::paint_disc(bgr, {319.5, 239.5}, radius_px, test::red);
-      write_image(dir / fmt::format("at_{}.png", distance_m), bgr);
-    }
+    for (const double distance_m : {0.8, 1.0, 1.2})
+      paint_ball(fmt::format("at_{}.png", distance_m), distance_m, test::red);
+  }
+  void paint_ball(const std::string& name, double distance_m, const cv::Vec3b& color) const {
+    cv::Mat bgr = test::grey_picture(640, 480);
+    const double radius_px = 600 * 0.035 / std::sqrt(distance_m * distance_m - 0.035 * 0.035);
+    test::paint_disc(bgr, {319.5, 239.5}, radius_px, color);
+    write_image(dir / name, bgr);
   }
   std::string table(double last_m) const {
     return fmt::format("source,distance_m\nat_0.8.png,0.8\nat_1.png,1.0\nat_1.2.png,{}\n", last_m);
@@ -88,6 +90,17 @@ TEST_F(RadiusCommand, DiameterWithItsSigma) {
   EXPECT_LT(json["sigma_m"].get<double>(), 0.0002);
   EXPECT_NEAR(json["diameter_m"].get<double>(), 0.07, 4 * json["sigma_m"].get<double>());
   EXPECT_EQ(json["pictures"][2]["source"], "at_1.2.png");
+}
+
+TEST_F(RadiusCommand, OneBallInMetres) {
+  paint_ball("at_1.2.png", 1.2, test::green);
+  put("tape.csv", table(1.2));
+  const auto mixed = run(radius + "--distances tape.csv");
+  EXPECT_EQ(mixed.code, 2);
+  EXPECT_THAT(mixed.messages, HasSubstr("at_0.8.png shows the ball red, at_1.2.png the ball green"));
+  EXPECT_EQ(run(radius + "--distances tape.csv --class red").code, 0);
+  put("in_cm.csv", "source,distance_m\nat_0.8.png,80\nat_1.png,100\nat_1.2.png,120\n");
+  EXPECT_THAT(run(radius + "--distances in_cm.csv --class red").messages, HasSubstr("a ball of 7.0"));
 }
 
 TEST_F(RadiusCommand, ContradictionsAndBadTables) {
