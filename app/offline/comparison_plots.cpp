@@ -169,8 +169,10 @@ Svg error_bars(const ComparisonResults& results) {
     const auto m = place_of(results.methods, name);
     if (!m) continue;
     BarGroup group{name, {}, color_of(name)};
-    for (const std::size_t c : shown)
+    for (const std::size_t c : shown) {
       group.values.push_back(results.summaries[c].methods[*m].position_median_mm);
+      group.intervals.push_back(results.summaries[c].methods[*m].position_median_ci95_mm);
+    }
     groups.push_back(std::move(group));
   }
   PlotOptions options = chart("Error of the ball's centre in 3-D, median");
@@ -229,7 +231,7 @@ Svg scatter_plot(const ComparisonResults& results, const MethodPair& pair) {
   }
   PlotOptions options = chart("Error of one step and of the converged fit, by condition");
   options.x = {results.methods[pair.b]->name + ": median error (mm), log", true, {}, {}};
-  options.y = {results.methods[pair.a]->name + ": (mm), log", true, {}, {}};
+  options.y = {results.methods[pair.a]->name + ": median error (mm), log", true, {}, {}};
   return line_plot({points, diagonal}, options);
 }
 

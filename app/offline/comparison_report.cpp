@@ -127,6 +127,14 @@ void add_methods(Page& page, const ComparisonResults& results) {
   page.end_details();
 }
 
+// Of any ball in space, as only a known camera and diameter do.
+bool tells_places(const ComparisonResults& results) {
+  return std::any_of(results.summaries.begin(), results.summaries.end(), [](const ConditionSummary& s) {
+    return std::any_of(s.methods.begin(), s.methods.end(),
+                       [](const MethodStatistics& m) { return std::isfinite(m.position_median_mm); });
+  });
+}
+
 void add_errors(Page& page, const ComparisonResults& results, const ComparisonReportText& text) {
   page.heading("How far from the truth");
   if (!text.rendered)
@@ -134,12 +142,7 @@ void add_errors(Page& page, const ComparisonResults& results, const ComparisonRe
         "Where a row tells the ball's circle, errors are against that circle, as well as whoever drew it "
         "could see it. Where it tells nothing, methods can only be held against each other: that they agree "
         "does not show that they are right, only that what they have in common decides.");
-  const bool in_space =
-      std::any_of(results.summaries.begin(), results.summaries.end(), [](const ConditionSummary& s) {
-        return std::any_of(s.methods.begin(), s.methods.end(),
-                           [](const MethodStatistics& m) { return std::isfinite(m.position_median_mm); });
-      });
-  if (!in_space) {
+  if (!tells_places(results)) {
     page.paragraph("No place in space is known: the tables below hold centres and radii in the picture.");
     return;
   }
@@ -182,6 +185,7 @@ void add_steps(Page& page, const ComparisonResults& results) {
     figures.push_back(drawing(difference_plot(results, k),
                               "A curve that rises early means that the two agree in nearly every frame. "
                               "Differences below 0.0001 px are drawn there."));
+    if (!tells_places(results)) continue;
     figures.push_back(drawing(scatter_plot(results, pairs[k]),
                               "On the dashed line both err alike; below it one step is the better."));
   }
@@ -219,15 +223,17 @@ void add_costs(Page& page, const ComparisonResults& results) {
     if (std::isfinite(median_ms)) (results.methods[m]->is_peer ? peers_ms : own_ms) += median_ms;
   }
   page.paragraph(fmt::format(
-      "A frame through all methods but the peers takes {} ms of one core: {:.0f} frames a second; the peers "
-      "take {} ms. Processor time of one thread, medians over the conditions. A fit's time begins at the "
+      "A frame through all methods but the peers takes {} ms of one core: {:.0f} frames a second{}. "
+      "Processor time of one thread, medians over the conditions. A fit's time begins at the "
       "starting circle and includes the choice of its points; a peer's begins at the picture. So does that "
       "of vote, which is a whole detection by a detector that was made for this one frame: colours, regions, "
       "votes, the fit, and getting its memory. A detector that runs takes a fraction of that, and the votes "
       "of one region a fraction of a millisecond: the claims about times above, where they were looked at, "
       "are of those.",
-      figure(own_ms), own_ms > 0 ? 1000 / own_ms : 0, figure(peers_ms)));
-  page.figure(drawing(cost_plot(results), "Down and to the left is better. Small and pale: converged."));
+      figure(own_ms), own_ms > 0 ? 1000 / own_ms : 0,
+      peers_ms > 0 ? "; the peers take " + figure(peers_ms) + " ms" : ""));
+  if (tells_places(results))
+    page.figure(drawing(cost_plot(results), "Down and to the left is better. Small and pale: converged."));
   page.begin_details("Method by method: cost, error of the median condition, balls found in all conditions");
   page.table(table);
   page.end_details();
@@ -287,7 +293,8 @@ std::string comparison_report_html(const ComparisonResults& results, const ShowF
                                    const ComparisonReportText& text, const std::vector<PaperClaim>& claims) {
   Page page("Is one step enough?", "Every estimator of the ball on the same pixels: " + text.subject);
   page.paragraph(
-      std::string("On line, the ball's outline is refined by exactly one Gauss-Newton step, as in ") +
+      std::string("On line, the ball's outline is refined by one Gauss-Newton step on the edges measured "
+                  "around it, as in ") +
       the_paper +
       ". Here the same residuals on the same points with the same weights are also handed to Ceres, a "
       "general solver that goes on until nothing improves: the converged fit. Where the two agree, what "

@@ -185,8 +185,9 @@ Svg PlotFrame::finish() {
     if (line.vertical) {
       const double x = pixel(line.value, y_.low).x();
       writer_.line({x, top_}, {x, bottom_px()}, style);
-      writer_.text({x + 4, top_ + 12}, line.label, TextAnchor::start, tick_text_px, false, false,
-                   PlotColor::text(), 0.8);
+      const bool fits = x + 8 + text_width_px(line.label, tick_text_px) < left_ + width_;
+      writer_.text({fits ? x + 4 : x - 4, top_ + 12}, line.label, fits ? TextAnchor::start : TextAnchor::end,
+                   tick_text_px, false, false, PlotColor::text(), 0.8);
     } else {
       const double y = pixel(x_.low, line.value).y();
       writer_.line({left_, y}, {left_ + width_, y}, style);

@@ -127,6 +127,8 @@ Svg bar_plot(const std::vector<std::string>& categories, const std::vector<BarGr
   std::vector<LegendEntry> legend;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     values.insert(values.end(), groups[g].values.begin(), groups[g].values.end());
+    for (const Interval& interval : groups[g].intervals)
+      values.insert(values.end(), {interval.low, interval.high});
     legend.push_back({groups[g].name, color_of(groups, g), false, true});
   }
   for (const ReferenceLine& line : shown.lines) {
@@ -150,6 +152,9 @@ Svg bar_plot(const std::vector<std::string>& categories, const std::vector<BarGr
     SvgStyle bar;
     bar.stroke.reset();
     bar.fill = color_of(groups, g);
+    SvgStyle whisker;
+    whisker.stroke = PlotColor::text();
+    whisker.opacity = 0.6;
     for (std::size_t k = 0; k < std::min(categories.size(), groups[g].values.size()); ++k) {
       const double value = groups[g].values[k];
       if (!showable(value, shown.y.log)) continue;
@@ -157,6 +162,11 @@ Svg bar_plot(const std::vector<std::string>& categories, const std::vector<BarGr
       const Eigen::Vector2d a = frame.pixel(x, value), b = frame.pixel(x + width, base);
       frame.writer().rectangle({a.x(), std::min(a.y(), b.y())},
                                {std::max(0.5, b.x() - a.x() - 1), std::abs(b.y() - a.y())}, bar);
+      if (k >= groups[g].intervals.size()) continue;
+      const Interval& interval = groups[g].intervals[k];
+      if (!showable(interval.low, shown.y.log) || !showable(interval.high, shown.y.log)) continue;
+      const double middle = x + width / 2;
+      frame.writer().line(frame.pixel(middle, interval.low), frame.pixel(middle, interval.high), whisker);
     }
   }
   return frame.finish();
