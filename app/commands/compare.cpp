@@ -265,6 +265,9 @@ int run_merge(const MergeOptions& options) {
   if (options.output.empty()) throw InputError("--output", "nothing", "a folder for the results");
   std::vector<std::filesystem::path> paths(options.folders.begin(), options.folders.end());
   const MergeableShards parts = read_shards(paths);
+  if (parts.shards.size() == 1)
+    throw InputError(parts.shards.front().folder.string(), "a whole comparison",
+                     "the parts of one, as --shard makes them");
   constexpr std::size_t most_setting_bytes = std::size_t{1} << 28;
   std::vector<NoteFile> parts_notes;
   std::string setting_text;

@@ -52,6 +52,7 @@ TEST_F(CompareTest, PartsKilledAndResumedMergeIntoTheWhole) {
   const test::Ending missing = run("compare merge part_1 -o too_few");
   EXPECT_EQ(missing.code, 2);
   EXPECT_THAT(missing.messages, HasSubstr("2/2"));
+  EXPECT_THAT(run("compare merge whole -o again").messages, HasSubstr("whole: found a whole comparison"));
   EXPECT_EQ(run("compare merge part_1 part_2 -o merged").code, 2);  // it is there already
   // Another plan's folder is not gone on with.
   put("plan.yaml", std::string(plan) + "claims: paper\n");
