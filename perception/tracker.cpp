@@ -13,6 +13,8 @@
 namespace ballservo {
 namespace {
 
+constexpr double longest_coast = 3;  // times as long as the ball was followed
+
 double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
@@ -314,7 +316,8 @@ void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
                        outline->center_px.y() > -outline->radius_px &&
                        outline->center_px.x() < picture.width + outline->radius_px &&
                        outline->center_px.y() < picture.height + outline->radius_px;
-  const double coast_s = std::min(options_.coast_s, followed.seen_s - followed.born_s);
+  const double followed_s = followed.seen_s - followed.born_s;
+  const double coast_s = std::min(options_.coast_s, longest_coast * followed_s);
   if (track.state == Track::State::tentative || !in_view || time_s - followed.seen_s > coast_s) {
     followed.hits = 0;
     return;

@@ -14,7 +14,7 @@ namespace ballservo {
 
 struct TrackerOptions {
   int confirm_after = 3;  ///< pictures in a row
-  double coast_s = 1.0;   ///< so long, and no longer than it was followed, an unseen ball is predicted
+  double coast_s = 1.0;   ///< so long, at most thrice as long as it was followed, it is predicted unseen
   double gate_distance2 =
       16.27;              ///< squared Mahalanobis distance; 99.9 % of chi-square with 3 degrees of freedom
   double jump_radii = 6;  ///< a lone ball of the class this near an unmatched track continues it
