@@ -13,7 +13,7 @@
 
 #include "app/commands/command.hpp"
 #include "app/io/interrupt.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace {
 

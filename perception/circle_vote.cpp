@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "perception/yuyv.hpp"
 
 namespace ballservo {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "perception/color_boxes.hpp"
 
 namespace ballservo {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "perception/ball_position.hpp"
 #include "perception/classification.hpp"
 #include "perception/region_shape.hpp"

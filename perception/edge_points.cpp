@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calibration/camera/sphere_outline.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 #include "perception/outline_shape.hpp"
 
 namespace ballservo {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "perception/camera_response.hpp"
 #include "perception/channel_mix.hpp"
 #include "perception/cone_fit.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "perception/ball_observation.hpp"
 
 namespace ballservo {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "servo/floor_scan.hpp"
 #include "servo/odometry_bound.hpp"
 #include "servo/sonar.hpp"

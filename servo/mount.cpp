@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 

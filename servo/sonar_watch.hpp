@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "servo/sonar.hpp"
 
 namespace ballservo {

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "servo/ball_measurement.hpp"
 #include "servo/mount.hpp"
 #include "servo/unicycle.hpp"

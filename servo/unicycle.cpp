@@ -5,8 +5,8 @@
 #include <limits>
 #include <string>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 

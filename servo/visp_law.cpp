@@ -10,7 +10,7 @@
 
 #include <cmath>
 
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 

@@ -10,8 +10,8 @@
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

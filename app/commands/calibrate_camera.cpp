@@ -15,7 +15,7 @@
 #include "calibration/camera/board_calibration.hpp"
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/camera_file.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

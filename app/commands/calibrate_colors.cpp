@@ -20,8 +20,8 @@
 #include "calibration/color/color_file.hpp"
 #include "calibration/color/learn_colors.hpp"
 #include "calibration/color/merge_colors.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 #include "perception/region_circle.hpp"
 
 namespace ballservo {

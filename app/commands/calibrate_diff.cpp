@@ -10,7 +10,7 @@
 #include "app/report/difference_report.hpp"
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/camera_file.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -7,7 +7,7 @@
 #include "app/io/interrupt.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/files/image_file.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

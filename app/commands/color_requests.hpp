@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibration/color/learn_colors.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

@@ -7,8 +7,8 @@
 #include <map>
 #include <opencv2/core/utility.hpp>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "calibration/files/image_file.hpp"
-#include "calibration/files/output.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/output.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
 

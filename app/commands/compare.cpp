@@ -15,8 +15,8 @@
 #include "app/offline/comparison_report.hpp"
 #include "app/offline/picture_files.hpp"
 #include "app/offline/plan_pictures.hpp"
-#include "calibration/files/checksum.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/checksum.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
 
 namespace ballservo {

@@ -15,7 +15,7 @@
 #include "app/report/overlay.hpp"
 #include "app/report/picture.hpp"
 #include "app/report/stage_pictures.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

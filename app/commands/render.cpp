@@ -14,8 +14,8 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "calibration/camera/camera_file.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 #include "servo/simulation/truth.hpp"
 
 namespace ballservo {

@@ -20,8 +20,8 @@
 #include "app/io/video_writer.hpp"
 #include "app/offline/comparison_statistics.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/files/checksum.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/checksum.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -12,7 +12,7 @@
 #include "app/experiment/sweep_statistics.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

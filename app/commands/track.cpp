@@ -16,8 +16,8 @@
 #include "app/report/overlay.hpp"
 #include "app/report/picture.hpp"
 #include "app/report/stage_pictures.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 #include "perception/tracker.hpp"
 
 namespace ballservo {

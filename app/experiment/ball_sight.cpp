@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "app/io/ball_rows.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "perception/tracker.hpp"
 #include "servo/simulation/geometric_ball_sensor.hpp"
 

@@ -1,6 +1,6 @@
 #include "app/experiment/beliefs.hpp"
 
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "calibration/camera/camera.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/strict_yaml.hpp"
 #include "servo/mount.hpp"
 
 namespace ballservo {

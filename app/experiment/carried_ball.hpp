@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/experiment/drawn_range.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/simulation/world.hpp"
 
 namespace ballservo {

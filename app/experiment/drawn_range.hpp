@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "calibration/files/random.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/random.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
 

@@ -12,7 +12,7 @@
 #include "app/experiment/mailbox.hpp"
 #include "app/experiment/picture_keeper.hpp"
 #include "app/io/ball_rows.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "app/experiment/cpu_clock.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

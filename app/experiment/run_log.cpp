@@ -6,7 +6,7 @@
 
 #include "app/io/ball_rows.hpp"
 #include "app/offline/comparison_statistics.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 

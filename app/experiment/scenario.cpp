@@ -8,9 +8,9 @@
 #include "app/experiment/scenario_world.hpp"
 #include "app/experiment/taught_target.hpp"
 #include "calibration/camera/camera_file.hpp"
-#include "calibration/files/numbers.hpp"
-#include "calibration/files/random.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/numbers.hpp"
+#include "calibration/base/random.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
 

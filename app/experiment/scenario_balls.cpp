@@ -6,8 +6,8 @@
 
 #include "app/experiment/carried_ball.hpp"
 #include "app/experiment/scenario_material.hpp"
-#include "calibration/files/numbers.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/numbers.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 

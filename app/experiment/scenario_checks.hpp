@@ -3,7 +3,7 @@
 
 #include "app/experiment/scenario.hpp"
 #include "app/experiment/scenario_world.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
 

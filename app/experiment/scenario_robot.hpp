@@ -3,7 +3,7 @@
 #pragma once
 
 #include "app/experiment/scenario.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/experiment/drawn_range.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 

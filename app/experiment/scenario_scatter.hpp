@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/strict_yaml.hpp"
 #include "servo/simulation/world.hpp"
 #include "servo/unicycle.hpp"
 

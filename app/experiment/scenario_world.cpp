@@ -8,7 +8,7 @@
 #include "app/experiment/scenario_balls.hpp"
 #include "app/experiment/scenario_material.hpp"
 #include "app/experiment/scenario_scatter.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 

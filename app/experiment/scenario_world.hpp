@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/experiment/scenario_scatter.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/strict_yaml.hpp"
 #include "servo/simulation/world.hpp"
 
 namespace ballservo {

@@ -13,8 +13,8 @@
 #include "app/experiment/feasibility.hpp"
 #include "app/experiment/runner.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/files/checksum.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/checksum.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
 
 namespace ballservo {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "calibration/files/numbers.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/numbers.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/experiment/run_camera.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "servo/simulation/collision.hpp"
 
 namespace ballservo {

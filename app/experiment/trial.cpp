@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/io/ball_rows.hpp"
-#include "calibration/files/csv_table.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/csv_table.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 

@@ -13,7 +13,7 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "calibration/camera/board_detector.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
 
 namespace ballservo {

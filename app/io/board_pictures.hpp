@@ -10,7 +10,7 @@
 
 #include "app/io/image_source.hpp"
 #include "calibration/camera/board.hpp"
-#include "calibration/camera/image_size.hpp"
+#include "calibration/base/image_size.hpp"
 
 namespace ballservo {
 

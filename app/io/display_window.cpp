@@ -10,7 +10,7 @@
 #include <opencv2/highgui.hpp>
 #include <utility>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "app/io/live_camera.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace fs = std::filesystem;
 

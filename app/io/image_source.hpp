@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/camera/image_size.hpp"
+#include "calibration/base/image_size.hpp"
 
 namespace ballservo {
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "app/io/image_source.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/system_file.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 namespace {

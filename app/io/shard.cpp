@@ -1,7 +1,7 @@
 #include "app/io/shard.hpp"
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <opencv2/videoio.hpp>
 
-#include "calibration/files/output.hpp"
+#include "calibration/base/output.hpp"
 
 namespace ballservo {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
 
 namespace fs = std::filesystem;

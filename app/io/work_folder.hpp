@@ -10,8 +10,8 @@
 
 #include "app/io/shard.hpp"
 #include "app/io/work_journal.hpp"
-#include "calibration/files/checksum.hpp"
-#include "calibration/files/output.hpp"
+#include "calibration/base/checksum.hpp"
+#include "calibration/base/output.hpp"
 
 namespace ballservo {
 

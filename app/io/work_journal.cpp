@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <string_view>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/system_file.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 namespace {

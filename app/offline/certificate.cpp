@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "app/offline/resampling.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 #include "perception/ball_fitter.hpp"
 
 namespace ballservo {

@@ -11,7 +11,7 @@
 #include <mutex>
 
 #include "app/offline/comparison_tables.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

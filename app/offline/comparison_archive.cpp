@@ -1,6 +1,6 @@
 #include "app/offline/comparison_archive.hpp"
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -3,7 +3,7 @@
 #include <initializer_list>
 
 #include "app/io/ball_rows.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

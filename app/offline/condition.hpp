@@ -7,7 +7,7 @@
 
 #include "calibration/camera/camera.hpp"
 #include "calibration/camera/camera_covariance.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/strict_yaml.hpp"
 #include "servo/simulation/sensor.hpp"
 #include "servo/simulation/texture.hpp"
 

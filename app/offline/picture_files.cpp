@@ -12,12 +12,12 @@
 
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/files/checksum.hpp"
-#include "calibration/files/csv_table.hpp"
+#include "calibration/base/checksum.hpp"
+#include "calibration/base/csv_table.hpp"
 #include "calibration/files/image_file.hpp"
-#include "calibration/files/numbers.hpp"
-#include "calibration/files/random.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/numbers.hpp"
+#include "calibration/base/random.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 namespace fs = std::filesystem;
 

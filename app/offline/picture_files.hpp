@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/offline/picture_source.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {

@@ -13,7 +13,7 @@
 #include "app/offline/position_bound.hpp"
 #include "app/offline/rendered_frame.hpp"
 #include "calibration/color/learn_colors.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "perception/region_circle.hpp"
 
 namespace ballservo {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/simulation/camera_renderer.hpp"
 
 namespace ballservo {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/report/svg.hpp"
-#include "calibration/camera/image_size.hpp"
+#include "calibration/base/image_size.hpp"
 
 namespace ballservo {
 

@@ -10,7 +10,7 @@
 
 #include "calibration/camera/covariance_root.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

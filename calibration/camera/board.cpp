@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/corner_cost.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

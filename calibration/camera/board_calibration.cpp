@@ -6,7 +6,7 @@
 #include "calibration/camera/calibration_checks.hpp"
 #include "calibration/camera/lens_choice.hpp"
 #include "calibration/camera/residual_structure.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

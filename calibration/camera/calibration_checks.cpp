@@ -13,7 +13,7 @@
 #include "calibration/camera/board_calibration.hpp"
 #include "calibration/camera/lens_choice.hpp"
 #include "calibration/camera/mixed_cameras.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

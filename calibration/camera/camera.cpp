@@ -9,7 +9,7 @@
 #include "calibration/camera/dual.hpp"
 #include "calibration/camera/lens/lens_domain.hpp"
 #include "calibration/camera/lens/lens_list.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calibration/camera/image_size.hpp"
+#include "calibration/base/image_size.hpp"
 
 namespace ballservo {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibration/camera/camera_file.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
 
 namespace ballservo {

@@ -10,8 +10,8 @@
 
 #include "calibration/camera/covariance_root.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {

@@ -8,7 +8,7 @@
 #include "calibration/camera/opencv_camera_file.hpp"
 #include "calibration/camera/ros_camera_file.hpp"
 #include "calibration/camera/visp_camera_file.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
 
 namespace ballservo {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
 

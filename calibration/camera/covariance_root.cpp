@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "calibration/camera/camera_covariance.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

@@ -7,7 +7,7 @@
 
 #include "calibration/camera/ball_uncertainty.hpp"
 #include "calibration/camera/board_covariance.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -13,9 +13,9 @@
 #include <sstream>
 
 #include "calibration/camera/xml_element.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

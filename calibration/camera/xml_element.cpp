@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "calibration/color/learn_colors.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

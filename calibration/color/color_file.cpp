@@ -28,10 +28,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "calibration/files/checksum.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/checksum.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "calibration/color/color_names.hpp"
 #include "calibration/color/color_space.hpp"
-#include "calibration/color/range_check.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/range_check.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "calibration/color/class_choice.hpp"
 #include "calibration/color/class_table.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

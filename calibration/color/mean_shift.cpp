@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibration/color/color_space.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

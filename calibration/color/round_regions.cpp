@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "calibration/color/chroma_components.hpp"
-#include "calibration/color/range_check.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/range_check.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -10,10 +10,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_completeness.hpp"
 #include "calibration/files/image_orientation.hpp"
-#include "calibration/files/system_file.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 namespace {

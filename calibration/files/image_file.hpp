@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "calibration/camera/image_size.hpp"
+#include "calibration/base/image_size.hpp"
 
 namespace ballservo {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "calibration/files/bytes.hpp"
+#include "calibration/base/bytes.hpp"
 #include "calibration/files/image_file.hpp"
 #include "calibration/files/image_orientation.hpp"
 

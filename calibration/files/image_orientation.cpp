@@ -2,7 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/files/bytes.hpp"
+#include "calibration/base/bytes.hpp"
 
 namespace ballservo {
 namespace {

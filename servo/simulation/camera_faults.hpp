@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/numbers.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 

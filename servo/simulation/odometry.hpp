@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/odometry_bound.hpp"
 #include "servo/unicycle.hpp"
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/files/numbers.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/numbers.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 

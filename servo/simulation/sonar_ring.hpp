@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/simulation/world.hpp"
 #include "servo/sonar.hpp"
 

@@ -8,8 +8,8 @@
 
 #include "calibration/camera/board.hpp"
 #include "calibration/camera/board_detector.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/simulation/camera_renderer.hpp"
 #include "tests/perception/painted_ball.hpp"
 #include "tests/simulation/dark_room.hpp"

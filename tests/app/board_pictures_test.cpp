@@ -9,7 +9,7 @@
 
 #include "app/io/video_writer.hpp"
 #include "app/report/camera_report.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"

@@ -12,7 +12,7 @@
 
 #include "app/io/shard.hpp"
 #include "app/io/work_journal.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "app/commands/command.hpp"
 #include "app/io/progress.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/bench/accuracy_report.hpp"
 
 namespace ballservo::bench {

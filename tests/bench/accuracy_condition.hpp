@@ -12,7 +12,7 @@
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/color/color_table.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo::bench {
 

@@ -9,7 +9,7 @@
 #include "app/report/page.hpp"
 #include "app/report/svg_grid.hpp"
 #include "app/report/svg_plot.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo::bench {
 namespace {

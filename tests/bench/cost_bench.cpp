@@ -19,7 +19,7 @@
 #include "app/offline/opencv_peers.hpp"
 #include "app/report/svg_grid.hpp"
 #include "app/report/svg_plot.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 #include "perception/classification.hpp"
 #include "perception/detector.hpp"
 #include "tests/bench/bench_frames.hpp"

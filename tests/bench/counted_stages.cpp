@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "perception/classification.hpp"
 #include "perception/detector.hpp"
 #include "perception/tracker.hpp"

@@ -6,7 +6,7 @@
 // shade; an occluder; then blur, response, noise.
 #pragma once
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "tests/bench/accuracy_condition.hpp"
 
 namespace ballservo::bench {

@@ -1,7 +1,7 @@
 // Accuracy frames from the simulator's renderer: a shaded ball in a cluttered room, lamps from all sides.
 #pragma once
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "tests/bench/accuracy_condition.hpp"
 
 namespace ballservo::bench {

@@ -11,7 +11,7 @@
 #include "calibration/camera/board.hpp"
 #include "calibration/camera/board_calibration.hpp"
 #include "calibration/camera/camera.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo::test {
 

@@ -9,8 +9,8 @@
 
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/covariance_root.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 #include "tests/calibration/camera_examples.hpp"
 
 namespace ballservo {

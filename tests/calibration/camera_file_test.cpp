@@ -9,7 +9,7 @@
 
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/visp_camera_file.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/calibration/camera_examples.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibration/camera/camera_file.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/calibration/camera_examples.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -9,7 +9,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "calibration/camera/camera.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/calibration/camera_examples.hpp"
 
 namespace ballservo {

@@ -12,7 +12,7 @@
 #include "calibration/camera/camera_difference.hpp"
 #include "calibration/camera/lens_choice.hpp"
 #include "calibration/camera/residual_structure.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"
 

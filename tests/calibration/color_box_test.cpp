@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/color/box_lesson.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
 namespace ballservo {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "calibration/color/clear_picture.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
 namespace ballservo {

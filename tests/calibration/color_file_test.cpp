@@ -5,9 +5,9 @@
 #include <functional>
 #include <string>
 
-#include "calibration/files/checksum.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/output.hpp"
+#include "calibration/base/checksum.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/output.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

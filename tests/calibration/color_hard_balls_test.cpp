@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/color/learn_colors.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
 namespace ballservo {

@@ -8,7 +8,7 @@
 #include "calibration/color/class_report.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/color/learn_colors.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -7,7 +7,7 @@
 #include "calibration/color/color_file.hpp"
 #include "calibration/color/learn_colors.hpp"
 #include "calibration/color/merge_colors.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
 namespace ballservo {

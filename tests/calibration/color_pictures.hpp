@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibration/color/circle_test.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo::test {
 

@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "app/experiment/realtime_runner.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 
 namespace ballservo {

@@ -6,8 +6,8 @@
 
 #include "app/experiment/intervals.hpp"
 #include "app/experiment/sweep_report.hpp"
-#include "calibration/files/fault.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "app/experiment/teaching.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 
 namespace ballservo {

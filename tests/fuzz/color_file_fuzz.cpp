@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "calibration/color/color_file.hpp"
-#include "calibration/files/checksum.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/checksum.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

@@ -1,6 +1,6 @@
 // The covariance beside a camera file.
 #include "calibration/camera/camera_covariance.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

@@ -1,6 +1,6 @@
 // Tables in CSV: an InputError, or rows that are as long as the heading.
-#include "calibration/files/csv_table.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/csv_table.hpp"
+#include "calibration/base/numbers.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

@@ -1,7 +1,7 @@
 // Numbers as text: what is read is finite and reads back the same; names have one order.
 #include <cmath>
 
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

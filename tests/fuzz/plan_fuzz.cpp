@@ -1,6 +1,6 @@
 // Plans of comparisons.
 #include "app/offline/plan.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

@@ -1,6 +1,6 @@
 // Scenarios; leading lines "#set KEY=VALUE" stand for --set.
 #include "app/experiment/scenario.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

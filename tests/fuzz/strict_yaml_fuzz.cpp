@@ -1,6 +1,6 @@
 // Strict YAML by itself: everything that a reader may ask of any document, and `--set`.
-#include "calibration/files/fault.hpp"
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/strict_yaml.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

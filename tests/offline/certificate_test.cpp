@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "app/offline/converged_fits.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "perception/ball_fitter.hpp"
 
 namespace ballservo {

@@ -11,7 +11,7 @@
 #include "app/offline/comparison_tables.hpp"
 #include "app/offline/plan_pictures.hpp"
 #include "app/offline/rendered_frame.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/report/markup_check.hpp"
 
 namespace ballservo {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "calibration/camera/sphere_outline.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {

@@ -12,7 +12,7 @@
 #include "app/offline/converged_fits.hpp"
 #include "app/offline/methods.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "perception/ball_position.hpp"
 #include "perception/circle_vote.hpp"
 #include "perception/regions.hpp"

@@ -6,7 +6,7 @@
 
 #include "app/offline/comparison.hpp"
 #include "app/offline/plan_pictures.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "app/offline/algebraic_circles.hpp"
 #include "app/offline/vpdot2_peer.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {

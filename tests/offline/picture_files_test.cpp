@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/offline/comparison_archive.hpp"
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

@@ -4,7 +4,7 @@
 
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/camera_file.hpp"
-#include "calibration/files/output.hpp"
+#include "calibration/base/output.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

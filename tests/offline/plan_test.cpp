@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

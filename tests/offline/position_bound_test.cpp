@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "perception/edge_model.hpp"
 
 namespace ballservo {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "perception/bit_picture.hpp"
 
 namespace ballservo::test {

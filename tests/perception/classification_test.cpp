@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "perception/yuyv.hpp"
 #include "tests/perception/class_pictures.hpp"
 #include "tests/perception/painted_ball.hpp"

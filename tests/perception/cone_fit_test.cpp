@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calibration/camera/sphere_outline.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "perception/ball_position.hpp"
 
 namespace ballservo {

@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 #include "perception/ball_position.hpp"
 #include "tests/perception/painted_ball.hpp"
 

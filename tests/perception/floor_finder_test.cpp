@@ -5,8 +5,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "perception/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 #include "perception/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {

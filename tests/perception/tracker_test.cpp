@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

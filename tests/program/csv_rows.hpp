@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo::test {
 

@@ -2,7 +2,7 @@
 #include <opencv2/core.hpp>
 
 #include "app/experiment/run_camera.hpp"
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 #include "tests/program/program_run.hpp"
 
 namespace ballservo {

@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/controller.hpp"
 
 namespace ballservo::test {

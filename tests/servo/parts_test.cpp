@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/motion_predictor.hpp"
 #include "servo/pose_history.hpp"
 #include "servo/speed_envelope.hpp"

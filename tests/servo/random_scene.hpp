@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/law.hpp"
 #include "servo/unicycle.hpp"
 

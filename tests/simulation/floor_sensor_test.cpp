@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "calibration/camera/camera_file.hpp"
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/simulation/scene.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/Dense>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/simulation/dark_room.hpp"
 
 namespace ballservo {

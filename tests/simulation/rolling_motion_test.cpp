@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {

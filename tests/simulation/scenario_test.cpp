@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 #include "servo/simulation/truth.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/simulation/light_map.hpp"
 
 namespace ballservo {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "servo/avoidance.hpp"
 #include "servo/simulation/collision.hpp"
 #include "servo/simulation/odometry.hpp"

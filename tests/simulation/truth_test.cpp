@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/files/random.hpp"
+#include "calibration/base/random.hpp"
 #include "tests/simulation/dark_room.hpp"
 
 namespace ballservo {

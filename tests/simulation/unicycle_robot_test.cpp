@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -1,4 +1,4 @@
-#include "calibration/files/yaml_tree.hpp"
+#include "calibration/base/yaml_tree.hpp"
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>

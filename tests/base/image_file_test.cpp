@@ -10,7 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace fs = std::filesystem;

@@ -1,4 +1,4 @@
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "calibration/files/image_file.hpp"
-#include "calibration/files/numbers.hpp"
-#include "calibration/files/yaml_tree.hpp"
+#include "calibration/base/numbers.hpp"
+#include "calibration/base/yaml_tree.hpp"
 
 namespace ballservo {
 namespace {

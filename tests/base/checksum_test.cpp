@@ -1,4 +1,4 @@
-#include "calibration/files/checksum.hpp"
+#include "calibration/base/checksum.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/files/strict_yaml.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

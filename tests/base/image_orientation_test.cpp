@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/files/image_file.hpp"
 #include "tests/support/test_data.hpp"
 

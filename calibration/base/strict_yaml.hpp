@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 

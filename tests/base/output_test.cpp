@@ -1,4 +1,4 @@
-#include "calibration/files/output.hpp"
+#include "calibration/base/output.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -12,7 +12,7 @@
 #include <set>
 #include <sstream>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace fs = std::filesystem;

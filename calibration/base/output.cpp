@@ -1,4 +1,4 @@
-#include "calibration/files/output.hpp"
+#include "calibration/base/output.hpp"
 
 #include <unistd.h>
 
@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/system_file.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace fs = std::filesystem;
 

@@ -1,4 +1,4 @@
-#include "calibration/files/numbers.hpp"
+#include "calibration/base/numbers.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // Tables in CSV: what users and spreadsheets write, and what is refused.
-#include "calibration/files/csv_table.hpp"
+#include "calibration/base/csv_table.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/files/csv_table.hpp"
+#include "calibration/base/csv_table.hpp"
 
 #include <fmt/format.h>
 

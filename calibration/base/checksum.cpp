@@ -1,4 +1,4 @@
-#include "calibration/files/checksum.hpp"
+#include "calibration/base/checksum.hpp"
 
 #include <fcntl.h>
 #include <openssl/evp.h>
@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "calibration/files/fault.hpp"
-#include "calibration/files/system_file.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "calibration/files/fault.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 
