@@ -6,7 +6,7 @@
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {

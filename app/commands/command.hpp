@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/output.hpp"
 #include "calibration/base/strict_yaml.hpp"
 

@@ -17,7 +17,7 @@
 #include "app/offline/plan_pictures.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 namespace {

@@ -14,7 +14,7 @@
 #include "app/io/progress.hpp"
 #include "calibration/camera/board_detector.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 namespace {

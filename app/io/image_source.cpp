@@ -14,7 +14,7 @@
 
 #include "app/io/live_camera.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace fs = std::filesystem;

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace fs = std::filesystem;
 

@@ -14,7 +14,7 @@
 #include "calibration/color/color_file.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/csv_table.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/base/strict_yaml.hpp"

@@ -9,7 +9,7 @@
 #include "app/offline/rendered_frame.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "calibration/color/color_names.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 namespace {

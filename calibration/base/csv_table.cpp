@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 namespace {

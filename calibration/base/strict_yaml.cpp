@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/yaml_tree.hpp"
 

@@ -9,7 +9,7 @@
 #include "calibration/camera/ros_camera_file.hpp"
 #include "calibration/camera/visp_camera_file.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 namespace {

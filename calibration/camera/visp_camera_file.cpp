@@ -14,7 +14,7 @@
 
 #include "calibration/camera/xml_element.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {

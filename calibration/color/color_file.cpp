@@ -30,7 +30,7 @@
 
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {

@@ -10,7 +10,7 @@
 #include "app/io/video_writer.hpp"
 #include "app/report/camera_report.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"
 #include "tests/support/test_data.hpp"

@@ -1,4 +1,4 @@
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

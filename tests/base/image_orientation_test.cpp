@@ -1,4 +1,4 @@
-#include "calibration/files/image_orientation.hpp"
+#include "calibration/pictures/image_orientation.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

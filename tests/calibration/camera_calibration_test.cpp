@@ -14,7 +14,7 @@
 #include "calibration/camera/camera_covariance.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/random.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"

@@ -1,6 +1,6 @@
 // Sizes from picture headers, and whether a picture's file goes on to its end.
-#include "calibration/files/image_completeness.hpp"
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_completeness.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

@@ -13,7 +13,7 @@
 #include <sstream>
 #include <string>
 
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo::test {

@@ -1,4 +1,4 @@
-#include "calibration/files/image_orientation.hpp"
+#include "calibration/pictures/image_orientation.hpp"
 
 #include <opencv2/imgproc.hpp>
 

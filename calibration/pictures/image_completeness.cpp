@@ -1,8 +1,8 @@
-#include "calibration/files/image_completeness.hpp"
+#include "calibration/pictures/image_completeness.hpp"
 
 #include <cstdint>
 
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 namespace {

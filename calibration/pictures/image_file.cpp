@@ -1,4 +1,4 @@
-#include "calibration/files/image_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/files/image_completeness.hpp"
-#include "calibration/files/image_orientation.hpp"
+#include "calibration/pictures/image_completeness.hpp"
+#include "calibration/pictures/image_orientation.hpp"
 #include "calibration/base/system_file.hpp"
 
 namespace ballservo {

@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "calibration/base/bytes.hpp"
-#include "calibration/files/image_file.hpp"
-#include "calibration/files/image_orientation.hpp"
+#include "calibration/pictures/image_file.hpp"
+#include "calibration/pictures/image_orientation.hpp"
 
 namespace ballservo {
 namespace {
