@@ -13,8 +13,8 @@
 #include "app/io/interrupt.hpp"
 #include "app/report/camera_report.hpp"
 #include "calibration/camera/board_calibration.hpp"
-#include "calibration/camera/camera_covariance.hpp"
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

@@ -7,7 +7,7 @@
 #include "app/experiment/scenario_robot.hpp"
 #include "app/experiment/scenario_world.hpp"
 #include "app/experiment/taught_target.hpp"
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/base/strict_yaml.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
-#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/base/strict_yaml.hpp"
 #include "servo/simulation/sensor.hpp"
 #include "servo/simulation/texture.hpp"

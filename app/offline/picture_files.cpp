@@ -10,7 +10,7 @@
 #include <set>
 #include <tuple>
 
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/csv_table.hpp"

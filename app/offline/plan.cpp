@@ -7,7 +7,7 @@
 
 #include "app/offline/plan_design.hpp"
 #include "app/offline/rendered_frame.hpp"
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/color/color_names.hpp"
 #include "calibration/pictures/image_file.hpp"
 

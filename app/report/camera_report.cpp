@@ -11,7 +11,7 @@
 #include "app/report/svg_canvas.hpp"
 #include "app/report/svg_plot.hpp"
 #include "calibration/camera/ball_uncertainty.hpp"
-#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 
 namespace ballservo {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <opencv2/calib3d.hpp>
 
-#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/corner_cost.hpp"
 #include "calibration/base/fault.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/corner_cost.hpp"
 
 namespace ballservo {

@@ -8,7 +8,7 @@
 #include "calibration/camera/ball_uncertainty.hpp"
 #include "calibration/camera/board_covariance.hpp"
 #include "calibration/camera/board_detector.hpp"
-#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/camera_difference.hpp"
 #include "calibration/camera/lens_choice.hpp"
 #include "calibration/camera/sphere_outline.hpp"

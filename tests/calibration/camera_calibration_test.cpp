@@ -11,7 +11,7 @@
 #include "calibration/camera/ball_uncertainty.hpp"
 #include "calibration/camera/board_calibration.hpp"
 #include "calibration/camera/board_detector.hpp"
-#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/pictures/image_file.hpp"

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/covariance_root.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"

@@ -1,14 +1,14 @@
 // Camera files: there and back through every format, with ViSP's own parser as a witness, and everything that
 // a hostile or careless file may hold.
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 
 #include <gtest/gtest.h>
 #include <visp3/core/vpXmlParserCamera.h>
 
 #include <fstream>
 
-#include "calibration/camera/camera_covariance.hpp"
-#include "calibration/camera/visp_camera_file.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
+#include "calibration/camera/files/visp_camera_file.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/camera_examples.hpp"
 #include "tests/support/test_data.hpp"

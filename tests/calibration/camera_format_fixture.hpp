@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/camera_examples.hpp"
 #include "tests/support/test_data.hpp"

@@ -8,7 +8,7 @@
 #include "calibration/camera/board_calibration.hpp"
 #include "calibration/camera/board_detector.hpp"
 #include "calibration/camera/calibration_checks.hpp"
-#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/camera_difference.hpp"
 #include "calibration/camera/lens_choice.hpp"
 #include "calibration/camera/residual_structure.hpp"

@@ -1,5 +1,5 @@
 // The covariance beside a camera file.
-#include "calibration/camera/camera_covariance.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 

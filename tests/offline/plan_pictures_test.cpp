@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/camera/camera_covariance.hpp"
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/output.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/random.hpp"
 #include "servo/simulation/scene.hpp"
 #include "tests/support/test_data.hpp"

@@ -1,7 +1,7 @@
 // OpenCV's camera YAML, as its calibration programs write it through cv::FileStorage.
 #pragma once
 
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 
 namespace ballservo {
 

@@ -1,10 +1,10 @@
-#include "calibration/camera/kalibr_camera_file.hpp"
+#include "calibration/camera/files/kalibr_camera_file.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "calibration/camera/camera_yaml.hpp"
+#include "calibration/camera/files/camera_yaml.hpp"
 
 namespace ballservo {
 namespace {

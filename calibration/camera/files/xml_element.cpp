@@ -1,4 +1,4 @@
-#include "calibration/camera/xml_element.hpp"
+#include "calibration/camera/files/xml_element.hpp"
 
 #include <algorithm>
 #include <array>

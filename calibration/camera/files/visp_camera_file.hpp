@@ -1,7 +1,7 @@
 // ViSP's camera XML (vpXmlParserCamera): one or several cameras, each with one or several models.
 #pragma once
 
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 
 namespace ballservo {
 

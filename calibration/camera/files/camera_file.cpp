@@ -1,13 +1,13 @@
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "calibration/camera/kalibr_camera_file.hpp"
-#include "calibration/camera/opencv_camera_file.hpp"
-#include "calibration/camera/ros_camera_file.hpp"
-#include "calibration/camera/visp_camera_file.hpp"
+#include "calibration/camera/files/kalibr_camera_file.hpp"
+#include "calibration/camera/files/opencv_camera_file.hpp"
+#include "calibration/camera/files/ros_camera_file.hpp"
+#include "calibration/camera/files/visp_camera_file.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/pictures/image_file.hpp"
 

@@ -1,4 +1,4 @@
-#include "calibration/camera/visp_camera_file.hpp"
+#include "calibration/camera/files/visp_camera_file.hpp"
 
 #include <fmt/format.h>
 #include <visp3/core/vpCameraParameters.h>
@@ -12,7 +12,7 @@
 #include <mutex>
 #include <sstream>
 
-#include "calibration/camera/xml_element.hpp"
+#include "calibration/camera/files/xml_element.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"

@@ -1,7 +1,7 @@
 // Kalibr's camchain YAML: one or several cameras called cam0, cam1, ...
 #pragma once
 
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 
 namespace ballservo {
 

@@ -1,4 +1,4 @@
-#include "calibration/camera/camera_yaml.hpp"
+#include "calibration/camera/files/camera_yaml.hpp"
 
 #include <fmt/format.h>
 

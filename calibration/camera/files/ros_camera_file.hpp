@@ -1,7 +1,7 @@
 // ROS' camera_info YAML, as camera_calibration writes it and camera_info_manager reads it.
 #pragma once
 
-#include "calibration/camera/camera_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 
 namespace ballservo {
 
