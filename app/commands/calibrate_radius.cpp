@@ -14,7 +14,7 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "calibration/camera/ball_radius.hpp"
-#include "calibration/camera/board_detector.hpp"
+#include "calibration/boards/board_detector.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 #include "calibration/color/color_file.hpp"

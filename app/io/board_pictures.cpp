@@ -12,7 +12,7 @@
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
-#include "calibration/camera/board_detector.hpp"
+#include "calibration/boards/board_detector.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/pictures/image_file.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/io/image_source.hpp"
-#include "calibration/camera/board.hpp"
+#include "calibration/boards/board.hpp"
 #include "calibration/base/image_size.hpp"
 
 namespace ballservo {

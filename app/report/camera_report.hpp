@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/camera/board_calibration.hpp"
+#include "calibration/boards/board_calibration.hpp"
 
 namespace ballservo {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/camera/board.hpp"
+#include "calibration/boards/board.hpp"
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {

@@ -6,8 +6,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/camera/board.hpp"
-#include "calibration/camera/board_detector.hpp"
+#include "calibration/boards/board.hpp"
+#include "calibration/boards/board_detector.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
 #include "servo/simulation/camera_renderer.hpp"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/camera/board.hpp"
-#include "calibration/camera/board_calibration.hpp"
+#include "calibration/boards/board.hpp"
+#include "calibration/boards/board_calibration.hpp"
 #include "calibration/camera/camera.hpp"
 #include "calibration/base/random.hpp"
 

@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/camera/ball_uncertainty.hpp"
-#include "calibration/camera/board_calibration.hpp"
-#include "calibration/camera/board_detector.hpp"
+#include "calibration/boards/board_calibration.hpp"
+#include "calibration/boards/board_detector.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/fault.hpp"

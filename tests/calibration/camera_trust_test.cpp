@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/camera/board_calibration.hpp"
-#include "calibration/camera/board_detector.hpp"
-#include "calibration/camera/calibration_checks.hpp"
+#include "calibration/boards/board_calibration.hpp"
+#include "calibration/boards/board_detector.hpp"
+#include "calibration/boards/calibration_checks.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/camera_difference.hpp"
-#include "calibration/camera/lens_choice.hpp"
-#include "calibration/camera/residual_structure.hpp"
+#include "calibration/boards/lens_choice.hpp"
+#include "calibration/boards/residual_structure.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"

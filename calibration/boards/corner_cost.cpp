@@ -1,4 +1,4 @@
-#include "calibration/camera/corner_cost.hpp"
+#include "calibration/boards/corner_cost.hpp"
 
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/rotation.h>

@@ -1,4 +1,4 @@
-#include "calibration/camera/board_covariance.hpp"
+#include "calibration/boards/board_covariance.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/camera/corner_cost.hpp"
+#include "calibration/boards/corner_cost.hpp"
 
 namespace ballservo {
 namespace {

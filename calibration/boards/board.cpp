@@ -1,4 +1,4 @@
-#include "calibration/camera/board.hpp"
+#include "calibration/boards/board.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/camera/corner_refinement.hpp"
+#include "calibration/boards/corner_refinement.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

@@ -1,4 +1,4 @@
-#include "calibration/camera/residual_structure.hpp"
+#include "calibration/boards/residual_structure.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "calibration/camera/lens_choice.hpp"
+#include "calibration/boards/lens_choice.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "calibration/camera/ball_uncertainty.hpp"
-#include "calibration/camera/board_covariance.hpp"
+#include "calibration/boards/board_covariance.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

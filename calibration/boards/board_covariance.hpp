@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/camera/board_adjustment.hpp"
+#include "calibration/boards/board_adjustment.hpp"
 
 namespace ballservo {
 

@@ -1,4 +1,4 @@
-#include "calibration/camera/board_bend.hpp"
+#include "calibration/boards/board_bend.hpp"
 
 #include <Eigen/Cholesky>
 #include <cmath>

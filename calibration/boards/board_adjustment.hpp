@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/camera/board.hpp"
+#include "calibration/boards/board.hpp"
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "calibration/camera/board_adjustment.hpp"
+#include "calibration/boards/board_adjustment.hpp"
 
 #include <ceres/ceres.h>
 
@@ -8,7 +8,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/camera/corner_cost.hpp"
+#include "calibration/boards/corner_cost.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

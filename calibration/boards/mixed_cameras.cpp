@@ -1,9 +1,9 @@
-#include "calibration/camera/mixed_cameras.hpp"
+#include "calibration/boards/mixed_cameras.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/camera/board_bend.hpp"
+#include "calibration/boards/board_bend.hpp"
 #include "calibration/base/random.hpp"
 
 namespace ballservo {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "calibration/camera/board_adjustment.hpp"
-#include "calibration/camera/board_covariance.hpp"
-#include "calibration/camera/lens_choice.hpp"
+#include "calibration/boards/board_adjustment.hpp"
+#include "calibration/boards/board_covariance.hpp"
+#include "calibration/boards/lens_choice.hpp"
 
 namespace ballservo {
 

@@ -1,4 +1,4 @@
-#include "calibration/camera/calibration_checks.hpp"
+#include "calibration/boards/calibration_checks.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,9 +10,9 @@
 #include <limits>
 
 #include "calibration/camera/ball_uncertainty.hpp"
-#include "calibration/camera/board_calibration.hpp"
-#include "calibration/camera/lens_choice.hpp"
-#include "calibration/camera/mixed_cameras.hpp"
+#include "calibration/boards/board_calibration.hpp"
+#include "calibration/boards/lens_choice.hpp"
+#include "calibration/boards/mixed_cameras.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

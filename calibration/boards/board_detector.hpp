@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "calibration/camera/board.hpp"
+#include "calibration/boards/board.hpp"
 
 namespace ballservo {
 

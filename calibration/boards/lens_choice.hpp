@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/camera/board_adjustment.hpp"
+#include "calibration/boards/board_adjustment.hpp"
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {

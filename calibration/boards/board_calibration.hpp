@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "calibration/camera/board.hpp"
-#include "calibration/camera/board_adjustment.hpp"
-#include "calibration/camera/board_covariance.hpp"
+#include "calibration/boards/board.hpp"
+#include "calibration/boards/board_adjustment.hpp"
+#include "calibration/boards/board_covariance.hpp"
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {

@@ -1,11 +1,11 @@
-#include "calibration/camera/board_calibration.hpp"
+#include "calibration/boards/board_calibration.hpp"
 
 #include <fmt/format.h>
 
 #include "calibration/camera/ball_uncertainty.hpp"
-#include "calibration/camera/calibration_checks.hpp"
-#include "calibration/camera/lens_choice.hpp"
-#include "calibration/camera/residual_structure.hpp"
+#include "calibration/boards/calibration_checks.hpp"
+#include "calibration/boards/lens_choice.hpp"
+#include "calibration/boards/residual_structure.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "calibration/camera/board_detector.hpp"
+#include "calibration/boards/board_detector.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/camera/corner_refinement.hpp"
+#include "calibration/boards/corner_refinement.hpp"
 
 namespace ballservo {
 namespace {
