@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/io/image_source.hpp"
-#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/camera/camera.hpp"
 #include "perception/detector.hpp"
 

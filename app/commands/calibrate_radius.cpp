@@ -13,7 +13,7 @@
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
-#include "calibration/camera/ball_radius.hpp"
+#include "calibration/ball/ball_radius.hpp"
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_file.hpp"

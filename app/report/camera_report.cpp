@@ -10,7 +10,7 @@
 #include "app/report/page.hpp"
 #include "app/report/svg_canvas.hpp"
 #include "app/report/svg_plot.hpp"
-#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 
 namespace ballservo {

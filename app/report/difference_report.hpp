@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "calibration/camera/camera_difference.hpp"
+#include "calibration/ball/camera_difference.hpp"
 
 namespace ballservo {
 

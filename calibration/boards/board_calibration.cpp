@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/boards/calibration_checks.hpp"
 #include "calibration/boards/lens_choice.hpp"
 #include "calibration/boards/residual_structure.hpp"

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/boards/lens_choice.hpp"
 #include "calibration/boards/mixed_cameras.hpp"

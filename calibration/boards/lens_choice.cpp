@@ -5,7 +5,7 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 
-#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/boards/board_covariance.hpp"
 #include "calibration/base/fault.hpp"
 

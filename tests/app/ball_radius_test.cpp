@@ -1,6 +1,6 @@
 // A ball's radius from rendered pictures at known distances, from painted ones on a board, and what happens
 // when they contradict each other.
-#include "calibration/camera/ball_radius.hpp"
+#include "calibration/ball/ball_radius.hpp"
 
 #include <gtest/gtest.h>
 

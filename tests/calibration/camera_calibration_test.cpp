@@ -8,7 +8,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"

@@ -1,6 +1,6 @@
 // How two cameras disagree: the rotation between their frames, what is left of it, and when that means
 // something.
-#include "calibration/camera/camera_difference.hpp"
+#include "calibration/ball/camera_difference.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/camera/covariance_root.hpp"
+#include "calibration/ball/covariance_root.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
 #include "tests/calibration/camera_examples.hpp"

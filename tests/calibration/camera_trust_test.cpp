@@ -9,7 +9,7 @@
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/boards/calibration_checks.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/camera/camera_difference.hpp"
+#include "calibration/ball/camera_difference.hpp"
 #include "calibration/boards/lens_choice.hpp"
 #include "calibration/boards/residual_structure.hpp"
 #include "calibration/base/fault.hpp"

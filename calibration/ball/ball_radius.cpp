@@ -1,4 +1,4 @@
-#include "calibration/camera/ball_radius.hpp"
+#include "calibration/ball/ball_radius.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
-#include "calibration/camera/covariance_root.hpp"
+#include "calibration/ball/covariance_root.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/fault.hpp"
 

@@ -1,10 +1,10 @@
-#include "calibration/camera/ball_uncertainty.hpp"
+#include "calibration/ball/ball_uncertainty.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "calibration/camera/covariance_root.hpp"
+#include "calibration/ball/covariance_root.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {

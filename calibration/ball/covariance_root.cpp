@@ -1,4 +1,4 @@
-#include "calibration/camera/covariance_root.hpp"
+#include "calibration/ball/covariance_root.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

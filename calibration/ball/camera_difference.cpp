@@ -1,4 +1,4 @@
-#include "calibration/camera/camera_difference.hpp"
+#include "calibration/ball/camera_difference.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/camera/covariance_root.hpp"
+#include "calibration/ball/covariance_root.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
