@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

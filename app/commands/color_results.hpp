@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/color/class_report.hpp"
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/class_report.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
 

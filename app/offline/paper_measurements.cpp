@@ -11,7 +11,7 @@
 #include "app/offline/resampling.hpp"
 #include "app/offline/stopwatch.hpp"
 #include "calibration/camera/ray_table.hpp"
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 #include "perception/classification.hpp"
 #include "perception/detector.hpp"
 #include "perception/morphology.hpp"

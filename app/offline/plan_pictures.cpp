@@ -12,7 +12,7 @@
 #include "app/offline/peer_tuning.hpp"
 #include "app/offline/position_bound.hpp"
 #include "app/offline/rendered_frame.hpp"
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/random.hpp"
 #include "perception/region_circle.hpp"
 

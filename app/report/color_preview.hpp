@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/color/box_lesson.hpp"
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/box_lesson.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
 

@@ -2,7 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/color/box_lesson.hpp"
+#include "calibration/teaching/box_lesson.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 

@@ -1,7 +1,7 @@
 // What the search for balls looks at: exposure and noise.
 #include <gtest/gtest.h>
 
-#include "calibration/color/clear_picture.hpp"
+#include "calibration/teaching/clear_picture.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 

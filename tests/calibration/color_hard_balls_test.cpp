@@ -3,7 +3,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 

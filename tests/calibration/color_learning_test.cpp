@@ -5,9 +5,9 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "calibration/color/class_report.hpp"
+#include "calibration/teaching/class_report.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 #include "tests/support/test_data.hpp"

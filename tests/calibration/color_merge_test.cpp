@@ -3,10 +3,10 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/color/class_report.hpp"
+#include "calibration/teaching/class_report.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/color/learn_colors.hpp"
-#include "calibration/color/merge_colors.hpp"
+#include "calibration/teaching/learn_colors.hpp"
+#include "calibration/teaching/merge_colors.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 

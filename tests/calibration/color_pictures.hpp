@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/color/circle_test.hpp"
+#include "calibration/teaching/circle_test.hpp"
 #include "calibration/base/random.hpp"
 
 namespace ballservo::test {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "calibration/color/chroma_group.hpp"
-#include "calibration/color/color_samples.hpp"
+#include "calibration/teaching/chroma_group.hpp"
+#include "calibration/teaching/color_samples.hpp"
 #include "calibration/color/color_table.hpp"
 
 namespace ballservo {

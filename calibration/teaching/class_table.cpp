@@ -1,4 +1,4 @@
-#include "calibration/color/class_table.hpp"
+#include "calibration/teaching/class_table.hpp"
 
 #include <algorithm>
 #include <array>

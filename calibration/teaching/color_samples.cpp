@@ -1,4 +1,4 @@
-#include "calibration/color/color_samples.hpp"
+#include "calibration/teaching/color_samples.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "calibration/color/chroma_group.hpp"
+#include "calibration/teaching/chroma_group.hpp"
 
 #include <algorithm>
 #include <cmath>

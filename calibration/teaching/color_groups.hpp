@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "calibration/color/chroma_group.hpp"
-#include "calibration/color/color_samples.hpp"
-#include "calibration/color/round_regions.hpp"
+#include "calibration/teaching/chroma_group.hpp"
+#include "calibration/teaching/color_samples.hpp"
+#include "calibration/teaching/round_regions.hpp"
 
 namespace ballservo {
 

@@ -1,4 +1,4 @@
-#include "calibration/color/box_lesson.hpp"
+#include "calibration/teaching/box_lesson.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/color/class_table.hpp"
+#include "calibration/teaching/class_table.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/base/fault.hpp"
 

@@ -1,4 +1,4 @@
-#include "calibration/color/merge_colors.hpp"
+#include "calibration/teaching/merge_colors.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <set>
 
-#include "calibration/color/class_table.hpp"
+#include "calibration/teaching/class_table.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "calibration/color/circle_test.hpp"
-#include "calibration/color/clear_picture.hpp"
-#include "calibration/color/color_groups.hpp"
+#include "calibration/teaching/circle_test.hpp"
+#include "calibration/teaching/clear_picture.hpp"
+#include "calibration/teaching/color_groups.hpp"
 #include "calibration/color/color_table.hpp"
 
 namespace ballservo {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
 

@@ -1,4 +1,4 @@
-#include "calibration/color/chroma_components.hpp"
+#include "calibration/teaching/chroma_components.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/color/mean_shift.hpp"
+#include "calibration/teaching/mean_shift.hpp"
 
 namespace ballservo {
 namespace {

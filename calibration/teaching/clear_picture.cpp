@@ -1,4 +1,4 @@
-#include "calibration/color/clear_picture.hpp"
+#include "calibration/teaching/clear_picture.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "calibration/color/light_change.hpp"
+#include "calibration/teaching/light_change.hpp"
 
 #include <Eigen/LU>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

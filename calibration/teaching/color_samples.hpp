@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
-#include "calibration/color/round_regions.hpp"
+#include "calibration/teaching/round_regions.hpp"
 
 namespace ballservo {
 

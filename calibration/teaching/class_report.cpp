@@ -1,14 +1,14 @@
-#include "calibration/color/class_report.hpp"
+#include "calibration/teaching/class_report.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/color/class_table.hpp"
-#include "calibration/color/color_samples.hpp"
+#include "calibration/teaching/class_table.hpp"
+#include "calibration/teaching/color_samples.hpp"
 #include "calibration/color/color_space.hpp"
-#include "calibration/color/light_change.hpp"
+#include "calibration/teaching/light_change.hpp"
 
 namespace ballservo {
 namespace {

@@ -1,8 +1,8 @@
-#include "calibration/color/color_groups.hpp"
+#include "calibration/teaching/color_groups.hpp"
 
 #include <algorithm>
 
-#include "calibration/color/class_table.hpp"
+#include "calibration/teaching/class_table.hpp"
 #include "calibration/color/color_names.hpp"
 #include "calibration/base/range_check.hpp"
 #include "calibration/base/fault.hpp"

@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "calibration/color/color_samples.hpp"
+#include "calibration/teaching/color_samples.hpp"
 #include "calibration/color/color_table.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "calibration/color/class_choice.hpp"
+#include "calibration/teaching/class_choice.hpp"
 
 #include <fmt/format.h>
 

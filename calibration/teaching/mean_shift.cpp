@@ -1,4 +1,4 @@
-#include "calibration/color/mean_shift.hpp"
+#include "calibration/teaching/mean_shift.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/color/round_regions.hpp"
+#include "calibration/teaching/round_regions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "calibration/color/chroma_components.hpp"
+#include "calibration/teaching/chroma_components.hpp"
 #include "calibration/base/range_check.hpp"
 #include "calibration/base/fault.hpp"
 

@@ -1,4 +1,4 @@
-#include "calibration/color/learn_colors.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "calibration/color/class_choice.hpp"
-#include "calibration/color/class_table.hpp"
+#include "calibration/teaching/class_choice.hpp"
+#include "calibration/teaching/class_table.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/color/circle_test.hpp"
-#include "calibration/color/mean_shift.hpp"
+#include "calibration/teaching/circle_test.hpp"
+#include "calibration/teaching/mean_shift.hpp"
 
 namespace ballservo {
 
