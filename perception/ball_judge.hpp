@@ -7,7 +7,7 @@
 #include "calibration/camera/ray_table.hpp"
 #include "perception/ball_fitter.hpp"
 #include "perception/ball_observation.hpp"
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/detector_options.hpp"
 #include "perception/outline_support.hpp"
 

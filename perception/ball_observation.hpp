@@ -6,7 +6,7 @@
 
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/color/color_table.hpp"
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/cone_fit.hpp"
 #include "perception/outline_support.hpp"
 #include "perception/paper_refinement.hpp"

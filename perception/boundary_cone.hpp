@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/cone_fit.hpp"
 #include "perception/outline_support.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/outline_support.hpp"
 #include "perception/regions.hpp"
 

@@ -17,7 +17,7 @@
 #include "perception/ball_observation.hpp"
 #include "perception/boundary_chain.hpp"
 #include "perception/boundary_cone.hpp"
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/color_lookup.hpp"
 #include "perception/detection_stages.hpp"
 #include "perception/detector_options.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "perception/ball_observation.hpp"
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/edge_points.hpp"
 #include "perception/paper_refinement.hpp"
 

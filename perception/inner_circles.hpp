@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/inner_edges.hpp"
 #include "perception/outline_scout.hpp"
 

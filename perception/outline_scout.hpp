@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/cone_fit.hpp"
 
 namespace ballservo {

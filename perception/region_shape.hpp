@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/regions.hpp"
 
 namespace ballservo {

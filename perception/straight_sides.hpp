@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 
 namespace ballservo {
 

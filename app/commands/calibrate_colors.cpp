@@ -22,7 +22,7 @@
 #include "calibration/teaching/merge_colors.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
-#include "perception/region_circle.hpp"
+#include "calibration/circles/region_circle.hpp"
 
 namespace ballservo {
 namespace {

@@ -15,7 +15,7 @@
 #include "perception/classification.hpp"
 #include "perception/detector.hpp"
 #include "perception/morphology.hpp"
-#include "perception/region_circle.hpp"
+#include "calibration/circles/region_circle.hpp"
 #include "perception/regions.hpp"
 
 namespace ballservo {

@@ -14,7 +14,7 @@
 #include "app/offline/rendered_frame.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/random.hpp"
-#include "perception/region_circle.hpp"
+#include "calibration/circles/region_circle.hpp"
 
 namespace ballservo {
 namespace {

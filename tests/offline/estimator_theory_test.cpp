@@ -14,7 +14,7 @@
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/random.hpp"
 #include "perception/ball_position.hpp"
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "perception/regions.hpp"
 #include "tests/perception/class_pictures.hpp"
 

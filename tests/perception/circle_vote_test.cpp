@@ -1,10 +1,10 @@
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "perception/region_circle.hpp"
+#include "calibration/circles/region_circle.hpp"
 
 namespace ballservo {
 namespace {

@@ -1,4 +1,4 @@
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 
 #include <algorithm>
 #include <cmath>

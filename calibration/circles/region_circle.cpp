@@ -1,9 +1,9 @@
-#include "perception/region_circle.hpp"
+#include "calibration/circles/region_circle.hpp"
 
 #include <cmath>
 #include <memory>
 
-#include "perception/circle_vote.hpp"
+#include "calibration/circles/circle_vote.hpp"
 
 namespace ballservo {
 
