@@ -6,7 +6,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "perception/ball_position.hpp"
-#include "perception/classification.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "perception/region_shape.hpp"
 
 namespace ballservo {

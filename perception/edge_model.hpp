@@ -9,7 +9,7 @@
 #include <array>
 #include <optional>
 
-#include "perception/instructions.hpp"
+#include "perception/segmentation/instructions.hpp"
 
 namespace ballservo {
 

@@ -9,7 +9,7 @@
 #pragma once
 
 #include "perception/ball_observation.hpp"
-#include "perception/color_lookup.hpp"
+#include "perception/segmentation/color_lookup.hpp"
 #include "perception/light_gain.hpp"
 
 namespace ballservo {

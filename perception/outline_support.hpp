@@ -7,7 +7,7 @@
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/color/color_table.hpp"
-#include "perception/bit_picture.hpp"
+#include "perception/segmentation/bit_picture.hpp"
 #include "perception/edge_points.hpp"
 #include "perception/outline_shape.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/regions.hpp"
+#include "perception/segmentation/regions.hpp"
 
 namespace ballservo {
 

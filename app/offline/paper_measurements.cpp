@@ -12,11 +12,11 @@
 #include "app/offline/stopwatch.hpp"
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/teaching/learn_colors.hpp"
-#include "perception/classification.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
-#include "perception/morphology.hpp"
+#include "perception/segmentation/morphology.hpp"
 #include "calibration/circles/region_circle.hpp"
-#include "perception/regions.hpp"
+#include "perception/segmentation/regions.hpp"
 
 namespace ballservo {
 namespace {

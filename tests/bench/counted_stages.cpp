@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "calibration/base/random.hpp"
-#include "perception/classification.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
 #include "perception/tracker.hpp"
 

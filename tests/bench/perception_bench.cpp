@@ -19,7 +19,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/offline/opencv_peers.hpp"
-#include "perception/classification.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
 #include "perception/light_adaptation.hpp"
 #include "perception/tracker.hpp"

@@ -15,7 +15,7 @@
 #include "calibration/base/random.hpp"
 #include "perception/ball_position.hpp"
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/regions.hpp"
+#include "perception/segmentation/regions.hpp"
 #include "tests/perception/class_pictures.hpp"
 
 namespace ballservo {

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "calibration/base/random.hpp"
-#include "perception/bit_picture.hpp"
+#include "perception/segmentation/bit_picture.hpp"
 
 namespace ballservo::test {
 

@@ -1,4 +1,4 @@
-#include "perception/classification.hpp"
+#include "perception/segmentation/classification.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 
 #include "calibration/base/fault.hpp"
-#include "perception/yuyv.hpp"
+#include "perception/segmentation/yuyv.hpp"
 #include "tests/perception/class_pictures.hpp"
 #include "tests/perception/painted_ball.hpp"
 

@@ -1,10 +1,10 @@
-#include "perception/morphology.hpp"
+#include "perception/segmentation/morphology.hpp"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
 
-#include "perception/classification.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "tests/perception/class_pictures.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "perception/regions.hpp"
+#include "perception/segmentation/regions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "perception/classification.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "tests/perception/class_pictures.hpp"
 
 namespace ballservo {

@@ -1,12 +1,12 @@
 // Rows shared between threads: every row once, and the same answer with any number of threads.
-#include "perception/row_team.hpp"
+#include "perception/segmentation/row_team.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <opencv2/imgproc.hpp>
 
-#include "perception/classification.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
 #include "tests/perception/painted_ball.hpp"
 

@@ -1,9 +1,9 @@
 // After its first picture, the segmentation takes no memory, whatever the next ones show.
 #include <gtest/gtest.h>
 
-#include "perception/classification.hpp"
-#include "perception/morphology.hpp"
-#include "perception/regions.hpp"
+#include "perception/segmentation/classification.hpp"
+#include "perception/segmentation/morphology.hpp"
+#include "perception/segmentation/regions.hpp"
 #include "tests/perception/painted_ball.hpp"
 #include "tests/support/allocation_counter.hpp"
 

@@ -7,8 +7,8 @@
 #include <functional>
 #include <set>
 
-#include "perception/boundary_chain.hpp"
-#include "perception/regions.hpp"
+#include "perception/segmentation/boundary_chain.hpp"
+#include "perception/segmentation/regions.hpp"
 
 namespace ballservo {
 namespace {

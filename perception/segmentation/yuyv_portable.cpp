@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "perception/yuyv.hpp"
+#include "perception/segmentation/yuyv.hpp"
 
 namespace ballservo {
 namespace {

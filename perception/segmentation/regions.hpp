@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
-#include "perception/bit_picture.hpp"
-#include "perception/runs.hpp"
+#include "perception/segmentation/bit_picture.hpp"
+#include "perception/segmentation/runs.hpp"
 
 namespace ballservo {
 

@@ -3,9 +3,9 @@
 
 #include <opencv2/core.hpp>
 
-#include "perception/bit_picture.hpp"
-#include "perception/color_lookup.hpp"
-#include "perception/row_team.hpp"
+#include "perception/segmentation/bit_picture.hpp"
+#include "perception/segmentation/color_lookup.hpp"
+#include "perception/segmentation/row_team.hpp"
 
 namespace ballservo {
 

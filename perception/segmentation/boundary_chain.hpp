@@ -4,8 +4,8 @@
 #include <opencv2/core/types.hpp>
 #include <vector>
 
-#include "perception/bit_picture.hpp"
-#include "perception/regions.hpp"
+#include "perception/segmentation/bit_picture.hpp"
+#include "perception/segmentation/regions.hpp"
 
 namespace ballservo {
 

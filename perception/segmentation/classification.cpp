@@ -1,10 +1,10 @@
-#include "perception/classification.hpp"
+#include "perception/segmentation/classification.hpp"
 
 #include <algorithm>
 #include <array>
 
 #include "calibration/base/fault.hpp"
-#include "perception/yuyv.hpp"
+#include "perception/segmentation/yuyv.hpp"
 
 namespace ballservo {
 namespace {

@@ -1,4 +1,4 @@
-#include "perception/regions.hpp"
+#include "perception/segmentation/regions.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "perception/morphology.hpp"
+#include "perception/segmentation/morphology.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "perception/row_team.hpp"
+#include "perception/segmentation/row_team.hpp"
 
 namespace ballservo {
 

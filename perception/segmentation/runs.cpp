@@ -1,4 +1,4 @@
-#include "perception/runs.hpp"
+#include "perception/segmentation/runs.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
-#include "perception/color_lookup.hpp"
+#include "perception/segmentation/color_lookup.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include "calibration/base/fault.hpp"
-#include "perception/color_boxes.hpp"
+#include "perception/segmentation/color_boxes.hpp"
 
 namespace ballservo {
 namespace {

@@ -2,7 +2,7 @@
 #include <array>
 #include <vector>
 
-#include "perception/color_boxes.hpp"
+#include "perception/segmentation/color_boxes.hpp"
 
 namespace ballservo {
 namespace {

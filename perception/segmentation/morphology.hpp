@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "perception/bit_picture.hpp"
-#include "perception/instructions.hpp"
+#include "perception/segmentation/bit_picture.hpp"
+#include "perception/segmentation/instructions.hpp"
 
 namespace ballservo {
 

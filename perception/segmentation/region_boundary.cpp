@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "perception/regions.hpp"
+#include "perception/segmentation/regions.hpp"
 
 namespace ballservo {
 namespace {

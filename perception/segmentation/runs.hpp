@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
-#include "perception/bit_picture.hpp"
+#include "perception/segmentation/bit_picture.hpp"
 
 namespace ballservo {
 

@@ -1,4 +1,4 @@
-#include "perception/yuyv.hpp"
+#include "perception/segmentation/yuyv.hpp"
 
 #if defined(__x86_64__)
 #include <immintrin.h>

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "perception/classification_kernels.hpp"
+#include "perception/segmentation/classification_kernels.hpp"
 
 namespace ballservo {
 namespace {

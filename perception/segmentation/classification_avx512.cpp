@@ -1,4 +1,4 @@
-#include "perception/classification_kernels.hpp"
+#include "perception/segmentation/classification_kernels.hpp"
 
 #if defined(__x86_64__)
 #include <immintrin.h>

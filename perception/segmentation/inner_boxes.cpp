@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "perception/color_boxes.hpp"
+#include "perception/segmentation/color_boxes.hpp"
 
 namespace ballservo {
 namespace {

@@ -1,4 +1,4 @@
-#include "perception/boundary_chain.hpp"
+#include "perception/segmentation/boundary_chain.hpp"
 
 #include <array>
 #include <cstdint>
