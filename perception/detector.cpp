@@ -7,7 +7,7 @@
 #include "calibration/base/fault.hpp"
 #include "perception/ball_position.hpp"
 #include "perception/segmentation/classification.hpp"
-#include "perception/region_shape.hpp"
+#include "perception/candidates/region_shape.hpp"
 
 namespace ballservo {
 namespace {

@@ -21,13 +21,13 @@
 #include "perception/segmentation/color_lookup.hpp"
 #include "perception/detection_stages.hpp"
 #include "perception/detector_options.hpp"
-#include "perception/inner_circles.hpp"
-#include "perception/inner_edges.hpp"
+#include "perception/candidates/inner_circles.hpp"
+#include "perception/candidates/inner_edges.hpp"
 #include "perception/segmentation/morphology.hpp"
-#include "perception/outline_scout.hpp"
+#include "perception/candidates/outline_scout.hpp"
 #include "perception/segmentation/regions.hpp"
 #include "perception/segmentation/row_team.hpp"
-#include "perception/straight_sides.hpp"
+#include "perception/candidates/straight_sides.hpp"
 
 namespace ballservo {
 

@@ -3,7 +3,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "perception/inner_circles.hpp"
+#include "perception/candidates/inner_circles.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "perception/region_shape.hpp"
+#include "perception/candidates/region_shape.hpp"
 
 #include <gtest/gtest.h>
 

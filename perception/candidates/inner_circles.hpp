@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/inner_edges.hpp"
-#include "perception/outline_scout.hpp"
+#include "perception/candidates/inner_edges.hpp"
+#include "perception/candidates/outline_scout.hpp"
 
 namespace ballservo {
 

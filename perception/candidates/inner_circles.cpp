@@ -1,4 +1,4 @@
-#include "perception/inner_circles.hpp"
+#include "perception/candidates/inner_circles.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "perception/inner_edges.hpp"
+#include "perception/candidates/inner_edges.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "perception/straight_sides.hpp"
+#include "perception/candidates/straight_sides.hpp"
 
 #include <algorithm>
 #include <cmath>

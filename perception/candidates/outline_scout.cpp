@@ -1,4 +1,4 @@
-#include "perception/outline_scout.hpp"
+#include "perception/candidates/outline_scout.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
