@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "perception/ball_fitter.hpp"
-#include "perception/ball_observation.hpp"
+#include "perception/outline/ball_fitter.hpp"
+#include "perception/outline/ball_observation.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/detector_options.hpp"
 #include "perception/outline_support.hpp"

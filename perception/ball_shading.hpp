@@ -6,8 +6,8 @@
 
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "perception/camera_response.hpp"
-#include "perception/cone_fit.hpp"
+#include "perception/outline/camera_response.hpp"
+#include "perception/outline/cone_fit.hpp"
 #include "perception/outline_support.hpp"
 
 namespace ballservo {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "calibration/base/fault.hpp"
-#include "perception/ball_position.hpp"
+#include "perception/outline/ball_position.hpp"
 #include "perception/segmentation/classification.hpp"
 #include "perception/candidates/region_shape.hpp"
 

@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "perception/ball_fitter.hpp"
+#include "perception/outline/ball_fitter.hpp"
 #include "perception/ball_judge.hpp"
-#include "perception/ball_observation.hpp"
+#include "perception/outline/ball_observation.hpp"
 #include "perception/segmentation/boundary_chain.hpp"
-#include "perception/boundary_cone.hpp"
+#include "perception/outline/boundary_cone.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/segmentation/color_lookup.hpp"
 #include "perception/detection_stages.hpp"

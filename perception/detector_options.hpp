@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "perception/ball_observation.hpp"
+#include "perception/outline/ball_observation.hpp"
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/edge_points.hpp"
-#include "perception/paper_refinement.hpp"
+#include "perception/outline/edge_points.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
 

@@ -8,7 +8,7 @@
 // either.
 #pragma once
 
-#include "perception/ball_observation.hpp"
+#include "perception/outline/ball_observation.hpp"
 #include "perception/segmentation/color_lookup.hpp"
 #include "perception/light_gain.hpp"
 

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "calibration/camera/camera.hpp"
-#include "perception/cone_fit.hpp"
+#include "perception/outline/cone_fit.hpp"
 #include "perception/outline_support.hpp"
 
 namespace ballservo {

@@ -8,8 +8,8 @@
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/color/color_table.hpp"
 #include "perception/segmentation/bit_picture.hpp"
-#include "perception/edge_points.hpp"
-#include "perception/outline_shape.hpp"
+#include "perception/outline/edge_points.hpp"
+#include "perception/outline/outline_shape.hpp"
 
 namespace ballservo {
 

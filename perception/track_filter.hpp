@@ -5,7 +5,7 @@
 #include <string>
 
 #include "calibration/base/fault.hpp"
-#include "perception/ball_observation.hpp"
+#include "perception/outline/ball_observation.hpp"
 
 namespace ballservo {
 

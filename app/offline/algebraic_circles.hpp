@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "perception/paper_refinement.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
 

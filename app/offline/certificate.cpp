@@ -11,7 +11,7 @@
 
 #include "app/offline/resampling.hpp"
 #include "calibration/base/numbers.hpp"
-#include "perception/ball_fitter.hpp"
+#include "perception/outline/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "app/offline/comparison_plots.hpp"
 #include "app/offline/step_verdict.hpp"
-#include "perception/ball_fitter.hpp"
+#include "perception/outline/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {

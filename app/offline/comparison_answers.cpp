@@ -8,7 +8,7 @@
 
 #include "app/offline/step_verdict.hpp"
 #include "app/offline/sweeps.hpp"
-#include "perception/ball_fitter.hpp"
+#include "perception/outline/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "perception/cone_fit.hpp"
-#include "perception/paper_refinement.hpp"
+#include "perception/outline/cone_fit.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
 

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "app/offline/stopwatch.hpp"
-#include "perception/ball_position.hpp"
+#include "perception/outline/ball_position.hpp"
 
 namespace ballservo {
 namespace {

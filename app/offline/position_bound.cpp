@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "calibration/camera/sphere_outline.hpp"
-#include "perception/cone_fit.hpp"
-#include "perception/edge_model.hpp"
+#include "perception/outline/cone_fit.hpp"
+#include "perception/outline/edge_model.hpp"
 
 namespace ballservo {
 namespace {

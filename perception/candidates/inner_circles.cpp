@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "perception/ball_position.hpp"
+#include "perception/outline/ball_position.hpp"
 
 namespace ballservo {
 namespace {

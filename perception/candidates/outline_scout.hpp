@@ -9,7 +9,7 @@
 
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/cone_fit.hpp"
+#include "perception/outline/cone_fit.hpp"
 
 namespace ballservo {
 

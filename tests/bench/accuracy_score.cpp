@@ -9,7 +9,7 @@
 #include "app/offline/opencv_peers.hpp"
 #include "app/offline/position_bound.hpp"
 #include "app/report/overlay.hpp"
-#include "perception/ball_position.hpp"
+#include "perception/outline/ball_position.hpp"
 #include "perception/detector.hpp"
 
 namespace ballservo::bench {

@@ -7,7 +7,7 @@
 
 #include "app/offline/converged_fits.hpp"
 #include "calibration/base/random.hpp"
-#include "perception/ball_fitter.hpp"
+#include "perception/outline/ball_fitter.hpp"
 
 namespace ballservo {
 namespace {

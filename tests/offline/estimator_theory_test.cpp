@@ -13,7 +13,7 @@
 #include "app/offline/methods.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/random.hpp"
-#include "perception/ball_position.hpp"
+#include "perception/outline/ball_position.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/segmentation/regions.hpp"
 #include "tests/perception/class_pictures.hpp"

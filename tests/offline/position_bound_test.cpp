@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibration/base/random.hpp"
-#include "perception/edge_model.hpp"
+#include "perception/outline/edge_model.hpp"
 
 namespace ballservo {
 namespace {

@@ -1,4 +1,4 @@
-#include "perception/camera_response.hpp"
+#include "perception/outline/camera_response.hpp"
 
 #include <gtest/gtest.h>
 

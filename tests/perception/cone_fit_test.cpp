@@ -1,4 +1,4 @@
-#include "perception/cone_fit.hpp"
+#include "perception/outline/cone_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/random.hpp"
-#include "perception/ball_position.hpp"
+#include "perception/outline/ball_position.hpp"
 
 namespace ballservo {
 namespace {

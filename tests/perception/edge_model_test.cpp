@@ -1,4 +1,4 @@
-#include "perception/edge_model.hpp"
+#include "perception/outline/edge_model.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // The edge along one outline.
-#include "perception/edge_points.hpp"
+#include "perception/outline/edge_points.hpp"
 
 #include <gtest/gtest.h>
 
-#include "perception/ball_position.hpp"
-#include "perception/camera_response.hpp"
+#include "perception/outline/ball_position.hpp"
+#include "perception/outline/camera_response.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

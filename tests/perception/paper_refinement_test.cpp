@@ -1,10 +1,10 @@
-#include "perception/paper_refinement.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "perception/ball_position.hpp"
+#include "perception/outline/ball_position.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

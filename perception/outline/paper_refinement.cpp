@@ -1,4 +1,4 @@
-#include "perception/paper_refinement.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

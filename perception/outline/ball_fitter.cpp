@@ -1,10 +1,10 @@
-#include "perception/ball_fitter.hpp"
+#include "perception/outline/ball_fitter.hpp"
 
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "perception/ball_position.hpp"
+#include "perception/outline/ball_position.hpp"
 
 namespace ballservo {
 namespace {

@@ -7,9 +7,9 @@
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/color/color_table.hpp"
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/cone_fit.hpp"
+#include "perception/outline/cone_fit.hpp"
 #include "perception/outline_support.hpp"
-#include "perception/paper_refinement.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
 

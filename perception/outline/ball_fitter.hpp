@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "perception/ball_observation.hpp"
-#include "perception/boundary_cone.hpp"
-#include "perception/camera_response.hpp"
+#include "perception/outline/ball_observation.hpp"
+#include "perception/outline/boundary_cone.hpp"
+#include "perception/outline/camera_response.hpp"
 #include "perception/detector_options.hpp"
-#include "perception/edge_points.hpp"
-#include "perception/paper_refinement.hpp"
+#include "perception/outline/edge_points.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
 

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "perception/cone_fit.hpp"
-#include "perception/paper_refinement.hpp"
+#include "perception/outline/cone_fit.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/cone_fit.hpp"
+#include "perception/outline/cone_fit.hpp"
 #include "perception/outline_support.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "perception/boundary_cone.hpp"
+#include "perception/outline/boundary_cone.hpp"
 
 #include <algorithm>
 #include <cmath>

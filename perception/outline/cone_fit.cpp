@@ -1,4 +1,4 @@
-#include "perception/cone_fit.hpp"
+#include "perception/outline/cone_fit.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>

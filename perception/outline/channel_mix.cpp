@@ -1,4 +1,4 @@
-#include "perception/channel_mix.hpp"
+#include "perception/outline/channel_mix.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

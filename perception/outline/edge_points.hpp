@@ -12,10 +12,10 @@
 
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/base/fault.hpp"
-#include "perception/camera_response.hpp"
-#include "perception/channel_mix.hpp"
-#include "perception/cone_fit.hpp"
-#include "perception/edge_model.hpp"
+#include "perception/outline/camera_response.hpp"
+#include "perception/outline/channel_mix.hpp"
+#include "perception/outline/cone_fit.hpp"
+#include "perception/outline/edge_model.hpp"
 
 namespace ballservo {
 

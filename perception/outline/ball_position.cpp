@@ -1,4 +1,4 @@
-#include "perception/ball_position.hpp"
+#include "perception/outline/ball_position.hpp"
 
 #include <cmath>
 

@@ -6,8 +6,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "perception/camera_response.hpp"
-#include "perception/edge_model.hpp"
+#include "perception/outline/camera_response.hpp"
+#include "perception/outline/edge_model.hpp"
 
 namespace ballservo {
 

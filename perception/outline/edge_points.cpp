@@ -1,4 +1,4 @@
-#include "perception/edge_points.hpp"
+#include "perception/outline/edge_points.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/numbers.hpp"
-#include "perception/outline_shape.hpp"
+#include "perception/outline/outline_shape.hpp"
 
 namespace ballservo {
 namespace {
