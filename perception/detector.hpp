@@ -13,7 +13,7 @@
 
 #include "calibration/camera/ray_table.hpp"
 #include "perception/outline/ball_fitter.hpp"
-#include "perception/ball_judge.hpp"
+#include "perception/judgement/ball_judge.hpp"
 #include "perception/outline/ball_observation.hpp"
 #include "perception/segmentation/boundary_chain.hpp"
 #include "perception/outline/boundary_cone.hpp"

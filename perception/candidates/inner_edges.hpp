@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "perception/outline_support.hpp"
+#include "perception/judgement/outline_support.hpp"
 
 namespace ballservo {
 

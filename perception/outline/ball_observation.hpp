@@ -8,7 +8,7 @@
 #include "calibration/color/color_table.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/outline/cone_fit.hpp"
-#include "perception/outline_support.hpp"
+#include "perception/judgement/outline_support.hpp"
 #include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {

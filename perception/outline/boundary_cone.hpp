@@ -7,7 +7,7 @@
 
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/outline/cone_fit.hpp"
-#include "perception/outline_support.hpp"
+#include "perception/judgement/outline_support.hpp"
 
 namespace ballservo {
 

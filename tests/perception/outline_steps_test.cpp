@@ -1,4 +1,4 @@
-#include "perception/outline_steps.hpp"
+#include "perception/judgement/outline_steps.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "perception/outline_support.hpp"
+#include "perception/judgement/outline_support.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 #include "perception/outline/ball_observation.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/detector_options.hpp"
-#include "perception/outline_support.hpp"
+#include "perception/judgement/outline_support.hpp"
 
 namespace ballservo {
 

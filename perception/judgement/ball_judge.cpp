@@ -1,10 +1,10 @@
-#include "perception/ball_judge.hpp"
+#include "perception/judgement/ball_judge.hpp"
 
 #include <algorithm>
 #include <limits>
 
-#include "perception/ball_shading.hpp"
-#include "perception/outline_steps.hpp"
+#include "perception/judgement/ball_shading.hpp"
+#include "perception/judgement/outline_steps.hpp"
 
 namespace ballservo {
 namespace {

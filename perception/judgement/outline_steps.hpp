@@ -5,7 +5,7 @@
 
 #include "calibration/camera/camera.hpp"
 #include "perception/outline/cone_fit.hpp"
-#include "perception/outline_support.hpp"
+#include "perception/judgement/outline_support.hpp"
 
 namespace ballservo {
 

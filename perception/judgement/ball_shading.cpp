@@ -1,4 +1,4 @@
-#include "perception/ball_shading.hpp"
+#include "perception/judgement/ball_shading.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

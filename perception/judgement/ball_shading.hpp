@@ -8,7 +8,7 @@
 #include "calibration/camera/sphere_outline.hpp"
 #include "perception/outline/camera_response.hpp"
 #include "perception/outline/cone_fit.hpp"
-#include "perception/outline_support.hpp"
+#include "perception/judgement/outline_support.hpp"
 
 namespace ballservo {
 
