@@ -18,7 +18,7 @@
 #include "app/report/stage_pictures.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
-#include "perception/tracker.hpp"
+#include "perception/tracking/tracker.hpp"
 
 namespace ballservo {
 namespace {

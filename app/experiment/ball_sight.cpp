@@ -5,7 +5,7 @@
 
 #include "app/io/ball_rows.hpp"
 #include "calibration/base/fault.hpp"
-#include "perception/tracker.hpp"
+#include "perception/tracking/tracker.hpp"
 #include "servo/simulation/geometric_ball_sensor.hpp"
 
 namespace ballservo {

@@ -13,7 +13,7 @@
 #include "calibration/base/random.hpp"
 #include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
-#include "perception/tracker.hpp"
+#include "perception/tracking/tracker.hpp"
 
 extern "C" [[gnu::noipa]] void counted_stage(const std::function<void()>& stage) { stage(); }
 

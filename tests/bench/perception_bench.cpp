@@ -21,8 +21,8 @@
 #include "app/offline/opencv_peers.hpp"
 #include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
-#include "perception/light_adaptation.hpp"
-#include "perception/tracker.hpp"
+#include "perception/tracking/light_adaptation.hpp"
+#include "perception/tracking/tracker.hpp"
 #include "tests/bench/bench_frames.hpp"
 #include "tests/bench/memory_read.hpp"
 

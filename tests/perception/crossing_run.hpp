@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "perception/tracker.hpp"
+#include "perception/tracking/tracker.hpp"
 #include "tests/perception/moving_balls.hpp"
 
 namespace ballservo::test {

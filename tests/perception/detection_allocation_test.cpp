@@ -1,7 +1,7 @@
 // On line nothing is taken from the heap once every buffer has had its size: counted below operator new.
 #include <gtest/gtest.h>
 
-#include "perception/tracker.hpp"
+#include "perception/tracking/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 #include "tests/support/allocation_counter.hpp"
 

@@ -1,7 +1,7 @@
 // Pictures made to be slow: what a detector leaves out of them, and that it says so.
 #include <gtest/gtest.h>
 
-#include "perception/tracker.hpp"
+#include "perception/tracking/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/base/fault.hpp"
-#include "perception/tracker.hpp"
+#include "perception/tracking/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "perception/light_adaptation.hpp"
+#include "perception/tracking/light_adaptation.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
-#include "perception/tracker.hpp"
+#include "perception/tracking/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

@@ -1,7 +1,7 @@
 // Following the light takes no memory from the heap: counted below operator new, where OpenCV allocates too.
 #include <gtest/gtest.h>
 
-#include "perception/light_adaptation.hpp"
+#include "perception/tracking/light_adaptation.hpp"
 #include "tests/perception/painted_ball.hpp"
 #include "tests/support/allocation_counter.hpp"
 

@@ -1,5 +1,5 @@
 // The filter of a ball's motion: what it predicts, and whether its covariance says how well.
-#include "perception/track_filter.hpp"
+#include "perception/tracking/track_filter.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "perception/tracker.hpp"
+#include "perception/tracking/tracker.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "perception/light_gain.hpp"
+#include "perception/tracking/light_gain.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -10,7 +10,7 @@
 
 #include "perception/outline/ball_observation.hpp"
 #include "perception/segmentation/color_lookup.hpp"
-#include "perception/light_gain.hpp"
+#include "perception/tracking/light_gain.hpp"
 
 namespace ballservo {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "perception/detector.hpp"
-#include "perception/light_adaptation.hpp"
-#include "perception/track_filter.hpp"
+#include "perception/tracking/light_adaptation.hpp"
+#include "perception/tracking/track_filter.hpp"
 
 namespace ballservo {
 

@@ -1,4 +1,4 @@
-#include "perception/light_adaptation.hpp"
+#include "perception/tracking/light_adaptation.hpp"
 
 #include <algorithm>
 #include <cmath>

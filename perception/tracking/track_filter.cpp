@@ -1,4 +1,4 @@
-#include "perception/track_filter.hpp"
+#include "perception/tracking/track_filter.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
