@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "servo/option_check.hpp"
+#include "servo/motion/option_check.hpp"
 
 namespace ballservo {
 

@@ -7,7 +7,7 @@
 
 #include "servo/braking_shield.hpp"
 #include "servo/free_space.hpp"
-#include "servo/pose_history.hpp"
+#include "servo/motion/pose_history.hpp"
 #include "servo/sonar_watch.hpp"
 #include "servo/steering.hpp"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "servo/option_check.hpp"
+#include "servo/motion/option_check.hpp"
 
 namespace ballservo {
 

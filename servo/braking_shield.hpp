@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "servo/free_space.hpp"
-#include "servo/motion_predictor.hpp"
+#include "servo/motion/motion_predictor.hpp"
 
 namespace ballservo {
 

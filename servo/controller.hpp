@@ -12,11 +12,11 @@
 #include "servo/avoidance.hpp"
 #include "servo/ball_measurement.hpp"
 #include "servo/law.hpp"
-#include "servo/motion_predictor.hpp"
-#include "servo/pose_history.hpp"
-#include "servo/speed_envelope.hpp"
+#include "servo/motion/motion_predictor.hpp"
+#include "servo/motion/pose_history.hpp"
+#include "servo/motion/speed_envelope.hpp"
 #include "servo/target_filter.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

@@ -8,7 +8,7 @@
 
 #include "calibration/camera/camera.hpp"
 #include "servo/floor_scan.hpp"
-#include "servo/mount.hpp"
+#include "servo/motion/mount.hpp"
 
 namespace ballservo {
 

@@ -9,9 +9,9 @@
 
 #include "calibration/base/fault.hpp"
 #include "servo/floor_scan.hpp"
-#include "servo/odometry_bound.hpp"
+#include "servo/motion/odometry_bound.hpp"
 #include "servo/sonar.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

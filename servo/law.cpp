@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "servo/cone_law.hpp"
-#include "servo/option_check.hpp"
+#include "servo/motion/option_check.hpp"
 #include "servo/pose_law.hpp"
 #include "servo/sphere_law.hpp"
 #include "servo/visp_law.hpp"

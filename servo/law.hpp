@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "calibration/base/fault.hpp"
-#include "servo/mount.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/mount.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

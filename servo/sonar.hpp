@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "servo/option_check.hpp"
-#include "servo/speed_envelope.hpp"
+#include "servo/motion/option_check.hpp"
+#include "servo/motion/speed_envelope.hpp"
 
 namespace ballservo {
 

@@ -6,8 +6,8 @@
 
 #include "calibration/base/fault.hpp"
 #include "servo/ball_measurement.hpp"
-#include "servo/mount.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/mount.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

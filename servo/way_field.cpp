@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "servo/option_check.hpp"
+#include "servo/motion/option_check.hpp"
 
 namespace ballservo {
 

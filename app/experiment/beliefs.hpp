@@ -3,7 +3,7 @@
 
 #include "calibration/camera/camera.hpp"
 #include "calibration/base/strict_yaml.hpp"
-#include "servo/mount.hpp"
+#include "servo/motion/mount.hpp"
 
 namespace ballservo {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "servo/motion_predictor.hpp"
+#include "servo/motion/motion_predictor.hpp"
 #include "servo/simulation/collision.hpp"
 
 namespace ballservo {

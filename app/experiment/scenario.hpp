@@ -12,7 +12,7 @@
 #include "calibration/camera/camera.hpp"
 #include "servo/avoidance.hpp"
 #include "servo/law.hpp"
-#include "servo/mount.hpp"
+#include "servo/motion/mount.hpp"
 #include "servo/simulation/camera_faults.hpp"
 #include "servo/simulation/camera_renderer.hpp"
 #include "servo/simulation/geometric_ball_sensor.hpp"
@@ -20,7 +20,7 @@
 #include "servo/simulation/sensor.hpp"
 #include "servo/simulation/sonar_ring.hpp"
 #include "servo/simulation/world.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

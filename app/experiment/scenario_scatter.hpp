@@ -5,7 +5,7 @@
 
 #include "calibration/base/strict_yaml.hpp"
 #include "servo/simulation/world.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

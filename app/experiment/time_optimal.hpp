@@ -1,7 +1,7 @@
 // How fast the run could have been: the yardstick for settling times.
 #pragma once
 
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

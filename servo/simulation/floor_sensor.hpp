@@ -8,7 +8,7 @@
 
 #include "servo/floor_fan.hpp"
 #include "servo/simulation/world.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "calibration/base/random.hpp"
-#include "servo/odometry_bound.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/odometry_bound.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

@@ -3,7 +3,7 @@
 
 #include <deque>
 
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

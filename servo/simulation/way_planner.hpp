@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "servo/simulation/world.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "calibration/base/random.hpp"
-#include "servo/motion_predictor.hpp"
-#include "servo/pose_history.hpp"
-#include "servo/speed_envelope.hpp"
+#include "servo/motion/motion_predictor.hpp"
+#include "servo/motion/pose_history.hpp"
+#include "servo/motion/speed_envelope.hpp"
 #include "servo/target_filter.hpp"
 
 namespace ballservo {

@@ -5,7 +5,7 @@
 
 #include "calibration/base/random.hpp"
 #include "servo/law.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo::test {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "servo/mount.hpp"
+#include "servo/motion/mount.hpp"
 #include "servo/simulation/camera_renderer.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 #include "tests/simulation/dark_room.hpp"
 
 namespace ballservo {

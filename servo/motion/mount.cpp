@@ -1,4 +1,4 @@
-#include "servo/mount.hpp"
+#include "servo/motion/mount.hpp"
 
 #include <cmath>
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

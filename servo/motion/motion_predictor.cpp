@@ -1,4 +1,4 @@
-#include "servo/motion_predictor.hpp"
+#include "servo/motion/motion_predictor.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

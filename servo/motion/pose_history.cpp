@@ -1,4 +1,4 @@
-#include "servo/pose_history.hpp"
+#include "servo/motion/pose_history.hpp"
 
 #include <algorithm>
 #include <cmath>

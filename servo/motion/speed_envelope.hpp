@@ -5,7 +5,7 @@
 #include <string>
 
 #include "calibration/base/fault.hpp"
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

@@ -1,9 +1,9 @@
-#include "servo/speed_envelope.hpp"
+#include "servo/motion/speed_envelope.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "servo/option_check.hpp"
+#include "servo/motion/option_check.hpp"
 
 namespace ballservo {
 

@@ -1,4 +1,4 @@
-#include "servo/unicycle.hpp"
+#include "servo/motion/unicycle.hpp"
 
 #include <algorithm>
 #include <cmath>
