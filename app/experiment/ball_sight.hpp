@@ -10,8 +10,8 @@
 
 #include "calibration/camera/camera.hpp"
 #include "calibration/color/color_table.hpp"
-#include "servo/ball_measurement.hpp"
-#include "servo/law.hpp"
+#include "servo/control/ball_measurement.hpp"
+#include "servo/control/law.hpp"
 #include "servo/simulation/geometric_ball_sensor.hpp"
 #include "servo/simulation/truth.hpp"
 #include "servo/simulation/world.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibration/camera/sphere_outline.hpp"
-#include "servo/controller.hpp"
+#include "servo/control/controller.hpp"
 
 namespace ballservo {
 

@@ -12,7 +12,7 @@
 #include "app/experiment/run_record.hpp"
 #include "app/experiment/scenario.hpp"
 #include "calibration/color/color_table.hpp"
-#include "servo/controller.hpp"
+#include "servo/control/controller.hpp"
 #include "servo/simulation/sonar_ring.hpp"
 
 namespace ballservo {

@@ -11,7 +11,7 @@
 #include "app/experiment/beliefs.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/avoidance.hpp"
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/simulation/camera_faults.hpp"
 #include "servo/simulation/camera_renderer.hpp"

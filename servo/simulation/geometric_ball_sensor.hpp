@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "calibration/camera/camera.hpp"
-#include "servo/ball_measurement.hpp"
+#include "servo/control/ball_measurement.hpp"
 #include "servo/simulation/truth.hpp"
 
 namespace ballservo {

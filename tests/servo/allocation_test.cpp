@@ -2,7 +2,7 @@
 // Eigen and the C library allocate too.
 #include <gtest/gtest.h>
 
-#include "servo/controller.hpp"
+#include "servo/control/controller.hpp"
 #include "tests/support/allocation_counter.hpp"
 
 namespace ballservo {

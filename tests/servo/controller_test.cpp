@@ -1,4 +1,4 @@
-#include "servo/controller.hpp"
+#include "servo/control/controller.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

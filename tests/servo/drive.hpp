@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibration/base/random.hpp"
-#include "servo/controller.hpp"
+#include "servo/control/controller.hpp"
 
 namespace ballservo::test {
 

@@ -1,4 +1,4 @@
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 #include "tests/servo/random_scene.hpp"
 
 namespace ballservo {

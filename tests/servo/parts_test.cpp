@@ -8,7 +8,7 @@
 #include "servo/motion/motion_predictor.hpp"
 #include "servo/motion/pose_history.hpp"
 #include "servo/motion/speed_envelope.hpp"
-#include "servo/target_filter.hpp"
+#include "servo/control/target_filter.hpp"
 
 namespace ballservo {
 namespace {

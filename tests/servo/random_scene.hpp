@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "calibration/base/random.hpp"
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo::test {

@@ -5,6 +5,6 @@
 #include "app/main.hpp"
 #include "calibration/allowed.hpp"
 #include "relative.hpp"
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 
 void print() { std::cout << "libraries do not print\n"; }

@@ -1,4 +1,4 @@
-#include "servo/cone_law.hpp"
+#include "servo/control/cone_law.hpp"
 
 #include <cmath>
 

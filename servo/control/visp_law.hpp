@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 
 namespace ballservo {
 

@@ -1,4 +1,4 @@
-#include "servo/target_filter.hpp"
+#include "servo/control/target_filter.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

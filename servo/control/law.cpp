@@ -1,13 +1,13 @@
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "servo/cone_law.hpp"
+#include "servo/control/cone_law.hpp"
 #include "servo/motion/option_check.hpp"
-#include "servo/pose_law.hpp"
-#include "servo/sphere_law.hpp"
-#include "servo/visp_law.hpp"
+#include "servo/control/pose_law.hpp"
+#include "servo/control/sphere_law.hpp"
+#include "servo/control/visp_law.hpp"
 
 namespace ballservo {
 

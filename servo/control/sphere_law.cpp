@@ -1,4 +1,4 @@
-#include "servo/sphere_law.hpp"
+#include "servo/control/sphere_law.hpp"
 
 namespace ballservo {
 

@@ -10,12 +10,12 @@
 #include <string_view>
 
 #include "servo/avoidance.hpp"
-#include "servo/ball_measurement.hpp"
-#include "servo/law.hpp"
+#include "servo/control/ball_measurement.hpp"
+#include "servo/control/law.hpp"
 #include "servo/motion/motion_predictor.hpp"
 #include "servo/motion/pose_history.hpp"
 #include "servo/motion/speed_envelope.hpp"
-#include "servo/target_filter.hpp"
+#include "servo/control/target_filter.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "servo/controller.hpp"
-#include "servo/controller_target.hpp"
+#include "servo/control/controller.hpp"
+#include "servo/control/controller_target.hpp"
 
 namespace ballservo {
 

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "servo/controller.hpp"
+#include "servo/control/controller.hpp"
 
 namespace ballservo {
 

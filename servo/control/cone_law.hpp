@@ -1,7 +1,7 @@
 // The default law: what the ball's tangent cone shows, levelled.
 #pragma once
 
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 
 namespace ballservo {
 

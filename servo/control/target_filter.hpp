@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "calibration/base/fault.hpp"
-#include "servo/ball_measurement.hpp"
+#include "servo/control/ball_measurement.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 

@@ -1,7 +1,7 @@
 // The position-based law, to compare the others with.
 #pragma once
 
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 
 namespace ballservo {
 

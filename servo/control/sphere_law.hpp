@@ -1,7 +1,7 @@
 // The law after Fomena and Chaumette: the ball's centre in units of its own radius.
 #pragma once
 
-#include "servo/law.hpp"
+#include "servo/control/law.hpp"
 
 namespace ballservo {
 

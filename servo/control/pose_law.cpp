@@ -1,4 +1,4 @@
-#include "servo/pose_law.hpp"
+#include "servo/control/pose_law.hpp"
 
 #include <cmath>
 

@@ -1,9 +1,9 @@
-#include "servo/controller.hpp"
+#include "servo/control/controller.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "servo/controller_target.hpp"
+#include "servo/control/controller_target.hpp"
 #include "servo/motion/option_check.hpp"
 
 namespace ballservo {
