@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "perception/floor_finder.hpp"
-#include "servo/floor_fan.hpp"
+#include "servo/avoidance/floor_fan.hpp"
 #include "servo/simulation/floor_sensor.hpp"
 
 namespace ballservo {

@@ -8,7 +8,7 @@
 
 #include "app/experiment/run_clock.hpp"
 #include "app/experiment/run_robot.hpp"
-#include "servo/sonar_watch.hpp"
+#include "servo/avoidance/sonar_watch.hpp"
 
 namespace ballservo {
 

@@ -10,7 +10,7 @@
 
 #include "app/experiment/beliefs.hpp"
 #include "calibration/camera/camera.hpp"
-#include "servo/avoidance.hpp"
+#include "servo/avoidance/avoidance.hpp"
 #include "servo/control/law.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/simulation/camera_faults.hpp"

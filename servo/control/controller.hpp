@@ -9,7 +9,7 @@
 #include <optional>
 #include <string_view>
 
-#include "servo/avoidance.hpp"
+#include "servo/avoidance/avoidance.hpp"
 #include "servo/control/ball_measurement.hpp"
 #include "servo/control/law.hpp"
 #include "servo/motion/motion_predictor.hpp"

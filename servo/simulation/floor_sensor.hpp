@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "servo/floor_fan.hpp"
+#include "servo/avoidance/floor_fan.hpp"
 #include "servo/simulation/world.hpp"
 #include "servo/motion/unicycle.hpp"
 

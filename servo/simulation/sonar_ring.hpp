@@ -11,7 +11,7 @@
 
 #include "calibration/base/random.hpp"
 #include "servo/simulation/world.hpp"
-#include "servo/sonar.hpp"
+#include "servo/avoidance/sonar.hpp"
 
 namespace ballservo {
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "servo/floor_fan.hpp"
+#include "servo/avoidance/floor_fan.hpp"
 #include "servo/simulation/camera_renderer.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "servo/free_space.hpp"
+#include "servo/avoidance/free_space.hpp"
 
 namespace ballservo {
 namespace {

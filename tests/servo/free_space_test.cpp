@@ -1,4 +1,4 @@
-#include "servo/free_space.hpp"
+#include "servo/avoidance/free_space.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "servo/sonar_watch.hpp"
+#include "servo/avoidance/sonar_watch.hpp"
 
 #include <gtest/gtest.h>
 

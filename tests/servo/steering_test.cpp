@@ -1,4 +1,4 @@
-#include "servo/steering.hpp"
+#include "servo/avoidance/steering.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

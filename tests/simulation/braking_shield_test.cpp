@@ -1,4 +1,4 @@
-#include "servo/braking_shield.hpp"
+#include "servo/avoidance/braking_shield.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "calibration/base/random.hpp"
-#include "servo/avoidance.hpp"
+#include "servo/avoidance/avoidance.hpp"
 #include "servo/simulation/collision.hpp"
 #include "servo/simulation/odometry.hpp"
 #include "servo/simulation/sonar_ring.hpp"

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string_view>
 
-#include "servo/barrier_qp.hpp"
-#include "servo/braking_shield.hpp"
-#include "servo/way_field.hpp"
+#include "servo/avoidance/barrier_qp.hpp"
+#include "servo/avoidance/braking_shield.hpp"
+#include "servo/avoidance/way_field.hpp"
 
 namespace ballservo {
 

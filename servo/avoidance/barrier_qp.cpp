@@ -1,4 +1,4 @@
-#include "servo/barrier_qp.hpp"
+#include "servo/avoidance/barrier_qp.hpp"
 
 #include <Eigen/LU>
 #include <cmath>

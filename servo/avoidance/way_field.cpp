@@ -1,4 +1,4 @@
-#include "servo/way_field.hpp"
+#include "servo/avoidance/way_field.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,11 +5,11 @@
 #include <optional>
 #include <string_view>
 
-#include "servo/braking_shield.hpp"
-#include "servo/free_space.hpp"
+#include "servo/avoidance/braking_shield.hpp"
+#include "servo/avoidance/free_space.hpp"
 #include "servo/motion/pose_history.hpp"
-#include "servo/sonar_watch.hpp"
-#include "servo/steering.hpp"
+#include "servo/avoidance/sonar_watch.hpp"
+#include "servo/avoidance/steering.hpp"
 
 namespace ballservo {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "calibration/base/fault.hpp"
-#include "servo/floor_scan.hpp"
+#include "servo/avoidance/floor_scan.hpp"
 #include "servo/motion/odometry_bound.hpp"
-#include "servo/sonar.hpp"
+#include "servo/avoidance/sonar.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {

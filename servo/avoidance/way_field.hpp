@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "servo/free_space.hpp"
+#include "servo/avoidance/free_space.hpp"
 
 namespace ballservo {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
-#include "servo/floor_scan.hpp"
+#include "servo/avoidance/floor_scan.hpp"
 #include "servo/motion/mount.hpp"
 
 namespace ballservo {

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "calibration/base/fault.hpp"
-#include "servo/sonar.hpp"
+#include "servo/avoidance/sonar.hpp"
 
 namespace ballservo {
 

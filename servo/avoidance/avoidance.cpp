@@ -1,4 +1,4 @@
-#include "servo/avoidance.hpp"
+#include "servo/avoidance/avoidance.hpp"
 
 #include <cmath>
 

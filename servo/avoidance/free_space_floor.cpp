@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "servo/free_space.hpp"
+#include "servo/avoidance/free_space.hpp"
 
 namespace ballservo {
 

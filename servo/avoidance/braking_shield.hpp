@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "servo/free_space.hpp"
+#include "servo/avoidance/free_space.hpp"
 #include "servo/motion/motion_predictor.hpp"
 
 namespace ballservo {
