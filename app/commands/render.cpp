@@ -16,7 +16,7 @@
 #include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
-#include "servo/simulation/truth.hpp"
+#include "servo/simulation/rendering/truth.hpp"
 
 namespace ballservo {
 namespace {

@@ -6,7 +6,7 @@
 #include "app/io/ball_rows.hpp"
 #include "calibration/base/fault.hpp"
 #include "perception/tracking/tracker.hpp"
-#include "servo/simulation/geometric_ball_sensor.hpp"
+#include "servo/simulation/robot/geometric_ball_sensor.hpp"
 
 namespace ballservo {
 

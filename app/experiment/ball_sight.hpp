@@ -12,9 +12,9 @@
 #include "calibration/color/color_table.hpp"
 #include "servo/control/ball_measurement.hpp"
 #include "servo/control/law.hpp"
-#include "servo/simulation/geometric_ball_sensor.hpp"
-#include "servo/simulation/truth.hpp"
-#include "servo/simulation/world.hpp"
+#include "servo/simulation/robot/geometric_ball_sensor.hpp"
+#include "servo/simulation/rendering/truth.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

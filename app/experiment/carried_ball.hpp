@@ -5,7 +5,7 @@
 
 #include "app/experiment/drawn_range.hpp"
 #include "calibration/base/random.hpp"
-#include "servo/simulation/world.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "servo/motion/motion_predictor.hpp"
-#include "servo/simulation/collision.hpp"
+#include "servo/simulation/world/collision.hpp"
 
 namespace ballservo {
 

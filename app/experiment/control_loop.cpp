@@ -6,7 +6,7 @@
 
 #include "app/experiment/cpu_clock.hpp"
 #include "app/experiment/time_optimal.hpp"
-#include "servo/simulation/scene.hpp"
+#include "servo/simulation/rendering/scene.hpp"
 
 namespace ballservo {
 

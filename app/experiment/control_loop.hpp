@@ -5,7 +5,7 @@
 #include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_camera.hpp"
 #include "app/experiment/run_robot.hpp"
-#include "servo/simulation/collision.hpp"
+#include "servo/simulation/world/collision.hpp"
 
 namespace ballservo {
 

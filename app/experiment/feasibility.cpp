@@ -4,7 +4,7 @@
 
 #include <variant>
 
-#include "servo/simulation/way_planner.hpp"
+#include "servo/simulation/world/way_planner.hpp"
 
 namespace ballservo {
 

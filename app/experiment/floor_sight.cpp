@@ -5,7 +5,7 @@
 
 #include "perception/floor_finder.hpp"
 #include "servo/avoidance/floor_fan.hpp"
-#include "servo/simulation/floor_sensor.hpp"
+#include "servo/simulation/robot/floor_sensor.hpp"
 
 namespace ballservo {
 

@@ -6,7 +6,7 @@
 #include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_record.hpp"
 #include "calibration/camera/camera.hpp"
-#include "servo/simulation/world.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/experiment/scenario.hpp"
-#include "servo/simulation/unicycle_robot.hpp"
+#include "servo/simulation/robot/unicycle_robot.hpp"
 
 namespace ballservo {
 

@@ -7,8 +7,8 @@
 
 #include "app/experiment/run_record.hpp"
 #include "calibration/camera/camera.hpp"
-#include "servo/simulation/sonar_ring.hpp"
-#include "servo/simulation/world.hpp"
+#include "servo/simulation/robot/sonar_ring.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

@@ -13,7 +13,7 @@
 #include "app/experiment/scenario.hpp"
 #include "calibration/color/color_table.hpp"
 #include "servo/control/controller.hpp"
-#include "servo/simulation/sonar_ring.hpp"
+#include "servo/simulation/robot/sonar_ring.hpp"
 
 namespace ballservo {
 

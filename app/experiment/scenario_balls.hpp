@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "calibration/base/strict_yaml.hpp"
-#include "servo/simulation/world.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calibration/camera/sphere_outline.hpp"
-#include "servo/simulation/collision.hpp"
+#include "servo/simulation/world/collision.hpp"
 
 namespace ballservo {
 

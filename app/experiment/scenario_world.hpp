@@ -5,7 +5,7 @@
 
 #include "app/experiment/scenario_scatter.hpp"
 #include "calibration/base/strict_yaml.hpp"
-#include "servo/simulation/world.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

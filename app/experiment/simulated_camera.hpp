@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/experiment/scenario.hpp"
-#include "servo/simulation/camera_renderer.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 
 namespace ballservo {
 

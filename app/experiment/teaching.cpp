@@ -7,7 +7,7 @@
 
 #include "app/experiment/run_camera.hpp"
 #include "calibration/base/fault.hpp"
-#include "servo/simulation/collision.hpp"
+#include "servo/simulation/world/collision.hpp"
 
 namespace ballservo {
 namespace {

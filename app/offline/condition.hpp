@@ -8,8 +8,8 @@
 #include "calibration/camera/camera.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/base/strict_yaml.hpp"
-#include "servo/simulation/sensor.hpp"
-#include "servo/simulation/texture.hpp"
+#include "servo/simulation/rendering/sensor.hpp"
+#include "servo/simulation/world/texture.hpp"
 
 namespace ballservo {
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "calibration/base/random.hpp"
-#include "servo/simulation/camera_renderer.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 
 namespace ballservo {
 namespace {

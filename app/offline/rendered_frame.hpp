@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/offline/plan.hpp"
-#include "servo/simulation/truth.hpp"
+#include "servo/simulation/rendering/truth.hpp"
 
 namespace ballservo {
 

@@ -10,7 +10,7 @@
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
-#include "servo/simulation/camera_renderer.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 #include "tests/perception/painted_ball.hpp"
 #include "tests/simulation/dark_room.hpp"
 

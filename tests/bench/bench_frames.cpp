@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "calibration/base/random.hpp"
-#include "servo/simulation/camera_renderer.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 
 namespace ballservo::bench {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "servo/simulation/camera_renderer.hpp"
-#include "servo/simulation/truth.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
+#include "servo/simulation/rendering/truth.hpp"
 
 namespace ballservo::bench {
 namespace {

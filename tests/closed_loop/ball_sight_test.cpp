@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "servo/simulation/camera_renderer.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 
 namespace ballservo {

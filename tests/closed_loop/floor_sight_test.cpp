@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "servo/avoidance/floor_fan.hpp"
-#include "servo/simulation/camera_renderer.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 
 namespace ballservo {

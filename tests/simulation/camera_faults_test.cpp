@@ -1,5 +1,5 @@
 // The shares and the bursts of dropped frames, and the level of the light.
-#include "servo/simulation/camera_faults.hpp"
+#include "servo/simulation/robot/camera_faults.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "servo/simulation/collision.hpp"
+#include "servo/simulation/world/collision.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "calibration/camera/camera.hpp"
-#include "servo/simulation/world.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo::test {
 

@@ -1,11 +1,11 @@
 // What the geometric reading of the floor says, against rays cast through the scene.
-#include "servo/simulation/floor_sensor.hpp"
+#include "servo/simulation/robot/floor_sensor.hpp"
 
 #include <gtest/gtest.h>
 
 #include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/random.hpp"
-#include "servo/simulation/scene.hpp"
+#include "servo/simulation/rendering/scene.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "servo/simulation/geometric_ball_sensor.hpp"
+#include "servo/simulation/robot/geometric_ball_sensor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "servo/simulation/light_course.hpp"
+#include "servo/simulation/world/light_course.hpp"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 
 #include "servo/motion/mount.hpp"
-#include "servo/simulation/camera_renderer.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 #include "servo/motion/unicycle.hpp"
 #include "tests/simulation/dark_room.hpp"
 

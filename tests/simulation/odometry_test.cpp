@@ -1,4 +1,4 @@
-#include "servo/simulation/odometry.hpp"
+#include "servo/simulation/robot/odometry.hpp"
 
 #include <gtest/gtest.h>
 

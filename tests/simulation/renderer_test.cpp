@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "servo/motion/mount.hpp"
-#include "servo/simulation/camera_renderer.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 #include "servo/motion/unicycle.hpp"
 #include "tests/simulation/dark_room.hpp"
 

@@ -1,4 +1,4 @@
-#include "servo/simulation/rolling_motion.hpp"
+#include "servo/simulation/world/rolling_motion.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "calibration/base/numbers.hpp"
-#include "servo/simulation/truth.hpp"
+#include "servo/simulation/rendering/truth.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

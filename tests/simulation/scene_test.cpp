@@ -1,5 +1,5 @@
 // Four rays at once against one at a time.
-#include "servo/simulation/scene.hpp"
+#include "servo/simulation/rendering/scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "calibration/base/random.hpp"
-#include "servo/simulation/light_map.hpp"
+#include "servo/simulation/rendering/light_map.hpp"
 
 namespace ballservo {
 namespace {

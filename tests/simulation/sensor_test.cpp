@@ -1,4 +1,4 @@
-#include "servo/simulation/sensor.hpp"
+#include "servo/simulation/rendering/sensor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "servo/simulation/sonar_ring.hpp"
+#include "servo/simulation/robot/sonar_ring.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "servo/simulation/texture.hpp"
+#include "servo/simulation/world/texture.hpp"
 
 #include <gtest/gtest.h>
 

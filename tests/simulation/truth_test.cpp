@@ -1,4 +1,4 @@
-#include "servo/simulation/truth.hpp"
+#include "servo/simulation/rendering/truth.hpp"
 
 #include <gtest/gtest.h>
 

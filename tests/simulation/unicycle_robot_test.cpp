@@ -1,4 +1,4 @@
-#include "servo/simulation/unicycle_robot.hpp"
+#include "servo/simulation/robot/unicycle_robot.hpp"
 
 #include <gtest/gtest.h>
 #include <visp3/robot/vpSimulatorPioneer.h>

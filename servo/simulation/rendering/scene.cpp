@@ -1,0 +1,371 @@
+#include "servo/simulation/rendering/scene.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "servo/simulation/rendering/intersection.hpp"
+#include "servo/simulation/rendering/light_map.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr double openness_radii = 8;  // within which a ball keeps off light from everywhere
+
+/// Points on the unit disc, spread evenly (Vogel, Mathematical Biosciences 1979), for shadows of solids.
+constexpr int shadow_samples = 24;
+
+const std::array<Eigen::Vector2d, shadow_samples>& disc_samples() {
+  static const std::array<Eigen::Vector2d, shadow_samples> samples = [] {
+    std::array<Eigen::Vector2d, shadow_samples> points;
+    for (int k = 0; k < shadow_samples; ++k) {
+      const double radius = std::sqrt((k + 0.5) / shadow_samples), angle = 2.399963229728653 * k;
+      points[static_cast<std::size_t>(k)] = {radius * std::cos(angle), radius * std::sin(angle)};
+    }
+    return points;
+  }();
+  return samples;
+}
+
+/// Fraction of a disc of radius a that a disc of radius b at a distance covers (all small angles).
+double covered_fraction(double a, double b, double distance) {
+  if (distance >= a + b) return 0.0;
+  if (distance <= std::abs(b - a)) return b >= a ? 1.0 : b * b / (a * a);
+  const double a2 = a * a, b2 = b * b, d2 = distance * distance;
+  const double alpha = std::acos(std::clamp((d2 + a2 - b2) / (2 * distance * a), -1.0, 1.0));
+  const double beta = std::acos(std::clamp((d2 + b2 - a2) / (2 * distance * b), -1.0, 1.0));
+  const double area = a2 * (alpha - std::sin(2 * alpha) / 2) + b2 * (beta - std::sin(2 * beta) / 2);
+  return std::clamp(area / (pi * a2), 0.0, 1.0);
+}
+
+SceneSolid scene_solid(const Obstacle& obstacle) {
+  SceneSolid solid;
+  solid.center = obstacle.center_m;
+  solid.cos_yaw = std::cos(obstacle.yaw_rad);
+  solid.sin_yaw = std::sin(obstacle.yaw_rad);
+  solid.bounding_radius = obstacle.bounding_radius_m();
+  solid.material = obstacle.material;
+  if (const auto* box = std::get_if<BoxShape>(&obstacle.shape)) {
+    solid.kind = SceneSolid::Kind::box;
+    solid.half = box->size_m / 2;
+  } else if (const auto* cylinder = std::get_if<CylinderShape>(&obstacle.shape)) {
+    solid.kind = SceneSolid::Kind::cylinder;
+    solid.half = {cylinder->radius_m, cylinder->radius_m, cylinder->height_m / 2};
+  } else {
+    const double radius = std::get<DiscShape>(obstacle.shape).radius_m;
+    solid.kind = SceneSolid::Kind::disc;
+    solid.half = {0, radius, radius};
+  }
+  return solid;
+}
+
+/// Corners get less of the light that comes from everywhere; a smooth stand-in for it.
+Float4 corner_light(Float4 distance) { return 1.0f - 0.28f / (1.0f + 25.0f * distance * distance); }
+
+Float4 dot(const Triple4& a, const Triple4& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Triple4 difference(const Triple4& a, const Triple4& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+template <typename Scalar>
+Triple4 spread(const Eigen::Matrix<Scalar, 3, 1>& v) {
+  return {four(v.x()), four(v.y()), four(v.z())};
+}
+
+/// What of the light from everywhere comes to points of a surface of the room.
+Float4 room_openness(const Room& room, int surface, const Triple4& p) {
+  const auto between = [](Float4 x, double low, double high) {
+    return min(x - static_cast<float>(low), static_cast<float>(high) - x);
+  };
+  return corner_light(
+      surface <= 1 ? min(between(p.x, room.x_min_m, room.x_max_m), between(p.y, room.y_min_m, room.y_max_m))
+                   : between(p.z, 0, room.height_m));
+}
+
+/// The sides of the patches that pixels see of a surface: longer in the direction of view, the flatter the
+/// rays meet it. `across_m`: how wide the pixels are there; the rest: the direction's parts along the normal
+/// and along the surface's axes.
+Pair4 seen_patches(Float4 across_m, Float4 along_normal, Float4 along_u, Float4 along_v) {
+  const Float4 stretch = 1.0f / max(abs(along_normal), four(1e-3f)) - 1.0f;
+  const Float4 per_flat2 = stretch / max(along_u * along_u + along_v * along_v, four(1e-12f));
+  return {across_m * (1.0f + per_flat2 * along_u * along_u),
+          across_m * (1.0f + per_flat2 * along_v * along_v)};
+}
+
+}  // namespace
+
+Scene::Scene(const World& world, double time_s, const LightMap* light_map)
+    : room_(world.room), lights_(world.lights), ambient_(world.ambient), light_map_(light_map) {
+  for (Light& light : lights_) light.intensity = light.intensity.cwiseProduct(light.course.gain(time_s));
+  for (const AmbientLight& light : world.changing_ambient)
+    ambient_ += light.intensity.cwiseProduct(light.course.gain(time_s));
+  for (const Ball& ball : world.balls) balls_.push_back({ball.p_WB(time_s), ball.radius_m(), ball.material});
+  for (const Obstacle& obstacle : world.obstacles) solids_.push_back(scene_solid(obstacle));
+  for (const Light& light : lights_) {
+    for (const SceneBall& ball : balls_) {
+      const Eigen::Vector3d to_ball = ball.center - light.position_m;
+      const double ball_m = to_ball.norm();
+      shade_cones_.push_back({light.position_m.cast<float>(), (to_ball / ball_m).cast<float>(),
+                              static_cast<float>(ball_m), static_cast<float>(ball_m - ball.radius),
+                              static_cast<float>(1.05 * ball.radius),
+                              static_cast<float>((ball.radius + light.radius_m) / ball_m)});
+    }
+  }
+}
+
+SurfaceHit Scene::hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                              const std::vector<int>& candidates) const {
+  SurfaceHit hit;
+  // The room is convex and holds the viewer: its nearest plane ahead is the one that the ray leaves through.
+  const double tx = direction.x() == 0.0
+                        ? no_hit
+                        : ((direction.x() > 0 ? room_.x_max_m : room_.x_min_m) - origin.x()) / direction.x();
+  const double ty = direction.y() == 0.0
+                        ? no_hit
+                        : ((direction.y() > 0 ? room_.y_max_m : room_.y_min_m) - origin.y()) / direction.y();
+  const double tz = direction.z() == 0.0
+                        ? no_hit
+                        : ((direction.z() > 0 ? room_.height_m : 0.0) - origin.z()) / direction.z();
+  hit.t = std::min({tx, ty, tz});
+  int nearest = -1;
+  for (const int index : candidates) {
+    const double t = hit_solid(solids_[static_cast<std::size_t>(index)], origin, direction);
+    if (t < hit.t) {
+      hit.t = t;
+      nearest = index;
+    }
+  }
+  const Eigen::Vector3d p = origin + hit.t * direction;
+  if (nearest >= 0) {
+    int face = 0;
+    describe_hit(solids_[static_cast<std::size_t>(nearest)], p, direction, hit, face);
+    hit.surface = 8 + 8 * nearest + face;
+  } else if (hit.t == tz) {
+    hit.surface = direction.z() > 0 ? 1 : 0;
+    hit.normal = {0, 0, direction.z() > 0 ? -1.0 : 1.0};
+    hit.uv_m = p.head<2>();
+  } else if (hit.t == tx) {
+    hit.surface = direction.x() > 0 ? 3 : 2;
+    hit.normal = {direction.x() > 0 ? -1.0 : 1.0, 0, 0};
+    hit.uv_m = {p.y(), p.z()};
+    hit.u_axis = {0, 1, 0};
+    hit.v_axis = {0, 0, 1};
+  } else {
+    hit.surface = direction.y() > 0 ? 5 : 4;
+    hit.normal = {0, direction.y() > 0 ? -1.0 : 1.0, 0};
+    hit.uv_m = {p.x(), p.z()};
+    hit.u_axis = {1, 0, 0};
+    hit.v_axis = {0, 0, 1};
+  }
+  return hit;
+}
+
+double Scene::hit_solids(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                         double t_max) const {
+  double nearest = t_max;
+  for (const SceneSolid& solid : solids_) nearest = std::min(nearest, hit_solid(solid, origin, direction));
+  return nearest;
+}
+
+double Scene::visible_fraction(const Light& light, const Eigen::Vector3d& p, const Eigen::Vector3d& to_light,
+                               double distance, int own_ball, int own_solid) const {
+  double visible = 1.0;
+  for (std::size_t k = 0; k < balls_.size(); ++k) {
+    if (static_cast<int>(k) == own_ball) continue;
+    const SceneBall& ball = balls_[k];
+    const Eigen::Vector3d away = ball.center - p;
+    const double along = away.dot(to_light);
+    if (along <= -ball.radius || along > distance) continue;
+    const double square = away.squaredNorm(), across2 = square - along * along;
+    const double reach = ball.radius + light.radius_m * std::max(along, 0.0) / distance;
+    if (across2 >= 4.0 * reach * reach) continue;  // the disc's size grows near the ball: a wide bound
+    const double length = std::sqrt(square);
+    const double ball_angle = length <= ball.radius ? pi / 2 : std::asin(ball.radius / length);
+    const double light_angle = std::max(std::atan2(light.radius_m, distance), 1e-4);
+    visible *=
+        1.0 - covered_fraction(light_angle, ball_angle, std::atan2(std::sqrt(std::max(across2, 0.0)), along));
+  }
+  for (std::size_t k = 0; k < solids_.size() && visible > 0.0; ++k) {
+    if (static_cast<int>(k) == own_solid) continue;
+    const SceneSolid& solid = solids_[k];
+    const Eigen::Vector3d away = solid.center - p;
+    const double along = away.dot(to_light);
+    if (along <= -solid.bounding_radius || along > distance + solid.bounding_radius) continue;
+    const double reach = solid.bounding_radius + light.radius_m * std::max(along, 0.0) / distance;
+    if (away.squaredNorm() - along * along >= reach * reach) continue;
+    if (light.radius_m == 0.0) {
+      if (hit_solid(solid, p, to_light) < distance) visible = 0.0;
+      continue;
+    }
+    // Any frame across the ray will do; this one turns smoothly over the floor.
+    const Eigen::Vector3d side = Eigen::Vector3d(to_light.z(), 0, -to_light.x()).normalized();
+    const Eigen::Vector3d other = to_light.cross(side);
+    int lit = 0;
+    for (const Eigen::Vector2d& sample : disc_samples()) {
+      const Eigen::Vector3d ray =
+          to_light * distance + light.radius_m * (sample.x() * side + sample.y() * other);
+      if (hit_solid(solid, p, ray) >= 1.0) ++lit;
+    }
+    visible *= static_cast<double>(lit) / shadow_samples;
+  }
+  return visible;
+}
+
+Rgb Scene::reflected(const Material& material, const Rgb& albedo, const Eigen::Vector3d& p,
+                     const Eigen::Vector3d& normal, const Eigen::Vector3d& to_viewer, const Rgb& ambient,
+                     int own_ball, int own_solid) const {
+  Rgb diffuse = ambient, highlight = Rgb::Zero();
+  for (const Light& light : lights_) {
+    const Eigen::Vector3d offset = light.position_m - p;
+    const double square = std::max(offset.squaredNorm(), 1e-4);
+    const double distance = std::sqrt(square);
+    const Eigen::Vector3d to_light = offset / distance;
+    const double facing = normal.dot(to_light);
+    if (facing <= 0.0) continue;
+    const double visible = visible_fraction(light, p, to_light, distance, own_ball, own_solid);
+    if (visible <= 0.0) continue;
+    const Rgb arriving = light.intensity * (visible / square);
+    diffuse += arriving * facing;
+    if (material.specular > 0.0) {
+      const double half = normal.dot((to_light + to_viewer).normalized());
+      if (half > 0.0) highlight += arriving * std::pow(half, material.shininess);
+    }
+  }
+  return albedo.cwiseProduct(diffuse) + material.specular * highlight;
+}
+
+double Scene::lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
+  const Light& light = lights_[lamp];
+  const Eigen::Vector3d offset = light.position_m - p;
+  const double square = std::max(offset.squaredNorm(), 1e-4), distance = std::sqrt(square);
+  const Eigen::Vector3d to_light = offset / distance;
+  const double facing = normal.dot(to_light);
+  return facing <= 0.0 ? 0.0 : facing * visible_fraction(light, p, to_light, distance, -1, -1) / square;
+}
+
+/// Whether a ball could keep light of some lamp from points: they lie in its cone of half shadow.
+Int4 Scene::shaded_by_ball(const Triple4& p) const {
+  Int4 shaded{};
+  for (const ShadeCone& cone : shade_cones_) {
+    const Triple4 to_p = difference(p, spread(cone.lamp));
+    const Float4 along = dot(to_p, spread(cone.axis));
+    const Float4 reach = cone.radius + max(along - cone.ball_m, four(0.0f)) * cone.growth;
+    shaded |= (along >= cone.from_m) & (dot(to_p, to_p) - along * along < reach * reach);
+  }
+  return shaded;
+}
+
+Int4 Scene::ball_takes_light(const Triple4& p) const {
+  Int4 takes = shaded_by_ball(p);
+  for (const SceneBall& ball : balls_) {
+    const Triple4 away = difference(spread(ball.center), p);
+    const auto far_m = static_cast<float>(openness_radii * ball.radius);
+    takes |= dot(away, away) <= far_m * far_m;
+  }
+  return takes;
+}
+
+const Material& Scene::room_material(int surface) const {
+  return surface == 0 ? room_.floor : surface == 1 ? room_.ceiling : room_.wall;
+}
+
+bool Scene::light_is_mapped(int surface) const {
+  const Material& material = room_material(surface);
+  return light_map_ != nullptr && material.specular == 0.0 && !material.luminous;
+}
+
+RoomHits Scene::hit_room(const Eigen::Vector3d& origin, const Triple4& directions) const {
+  const auto leave = [](Float4 direction, double low_m, double high_m) {
+    return (direction > 0.0f ? four(high_m) : four(low_m)) / abs(direction);
+  };
+  const Float4 tx = leave(directions.x, origin.x() - room_.x_min_m, room_.x_max_m - origin.x());
+  const Float4 ty = leave(directions.y, origin.y() - room_.y_min_m, room_.y_max_m - origin.y());
+  const Float4 tz = leave(directions.z, origin.z(), room_.height_m - origin.z());
+  RoomHits hits;
+  hits.t = min(min(tx, ty), tz);
+  const Int4 zero{};
+  const auto side = [&](Float4 direction, int low) { return zero + low - (direction > 0.0f); };
+  hits.surface =
+      hits.t == tz ? side(directions.z, 0) : (hits.t == tx ? side(directions.x, 2) : side(directions.y, 4));
+  return hits;
+}
+
+bool Scene::shade_room(int surface, Float4 t, const Eigen::Vector3d& origin, const Triple4& directions,
+                       double pixel_rad, Triple4& colors) const {
+  const Triple4 o = spread(origin);
+  const Triple4 p{o.x + t * directions.x, o.y + t * directions.y, o.z + t * directions.z};
+  if (any(ball_takes_light(p))) return false;
+  const Material& material = room_material(surface);
+  const Float4 across_m = t * static_cast<float>(pixel_rad);
+  Pair4 uv_m, patch_m;
+  if (surface <= 1) {
+    uv_m = {p.x, p.y};
+    patch_m = seen_patches(across_m, directions.z, directions.x, directions.y);
+  } else if (surface <= 3) {
+    uv_m = {p.y, p.z};
+    patch_m = seen_patches(across_m, directions.x, directions.y, directions.z);
+  } else {
+    uv_m = {p.x, p.z};
+    patch_m = seen_patches(across_m, directions.y, directions.x, directions.z);
+  }
+  const Triple4 albedo = texture_colors(material.texture, uv_m, patch_m);
+  const Triple4 lamps = light_map_->light(surface, uv_m, lights_), ambient = spread(ambient_);
+  const Float4 openness = room_openness(room_, surface, p);
+  colors = {albedo.x * (ambient.x * openness + lamps.x), albedo.y * (ambient.y * openness + lamps.y),
+            albedo.z * (ambient.z * openness + lamps.z)};
+  return true;
+}
+
+Rgb Scene::shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin,
+                         const Eigen::Vector3d& direction, double pixel_rad) const {
+  const bool of_room = hit.surface < 8;
+  const Eigen::Vector3d p = origin + hit.t * direction;
+  Triple4 colors;
+  if (of_room && light_is_mapped(hit.surface) &&
+      shade_room(hit.surface, four(hit.t), origin, spread(direction), pixel_rad, colors)) {
+    return {colors.x[0], colors.y[0], colors.z[0]};
+  }
+  const int own_solid = of_room ? -1 : (hit.surface - 8) / 8;
+  const Material& material =
+      of_room ? room_material(hit.surface) : solids_[static_cast<std::size_t>(own_solid)].material;
+  const Pair4 patch_m = seen_patches(four(pixel_rad * hit.t), four(hit.normal.dot(direction)),
+                                     four(direction.dot(hit.u_axis)), four(direction.dot(hit.v_axis)));
+  const Rgb albedo = texture_color(material.texture, hit.uv_m, {patch_m.u[0], patch_m.v[0]});
+  if (material.luminous) return albedo;
+
+  double openness = of_room ? static_cast<double>(room_openness(room_, hit.surface, spread(p))[0]) : 1.0;
+  // A ball keeps off the light that comes from everywhere (Lambert's cosine over the small disc that it
+  // covers).
+  for (const SceneBall& ball : balls_) {
+    const Eigen::Vector3d away = ball.center - p;
+    const double square = std::max(away.squaredNorm(), ball.radius * ball.radius);
+    if (square > openness_radii * openness_radii * ball.radius * ball.radius) continue;
+    const double covered =
+        std::max(hit.normal.dot(away), 0.0) / std::sqrt(square) * ball.radius * ball.radius / square;
+    openness *= 1.0 - std::min(covered, 1.0);
+  }
+  if (of_room && light_is_mapped(hit.surface) && !any(shaded_by_ball(spread(p)))) {
+    const Triple4 lamps = light_map_->light(hit.surface, {four(hit.uv_m.x()), four(hit.uv_m.y())}, lights_);
+    return albedo.cwiseProduct(ambient_ * openness + Rgb(lamps.x[0], lamps.y[0], lamps.z[0]));
+  }
+  return reflected(material, albedo, p, hit.normal, -direction, ambient_ * openness, -1, own_solid);
+}
+
+Rgb Scene::shade_ball(int index, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
+  const SceneBall& ball = balls_[static_cast<std::size_t>(index)];
+  if (ball.material.luminous) return ball.material.texture.color;
+  const Eigen::Vector3d from_center = origin - ball.center;
+  const double along = -from_center.dot(direction);
+  const Eigen::Vector3d nearest = from_center + along * direction;
+  const double inside2 = ball.radius * ball.radius - nearest.squaredNorm();
+  const Eigen::Vector3d normal =
+      (inside2 > 0.0 ? Eigen::Vector3d(nearest - std::sqrt(inside2) * direction) : nearest).normalized();
+  const Eigen::Vector3d p = ball.center + ball.radius * normal;
+  // From below comes only what the floor sends back, and less of it the nearer the floor.
+  const double floor_share = 0.5 * (1.0 - normal.z());
+  const double floor_light = 0.45 * std::min(1.0, std::max(p.z(), 0.0) / ball.radius);
+  const Rgb ambient = ambient_ * (1.0 - floor_share + floor_share * floor_light);
+  return reflected(ball.material, ball.material.texture.color, p, normal, -direction, ambient, index, -1);
+}
+
+}  // namespace ballservo

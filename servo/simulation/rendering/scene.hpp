@@ -1,0 +1,113 @@
+// The world at one instant, laid out for ray casting: nearest surfaces and the light that they send back.
+//
+// Rays are p = origin + t * direction with unit directions; t is in metres. All in the world frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "servo/simulation/world/float4.hpp"
+#include "servo/simulation/world/world.hpp"
+
+namespace ballservo {
+
+/// A ball at its place.
+struct SceneBall {
+  Eigen::Vector3d center{0, 0, 0};
+  double radius = 0;
+  Material material;
+};
+
+/// An obstacle with what ray tests need of it.
+struct SceneSolid {
+  enum class Kind { box, cylinder, disc } kind = Kind::box;
+  Eigen::Vector3d center{0, 0, 0};
+  Eigen::Vector3d half{
+      0, 0, 0};  ///< box: half sizes; cylinder: (radius, radius, half height); disc: (0, radius, radius)
+  double cos_yaw = 1, sin_yaw = 0;
+  double bounding_radius = 0;
+  Material material;
+};
+
+/// Where a ray meets a surface.
+struct SurfaceHit {
+  double t = 0;
+  int surface = -1;  ///< 0-5: floor, ceiling, walls; then 8 + 8 * solid + face. Negative: nothing
+  Eigen::Vector3d normal{0, 0, 1};
+  Eigen::Vector2d uv_m{0, 0};  ///< surface coordinates for the texture
+  Eigen::Vector3d u_axis{1, 0, 0}, v_axis{0, 1, 0};
+};
+
+/// Where four rays meet the room.
+struct RoomHits {
+  Float4 t;
+  Int4 surface;  ///< 0 to 5
+};
+
+class LightMap;
+
+class Scene {
+ public:
+  /// `light_map`, of the same world, may stand in for the lamps where no ball shades them; it must outlive
+  /// the scene.
+  Scene(const World& world, double time_s, const LightMap* light_map = nullptr);
+
+  const std::vector<SceneBall>& balls() const { return balls_; }
+  const std::vector<SceneSolid>& solids() const { return solids_; }
+
+  /// The nearest surface of the room or of a solid among `candidates` (indices of solids), balls apart.
+  SurfaceHit hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                         const std::vector<int>& candidates) const;
+
+  /// Where rays of unit length meet the room, behind all that stands in it.
+  RoomHits hit_room(const Eigen::Vector3d& origin, const Triple4& directions) const;
+
+  /// Distance to the first solid (room and balls apart) before t_max along the ray, or t_max.
+  double hit_solids(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double t_max) const;
+
+  /// What a surface point sends towards the viewer. `pixel_rad` is the angle that a pixel spans, for the
+  /// texture.
+  Rgb shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                    double pixel_rad) const;
+
+  /// The same of four points of one surface of the room whose light is mapped; false where a ball may keep
+  /// some of it off.
+  bool shade_room(int surface, Float4 t, const Eigen::Vector3d& origin, const Triple4& directions,
+                  double pixel_rad, Triple4& colors) const;
+  /// Whether the light map knows all the light on a surface of the room, but for the balls' shadows.
+  bool light_is_mapped(int surface) const;
+
+  /// What the ball sends towards the viewer from the point that the ray meets, or where it misses the point
+  /// of the ball nearest to the ray.
+  Rgb shade_ball(int ball, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+
+  /// What a surface point that belongs to no ball or solid gets of a lamp, as a share of its intensity.
+  double lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const;
+
+ private:
+  const Material& room_material(int surface) const;
+  Int4 shaded_by_ball(const Triple4& p) const;
+  Int4 ball_takes_light(const Triple4& p) const;
+  Rgb reflected(const Material& material, const Rgb& albedo, const Eigen::Vector3d& p,
+                const Eigen::Vector3d& normal, const Eigen::Vector3d& to_viewer, const Rgb& ambient,
+                int own_ball, int own_solid) const;
+  double visible_fraction(const Light& light, const Eigen::Vector3d& p, const Eigen::Vector3d& to_light,
+                          double distance, int own_ball, int own_solid) const;
+
+  /// Where a ball may keep a lamp's light off: behind `from_m` along the axis from the lamp, within a radius
+  /// that grows from the ball on.
+  struct ShadeCone {
+    Eigen::Vector3f lamp, axis;
+    float ball_m, from_m, radius, growth;
+  };
+
+  Room room_;
+  std::vector<SceneBall> balls_;
+  std::vector<ShadeCone> shade_cones_;
+  std::vector<SceneSolid> solids_;
+  std::vector<Light> lights_;  // as bright as they are now
+  Rgb ambient_;
+  const LightMap* light_map_;
+};
+
+}  // namespace ballservo

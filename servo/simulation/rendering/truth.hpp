@@ -1,0 +1,35 @@
+// What is exactly true of every ball in a frame.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/camera/sphere_outline.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
+
+namespace ballservo {
+
+struct BallTruth {
+  std::string name, class_name;
+  Eigen::Vector3d p_CB{0, 0, 0};          ///< centre in the camera frame (m)
+  std::optional<OutlineEllipse> outline;  ///< nothing where the outline cannot be projected
+  /// Fraction of the outline's area that the camera sees: inside the picture and not behind anything. 0
+  /// without an outline.
+  double visible_fraction = 0;
+  bool center_in_view = false;  ///< the centre's image lies inside the picture
+  bool center_hidden = false;   ///< something stands between the camera and the ball's middle
+};
+
+/// One entry per ball of the world, in its order. Exact; the visible fraction of a partly hidden ball to
+/// about 0.002 (visible_fraction.hpp).
+std::vector<BallTruth> ball_truth(const Camera& camera, const World& world, const CameraView& view);
+/// Of one ball alone.
+BallTruth ball_truth(const Camera& camera, const World& world, const CameraView& view, std::size_t index);
+
+/// Where ball `index` hides what is behind it, or would: CV_8UC1 of the camera's size, 0 where something
+/// stands nearer than the ball's middle, and outside `box` (px), which bounds the cost.
+cv::Mat unhidden_pixels(const Camera& camera, const World& world, const CameraView& view, std::size_t index,
+                        const cv::Rect& box);
+
+}  // namespace ballservo

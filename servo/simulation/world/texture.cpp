@@ -1,0 +1,252 @@
+#include "servo/simulation/world/texture.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace ballservo {
+
+namespace {
+
+constexpr float least_patch = 1e-3f;  // in units of the texture's scale
+
+/// A number in [0, 1) for each cell of a grid (SplitMix64's finaliser over both indices).
+double cell_value(std::int64_t i, std::int64_t j) {
+  std::uint64_t x = static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15ull + static_cast<std::uint64_t>(j);
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
+}
+
+/// The values of 64 x 64 cells, which repeat.
+class CellGrid {
+ public:
+  CellGrid() : values_(side * side) {
+    for (std::size_t k = 0; k < values_.size(); ++k)
+      values_[k] = static_cast<float>(cell_value(static_cast<std::int64_t>(k), -7));
+  }
+  Float4 operator()(Int4 i, Int4 j) const {
+    const Int4 at = (i & (side - 1)) * side + (j & (side - 1));
+    const auto value = [this](std::int32_t k) { return values_[static_cast<std::size_t>(k)]; };
+    if (all(at == at[0])) return four(value(at[0]));  // neighbours mostly see one cell
+    return Float4{value(at[0]), value(at[1]), value(at[2]), value(at[3])};
+  }
+
+ private:
+  static constexpr int side = 64;
+  std::vector<float> values_;
+};
+
+const CellGrid& cell_grid() {
+  static const CellGrid grid;
+  return grid;
+}
+
+/// Three octaves of smooth value noise on a fine grid, side by side, so that one look-up serves them all.
+class NoiseGrid {
+ public:
+  static constexpr int octaves = 3;
+  static constexpr int period = 32;  // in units of the first octave
+  static constexpr int samples = 8;  // a unit
+  static constexpr int side = period * samples;
+
+  NoiseGrid() : values_(static_cast<std::size_t>(side * side)) {
+    for (int j = 0; j < side; ++j) {
+      for (int i = 0; i < side; ++i) {
+        Float4& value = values_[static_cast<std::size_t>(j * side + i)];
+        for (int k = 0; k < octaves; ++k) {
+          const double frequency = static_cast<double>(1 << k) / samples;
+          value[k] = static_cast<float>(smooth(i * frequency, j * frequency, period << k, k));
+        }
+        value[3] = 0;
+      }
+    }
+  }
+
+  /// The octaves at four points, each from -0.5 to 0.5, summed with the points' weights.
+  Float4 operator()(Float4 x, Float4 y, const Float4 (&weights)[octaves]) const {
+    const Float4 sx = x * samples, sy = y * samples;
+    const Int4 fx = floor_index(sx), fy = floor_index(sy);
+    const Int4 i = fx & (side - 1), j = fy & (side - 1), i1 = (fx + 1) & (side - 1),
+               j1 = (fy + 1) & (side - 1);
+    const Float4 tx = sx - to_float(fx), ty = sy - to_float(fy);
+    Float4 sum;
+    for (int k = 0; k < 4; ++k) {
+      const Float4 low = at(i[k], j[k]) + tx[k] * (at(i1[k], j[k]) - at(i[k], j[k]));
+      const Float4 high = at(i[k], j1[k]) + tx[k] * (at(i1[k], j1[k]) - at(i[k], j1[k]));
+      const Float4 value = low + ty[k] * (high - low);
+      sum[k] = weights[0][k] * value[0] + weights[1][k] * value[1] + weights[2][k] * value[2];
+    }
+    return sum;
+  }
+
+ private:
+  /// Value noise of unit cells that repeats after `cells`.
+  static double smooth(double x, double y, int cells, int octave) {
+    const int i = static_cast<int>(x), j = static_cast<int>(y);
+    const double tx = x - i, ty = y - j;
+    const double wx = tx * tx * (3 - 2 * tx), wy = ty * ty * (3 - 2 * ty);
+    const auto value = [&](int a, int b) { return cell_value(a % cells + 1000 * octave, b % cells); };
+    const double low = value(i, j) + wx * (value(i + 1, j) - value(i, j));
+    const double high = value(i, j + 1) + wx * (value(i + 1, j + 1) - value(i, j + 1));
+    return low + wy * (high - low) - 0.5;
+  }
+
+  const Float4& at(int i, int j) const { return values_[static_cast<std::size_t>(j * side + i)]; }
+  std::vector<Float4> values_;
+};
+
+const NoiseGrid& noise_grid() {
+  static const NoiseGrid grid;
+  return grid;
+}
+
+/// How much of a wave of unit wavelength is left after averaging over a patch of this size (in wavelengths).
+Float4 remaining(Float4 patch) {
+  const Float4 q = patch * patch;
+  return 1.0f / (1.0f + 4.0f * q + 8.0f * q * q);
+}
+
+/// Octaves of noise, each fading as the patch grows beyond its grains; about -0.5 to 0.5.
+Float4 fading_noise(Float4 x, Float4 y, Float4 patch) {
+  const Float4 first = 0.55f * remaining(patch);
+  const Int4 shows = first >= 0.02f;  // a grey level or two
+  if (!any(shows)) return four(0.0f);
+  const Float4 noise =
+      noise_grid()(x, y, {first, 0.275f * remaining(2.0f * patch), 0.1375f * remaining(4.0f * patch)});
+  return shows ? noise : four(0.0f);
+}
+
+/// Mean over [x - w/2, x + w/2] of the square wave of period 2 that is 1 in [0, 1) and -1 in [1, 2).
+Float4 mean_square_wave(Float4 x, Float4 w) {
+  const auto triangle = [](Float4 t) { return abs(t / 2 - floor(t / 2 + 0.5f)) * 2; };
+  return (triangle(x + w / 2) - triangle(x - w / 2)) / w;
+}
+
+/// Fraction of [x - w/2, x + w/2] that lies in [k, k + line) for an integer k.
+Float4 line_share(Float4 x, Float4 w, float line) {
+  const auto sum = [line](Float4 t) {
+    const Float4 below = floor(t);
+    return below * line + min(t - below, four(line));
+  };
+  return max(four(0.0f), min(four(1.0f), (sum(x + w / 2) - sum(x - w / 2)) / w));
+}
+
+/// Mean of a value per cell of unit length over [x - w/2, x + w/2], fading to 0.5 for windows beyond a cell.
+template <typename ValueOfCell>
+Float4 mean_of_cells(Float4 x, Float4 w, const ValueOfCell& value) {
+  const Float4 fade = max(four(0.0f), min(four(1.0f), 2.0f - w));
+  if (all(fade == 0.0f)) return four(0.5f);
+  const Float4 shown = min(w, four(1.0f));
+  const Int4 first = floor_index(x - shown / 2), last = floor_index(x + shown / 2);
+  Float4 mean = value(first);
+  if (any(first != last)) {
+    const Float4 share = first == last ? four(0.0f) : (x + shown / 2 - to_float(last)) / shown;
+    mean += share * (value(last) - mean);
+  }
+  return 0.5f + (mean - 0.5f) * fade;
+}
+
+Triple4 mixed(const Rgb& color, const Rgb& color_2, Float4 share_2) {
+  const auto channel = [&](int c) {
+    return static_cast<float>(color[c]) + share_2 * static_cast<float>(color_2[c] - color[c]);
+  };
+  return {channel(0), channel(1), channel(2)};
+}
+
+Triple4 wood_colors(const Texture& texture, const Pair4& at, const Pair4& patch) {
+  constexpr float board_length = 8;  // in board widths
+  const auto row_shift = [](Int4 row) { return cell_grid()(row, row * 0 - 7); };
+  const Float4 shift = row_shift(floor_index(at.v));
+  const Float4 along = at.u / board_length, along_patch = patch.u / board_length;
+  const Float4 tone = mean_of_cells(at.v, patch.v, [&](Int4 row) {
+    return mean_of_cells(along + row_shift(row), along_patch,
+                         [row](Int4 board) { return cell_grid()(row, board); });
+  });
+  const Float4 grain =
+      fading_noise(at.u * 0.5f + 40.0f * shift, at.v * 7.0f, max(patch.u * 0.5f, patch.v * 7.0f));
+  const Float4 joint = line_share(at.v, patch.v, 0.025f);
+  const Float4 butt = patch.v < 0.7f ? line_share(along + shift, along_patch, 0.003f) : four(0.0f);
+  const Float4 dark = max(four(0.0f), min(four(1.0f), 0.35f + 0.55f * (tone - 0.5f) + 0.8f * grain));
+  const Triple4 board = mixed(texture.color, texture.color_2, dark);
+  const Float4 light = 1.0f - 0.65f * max(joint, butt);
+  return {board.x * light, board.y * light, board.z * light};
+}
+
+}  // namespace
+
+std::string_view pattern_name(Pattern pattern) {
+  switch (pattern) {
+    case Pattern::plain:
+      return "plain";
+    case Pattern::checks:
+      return "checks";
+    case Pattern::tiles:
+      return "tiles";
+    case Pattern::noise:
+      return "noise";
+    case Pattern::wood:
+      return "wood";
+  }
+  return "plain";
+}
+
+Triple4 texture_colors(const Texture& texture, const Pair4& uv_m, const Pair4& patch_m) {
+  const auto per_m = static_cast<float>(1.0 / texture.scale_m);
+  const Pair4 at{uv_m.u * per_m, uv_m.v * per_m};
+  const Pair4 side{max(patch_m.u * per_m, four(least_patch)), max(patch_m.v * per_m, four(least_patch))};
+  const Float4 longer = max(side.u, side.v);
+  Float4 share = four(0.0f);  // of color_2
+  switch (texture.pattern) {
+    case Pattern::checks:
+      share = 0.5f - 0.5f * mean_square_wave(at.u, side.u) * mean_square_wave(at.v, side.v) +
+              0.15f * fading_noise(at.u * 3, at.v * 3, longer * 3);
+      break;
+    case Pattern::tiles: {
+      const Float4 joint_u = line_share(at.u, side.u, 0.04f), joint_v = line_share(at.v, side.v, 0.04f);
+      share =
+          1.0f - (1.0f - joint_u) * (1.0f - joint_v) + 0.2f * fading_noise(at.u * 4, at.v * 4, longer * 4);
+      break;
+    }
+    case Pattern::noise:
+      share = 0.5f + 1.2f * fading_noise(at.u, at.v, longer);
+      break;
+    case Pattern::wood:
+      return wood_colors(texture, at, side);
+    case Pattern::plain:
+      break;
+  }
+  return mixed(texture.color, texture.color_2, max(four(0.0f), min(four(1.0f), share)));
+}
+
+Rgb texture_color(const Texture& texture, const Eigen::Vector2d& uv_m, const Eigen::Vector2d& patch_m) {
+  const Triple4 colors =
+      texture_colors(texture, {four(uv_m.x()), four(uv_m.y())}, {four(patch_m.x()), four(patch_m.y())});
+  return {colors.x[0], colors.y[0], colors.z[0]};
+}
+
+std::optional<Rgb> color_from_word(std::string_view word) {
+  const std::string_view base = word.substr(0, word.find('_'));
+  struct Entry {
+    std::string_view word;
+    Rgb color;
+  };
+  static const std::array<Entry, 12> entries{{{"red", {0.72, 0.035, 0.03}},
+                                              {"orange", {0.80, 0.22, 0.02}},
+                                              {"yellow", {0.80, 0.60, 0.03}},
+                                              {"green", {0.06, 0.45, 0.08}},
+                                              {"cyan", {0.04, 0.50, 0.55}},
+                                              {"blue", {0.03, 0.12, 0.60}},
+                                              {"purple", {0.28, 0.05, 0.45}},
+                                              {"pink", {0.80, 0.25, 0.42}},
+                                              {"white", {0.85, 0.85, 0.85}},
+                                              {"black", {0.03, 0.03, 0.03}},
+                                              {"grey", {0.40, 0.40, 0.40}},
+                                              {"brown", {0.28, 0.14, 0.06}}}};
+  for (const Entry& entry : entries) {
+    if (entry.word == base) return entry.color;
+  }
+  return std::nullopt;
+}
+
+}  // namespace ballservo
