@@ -8,7 +8,7 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "app/experiment/simulated_camera.hpp"
 #include "app/io/ball_rows.hpp"
 #include "app/io/interrupt.hpp"

@@ -1,5 +1,5 @@
 // ballservo sweep: many closed-loop runs of a scenario; ballservo sweep merge: the parts of one, joined.
-#include "app/experiment/sweep.hpp"
+#include "app/sweep/sweep.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -8,8 +8,8 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
-#include "app/experiment/sweep_report.hpp"
-#include "app/experiment/sweep_statistics.hpp"
+#include "app/sweep/sweep_report.hpp"
+#include "app/sweep/sweep_statistics.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "calibration/base/fault.hpp"

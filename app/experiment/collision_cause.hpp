@@ -7,7 +7,7 @@
 
 #include "app/experiment/run_record.hpp"
 #include "app/experiment/run_robot.hpp"
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 
 namespace ballservo {
 

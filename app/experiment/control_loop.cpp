@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "app/experiment/cpu_clock.hpp"
-#include "app/experiment/time_optimal.hpp"
+#include "app/scenario/time_optimal.hpp"
 #include "servo/simulation/rendering/scene.hpp"
 
 namespace ballservo {

@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {

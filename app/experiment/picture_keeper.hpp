@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "app/experiment/run_record.hpp"
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 
 namespace ballservo {
 

@@ -8,7 +8,7 @@
 #include "app/experiment/ball_sight.hpp"
 #include "app/experiment/floor_sight.hpp"
 #include "app/experiment/runner.hpp"
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "app/experiment/simulated_camera.hpp"
 
 namespace ballservo {

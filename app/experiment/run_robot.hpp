@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "servo/simulation/robot/unicycle_robot.hpp"
 
 namespace ballservo {

@@ -10,7 +10,7 @@
 #include "app/experiment/ball_sight.hpp"
 #include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_record.hpp"
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "calibration/color/color_table.hpp"
 #include "servo/control/controller.hpp"
 #include "servo/simulation/robot/sonar_ring.hpp"

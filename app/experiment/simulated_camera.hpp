@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
 
 namespace ballservo {

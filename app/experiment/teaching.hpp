@@ -4,8 +4,8 @@
 #include <functional>
 
 #include "app/experiment/runner.hpp"
-#include "app/experiment/scenario.hpp"
-#include "app/experiment/taught_target.hpp"
+#include "app/scenario/scenario.hpp"
+#include "app/scenario/taught_target.hpp"
 
 namespace ballservo {
 

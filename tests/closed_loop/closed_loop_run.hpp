@@ -7,7 +7,7 @@
 
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/runner.hpp"
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "calibration/color/color_file.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -1,7 +1,7 @@
 // Whole runs among obstacles, without pictures.
 #include <gtest/gtest.h>
 
-#include "app/experiment/feasibility.hpp"
+#include "app/scenario/feasibility.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 
 namespace ballservo {

@@ -1,11 +1,11 @@
-#include "app/experiment/sweep_statistics.hpp"
+#include "app/sweep/sweep_statistics.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "app/experiment/intervals.hpp"
-#include "app/experiment/sweep_report.hpp"
+#include "app/sweep/intervals.hpp"
+#include "app/sweep/sweep_report.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
 

@@ -1,5 +1,5 @@
 // Scenarios; leading lines "#set KEY=VALUE" stand for --set.
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 

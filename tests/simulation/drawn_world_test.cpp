@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

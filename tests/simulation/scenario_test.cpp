@@ -1,4 +1,4 @@
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

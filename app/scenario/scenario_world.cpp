@@ -1,13 +1,13 @@
-#include "app/experiment/scenario_world.hpp"
+#include "app/scenario/scenario_world.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
 
-#include "app/experiment/scenario_balls.hpp"
-#include "app/experiment/scenario_material.hpp"
-#include "app/experiment/scenario_scatter.hpp"
+#include "app/scenario/scenario_balls.hpp"
+#include "app/scenario/scenario_material.hpp"
+#include "app/scenario/scenario_scatter.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {

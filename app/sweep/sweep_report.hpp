@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "app/experiment/sweep_statistics.hpp"
+#include "app/sweep/sweep_statistics.hpp"
 
 namespace ballservo {
 

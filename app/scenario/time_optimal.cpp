@@ -1,4 +1,4 @@
-#include "app/experiment/time_optimal.hpp"
+#include "app/scenario/time_optimal.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "app/experiment/scenario_material.hpp"
+#include "app/scenario/scenario_material.hpp"
 
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "app/experiment/taught_target.hpp"
+#include "app/scenario/taught_target.hpp"
 
 #include <vector>
 

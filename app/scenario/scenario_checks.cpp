@@ -1,4 +1,4 @@
-#include "app/experiment/scenario_checks.hpp"
+#include "app/scenario/scenario_checks.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "app/experiment/intervals.hpp"
+#include "app/sweep/intervals.hpp"
 
 #include <algorithm>
 #include <cmath>

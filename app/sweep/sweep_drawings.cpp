@@ -1,4 +1,4 @@
-#include "app/experiment/sweep_drawings.hpp"
+#include "app/sweep/sweep_drawings.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "app/experiment/scenario_robot.hpp"
+#include "app/scenario/scenario_robot.hpp"
 
 namespace ballservo {
 

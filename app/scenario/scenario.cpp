@@ -1,12 +1,12 @@
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/experiment/scenario_checks.hpp"
-#include "app/experiment/scenario_robot.hpp"
-#include "app/experiment/scenario_world.hpp"
-#include "app/experiment/taught_target.hpp"
+#include "app/scenario/scenario_checks.hpp"
+#include "app/scenario/scenario_robot.hpp"
+#include "app/scenario/scenario_world.hpp"
+#include "app/scenario/taught_target.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/random.hpp"

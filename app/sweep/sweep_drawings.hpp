@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "app/experiment/trial.hpp"
+#include "app/sweep/trial.hpp"
 #include "app/report/svg.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "app/experiment/sweep.hpp"
+#include "app/sweep/sweep.hpp"
 
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -10,7 +10,7 @@
 #include <mutex>
 #include <sstream>
 
-#include "app/experiment/feasibility.hpp"
+#include "app/scenario/feasibility.hpp"
 #include "app/experiment/runner.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/base/checksum.hpp"

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "app/experiment/scenario_scatter.hpp"
+#include "app/scenario/scenario_scatter.hpp"
 #include "calibration/base/strict_yaml.hpp"
 #include "servo/simulation/world/world.hpp"
 

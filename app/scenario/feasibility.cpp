@@ -1,4 +1,4 @@
-#include "app/experiment/feasibility.hpp"
+#include "app/scenario/feasibility.hpp"
 
 #include <fmt/format.h>
 

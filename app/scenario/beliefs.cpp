@@ -1,4 +1,4 @@
-#include "app/experiment/beliefs.hpp"
+#include "app/scenario/beliefs.hpp"
 
 #include "calibration/base/numbers.hpp"
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/experiment/ball_sight.hpp"
-#include "app/experiment/trial.hpp"
+#include "app/sweep/trial.hpp"
 #include "app/io/work_folder.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "app/experiment/sweep_report.hpp"
+#include "app/sweep/sweep_report.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <set>
 #include <sstream>
 
-#include "app/experiment/sweep_drawings.hpp"
+#include "app/sweep/sweep_drawings.hpp"
 #include "app/report/page.hpp"
 #include "app/report/svg_plot.hpp"
 

@@ -1,11 +1,11 @@
-#include "app/experiment/scenario_scatter.hpp"
+#include "app/scenario/scenario_scatter.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "app/experiment/drawn_range.hpp"
+#include "app/scenario/drawn_range.hpp"
 #include "calibration/base/random.hpp"
 
 namespace ballservo {

@@ -1,4 +1,4 @@
-#include "app/experiment/trial.hpp"
+#include "app/sweep/trial.hpp"
 
 #include <algorithm>
 #include <array>

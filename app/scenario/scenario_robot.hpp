@@ -2,7 +2,7 @@
 // is wrong with them.
 #pragma once
 
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 #include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {

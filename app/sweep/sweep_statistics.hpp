@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/experiment/intervals.hpp"
-#include "app/experiment/sweep.hpp"
+#include "app/sweep/intervals.hpp"
+#include "app/sweep/sweep.hpp"
 
 namespace ballservo {
 

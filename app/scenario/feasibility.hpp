@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 
 namespace ballservo {
 

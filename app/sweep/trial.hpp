@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/experiment/run_record.hpp"
-#include "app/experiment/scenario.hpp"
+#include "app/scenario/scenario.hpp"
 
 namespace ballservo {
 

@@ -1,11 +1,11 @@
-#include "app/experiment/scenario_balls.hpp"
+#include "app/scenario/scenario_balls.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "app/experiment/carried_ball.hpp"
-#include "app/experiment/scenario_material.hpp"
+#include "app/scenario/carried_ball.hpp"
+#include "app/scenario/scenario_material.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/random.hpp"
 

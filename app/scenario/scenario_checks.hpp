@@ -1,8 +1,8 @@
 // What a scenario's parts must not do to each other.
 #pragma once
 
-#include "app/experiment/scenario.hpp"
-#include "app/experiment/scenario_world.hpp"
+#include "app/scenario/scenario.hpp"
+#include "app/scenario/scenario_world.hpp"
 #include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {

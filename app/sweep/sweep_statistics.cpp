@@ -1,4 +1,4 @@
-#include "app/experiment/sweep_statistics.hpp"
+#include "app/sweep/sweep_statistics.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "app/experiment/drawn_range.hpp"
+#include "app/scenario/drawn_range.hpp"
 #include "calibration/base/random.hpp"
 #include "servo/simulation/world/world.hpp"
 

@@ -1,4 +1,4 @@
-#include "app/experiment/carried_ball.hpp"
+#include "app/scenario/carried_ball.hpp"
 
 #include <algorithm>
 #include <optional>

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/experiment/beliefs.hpp"
+#include "app/scenario/beliefs.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/avoidance/avoidance.hpp"
 #include "servo/control/law.hpp"
