@@ -18,7 +18,7 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
-#include "app/offline/comparison_statistics.hpp"
+#include "app/comparison/comparison_statistics.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"

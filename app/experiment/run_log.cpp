@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/io/ball_rows.hpp"
-#include "app/offline/comparison_statistics.hpp"
+#include "app/comparison/comparison_statistics.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {

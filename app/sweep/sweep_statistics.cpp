@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "app/offline/comparison_statistics.hpp"
+#include "app/comparison/comparison_statistics.hpp"
 
 namespace ballservo {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/offline/comparison_statistics.hpp"
+#include "app/comparison/comparison_statistics.hpp"
 #include "app/report/page.hpp"
 #include "app/report/svg_grid.hpp"
 #include "app/report/svg_plot.hpp"

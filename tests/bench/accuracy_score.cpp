@@ -5,9 +5,9 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "app/offline/comparison_statistics.hpp"
-#include "app/offline/opencv_peers.hpp"
-#include "app/offline/position_bound.hpp"
+#include "app/comparison/comparison_statistics.hpp"
+#include "app/comparison/estimators/opencv_peers.hpp"
+#include "app/comparison/estimators/position_bound.hpp"
 #include "app/report/overlay.hpp"
 #include "perception/outline/ball_position.hpp"
 #include "perception/detector.hpp"

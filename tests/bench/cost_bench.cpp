@@ -16,7 +16,7 @@
 #include <optional>
 
 #include "app/commands/command.hpp"
-#include "app/offline/opencv_peers.hpp"
+#include "app/comparison/estimators/opencv_peers.hpp"
 #include "app/report/svg_grid.hpp"
 #include "app/report/svg_plot.hpp"
 #include "calibration/base/numbers.hpp"

@@ -18,7 +18,7 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
-#include "app/offline/opencv_peers.hpp"
+#include "app/comparison/estimators/opencv_peers.hpp"
 #include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
 #include "perception/tracking/light_adaptation.hpp"

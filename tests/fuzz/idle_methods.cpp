@@ -1,7 +1,7 @@
 // The fits that a plan may name: the fuzzed parser looks their names up and runs none.
-#include "app/offline/circle_methods.hpp"
-#include "app/offline/cone_methods.hpp"
-#include "app/offline/peer_methods.hpp"
+#include "app/comparison/estimators/circle_methods.hpp"
+#include "app/comparison/estimators/cone_methods.hpp"
+#include "app/comparison/estimators/peer_methods.hpp"
 
 namespace ballservo {
 

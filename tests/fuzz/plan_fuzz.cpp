@@ -1,5 +1,5 @@
 // Plans of comparisons.
-#include "app/offline/plan.hpp"
+#include "app/comparison/pictures/plan.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 

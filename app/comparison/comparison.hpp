@@ -1,0 +1,78 @@
+// Every estimator on the same pixels: runs methods on a source's pictures and adds up what they said.
+//
+// The work is cut into units of a few frames of one condition. A unit's records are noted as text when it is
+// done, so that a run can be killed, resumed, and split over machines; the figures are computed from the
+// notes, condition by condition, and are the same whoever wrote them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/io/shard.hpp"
+#include "app/comparison/certificate.hpp"
+#include "app/comparison/comparison_statistics.hpp"
+#include "app/comparison/pictures/picture_source.hpp"
+
+namespace ballservo {
+
+/// A few frames of one condition.
+struct ComparisonUnit {
+  std::size_t condition = 0;
+  int first_frame = 0, frames = 0;
+  std::string key;  ///< "base/16"
+};
+
+/// All units of the conditions, in order; of a shard its own.
+std::vector<ComparisonUnit> comparison_units(const std::vector<ConditionInfo>& conditions,
+                                             const Shard& shard = {});
+
+/// Where units are noted; both functions are called from several threads.
+struct UnitNotes {
+  std::function<std::optional<std::string>(const std::string& key)> find;
+  std::function<void(const std::string& key, const std::string& records)> add;
+};
+
+/// Runs what is not noted yet on `threads` threads (0: as many as the machine has); the notes are the same at
+/// any number, times apart. `progress` is told how many frames are done (those noted before included), from
+/// one thread at a time, and ends the work by throwing. Throws as PictureSource::prepare does.
+void run_units(PictureSource& source, const MethodList& methods, const std::vector<ComparisonUnit>& units,
+               const UnitNotes& notes, int threads, const std::function<void(long done)>& progress);
+
+/// A frame worth looking at.
+struct NotableFrame {
+  std::size_t condition = 0;
+  int index = 0;  ///< of the frame within its condition
+  double value = 0;
+  ComparisonRecord record;
+};
+
+/// All that a comparison found.
+struct ComparisonResults {
+  MethodList methods;
+  std::vector<ConditionInfo> conditions;
+  std::vector<std::string> peer_words;  ///< by condition
+  std::vector<ConditionSummary> summaries;
+  std::vector<Certificate> certificates;
+  std::vector<NotableFrame> worst;  ///< where what runs on line errs most, or else the first method that fits
+  std::vector<NotableFrame> most_apart;  ///< where one step is furthest from the converged fit
+  /// Contents of the CSV files by name that have a row a condition or so, and of those with times in them.
+  std::map<std::string, std::string> files, timing_files;
+};
+
+/// Takes the next rows of a CSV file that has some for every frame: fits.csv, frames.csv.
+using RowSink = std::function<void(const std::string& name, std::string_view rows)>;
+
+/// Adds up the units' notes, one at a time. Units that are missing are left out (a shard); damaged ones throw
+/// InputError.
+ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, const MethodList& methods,
+                                  const std::vector<ComparisonUnit>& units, const UnitNotes& notes,
+                                  std::uint64_t seed, const RowSink& rows);
+
+/// The key under which the peers' settings of a condition are noted; no unit's key has a colon.
+std::string settings_key(const ConditionInfo& info);
+
+}  // namespace ballservo

@@ -1,0 +1,288 @@
+#include "app/comparison/comparison_statistics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace ballservo {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kept_differences = 400;
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return values.empty() ? nan : sum / static_cast<double>(values.size());
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value * value;
+  return values.empty() ? nan : std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+double spread(const std::vector<double>& values) {
+  if (values.size() < 2) return nan;
+  const double middle = mean(values);
+  double sum = 0;
+  for (const double value : values) sum += (value - middle) * (value - middle);
+  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+}
+
+double median(const std::vector<double>& values) { return quantile(values, 0.5); }
+
+double largest(const std::vector<double>& values) {
+  return values.empty() ? nan : *std::max_element(values.begin(), values.end());
+}
+
+void add_pair(const MethodList& methods, std::string_view a, std::string_view b,
+              std::vector<MethodPair>& pairs) {
+  const auto place_a = place_of(methods, a), place_b = place_of(methods, b);
+  if (place_a && place_b) pairs.push_back({*place_a, *place_b});
+}
+
+// What one method's answers over a condition's frames add up to.
+class Errors {
+ public:
+  void add(const std::optional<MethodFit>& fit, const FrameTruth& truth) {
+    ++frames_;
+    if (fit) times_.push_back(fit->time_us);
+    if (!fit || !at_the_ball(*fit, truth)) return;
+    ++found_;
+    if (fit->iterations) iterations_.push_back(*fit->iterations);
+    if (fit->converged) unconverged_.push_back(*fit->converged ? 0 : 1);
+    if (truth.outline) {
+      centers_.push_back((fit->outline.center_px - truth.outline->center_px).norm());
+      radii_.push_back(fit->outline.radius_px - truth.outline->radius_px);
+    }
+    if (truth.p_CB) add_position(1000 * (fit->p_C - *truth.p_CB), truth);
+  }
+
+  MethodStatistics statistics(std::uint64_t seed, const std::string& purpose) const {
+    MethodStatistics s;
+    s.frames = frames_;
+    s.found = found_;
+    s.failed = frames_ - found_;
+    s.found_ci95 = wilson(found_, frames_);
+    s.center_rms_px = root_mean_square(centers_);
+    s.center_median_px = median(centers_);
+    s.radius_bias_px = mean(radii_);
+    s.radius_rms_px = root_mean_square(radii_);
+    s.position_median_mm = median(positions_);
+    s.position_median_ci95_mm = bootstrap(positions_, median, seed, purpose + "/median");
+    s.position_p90_mm = quantile(positions_, 0.9);
+    s.position_rms_mm = root_mean_square(positions_);
+    s.depth_bias_mm = mean(depths_);
+    s.depth_spread_mm = spread(depths_);
+    s.depth_rms_mm = root_mean_square(depths_);
+    s.lateral_bias_mm = mean(outward_);
+    s.lateral_spread_mm = std::hypot(spread(x_), spread(y_));
+    s.time_us_median = median(times_);
+    s.iterations_median = median(iterations_);
+    s.unconverged = mean(unconverged_);
+    std::vector<double> charged = positions_;
+    charged.resize(charged.size() + static_cast<std::size_t>(s.failed),
+                   std::numeric_limits<double>::infinity());
+    s.charged_median_mm = positions_.empty() ? nan : median(charged);
+    set_bound(s, seed, purpose);
+    return s;
+  }
+
+ private:
+  void add_position(const Eigen::Vector3d& error_mm, const FrameTruth& truth) {
+    positions_.push_back(error_mm.norm());
+    depths_.push_back(error_mm.z());
+    x_.push_back(error_mm.x());
+    y_.push_back(error_mm.y());
+    const Eigen::Vector2d across = truth.p_CB->head<2>();
+    if (across.norm() > 0) outward_.push_back(error_mm.head<2>().dot(across.normalized()));
+    if (!truth.bound_m) return;
+    bounds_mm_.push_back(1000 * *truth.bound_m);
+    bounded_mm_.push_back(error_mm.norm());
+  }
+
+  void set_bound(MethodStatistics& s, std::uint64_t seed, const std::string& purpose) const {
+    s.bound_rms_mm = root_mean_square(bounds_mm_);
+    s.rms_over_bound = root_mean_square(bounded_mm_) / s.bound_rms_mm;
+    s.rms_over_bound_ci95 = bootstrap(bounded_mm_, root_mean_square, seed, purpose + "/rms");
+    s.rms_over_bound_ci95.low /= s.bound_rms_mm;
+    s.rms_over_bound_ci95.high /= s.bound_rms_mm;
+  }
+
+  int frames_ = 0, found_ = 0;
+  std::vector<double> centers_, radii_, positions_, depths_, x_, y_, outward_, times_, iterations_,
+      unconverged_, bounds_mm_, bounded_mm_;
+};
+
+// The differences of two fits, frame by frame.
+class Differences {
+ public:
+  void add(const MethodFit& a, const MethodFit& b) {
+    centers_px_.push_back((a.outline.center_px - b.outline.center_px).norm());
+    radii_px_.push_back(std::abs(a.outline.radius_px - b.outline.radius_px));
+    breaks_ += apart_px(a, b) > break_px ? 1 : 0;
+    const double apart_mm = 1000 * (a.p_C - b.p_C).norm();
+    if (std::isfinite(apart_mm)) positions_mm_.push_back(apart_mm);  // not where no diameter is known
+  }
+  const std::vector<double>& centers_px() const { return centers_px_; }
+  PairStatistics statistics(std::uint64_t seed, const std::string& purpose) const {
+    PairStatistics s;
+    s.frames = static_cast<int>(centers_px_.size());
+    s.breaks = breaks_;
+    s.center_median_px = median(centers_px_);
+    s.center_median_ci95_px = bootstrap(centers_px_, median, seed, purpose + "/centers apart");
+    s.center_max_px = largest(centers_px_);
+    s.radius_median_px = median(radii_px_);
+    s.radius_max_px = largest(radii_px_);
+    s.position_median_mm = median(positions_mm_);
+    s.position_median_ci95_mm = bootstrap(positions_mm_, median, seed, purpose + "/positions apart");
+    s.position_max_mm = largest(positions_mm_);
+    return s;
+  }
+
+ private:
+  int breaks_ = 0;
+  std::vector<double> centers_px_, radii_px_, positions_mm_;
+};
+
+// Which of two methods is nearer to the truth, frame by frame.
+class Duel {
+ public:
+  explicit Duel(const MethodPair& pair) { test_.pair = pair; }
+  void add(const ComparisonRecord& frame) {
+    const auto &a = frame.fits[test_.pair.a], &b = frame.fits[test_.pair.b];
+    const bool found_a = a && at_the_ball(*a, frame.truth), found_b = b && at_the_ball(*b, frame.truth);
+    test_.only_a += found_a && !found_b ? 1 : 0;
+    test_.only_b += found_b && !found_a ? 1 : 0;
+    if (!found_a || !found_b) return;
+    ++test_.frames;
+    if (!frame.truth.p_CB) return;
+    differences_mm_.push_back(1000 *
+                              ((a->p_C - *frame.truth.p_CB).norm() - (b->p_C - *frame.truth.p_CB).norm()));
+  }
+  PairedTest test(std::uint64_t seed, const std::string& purpose) const {
+    PairedTest test = test_;
+    test.difference_median_mm = median(differences_mm_);
+    test.difference_ci95_mm = bootstrap(differences_mm_, median, seed, purpose);
+    test.wilcoxon_p = differences_mm_.empty() ? nan : wilcoxon_p(differences_mm_);
+    test.mcnemar_p = mcnemar_p(test.only_a, test.only_b);
+    return test;
+  }
+
+ private:
+  PairedTest test_{};
+  std::vector<double> differences_mm_;
+};
+
+// Every n-th, so that a long condition is kept as a short one is.
+std::vector<double> thinned(const std::vector<double>& values) {
+  const std::size_t stride =
+      std::max<std::size_t>(1, (values.size() + kept_differences - 1) / kept_differences);
+  std::vector<double> kept;
+  for (std::size_t i = 0; i < values.size(); i += stride) kept.push_back(values[i]);
+  return kept;
+}
+
+}  // namespace
+
+std::vector<MethodPair> converged_pairs(const MethodList& methods) {
+  std::vector<MethodPair> pairs;
+  add_pair(methods, "paper_one_step", "paper_converged", pairs);
+  add_pair(methods, "sphere_one_step", "sphere_converged", pairs);
+  add_pair(methods, "sphere_steps_2", "sphere_converged", pairs);
+  for (const int steps : {2, 3, 5, 10}) {
+    add_pair(methods, fmt::format("paper_steps_{}", steps), "paper_converged", pairs);
+    add_pair(methods, fmt::format("paper_steps_{}_reselect", steps), "paper_converged", pairs);
+  }
+  add_pair(methods, "paper_robust", "paper_converged", pairs);
+  add_pair(methods, "sphere_robust", "sphere_converged", pairs);
+  return pairs;
+}
+
+std::vector<MethodPair> tested_pairs(const MethodList& methods) {
+  std::vector<MethodPair> pairs;
+  for (const FitMethod* method : methods) {
+    if (method->name != "sphere_one_step") add_pair(methods, method->name, "sphere_one_step", pairs);
+    if (method->name.rfind("paper_", 0) == 0 && method->name != "paper_one_step")
+      add_pair(methods, method->name, "paper_one_step", pairs);
+  }
+  return pairs;
+}
+
+struct ConditionStatistics::Sums {
+  std::size_t index;
+  std::string name;
+  MethodList methods;
+  std::uint64_t seed;
+  std::vector<MethodPair> pairs;
+  std::vector<Errors> errors;
+  std::vector<Differences> differences;
+  std::vector<Duel> duels;
+  std::vector<double> bounds_mm, votes, qualities, second_passes;
+};
+
+ConditionStatistics::ConditionStatistics(std::size_t index, std::string name, const MethodList& methods,
+                                         std::uint64_t seed)
+    : sums_(std::make_unique<Sums>()) {
+  sums_->index = index;
+  sums_->name = std::move(name);
+  sums_->methods = methods;
+  sums_->seed = seed;
+  sums_->pairs = converged_pairs(methods);
+  sums_->errors.resize(methods.size());
+  sums_->differences.resize(sums_->pairs.size());
+  for (const MethodPair& pair : tested_pairs(methods)) sums_->duels.emplace_back(pair);
+}
+
+ConditionStatistics::~ConditionStatistics() = default;
+
+void ConditionStatistics::add(const ComparisonRecord& frame) {
+  Sums& sums = *sums_;
+  for (std::size_t m = 0; m < sums.methods.size(); ++m) sums.errors[m].add(frame.fits[m], frame.truth);
+  for (std::size_t k = 0; k < sums.pairs.size(); ++k) {
+    const auto &a = frame.fits[sums.pairs[k].a], &b = frame.fits[sums.pairs[k].b];
+    if (a && b && at_the_ball(*a, frame.truth) && at_the_ball(*b, frame.truth))
+      sums.differences[k].add(*a, *b);
+  }
+  for (Duel& duel : sums.duels) duel.add(frame);
+  if (frame.truth.bound_m) sums.bounds_mm.push_back(1000 * *frame.truth.bound_m);
+  if (frame.facts) {
+    sums.votes.push_back(frame.facts->votes);
+    sums.qualities.push_back(frame.facts->quality);
+  }
+  if (frame.passes > 0) sums.second_passes.push_back(frame.passes > 1 ? 1 : 0);
+}
+
+ConditionSummary ConditionStatistics::summary() const {
+  const Sums& sums = *sums_;
+  ConditionSummary summary;
+  summary.index = sums.index;
+  for (std::size_t m = 0; m < sums.methods.size(); ++m)
+    summary.methods.push_back(sums.errors[m].statistics(sums.seed, sums.name + "/" + sums.methods[m]->name));
+  const auto purpose_of = [&](const MethodPair& pair) {
+    return fmt::format("{}/{}/{}", sums.name, sums.methods[pair.a]->name, sums.methods[pair.b]->name);
+  };
+  for (std::size_t k = 0; k < sums.pairs.size(); ++k) {
+    summary.pairs.push_back(sums.differences[k].statistics(sums.seed, purpose_of(sums.pairs[k])));
+    summary.centers_apart_px.push_back(thinned(sums.differences[k].centers_px()));
+  }
+  const std::vector<MethodPair> tested = tested_pairs(sums.methods);
+  std::vector<double> p;
+  for (std::size_t k = 0; k < tested.size(); ++k) {
+    summary.tests.push_back(sums.duels[k].test(sums.seed, purpose_of(tested[k])));
+    p.push_back(summary.tests.back().wilcoxon_p);
+  }
+  const std::vector<double> adjusted = holm(p);
+  for (std::size_t k = 0; k < adjusted.size(); ++k) summary.tests[k].holm_p = adjusted[k];
+  summary.bound_rms_mm = root_mean_square(sums.bounds_mm);
+  summary.votes_median = median(sums.votes);
+  summary.quality_median = median(sums.qualities);
+  summary.second_pass_rate = mean(sums.second_passes);
+  return summary;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,171 @@
+#include "app/comparison/estimators/method_scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "app/comparison/stopwatch.hpp"
+#include "perception/outline/ball_position.hpp"
+
+namespace ballservo {
+namespace {
+
+// A circle of the undistorted picture as it appears in the picture as given: centroid and sqrt(area / pi) of
+// its image, which for a pinhole camera of square pixels is the circle itself.
+std::optional<OutlineEllipse> circle_in_picture(const Camera& camera, const UndistortedCircle& circle) {
+  constexpr int count = 256;
+  std::array<Eigen::Vector2d, count> points;
+  for (int k = 0; k < count; ++k) {
+    const double angle = 2 * M_PI * k / count;
+    const Eigen::Vector2d p =
+        circle.center_px + circle.radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const auto pixel = camera.project({p.x(), p.y(), camera.focal_px()});
+    if (!pixel) return std::nullopt;
+    points[static_cast<std::size_t>(k)] = *pixel;
+  }
+  const Eigen::Vector2d origin = points[0];
+  double twice_area = 0;
+  Eigen::Vector2d moment(0, 0);
+  for (std::size_t k = 0; k < count; ++k) {
+    const Eigen::Vector2d a = points[k] - origin, b = points[(k + 1) % count] - origin;
+    const double cross = a.x() * b.y() - a.y() * b.x();
+    twice_area += cross;
+    moment += cross * (a + b);
+  }
+  if (!(twice_area > 0)) return std::nullopt;
+  // A polygon of n corners on a circle lacks a known share of its area.
+  const double share = std::sin(2 * M_PI / count) / (2 * M_PI / count);
+  return OutlineEllipse{origin + moment / (3 * twice_area), std::sqrt(twice_area / 2 / share / M_PI)};
+}
+
+// The boundary points that a circle was voted from, as the detector had them: undistorted, half a pixel
+// outward.
+std::vector<BoundaryPoint> boundary_of(const RayTable& rays, const DetectionStages& stages,
+                                       const CircleEstimate& vote) {
+  std::vector<BoundaryPoint> points;
+  for (const auto& candidate : stages.candidates) {
+    if (!candidate.accepted || candidate.estimate.center_px != vote.center_px) continue;
+    for (const BoundaryPixel& pixel : candidate.outline) {
+      const auto position = rays.undistorted_px(pixel.u_px, pixel.v_px);
+      if (position) points.push_back({*position + 0.5f * pixel.outward, pixel.outward});
+    }
+    break;
+  }
+  return points;
+}
+
+}  // namespace
+
+MethodScene::MethodScene(const cv::Mat& bgr, Detector& detector, const MethodTask& task)
+    : bgr_(bgr),
+      detector_(detector),
+      task_(task),
+      radius_m_(detector.fitter().radius_of(task.color_class).radius_m),
+      start_(task.start) {
+  DetectionStages stages;
+  const Stopwatch detection;
+  const std::vector<BallObservation>& balls = detector.detect(bgr, {}, &stages);
+  detection_us_ = detection.us();
+  // The best of the class, or the one that is meant.
+  const auto distance = [&](const BallObservation& b) {
+    return task.near_px ? (b.outline.center_px - *task.near_px).norm() : 0;
+  };
+  auto ball = balls.end();
+  for (auto it = balls.begin(); it != balls.end(); ++it) {
+    if (it->color_class != task.color_class) continue;
+    if (ball == balls.end() || distance(*it) < distance(*ball)) ball = it;
+  }
+  if (ball == balls.end()) return;
+  vote_ = ball->vote;
+  if (start_ || !vote_) return;
+  start_ = UndistortedCircle{vote_->center_px, vote_->radius_px};
+  boundary_ = boundary_of(detector.rays(), stages, *vote_);
+}
+
+std::optional<BallObservation> MethodScene::refine(BallFit fit, RefinementInput& input) {
+  CircleEstimate circle = vote_.value_or(CircleEstimate{});
+  circle.center_px = start_->center_px;
+  circle.radius_px = start_->radius_px;
+  const auto cone = cone_near_circle(*start_, camera().focal_px());
+  if (!cone) return std::nullopt;
+  return detector_.fitter().refine(bgr_, task_.color_class, circle, *cone, boundary_, fit, &input);
+}
+
+const std::vector<RingPixel>& MethodScene::ring() {
+  if (!has_ring_ && start_) {
+    const Stopwatch choice;
+    select_ring_pixels(bgr_, rays(), *start_, ring_options(), ring_);
+    ring_us_ = choice.us();
+  }
+  has_ring_ = true;
+  return ring_;
+}
+
+const std::optional<MethodScene::Edges>& MethodScene::edges() {
+  if (!has_edges_ && start_) {
+    RefinementInput input;
+    const Stopwatch choice;
+    refine(BallFit::sphere, input);
+    edges_us_ = choice.us();
+    if (!input.edges.empty()) edges_ = Edges{input.start, std::move(input.edges), input.passes};
+  }
+  has_edges_ = true;
+  return edges_;
+}
+
+double MethodScene::points_us(MethodPoints points) const {
+  return points == MethodPoints::ring ? ring_us_ : points == MethodPoints::edges ? edges_us_ : 0;
+}
+
+// A ball of unknown diameter may stand anywhere along its ray.
+Eigen::Vector3d MethodScene::position(const Eigen::Vector3d& p_C) const {
+  return radius_m_ > 0 ? p_C : Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+}
+
+std::optional<MethodFit> MethodScene::from_circle(const UndistortedCircle& circle) const {
+  const auto outline = circle_in_picture(camera(), circle);
+  if (!outline) return std::nullopt;
+  MethodFit fit;
+  fit.outline = *outline;
+  fit.p_C = position(paper_position(circle, camera().focal_px(), radius_m_));
+  return fit;
+}
+
+std::optional<MethodFit> MethodScene::from_cone(const TangentCone& cone) const {
+  const auto outline = project_sphere(camera(), cone.axis, std::sin(cone.alpha_rad));
+  if (!outline) return std::nullopt;
+  MethodFit fit;
+  fit.outline = *outline;
+  fit.p_C = position(cone.center(radius_m_));
+  return fit;
+}
+
+std::optional<MethodFit> MethodScene::from_picture_circle(const OutlineEllipse& circle) const {
+  const auto undistorted = undistorted_circle(camera(), circle);
+  if (!undistorted) return std::nullopt;
+  MethodFit fit;
+  fit.outline = circle;
+  fit.p_C = position(paper_position(*undistorted, camera().focal_px(), radius_m_));
+  return fit;
+}
+
+std::optional<UndistortedCircle> undistorted_circle(const Camera& camera, const OutlineEllipse& circle) {
+  constexpr int count = 32;
+  const double focal_px = camera.focal_px();
+  std::array<Eigen::Vector2d, count> points;
+  UndistortedCircle undistorted;
+  for (int k = 0; k < count; ++k) {
+    const double angle = 2 * M_PI * k / count;
+    const auto ray = camera.unproject(circle.center_px +
+                                      circle.radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+    if (!ray || !(ray->z() > 0)) return std::nullopt;
+    points[static_cast<std::size_t>(k)] = focal_px * ray->head<2>() / ray->z();
+    undistorted.center_px += points[static_cast<std::size_t>(k)] / count;
+  }
+  for (const Eigen::Vector2d& point : points)
+    undistorted.radius_px += (point - undistorted.center_px).norm() / count;
+  return undistorted;
+}
+
+}  // namespace ballservo

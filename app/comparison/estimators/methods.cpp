@@ -1,0 +1,106 @@
+#include "app/comparison/estimators/methods.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/comparison/estimators/circle_methods.hpp"
+#include "app/comparison/estimators/cone_methods.hpp"
+#include "app/comparison/estimators/method_scene.hpp"
+#include "app/comparison/estimators/peer_methods.hpp"
+#include "app/comparison/stopwatch.hpp"
+
+namespace ballservo {
+namespace {
+
+FitMethod paper_steps(int steps, bool reselect) {
+  const std::string name = fmt::format("paper_steps_{}{}", steps, reselect ? "_reselect" : "");
+  const std::string what = fmt::format("{} Gauss-Newton steps on E(c), its pixels {}", steps,
+                                       reselect ? "chosen anew around each step's circle" : "chosen once");
+  return {name, what, MethodPoints::ring, false,
+          [=](MethodScene& scene) { return fit_paper_steps(scene, steps, reselect); }};
+}
+
+FitMethod peer(const char* name, const char* what, std::optional<MethodFit> (*fit)(MethodScene&)) {
+  return {name, what, MethodPoints::none, true, fit};
+}
+
+std::vector<FitMethod> make_methods() {
+  const auto none = MethodPoints::none, ring = MethodPoints::ring, edges = MethodPoints::edges;
+  return {
+      {"vote", "the circle that random triples of boundary pixels agree on, before any refinement", none,
+       false, fit_vote},
+      {"paper_one_step", "one Gauss-Newton step on E(c) = sum |grad I|^2 (|p - c| - r)^2 over the ring", ring,
+       false, [](MethodScene& scene) { return fit_paper_steps(scene, 1, false); }},
+      paper_steps(2, false),
+      paper_steps(3, false),
+      paper_steps(5, false),
+      paper_steps(10, false),
+      paper_steps(2, true),
+      paper_steps(3, true),
+      paper_steps(5, true),
+      paper_steps(10, true),
+      {"paper_converged", "the minimum of E(c) over the same pixels (Ceres)", ring, false,
+       fit_paper_converged},
+      {"paper_robust", "E(c) with a robust loss in place of the square (Ceres, several starts)", ring, false,
+       fit_paper_robust},
+      {"sphere_one_step",
+       "one Gauss-Newton step on the angles between edge rays and the ball's tangent cone: what runs on line",
+       edges, false, [](MethodScene& scene) { return fit_sphere_steps(scene, 1); }},
+      {"sphere_steps_2", "two such steps on the same points", edges, false,
+       [](MethodScene& scene) { return fit_sphere_steps(scene, 2); }},
+      {"sphere_converged", "the minimum of the same over the same points (Ceres)", edges, false,
+       fit_sphere_converged},
+      {"sphere_robust", "a robust loss in place of the points' robust weights (Ceres, several starts)", edges,
+       false, fit_sphere_robust},
+      {"kasa", "Kasa's algebraic circle: sum w (|p - c|^2 - r^2)^2 over the ring", ring, false, fit_kasa},
+      {"taubin", "Taubin's algebraic circle: the same over its mean squared slope", ring, false, fit_taubin},
+      peer("hough_gradient", "OpenCV HoughCircles, HOUGH_GRADIENT, told the radius to within a half",
+           fit_hough_gradient),
+      peer("hough_gradient_alt", "OpenCV HoughCircles, HOUGH_GRADIENT_ALT, told the same",
+           fit_hough_gradient_alt),
+      peer("hsv_contour", "OpenCV: range in HSV, contours, smallest enclosing circle of the largest",
+           fit_hsv_contour),
+      peer("vpdot2", "ViSP vpDot2, started by a click on the ball: moments of the blob", fit_vpdot2),
+  };
+}
+
+}  // namespace
+
+const std::vector<FitMethod>& fit_methods() {
+  static const std::vector<FitMethod> methods = make_methods();
+  return methods;
+}
+
+const FitMethod* find_fit_method(std::string_view name) {
+  for (const FitMethod& method : fit_methods()) {
+    if (method.name == name) return &method;
+  }
+  return nullptr;
+}
+
+std::optional<std::size_t> place_of(const MethodList& methods, std::string_view name) {
+  const auto it =
+      std::find_if(methods.begin(), methods.end(), [&](const FitMethod* m) { return m->name == name; });
+  return it == methods.end() ? std::nullopt : std::optional<std::size_t>(it - methods.begin());
+}
+
+std::vector<std::optional<MethodFit>> run_methods(MethodScene& scene, const MethodList& methods) {
+  // The points that methods share are chosen before any is timed.
+  for (const FitMethod* method : methods) {
+    if (method->points == MethodPoints::ring) scene.ring();
+    if (method->points == MethodPoints::edges) scene.edges();
+  }
+  std::vector<std::optional<MethodFit>> fits;
+  for (const FitMethod* method : methods) {
+    const Stopwatch own;
+    fits.push_back(method->fit(scene));
+    const double own_us = own.us();
+    if (!fits.back()) continue;
+    const double before_us = method->name == "vote" ? scene.detection_us() : scene.points_us(method->points);
+    fits.back()->time_us = own_us + before_us;
+  }
+  return fits;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,276 @@
+#include "app/comparison/paper_measurements.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "app/comparison/pictures/plan_pictures.hpp"
+#include "app/comparison/pictures/rendered_frame.hpp"
+#include "app/comparison/resampling.hpp"
+#include "app/comparison/stopwatch.hpp"
+#include "calibration/camera/ray_table.hpp"
+#include "calibration/teaching/learn_colors.hpp"
+#include "perception/segmentation/classification.hpp"
+#include "perception/detector.hpp"
+#include "perception/segmentation/morphology.hpp"
+#include "calibration/circles/region_circle.hpp"
+#include "perception/segmentation/regions.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr int frames = 16, timed_frames = 12, colors_frames = 4;
+constexpr int least_region_px = 100;
+
+double median(const std::vector<double>& values) { return quantile(values, 0.5); }
+
+// The paper's stages of one picture up to the regions.
+class Stages {
+ public:
+  explicit Stages(std::shared_ptr<const ColorTable> colors) : colors_(std::move(colors)) {}
+
+  void run(const cv::Mat& bgr) {
+    classify(bgr, colors_, classified_);
+    morphology_.open(classified_, opened_);
+    morphology_.close(opened_, closed_);
+    regions_.update(closed_, bgr.size());
+  }
+  const std::vector<Region>& regions() const { return regions_.regions(); }
+  std::vector<BoundaryPoint> boundary(int region) {
+    std::vector<BoundaryPoint> points;
+    regions_.boundary(region, closed_, pixels_);
+    for (const BoundaryPixel& pixel : pixels_)
+      points.push_back({Eigen::Vector2f(pixel.u_px, pixel.v_px), {0, 0}});
+    return points;
+  }
+
+ private:
+  ColorLookup colors_;
+  ClassPictures classified_, opened_, closed_;
+  ClassMorphology morphology_;
+  RegionMap regions_;
+  std::vector<BoundaryPixel> pixels_;
+};
+
+// Every byte once, eight at a time.
+double read_us(const cv::Mat& bgr) {
+  const Stopwatch reading;
+  std::uint64_t sum = 0;
+  for (int v = 0; v < bgr.rows; ++v) {
+    const std::uint8_t* row = bgr.ptr(v);
+    const auto bytes = static_cast<std::size_t>(bgr.cols) * bgr.elemSize();
+    for (std::size_t at = 0; at + sizeof sum <= bytes; at += sizeof sum) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, row + at, sizeof word);
+      sum += word;
+    }
+  }
+  volatile std::uint64_t used = sum;  // so that the work is done
+  static_cast<void>(used);
+  return reading.us();
+}
+
+bool holds(const cv::Rect& box, const OutlineEllipse& ball) {
+  return box.contains(cv::Point(static_cast<int>(ball.center_px.x()), static_cast<int>(ball.center_px.y())));
+}
+
+struct Votes {
+  std::vector<double> counts, quality_ball, quality_other, boundary_px, edge_px;
+};
+
+// Every region of the colour votes as the paper has it: random triples, until a cell has 16 votes.
+void collect_votes(const ComparisonCondition& condition, const std::shared_ptr<const ColorTable>& colors,
+                   std::uint64_t seed, Votes& votes) {
+  Stages stages(colors);
+  CircleVoter voter;
+  for (int k = 0; k < frames; ++k) {
+    const RenderedFrame frame = render_comparison_frame(condition, seed, k);
+    if (!frame.truth.outline) continue;
+    stages.run(frame.bgr);
+    double boundary = 0;
+    for (std::size_t r = 0; r < stages.regions().size(); ++r) {
+      const Region& region = stages.regions()[r];
+      if (region.color_class == no_class || region.absorbed_by >= 0 || region.pixels < least_region_px)
+        continue;
+      const std::vector<BoundaryPoint> points = stages.boundary(static_cast<int>(r));
+      boundary += static_cast<double>(points.size());
+      RandomEngine engine = random_stream(seed, "paper claims", static_cast<std::uint64_t>(k) * 4096 + r);
+      const auto circle = voter.estimate(points, engine);
+      if (!circle) continue;
+      const bool is_ball = holds(region.box, *frame.truth.outline);
+      (is_ball ? votes.quality_ball : votes.quality_other).push_back(circle->quality());
+      if (is_ball) votes.counts.push_back(circle->votes);
+    }
+    cv::Mat grey, edges;
+    cv::cvtColor(frame.bgr, grey, cv::COLOR_BGR2GRAY);
+    cv::Canny(grey, edges, 50, 150);
+    votes.boundary_px.push_back(boundary);
+    votes.edge_px.push_back(cv::countNonZero(edges));
+  }
+}
+
+ComparisonCondition scene(const std::string& name, const std::string& color) {
+  ComparisonCondition condition;
+  condition.name = name;
+  condition.ball_color = color;
+  condition.sensor.blur_px = 0.7;
+  condition.sensor.read_noise = 2;
+  return condition;
+}
+
+std::shared_ptr<const ColorTable> learn(const std::vector<std::string>& words, std::uint64_t seed) {
+  std::vector<ColorPicture> pictures;
+  std::vector<ClassRequest> requests;
+  for (const std::string& word : words) {
+    ClassRequest request;
+    request.name = word;
+    for (int k = 0; k < 2; ++k) {
+      request.pictures.push_back(pictures.size());
+      pictures.push_back({word, render_comparison_frame(scene("claims_teaching", word), seed, k).bgr});
+    }
+    requests.push_back(request);
+  }
+  return std::make_shared<const ColorTable>(
+      learn_classes(pictures, requests, region_circle_estimator(seed)).table);
+}
+
+// How the pixels well inside balls of each colour are told, on pictures that were not learnt from.
+void tell_classes(const std::vector<std::string>& words, std::uint64_t seed, PaperMeasurements& m) {
+  const std::shared_ptr<const ColorTable> colors = learn(words, seed);
+  double all = 0, right = 0, wrong = 0;
+  for (const std::string& word : words) {
+    const auto own = colors->find(word);
+    for (int k = 0; k < colors_frames; ++k) {
+      const RenderedFrame frame = render_comparison_frame(scene("claims_told", word), seed, k);
+      if (!own || !frame.truth.outline) continue;
+      const OutlineEllipse& ball = *frame.truth.outline;
+      const int reach = static_cast<int>(0.8 * ball.radius_px);
+      for (int v = -reach; v <= reach; ++v) {
+        for (int u = -reach; u <= reach; ++u) {
+          const cv::Point at(static_cast<int>(ball.center_px.x()) + u,
+                             static_cast<int>(ball.center_px.y()) + v);
+          if (u * u + v * v > reach * reach || !cv::Rect({0, 0}, frame.bgr.size()).contains(at)) continue;
+          const cv::Vec3b& pixel = frame.bgr.at<cv::Vec3b>(at);
+          const ClassIndex told = colors->classify(pixel[0], pixel[1], pixel[2]);
+          ++all;
+          right += told == *own ? 1 : 0;
+          wrong += told != *own && told != no_class ? 1 : 0;
+        }
+      }
+    }
+  }
+  m.class_counts.push_back(static_cast<int>(words.size()));
+  m.class_right.push_back(right / all);
+  m.class_wrong.push_back(wrong / all);
+}
+
+void take_times(const std::shared_ptr<const ColorTable>& colors, std::uint64_t seed, PaperMeasurements& m) {
+  ComparisonCondition condition = scene("claims_times", "red");
+  CameraParameters p = condition.camera.parameters();
+  p.size = {1024, 683};
+  p.cx_px = 511.5;
+  p.cy_px = 341;
+  condition.camera = Camera(p);
+  DetectorOptions options;
+  options.fit = BallFit::paper;
+  options.radii = {{condition.radius_m(), 0}};
+  Detector detector(std::make_shared<const RayTable>(condition.camera), colors, options);
+  Stages stages(colors);
+  CircleVoter voter;
+  std::vector<double> read, segment, vote, detect;
+  for (int k = 0; k < timed_frames; ++k) {
+    const cv::Mat bgr = render_comparison_frame(condition, seed, k).bgr;
+    read.push_back(read_us(bgr));
+    const Stopwatch segmenting;
+    stages.run(bgr);
+    segment.push_back(segmenting.us());
+    for (std::size_t r = 0; r < stages.regions().size(); ++r) {
+      const Region& region = stages.regions()[r];
+      if (region.color_class == no_class || region.absorbed_by >= 0 || region.pixels < least_region_px)
+        continue;
+      const std::vector<BoundaryPoint> points = stages.boundary(static_cast<int>(r));
+      RandomEngine engine = random_stream(seed, "paper times", static_cast<std::uint64_t>(k));
+      const Stopwatch voting;
+      voter.estimate(points, engine);
+      vote.push_back(voting.us());
+    }
+    const Stopwatch detecting;
+    detector.detect(bgr);
+    detect.push_back(detecting.us());
+  }
+  m.read_us = median(read);
+  m.segment_us = median(segment);
+  m.vote_us = median(vote);
+  m.detect_us = median(detect);
+}
+
+}  // namespace
+
+PaperMeasurements measure_paper_claims(const ComparisonPlan& plan) {
+  PaperMeasurements m;
+  const std::shared_ptr<const ColorTable> red = learn({"red"}, plan.seed);
+  Votes apart, touching;
+  ComparisonCondition condition = scene("claims_apart", "red");
+  condition.same_color = 4;
+  collect_votes(condition, red, plan.seed, apart);
+  condition.name = "claims_touching";
+  condition.touching = true;
+  collect_votes(condition, red, plan.seed, touching);
+  m.votes = median(apart.counts);
+  m.votes_largest = quantile(apart.counts, 1);
+  m.quality_ball = median(apart.quality_ball);
+  m.quality_touching = median(touching.quality_ball);
+  m.quality_other = median(apart.quality_other);
+  m.boundary_px = median(apart.boundary_px);
+  m.edge_px = median(apart.edge_px);
+  tell_classes({"red", "green"}, plan.seed, m);
+  tell_classes({"red", "green", "blue", "yellow"}, plan.seed, m);
+  tell_classes({"red", "orange", "yellow", "green", "cyan", "blue", "purple", "pink"}, plan.seed, m);
+  take_times(red, plan.seed, m);
+  return m;
+}
+
+nlohmann::json to_json(const PaperMeasurements& m) {
+  return {{"votes", m.votes},
+          {"votes_largest", m.votes_largest},
+          {"quality_ball", m.quality_ball},
+          {"quality_touching", m.quality_touching},
+          {"quality_other", m.quality_other},
+          {"boundary_px", m.boundary_px},
+          {"edge_px", m.edge_px},
+          {"class_counts", m.class_counts},
+          {"class_right", m.class_right},
+          {"class_wrong", m.class_wrong},
+          {"timing",
+           {{"read_us", m.read_us},
+            {"segment_us", m.segment_us},
+            {"vote_us", m.vote_us},
+            {"detect_us", m.detect_us}}}};
+}
+
+PaperMeasurements paper_measurements_from_json(const nlohmann::json& json) {
+  const auto number = [](const nlohmann::json& object, const char* key) {
+    return object.at(key).is_null() ? std::nan("") : object.at(key).get<double>();
+  };
+  PaperMeasurements m;
+  m.votes = number(json, "votes");
+  m.votes_largest = number(json, "votes_largest");
+  m.quality_ball = number(json, "quality_ball");
+  m.quality_touching = number(json, "quality_touching");
+  m.quality_other = number(json, "quality_other");
+  m.boundary_px = number(json, "boundary_px");
+  m.edge_px = number(json, "edge_px");
+  m.class_counts = json.at("class_counts").get<std::vector<int>>();
+  m.class_right = json.at("class_right").get<std::vector<double>>();
+  m.class_wrong = json.at("class_wrong").get<std::vector<double>>();
+  const nlohmann::json& timing = json.at("timing");
+  m.read_us = number(timing, "read_us");
+  m.segment_us = number(timing, "segment_us");
+  m.vote_us = number(timing, "vote_us");
+  m.detect_us = number(timing, "detect_us");
+  return m;
+}
+
+}  // namespace ballservo

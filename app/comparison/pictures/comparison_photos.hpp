@@ -1,0 +1,28 @@
+// Frames of a comparison with what the methods saw in them.
+#pragma once
+
+#include <functional>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "app/comparison/comparison.hpp"
+
+namespace ballservo {
+
+/// The picture of a frame and where the ball is in it, if that is known.
+struct ShownPicture {
+  cv::Mat bgr;
+  std::optional<OutlineEllipse> ball;
+};
+/// Shows frame `frame` of a condition again.
+using ShowFrame = std::function<ShownPicture(std::size_t condition, int frame)>;
+
+/// The surroundings of the ball, enlarged.
+cv::Mat example_photo(const ShownPicture& picture);
+
+/// The same with every method's outline: white the truth, grey the votes, orange the paper's fits, blue the
+/// exact ones, green the algebraic, magenta the peers.
+cv::Mat outlines_photo(const ShownPicture& picture, const ComparisonRecord& record,
+                       const MethodList& methods);
+
+}  // namespace ballservo

@@ -1,0 +1,54 @@
+// Where a comparison's pictures come from: a plan's renderer, or a user's own files.
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/comparison/frame_record.hpp"
+#include "app/comparison/estimators/method_scene.hpp"
+#include "calibration/camera/ray_table.hpp"
+#include "perception/detector_options.hpp"
+
+namespace ballservo {
+
+/// What all frames of a condition have in common.
+struct ConditionInfo {
+  std::string name;
+  std::string words;  ///< what is shown, for readers
+  int frames = 0;
+  /// What a one-at-a-time design varies here, and its value.
+  std::string swept_key, swept_label;
+  double swept_value = 0;
+  bool swept_log = false;
+};
+
+/// One picture, ready for the methods.
+struct ComparisonPicture {
+  FrameTruth truth;
+  cv::Mat bgr;
+  std::shared_ptr<const RayTable> rays;  ///< of the camera that the methods are told
+  std::shared_ptr<const ColorTable> colors;
+  DetectorOptions options;
+  MethodTask task;
+};
+
+class PictureSource {
+ public:
+  virtual ~PictureSource() = default;
+  virtual const std::vector<ConditionInfo>& conditions() const = 0;
+  /// Makes what all frames of the conditions marked need, on the calling thread's arena. Throws Refusal where
+  /// a colour cannot be learnt.
+  virtual void prepare(const std::vector<char>& needed) = 0;
+  /// Frame 0.. of a prepared condition; the same whenever it is asked for. Thread-safe.
+  virtual ComparisonPicture picture(std::size_t condition, int frame) const = 0;
+  /// What the peers are set to there, for readers; empty where none was tuned.
+  virtual std::string peer_words(std::size_t condition) const = 0;
+};
+
+/// Runs the methods on a picture.
+ComparisonRecord measure(const ComparisonPicture& picture, const MethodList& methods);
+
+}  // namespace ballservo

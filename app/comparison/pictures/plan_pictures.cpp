@@ -1,0 +1,204 @@
+#include "app/comparison/pictures/plan_pictures.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <tuple>
+
+#include "app/comparison/estimators/peer_tuning.hpp"
+#include "app/comparison/estimators/position_bound.hpp"
+#include "app/comparison/pictures/rendered_frame.hpp"
+#include "calibration/teaching/learn_colors.hpp"
+#include "calibration/base/random.hpp"
+#include "calibration/circles/region_circle.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr int teaching_frames = 3, tuning_frames = 3;
+constexpr double teaching_radius_px = 60;
+
+// The ball as it is under the usual light, in the camera's response, large and whole.
+std::shared_ptr<const ColorTable> learn_color(const ComparisonCondition& condition, std::uint64_t seed) {
+  ComparisonCondition teaching;
+  teaching.name = "teaching_" + condition.ball_color;
+  teaching.ball_color = condition.ball_color;
+  teaching.ball_pattern = condition.ball_pattern;
+  teaching.diameter_m = condition.diameter_m;
+  teaching.depth_m = condition.radius_m() * teaching.camera.focal_px() / teaching_radius_px;
+  teaching.sensor.blur_px = 0.7;
+  teaching.sensor.read_noise = 2;
+  teaching.sensor.gain = condition.sensor.gain;
+  teaching.sensor.gamma = condition.sensor.gamma;
+  std::vector<ColorPicture> pictures;
+  ClassRequest request;
+  request.name = condition.ball_color;
+  for (int k = 0; k < teaching_frames; ++k) {
+    pictures.push_back({teaching.name, render_comparison_frame(teaching, seed, k).bgr});
+    request.pictures.push_back(static_cast<std::size_t>(k));
+  }
+  return std::make_shared<const ColorTable>(
+      learn_classes(pictures, {request}, region_circle_estimator(seed)).table);
+}
+
+// As OpenCV counts it, of a colour word's reflectance.
+int hue_of(const std::string& color) {
+  const Rgb rgb = *color_from_word(color);
+  cv::Mat pixel(1, 1, CV_32FC3, cv::Scalar(rgb[2], rgb[1], rgb[0])), hsv;
+  cv::cvtColor(pixel, hsv, cv::COLOR_BGR2HSV);
+  return static_cast<int>(std::lround(hsv.at<cv::Vec3f>(0, 0)[0] / 2)) % 180;
+}
+
+// All that tells one camera from another.
+std::vector<double> camera_numbers(const Camera& camera) {
+  const CameraParameters& p = camera.parameters();
+  const Eigen::VectorXd vector = parameter_vector(p);
+  std::vector<double> numbers(vector.begin(), vector.end());
+  for (const int value : {static_cast<int>(p.model), p.size.width_px, p.size.height_px})
+    numbers.push_back(value);
+  return numbers;
+}
+
+// The camera that the methods are told: off by a draw from its covariance.
+Camera misjudged(const ComparisonCondition& condition, RandomEngine& engine) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(condition.covariance->covariance);
+  Eigen::VectorXd draw(eigen.eigenvalues().size());
+  for (double& value : draw) value = standard_normal(engine);
+  const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const CameraParameters& truth = condition.camera.parameters();
+  const Eigen::VectorXd off = condition.calibration_sigmas * (eigen.eigenvectors() * root.cwiseProduct(draw));
+  return Camera(with_parameter_vector(truth, parameter_vector(truth) + off));
+}
+
+FrameTruth truth_of(const ComparisonCondition& condition, const RenderedFrame& rendered, int frame) {
+  FrameTruth truth;
+  truth.frame = frame;
+  truth.outline = rendered.truth.outline;
+  truth.p_CB = rendered.truth.p_CB;
+  truth.visible_fraction = rendered.truth.visible_fraction;
+  if (rendered.clean_bgr.empty() || condition.calibration_sigmas > 0) return truth;
+  const auto bound = position_bound({condition.camera, rendered.truth.p_CB, condition.radius_m(),
+                                     condition.sensor.blur_px, condition.sensor.read_noise,
+                                     condition.sensor.shot_noise, rendered.clean_bgr, rendered.unhidden});
+  if (bound) {
+    truth.bound_m = std::sqrt(bound->trace());
+    truth.bound_depth_m = std::sqrt((*bound)(2, 2));
+  }
+  return truth;
+}
+
+}  // namespace
+
+PlanPictures::PlanPictures(const ComparisonPlan& plan) : plan_(plan), setups_(plan.conditions.size()) {
+  peers_asked_ = std::any_of(plan.methods.begin(), plan.methods.end(),
+                             [](const FitMethod* method) { return method->is_peer; });
+  for (const ComparisonCondition& condition : plan.conditions) {
+    ConditionInfo info;
+    info.name = condition.name;
+    info.words = in_words(condition);
+    info.frames = condition.frames;
+    if (const ConditionFactor* factor = find_condition_factor(condition.swept)) {
+      info.swept_key = factor->key;
+      info.swept_label = factor->label;
+      info.swept_value = factor->get(condition);
+      info.swept_log = factor->log;
+    }
+    infos_.push_back(info);
+  }
+}
+
+void PlanPictures::prepare(const std::vector<char>& needed) {
+  // Colours look alike as long as finish and response do.
+  std::map<std::tuple<std::string, Pattern, double, double>, std::shared_ptr<const ColorTable>> tables;
+  std::map<std::vector<double>, std::shared_ptr<const RayTable>> cameras;
+  for (std::size_t c = 0; c < setups_.size(); ++c) {
+    if (!needed[c]) continue;
+    const ComparisonCondition& condition = plan_.conditions[c];
+    auto& table =
+        tables[{condition.ball_color, condition.ball_pattern, condition.sensor.gain, condition.sensor.gamma}];
+    if (!table) table = learn_color(condition, plan_.seed);
+    setups_[c].colors = table;
+    setups_[c].hue = hue_of(condition.ball_color);
+    auto& rays = cameras[camera_numbers(condition.camera)];
+    if (!rays) rays = std::make_shared<const RayTable>(condition.camera);
+    setups_[c].rays = rays;
+  }
+  if (!peers_asked_) return;
+  tbb::parallel_for(std::size_t{0}, setups_.size(), [&](std::size_t c) {
+    if (!needed[c]) return;
+    const ComparisonCondition& condition = plan_.conditions[c];
+    std::vector<TuningPicture> pictures;
+    for (int k = 0; k < tuning_frames; ++k) {
+      // Frames of another seed: never those that are measured.
+      RenderedFrame rendered = render_comparison_frame(condition, plan_.seed ^ 0x70656572736574ull, k);
+      FrameTruth truth;
+      truth.frame = k;
+      truth.outline = rendered.truth.outline;
+      pictures.push_back({rendered.bgr, truth, task(c, truth), condition.camera});
+    }
+    setups_[c].peers = tuned_peers(pictures, plan_.methods);
+  });
+}
+
+// What is drawn here comes from (seed, the condition's name, frame) alone.
+MethodTask PlanPictures::task(std::size_t index, const FrameTruth& truth) const {
+  const ComparisonCondition& condition = plan_.conditions[index];
+  RandomEngine engine =
+      random_stream(plan_.seed, "task/" + condition.name, static_cast<std::uint64_t>(truth.frame));
+  MethodTask task;
+  task.loss = plan_.loss;
+  task.peers = setups_[index].peers;
+  task.hue = setups_[index].hue;
+  if (!truth.outline) return task;
+  const double radius_px = truth.outline->radius_px;
+  task.expected_radius_px = radius_px;
+  // A user clicks somewhere near the middle of what is seen of the ball.
+  task.click_px = truth.outline->center_px +
+                  0.15 * radius_px * Eigen::Vector2d(standard_normal(engine), standard_normal(engine));
+  if (condition.start_at_truth) {
+    task.start = undistorted_circle(condition.camera, *truth.outline);
+    if (task.start) {
+      for (double& coordinate : task.start->center_px)
+        coordinate += condition.start_center_px * standard_normal(engine);
+      task.start->radius_px =
+          std::max(1.0, task.start->radius_px + condition.start_radius_px * standard_normal(engine));
+    }
+  }
+  return task;
+}
+
+ComparisonPicture PlanPictures::picture(std::size_t index, int frame) const {
+  const ComparisonCondition& condition = plan_.conditions[index];
+  const Setup& setup = setups_[index];
+  const RenderedFrame rendered = render_comparison_frame(condition, plan_.seed, frame);
+  ComparisonPicture picture;
+  picture.truth = truth_of(condition, rendered, frame);
+  picture.bgr = rendered.bgr;
+  picture.colors = setup.colors;
+  picture.rays = setup.rays;
+  if (condition.calibration_sigmas > 0) {
+    RandomEngine engine =
+        random_stream(plan_.seed, "calibration/" + condition.name, static_cast<std::uint64_t>(frame));
+    picture.rays = std::make_shared<const RayTable>(misjudged(condition, engine));
+  }
+  picture.options.radii = {{condition.radius_m(), 0}};
+  picture.options.seed = plan_.seed;
+  picture.task = task(index, picture.truth);
+  return picture;
+}
+
+ShownPicture show_frame(const ComparisonPlan& plan, std::size_t condition, int frame) {
+  const RenderedFrame rendered = render_comparison_frame(plan.conditions[condition], plan.seed, frame);
+  return {rendered.bgr, rendered.truth.outline};
+}
+
+std::string PlanPictures::peer_words(std::size_t condition) const {
+  if (!peers_asked_ || !setups_[condition].rays) return "";
+  return "the best of a small grid on three other frames: " + in_words(setups_[condition].peers);
+}
+
+}  // namespace ballservo

@@ -1,0 +1,41 @@
+// A plan's pictures, rendered with exact truth.
+#pragma once
+
+#include <memory>
+
+#include "app/comparison/pictures/comparison_photos.hpp"
+#include "app/comparison/pictures/picture_source.hpp"
+#include "app/comparison/pictures/plan.hpp"
+
+namespace ballservo {
+
+/// The plan must outlive the source. Each ball colour is learnt, as a user would, from teaching pictures
+/// rendered for it; each peer is set up for its condition on three frames that are not measured.
+class PlanPictures : public PictureSource {
+ public:
+  explicit PlanPictures(const ComparisonPlan& plan);
+
+  const std::vector<ConditionInfo>& conditions() const override { return infos_; }
+  void prepare(const std::vector<char>& needed) override;
+  ComparisonPicture picture(std::size_t condition, int frame) const override;
+  std::string peer_words(std::size_t condition) const override;
+
+ private:
+  struct Setup {
+    std::shared_ptr<const RayTable> rays;
+    std::shared_ptr<const ColorTable> colors;
+    PeerSettings peers;
+    int hue = 0;
+  };
+  MethodTask task(std::size_t condition, const FrameTruth& truth) const;
+
+  const ComparisonPlan& plan_;
+  bool peers_asked_ = false;
+  std::vector<ConditionInfo> infos_;
+  std::vector<Setup> setups_;
+};
+
+/// A frame's picture alone, which needs nothing learnt.
+ShownPicture show_frame(const ComparisonPlan& plan, std::size_t condition, int frame);
+
+}  // namespace ballservo
