@@ -6,8 +6,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calibration/color/color_table.hpp"
 #include "calibration/circles/circle_vote.hpp"
+#include "calibration/color/color_table.hpp"
 #include "perception/judgement/outline_support.hpp"
 #include "perception/segmentation/regions.hpp"
 

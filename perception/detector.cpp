@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "calibration/base/fault.hpp"
+#include "perception/candidates/region_shape.hpp"
 #include "perception/outline/ball_position.hpp"
 #include "perception/segmentation/classification.hpp"
-#include "perception/candidates/region_shape.hpp"
 
 namespace ballservo {
 namespace {

@@ -12,22 +12,22 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "perception/outline/ball_fitter.hpp"
-#include "perception/judgement/ball_judge.hpp"
-#include "perception/outline/ball_observation.hpp"
-#include "perception/segmentation/boundary_chain.hpp"
-#include "perception/outline/boundary_cone.hpp"
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/segmentation/color_lookup.hpp"
-#include "perception/detection_stages.hpp"
-#include "perception/detector_options.hpp"
 #include "perception/candidates/inner_circles.hpp"
 #include "perception/candidates/inner_edges.hpp"
-#include "perception/segmentation/morphology.hpp"
 #include "perception/candidates/outline_scout.hpp"
+#include "perception/candidates/straight_sides.hpp"
+#include "perception/detection_stages.hpp"
+#include "perception/detector_options.hpp"
+#include "perception/judgement/ball_judge.hpp"
+#include "perception/outline/ball_fitter.hpp"
+#include "perception/outline/ball_observation.hpp"
+#include "perception/outline/boundary_cone.hpp"
+#include "perception/segmentation/boundary_chain.hpp"
+#include "perception/segmentation/color_lookup.hpp"
+#include "perception/segmentation/morphology.hpp"
 #include "perception/segmentation/regions.hpp"
 #include "perception/segmentation/row_team.hpp"
-#include "perception/candidates/straight_sides.hpp"
 
 namespace ballservo {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "perception/outline/ball_observation.hpp"
 #include "calibration/circles/circle_vote.hpp"
+#include "perception/outline/ball_observation.hpp"
 #include "perception/outline/edge_points.hpp"
 #include "perception/outline/paper_refinement.hpp"
 

@@ -7,11 +7,11 @@
 #include <cmath>
 
 #include "app/commands/command.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

@@ -12,10 +12,10 @@
 #include "app/io/board_pictures.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/report/camera_report.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_file.hpp"
-#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -16,13 +16,13 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/report/color_preview.hpp"
-#include "calibration/teaching/box_lesson.hpp"
-#include "calibration/color/color_file.hpp"
-#include "calibration/teaching/learn_colors.hpp"
-#include "calibration/teaching/merge_colors.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/circles/region_circle.hpp"
+#include "calibration/color/color_file.hpp"
+#include "calibration/teaching/box_lesson.hpp"
+#include "calibration/teaching/learn_colors.hpp"
+#include "calibration/teaching/merge_colors.hpp"
 
 namespace ballservo {
 namespace {

@@ -8,9 +8,9 @@
 #include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
 #include "app/report/difference_report.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_file.hpp"
-#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -14,13 +14,13 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "calibration/ball/ball_radius.hpp"
+#include "calibration/base/csv_table.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/base/csv_table.hpp"
-#include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
 #include "perception/detector.hpp"
 
 namespace ballservo {

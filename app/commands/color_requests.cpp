@@ -5,9 +5,9 @@
 #include "app/commands/command.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
+#include "calibration/base/numbers.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/pictures/image_file.hpp"
-#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
 

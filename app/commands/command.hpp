@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/output.hpp"
 #include "calibration/base/strict_yaml.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 

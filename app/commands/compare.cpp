@@ -6,18 +6,18 @@
 #include <thread>
 
 #include "app/commands/command.hpp"
-#include "app/io/interrupt.hpp"
-#include "app/io/noted_lines.hpp"
-#include "app/io/progress.hpp"
-#include "app/io/work_folder.hpp"
 #include "app/comparison/comparison_archive.hpp"
 #include "app/comparison/comparison_json.hpp"
 #include "app/comparison/comparison_report.hpp"
 #include "app/comparison/pictures/picture_files.hpp"
 #include "app/comparison/pictures/plan_pictures.hpp"
+#include "app/io/interrupt.hpp"
+#include "app/io/noted_lines.hpp"
+#include "app/io/progress.hpp"
+#include "app/io/work_folder.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/pictures/image_file.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 namespace {

@@ -8,14 +8,14 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
-#include "app/scenario/scenario.hpp"
 #include "app/experiment/simulated_camera.hpp"
 #include "app/io/ball_rows.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
-#include "calibration/camera/files/camera_file.hpp"
+#include "app/scenario/scenario.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "servo/simulation/rendering/truth.hpp"
 
 namespace ballservo {

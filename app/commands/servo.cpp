@@ -9,6 +9,7 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
+#include "app/comparison/comparison_statistics.hpp"
 #include "app/experiment/realtime_runner.hpp"
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_report.hpp"
@@ -18,10 +19,9 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
-#include "app/comparison/comparison_statistics.hpp"
-#include "calibration/color/color_file.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/color/color_file.hpp"
 
 namespace ballservo {
 namespace {

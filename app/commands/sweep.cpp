@@ -8,10 +8,10 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
-#include "app/sweep/sweep_report.hpp"
-#include "app/sweep/sweep_statistics.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
+#include "app/sweep/sweep_report.hpp"
+#include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "app/comparison/frame_record.hpp"
 #include "app/comparison/estimators/methods.hpp"
+#include "app/comparison/frame_record.hpp"
 
 namespace ballservo {
 

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "app/io/shard.hpp"
 #include "app/comparison/certificate.hpp"
 #include "app/comparison/comparison_statistics.hpp"
 #include "app/comparison/pictures/picture_source.hpp"
+#include "app/io/shard.hpp"
 
 namespace ballservo {
 

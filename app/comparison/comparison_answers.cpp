@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "app/comparison/step_verdict.hpp"
 #include "app/comparison/pictures/sweeps.hpp"
+#include "app/comparison/step_verdict.hpp"
 #include "perception/outline/ball_fitter.hpp"
 
 namespace ballservo {

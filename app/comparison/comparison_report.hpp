@@ -4,8 +4,8 @@
 #include <string>
 
 #include "app/comparison/comparison.hpp"
-#include "app/comparison/pictures/comparison_photos.hpp"
 #include "app/comparison/paper_claims.hpp"
+#include "app/comparison/pictures/comparison_photos.hpp"
 
 namespace ballservo {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "app/io/ball_rows.hpp"
-#include "app/comparison/step_verdict.hpp"
 #include "app/comparison/pictures/sweeps.hpp"
+#include "app/comparison/step_verdict.hpp"
+#include "app/io/ball_rows.hpp"
 
 namespace ballservo {
 namespace {

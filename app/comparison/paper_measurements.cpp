@@ -11,11 +11,11 @@
 #include "app/comparison/resampling.hpp"
 #include "app/comparison/stopwatch.hpp"
 #include "calibration/camera/ray_table.hpp"
-#include "calibration/teaching/learn_colors.hpp"
-#include "perception/segmentation/classification.hpp"
-#include "perception/detector.hpp"
-#include "perception/segmentation/morphology.hpp"
 #include "calibration/circles/region_circle.hpp"
+#include "calibration/teaching/learn_colors.hpp"
+#include "perception/detector.hpp"
+#include "perception/segmentation/classification.hpp"
+#include "perception/segmentation/morphology.hpp"
 #include "perception/segmentation/regions.hpp"
 
 namespace ballservo {

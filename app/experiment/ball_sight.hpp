@@ -12,8 +12,8 @@
 #include "calibration/color/color_table.hpp"
 #include "servo/control/ball_measurement.hpp"
 #include "servo/control/law.hpp"
-#include "servo/simulation/robot/geometric_ball_sensor.hpp"
 #include "servo/simulation/rendering/truth.hpp"
+#include "servo/simulation/robot/geometric_ball_sensor.hpp"
 #include "servo/simulation/world/world.hpp"
 
 namespace ballservo {

@@ -8,8 +8,8 @@
 #include "app/experiment/ball_sight.hpp"
 #include "app/experiment/floor_sight.hpp"
 #include "app/experiment/runner.hpp"
-#include "app/scenario/scenario.hpp"
 #include "app/experiment/simulated_camera.hpp"
+#include "app/scenario/scenario.hpp"
 
 namespace ballservo {
 

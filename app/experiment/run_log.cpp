@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "app/io/ball_rows.hpp"
 #include "app/comparison/comparison_statistics.hpp"
+#include "app/io/ball_rows.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {

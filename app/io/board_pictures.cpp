@@ -12,8 +12,9 @@
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
-#include "calibration/boards/board_detector.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
+#include "calibration/boards/board_detector.hpp"
 #include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "app/io/image_source.hpp"
-#include "calibration/boards/board.hpp"
 #include "calibration/base/image_size.hpp"
+#include "calibration/boards/board.hpp"
 
 namespace ballservo {
 

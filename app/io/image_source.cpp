@@ -14,8 +14,8 @@
 
 #include "app/io/live_camera.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace fs = std::filesystem;
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/pictures/image_file.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace fs = std::filesystem;
 

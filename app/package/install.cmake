@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ballservo)
 
 install(TARGETS ballservo RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(TARGETS calibration perception servo simulation EXPORT ballservoTargets
+install(TARGETS base camera color circles pictures camera_files calibration perception servo simulation EXPORT ballservoTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(folder calibration perception servo)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ballservo
@@ -31,7 +31,6 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS
-    ${PROJECT_BINARY_DIR}/calibration ${PROJECT_BINARY_DIR}/perception ${PROJECT_BINARY_DIR}/servo
-    ${PROJECT_BINARY_DIR}/servo/simulation)
+    ${PROJECT_BINARY_DIR}/calibration ${PROJECT_BINARY_DIR}/perception ${PROJECT_BINARY_DIR}/servo)
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libeigen3-dev, libopencv-dev")
 include(CPack)

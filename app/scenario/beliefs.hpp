@@ -1,8 +1,8 @@
 // What the robot takes for true, where it is wrong.
 #pragma once
 
-#include "calibration/camera/camera.hpp"
 #include "calibration/base/strict_yaml.hpp"
+#include "calibration/camera/camera.hpp"
 #include "servo/motion/mount.hpp"
 
 namespace ballservo {

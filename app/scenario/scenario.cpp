@@ -7,10 +7,10 @@
 #include "app/scenario/scenario_robot.hpp"
 #include "app/scenario/scenario_world.hpp"
 #include "app/scenario/taught_target.hpp"
-#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/base/strict_yaml.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 
 namespace ballservo {
 

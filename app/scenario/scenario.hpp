@@ -13,14 +13,14 @@
 #include "servo/avoidance/avoidance.hpp"
 #include "servo/control/law.hpp"
 #include "servo/motion/mount.hpp"
-#include "servo/simulation/robot/camera_faults.hpp"
+#include "servo/motion/unicycle.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
+#include "servo/simulation/rendering/sensor.hpp"
+#include "servo/simulation/robot/camera_faults.hpp"
 #include "servo/simulation/robot/geometric_ball_sensor.hpp"
 #include "servo/simulation/robot/odometry.hpp"
-#include "servo/simulation/rendering/sensor.hpp"
 #include "servo/simulation/robot/sonar_ring.hpp"
 #include "servo/simulation/world/world.hpp"
-#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "calibration/base/strict_yaml.hpp"
-#include "servo/simulation/world/world.hpp"
 #include "servo/motion/unicycle.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

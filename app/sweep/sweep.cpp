@@ -10,12 +10,12 @@
 #include <mutex>
 #include <sstream>
 
-#include "app/scenario/feasibility.hpp"
 #include "app/experiment/runner.hpp"
-#include "calibration/color/color_file.hpp"
+#include "app/scenario/feasibility.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/pictures/image_file.hpp"
+#include "calibration/base/system_file.hpp"
+#include "calibration/color/color_file.hpp"
 
 namespace ballservo {
 namespace {

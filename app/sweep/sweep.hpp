@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "app/experiment/ball_sight.hpp"
-#include "app/sweep/trial.hpp"
 #include "app/io/work_folder.hpp"
+#include "app/sweep/trial.hpp"
 
 namespace ballservo {
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "app/sweep/trial.hpp"
 #include "app/report/svg.hpp"
+#include "app/sweep/trial.hpp"
 
 namespace ballservo {
 

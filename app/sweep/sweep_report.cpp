@@ -8,9 +8,9 @@
 #include <set>
 #include <sstream>
 
-#include "app/sweep/sweep_drawings.hpp"
 #include "app/report/page.hpp"
 #include "app/report/svg_plot.hpp"
+#include "app/sweep/sweep_drawings.hpp"
 
 namespace ballservo {
 namespace {

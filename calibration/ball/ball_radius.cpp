@@ -9,8 +9,8 @@
 #include <opencv2/calib3d.hpp>
 
 #include "calibration/ball/covariance_root.hpp"
-#include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
 namespace {

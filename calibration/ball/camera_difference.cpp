@@ -9,9 +9,9 @@
 #include <cmath>
 
 #include "calibration/ball/covariance_root.hpp"
-#include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
 namespace {

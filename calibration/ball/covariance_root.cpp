@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 
 namespace ballservo {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "calibration/pictures/image_file.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 namespace {

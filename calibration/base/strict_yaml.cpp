@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/system_file.hpp"
 #include "calibration/base/yaml_tree.hpp"
 
 namespace ballservo {

@@ -1,9 +1,11 @@
 #include "calibration/base/system_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -59,6 +61,39 @@ void write_with(int flags, const std::filesystem::path& file, std::string_view c
 std::string system_error_text(int error_number) {
   const char* description = ::strerrordesc_np(error_number);
   return description ? description : "system error " + std::to_string(error_number);
+}
+
+std::string read_file_bytes(const std::filesystem::path& file, std::size_t max_bytes) {
+  const std::string place = file.string();
+  // Without waiting: a named pipe without a writer would block for ever.
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) throw InputError(place, system_error_text(errno), "a file that can be read");
+  struct stat status {};
+  std::string bytes, problem;
+  if (::fstat(descriptor, &status) != 0) {
+    problem = system_error_text(errno);
+  } else if (!S_ISREG(status.st_mode)) {
+    problem = S_ISDIR(status.st_mode) ? "a folder" : "something that is no regular file";
+  } else {
+    // One byte beyond the limit tells a file that is too large, also one that grows while it is read.
+    const std::size_t limit = max_bytes + 1;
+    std::size_t size = 0;
+    bytes.resize(std::min(limit, static_cast<std::size_t>(status.st_size) + 1));
+    while (size < limit) {
+      if (size == bytes.size()) bytes.resize(std::min(limit, 2 * bytes.size()));
+      const ssize_t count = ::read(descriptor, bytes.data() + size, bytes.size() - size);
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) problem = system_error_text(errno);
+      if (count <= 0) break;
+      size += static_cast<std::size_t>(count);
+    }
+    bytes.resize(size);
+    if (size > max_bytes) problem = fmt::format("more than {} bytes", max_bytes);
+  }
+  ::close(descriptor);
+  if (!problem.empty())
+    throw InputError(place, problem, fmt::format("a regular file of at most {} bytes", max_bytes));
+  return bytes;
 }
 
 void write_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place) {

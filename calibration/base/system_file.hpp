@@ -1,6 +1,7 @@
 // Files through the system's own calls, which report a full disk where streams keep quiet about it.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -9,6 +10,9 @@ namespace ballservo {
 
 /// The system's words for an error number, in English whatever the locale.
 std::string system_error_text(int error_number);
+
+/// The whole file as bytes; InputError if it is missing, not a regular file, or larger than `max_bytes`.
+std::string read_file_bytes(const std::filesystem::path& file, std::size_t max_bytes);
 
 /// Replaces the contents of `file` (made if missing). InputError about `place` if that fails, on a full disk
 /// too.

@@ -7,9 +7,9 @@
 #include <memory>
 #include <opencv2/calib3d.hpp>
 
-#include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/boards/corner_cost.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/boards/corner_cost.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 
 namespace ballservo {
 namespace {

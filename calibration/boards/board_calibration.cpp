@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "calibration/ball/ball_uncertainty.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/boards/calibration_checks.hpp"
 #include "calibration/boards/lens_choice.hpp"
 #include "calibration/boards/residual_structure.hpp"
-#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/boards/corner_cost.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 
 namespace ballservo {
 namespace {

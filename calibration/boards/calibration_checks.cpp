@@ -10,10 +10,10 @@
 #include <limits>
 
 #include "calibration/ball/ball_uncertainty.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/boards/lens_choice.hpp"
 #include "calibration/boards/mixed_cameras.hpp"
-#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

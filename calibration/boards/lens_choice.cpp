@@ -6,8 +6,8 @@
 #include <opencv2/calib3d.hpp>
 
 #include "calibration/ball/ball_uncertainty.hpp"
-#include "calibration/boards/board_covariance.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/boards/board_covariance.hpp"
 
 namespace ballservo {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/boards/board_bend.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/boards/board_bend.hpp"
 
 namespace ballservo {
 namespace {

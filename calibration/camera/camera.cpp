@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 
+#include "calibration/base/fault.hpp"
 #include "calibration/camera/dual.hpp"
 #include "calibration/camera/lens/lens_domain.hpp"
 #include "calibration/camera/lens/lens_list.hpp"
-#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "calibration/teaching/circle_test.hpp"
+#include "calibration/circles/circle_test.hpp"
 
 namespace ballservo {
 

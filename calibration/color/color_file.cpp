@@ -30,8 +30,8 @@
 
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 namespace {

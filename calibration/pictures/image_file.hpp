@@ -27,7 +27,4 @@ cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels = 
 /// folder).
 void write_image(const std::filesystem::path& file, const cv::Mat& image);
 
-/// The whole file as bytes; InputError if it is missing, not a regular file, or larger than `max_bytes`.
-std::string read_file_bytes(const std::filesystem::path& file, std::size_t max_bytes);
-
 }  // namespace ballservo

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/teaching/class_table.hpp"
-#include "calibration/color/color_file.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/color/color_file.hpp"
+#include "calibration/teaching/class_table.hpp"
 
 namespace ballservo {
 namespace {

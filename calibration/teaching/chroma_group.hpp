@@ -3,8 +3,8 @@
 
 #include <opencv2/core.hpp>
 
-#include "calibration/teaching/color_samples.hpp"
 #include "calibration/color/color_table.hpp"
+#include "calibration/teaching/color_samples.hpp"
 
 namespace ballservo {
 

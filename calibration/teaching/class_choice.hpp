@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
 

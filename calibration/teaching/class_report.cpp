@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/color/color_space.hpp"
 #include "calibration/teaching/class_table.hpp"
 #include "calibration/teaching/color_samples.hpp"
-#include "calibration/color/color_space.hpp"
 #include "calibration/teaching/light_change.hpp"
 
 namespace ballservo {

@@ -3,9 +3,9 @@
 
 #include <vector>
 
+#include "calibration/color/color_table.hpp"
 #include "calibration/teaching/chroma_group.hpp"
 #include "calibration/teaching/color_samples.hpp"
-#include "calibration/color/color_table.hpp"
 
 namespace ballservo {
 

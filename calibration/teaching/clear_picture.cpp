@@ -5,8 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/base/range_check.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/range_check.hpp"
 
 namespace ballservo {
 namespace {

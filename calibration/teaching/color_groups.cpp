@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "calibration/teaching/class_table.hpp"
-#include "calibration/color/color_names.hpp"
-#include "calibration/base/range_check.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/range_check.hpp"
+#include "calibration/color/color_names.hpp"
+#include "calibration/teaching/class_table.hpp"
 
 namespace ballservo {
 namespace {

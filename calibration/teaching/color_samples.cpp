@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/base/fault.hpp"
+#include "calibration/base/range_check.hpp"
 #include "calibration/color/color_names.hpp"
 #include "calibration/color/color_space.hpp"
-#include "calibration/base/range_check.hpp"
-#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

@@ -6,9 +6,9 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "calibration/base/fault.hpp"
 #include "calibration/teaching/class_choice.hpp"
 #include "calibration/teaching/class_table.hpp"
-#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {

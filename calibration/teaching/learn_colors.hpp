@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "calibration/teaching/circle_test.hpp"
+#include "calibration/circles/circle_test.hpp"
+#include "calibration/color/color_table.hpp"
 #include "calibration/teaching/clear_picture.hpp"
 #include "calibration/teaching/color_groups.hpp"
-#include "calibration/color/color_table.hpp"
 
 namespace ballservo {
 

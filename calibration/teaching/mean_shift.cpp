@@ -7,8 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "calibration/color/color_space.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/color/color_space.hpp"
 
 namespace ballservo {
 namespace {

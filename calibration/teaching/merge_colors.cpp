@@ -7,8 +7,8 @@
 #include <limits>
 #include <set>
 
-#include "calibration/teaching/class_table.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/teaching/class_table.hpp"
 
 namespace ballservo {
 namespace {

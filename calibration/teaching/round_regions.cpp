@@ -7,9 +7,9 @@
 #include <set>
 #include <tuple>
 
-#include "calibration/teaching/chroma_components.hpp"
-#include "calibration/base/range_check.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/range_check.hpp"
+#include "calibration/teaching/chroma_components.hpp"
 
 namespace ballservo {
 namespace {

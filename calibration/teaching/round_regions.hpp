@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/teaching/circle_test.hpp"
+#include "calibration/circles/circle_test.hpp"
 #include "calibration/teaching/mean_shift.hpp"
 
 namespace ballservo {

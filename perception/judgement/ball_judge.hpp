@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "perception/outline/ball_fitter.hpp"
-#include "perception/outline/ball_observation.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/detector_options.hpp"
 #include "perception/judgement/outline_support.hpp"
+#include "perception/outline/ball_fitter.hpp"
+#include "perception/outline/ball_observation.hpp"
 
 namespace ballservo {
 

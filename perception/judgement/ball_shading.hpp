@@ -6,9 +6,9 @@
 
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
+#include "perception/judgement/outline_support.hpp"
 #include "perception/outline/camera_response.hpp"
 #include "perception/outline/cone_fit.hpp"
-#include "perception/judgement/outline_support.hpp"
 
 namespace ballservo {
 

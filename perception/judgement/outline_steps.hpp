@@ -4,8 +4,8 @@
 #include <opencv2/core.hpp>
 
 #include "calibration/camera/camera.hpp"
-#include "perception/outline/cone_fit.hpp"
 #include "perception/judgement/outline_support.hpp"
+#include "perception/outline/cone_fit.hpp"
 
 namespace ballservo {
 

@@ -7,9 +7,9 @@
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/color/color_table.hpp"
-#include "perception/segmentation/bit_picture.hpp"
 #include "perception/outline/edge_points.hpp"
 #include "perception/outline/outline_shape.hpp"
+#include "perception/segmentation/bit_picture.hpp"
 
 namespace ballservo {
 

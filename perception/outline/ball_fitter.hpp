@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
+#include "perception/detector_options.hpp"
 #include "perception/outline/ball_observation.hpp"
 #include "perception/outline/boundary_cone.hpp"
 #include "perception/outline/camera_response.hpp"
-#include "perception/detector_options.hpp"
 #include "perception/outline/edge_points.hpp"
 #include "perception/outline/paper_refinement.hpp"
 

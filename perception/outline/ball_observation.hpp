@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "calibration/camera/sphere_outline.hpp"
-#include "calibration/color/color_table.hpp"
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/outline/cone_fit.hpp"
+#include "calibration/color/color_table.hpp"
 #include "perception/judgement/outline_support.hpp"
+#include "perception/outline/cone_fit.hpp"
 #include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/outline/cone_fit.hpp"
 #include "perception/judgement/outline_support.hpp"
+#include "perception/outline/cone_fit.hpp"
 
 namespace ballservo {
 

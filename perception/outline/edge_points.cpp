@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/camera/sphere_outline.hpp"
 #include "perception/outline/outline_shape.hpp"
 
 namespace ballservo {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/camera/ray_table.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/camera/ray_table.hpp"
 #include "perception/outline/camera_response.hpp"
 #include "perception/outline/channel_mix.hpp"
 #include "perception/outline/cone_fit.hpp"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/camera/ray_table.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/camera/ray_table.hpp"
 
 namespace ballservo {
 

@@ -7,9 +7,9 @@
 
 #include "servo/avoidance/braking_shield.hpp"
 #include "servo/avoidance/free_space.hpp"
-#include "servo/motion/pose_history.hpp"
 #include "servo/avoidance/sonar_watch.hpp"
 #include "servo/avoidance/steering.hpp"
+#include "servo/motion/pose_history.hpp"
 
 namespace ballservo {
 

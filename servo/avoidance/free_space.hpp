@@ -9,8 +9,8 @@
 
 #include "calibration/base/fault.hpp"
 #include "servo/avoidance/floor_scan.hpp"
-#include "servo/motion/odometry_bound.hpp"
 #include "servo/avoidance/sonar.hpp"
+#include "servo/motion/odometry_bound.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {

@@ -12,10 +12,10 @@
 #include "servo/avoidance/avoidance.hpp"
 #include "servo/control/ball_measurement.hpp"
 #include "servo/control/law.hpp"
+#include "servo/control/target_filter.hpp"
 #include "servo/motion/motion_predictor.hpp"
 #include "servo/motion/pose_history.hpp"
 #include "servo/motion/speed_envelope.hpp"
-#include "servo/control/target_filter.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "servo/control/cone_law.hpp"
-#include "servo/motion/option_check.hpp"
 #include "servo/control/pose_law.hpp"
 #include "servo/control/sphere_law.hpp"
 #include "servo/control/visp_law.hpp"
+#include "servo/motion/option_check.hpp"
 
 namespace ballservo {
 

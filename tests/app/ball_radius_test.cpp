@@ -6,10 +6,10 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/boards/board.hpp"
-#include "calibration/boards/board_detector.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/boards/board.hpp"
+#include "calibration/boards/board_detector.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
 #include "tests/perception/painted_ball.hpp"
 #include "tests/simulation/dark_room.hpp"

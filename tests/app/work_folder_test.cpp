@@ -13,7 +13,7 @@
 #include "app/io/shard.hpp"
 #include "app/io/work_journal.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/pictures/image_file.hpp"
+#include "calibration/base/system_file.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

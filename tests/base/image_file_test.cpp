@@ -11,6 +11,7 @@
 #include <random>
 
 #include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace fs = std::filesystem;

@@ -7,6 +7,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
 #include "calibration/pictures/image_file.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "calibration/base/random.hpp"
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/color/color_table.hpp"
-#include "calibration/base/random.hpp"
 
 namespace ballservo::bench {
 

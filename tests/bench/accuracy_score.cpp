@@ -9,8 +9,8 @@
 #include "app/comparison/estimators/opencv_peers.hpp"
 #include "app/comparison/estimators/position_bound.hpp"
 #include "app/report/overlay.hpp"
-#include "perception/outline/ball_position.hpp"
 #include "perception/detector.hpp"
+#include "perception/outline/ball_position.hpp"
 
 namespace ballservo::bench {
 namespace {

@@ -20,8 +20,8 @@
 #include "app/report/svg_grid.hpp"
 #include "app/report/svg_plot.hpp"
 #include "calibration/base/numbers.hpp"
-#include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "tests/bench/bench_frames.hpp"
 #include "tests/bench/memory_read.hpp"
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "calibration/base/random.hpp"
-#include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "perception/tracking/tracker.hpp"
 
 extern "C" [[gnu::noipa]] void counted_stage(const std::function<void()>& stage) { stage(); }

@@ -19,8 +19,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/comparison/estimators/opencv_peers.hpp"
-#include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "perception/tracking/light_adaptation.hpp"
 #include "perception/tracking/tracker.hpp"
 #include "tests/bench/bench_frames.hpp"

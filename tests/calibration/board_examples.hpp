@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "calibration/base/random.hpp"
 #include "calibration/boards/board.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/camera/camera.hpp"
-#include "calibration/base/random.hpp"
 
 namespace ballservo::test {
 

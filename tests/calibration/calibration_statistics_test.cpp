@@ -6,11 +6,11 @@
 #include <cstdio>
 
 #include "calibration/ball/ball_uncertainty.hpp"
+#include "calibration/ball/camera_difference.hpp"
 #include "calibration/boards/board_covariance.hpp"
 #include "calibration/boards/board_detector.hpp"
-#include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/ball/camera_difference.hpp"
 #include "calibration/boards/lens_choice.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"

@@ -9,13 +9,13 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/ball/ball_uncertainty.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "calibration/base/fault.hpp"
 #include "calibration/pictures/image_file.hpp"
-#include "calibration/base/random.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"
 #include "tests/support/test_data.hpp"

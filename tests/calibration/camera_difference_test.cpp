@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/ball/covariance_root.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "tests/calibration/camera_examples.hpp"
 
 namespace ballservo {

@@ -7,9 +7,9 @@
 
 #include <fstream>
 
+#include "calibration/base/fault.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/visp_camera_file.hpp"
-#include "calibration/base/fault.hpp"
 #include "tests/calibration/camera_examples.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "tests/calibration/camera_examples.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -8,8 +8,8 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 
-#include "calibration/camera/camera.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/camera/camera.hpp"
 #include "tests/calibration/camera_examples.hpp"
 
 namespace ballservo {

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/ball/camera_difference.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/boards/calibration_checks.hpp"
-#include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/ball/camera_difference.hpp"
 #include "calibration/boards/lens_choice.hpp"
 #include "calibration/boards/residual_structure.hpp"
-#include "calibration/base/fault.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"
 

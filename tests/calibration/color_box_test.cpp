@@ -2,8 +2,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/teaching/box_lesson.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/teaching/box_lesson.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
 namespace ballservo {

@@ -1,8 +1,8 @@
 // What the search for balls looks at: exposure and noise.
 #include <gtest/gtest.h>
 
-#include "calibration/teaching/clear_picture.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/teaching/clear_picture.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
 namespace ballservo {

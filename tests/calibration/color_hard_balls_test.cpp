@@ -3,8 +3,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
 namespace ballservo {

@@ -5,10 +5,10 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "calibration/teaching/class_report.hpp"
-#include "calibration/color/color_file.hpp"
-#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/color/color_file.hpp"
+#include "calibration/teaching/class_report.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 #include "tests/calibration/color_pictures.hpp"
 #include "tests/support/test_data.hpp"
 

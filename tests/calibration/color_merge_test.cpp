@@ -3,11 +3,11 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/teaching/class_report.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/color/color_file.hpp"
+#include "calibration/teaching/class_report.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "calibration/teaching/merge_colors.hpp"
-#include "calibration/base/fault.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
 namespace ballservo {

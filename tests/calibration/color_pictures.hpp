@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/teaching/circle_test.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/circles/circle_test.hpp"
 
 namespace ballservo::test {
 

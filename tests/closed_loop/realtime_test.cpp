@@ -152,7 +152,8 @@ TEST(Realtime, AThreadThatCannotBeStartedEndsTheOthersAndIsSaidInWords) {
   }
 }
 
-// Rendering and tracker run on the camera's thread; on that alone, for the sanitizer cannot see how TBB joins.
+// Rendering and tracker run on the camera's thread; on that alone, for the sanitizer cannot see how TBB
+// joins.
 TEST(Realtime, PicturesAreRenderedAndLookedAtBesideControlAndGuard) {
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
   const Scenario scenario = scenario_of(100);

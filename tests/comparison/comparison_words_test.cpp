@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "app/comparison/paper_claims.hpp"
-#include "app/comparison/step_verdict.hpp"
 #include "app/comparison/pictures/sweeps.hpp"
+#include "app/comparison/step_verdict.hpp"
 
 namespace ballservo {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
 namespace {

@@ -11,10 +11,10 @@
 #include "app/comparison/estimators/algebraic_circles.hpp"
 #include "app/comparison/estimators/converged_fits.hpp"
 #include "app/comparison/estimators/methods.hpp"
-#include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/random.hpp"
-#include "perception/outline/ball_position.hpp"
+#include "calibration/camera/sphere_outline.hpp"
 #include "calibration/circles/circle_vote.hpp"
+#include "perception/outline/ball_position.hpp"
 #include "perception/segmentation/regions.hpp"
 #include "tests/perception/class_pictures.hpp"
 

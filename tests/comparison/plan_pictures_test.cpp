@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "calibration/base/output.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_file.hpp"
-#include "calibration/base/output.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

@@ -1,6 +1,6 @@
 // Camera files of all formats: an InputError, or a camera that can be written and read back the same.
-#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

@@ -2,9 +2,9 @@
 // are.
 #include <fmt/format.h>
 
-#include "calibration/color/color_file.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/color/color_file.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

@@ -1,6 +1,6 @@
 // The covariance beside a camera file.
-#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

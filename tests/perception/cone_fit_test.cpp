@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "calibration/camera/sphere_outline.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/camera/sphere_outline.hpp"
 #include "perception/outline/ball_position.hpp"
 
 namespace ballservo {

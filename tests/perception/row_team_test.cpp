@@ -6,8 +6,8 @@
 #include <array>
 #include <opencv2/imgproc.hpp>
 
-#include "perception/segmentation/classification.hpp"
 #include "perception/detector.hpp"
+#include "perception/segmentation/classification.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "calibration/base/random.hpp"
+#include "servo/control/target_filter.hpp"
 #include "servo/motion/motion_predictor.hpp"
 #include "servo/motion/pose_history.hpp"
 #include "servo/motion/speed_envelope.hpp"
-#include "servo/control/target_filter.hpp"
 
 namespace ballservo {
 namespace {

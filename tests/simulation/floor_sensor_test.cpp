@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "servo/simulation/rendering/scene.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -5,8 +5,8 @@
 #include <cstring>
 
 #include "servo/motion/mount.hpp"
-#include "servo/simulation/rendering/camera_renderer.hpp"
 #include "servo/motion/unicycle.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 #include "tests/simulation/dark_room.hpp"
 
 namespace ballservo {

@@ -5,10 +5,10 @@
 
 #include "calibration/base/random.hpp"
 #include "servo/avoidance/avoidance.hpp"
-#include "servo/simulation/world/collision.hpp"
 #include "servo/simulation/robot/odometry.hpp"
 #include "servo/simulation/robot/sonar_ring.hpp"
 #include "servo/simulation/robot/unicycle_robot.hpp"
+#include "servo/simulation/world/collision.hpp"
 
 namespace ballservo::test {
 

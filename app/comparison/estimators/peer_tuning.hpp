@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "app/comparison/frame_record.hpp"
 #include "app/comparison/estimators/method_scene.hpp"
+#include "app/comparison/frame_record.hpp"
 
 namespace ballservo {
 

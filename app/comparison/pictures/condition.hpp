@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "calibration/base/strict_yaml.hpp"
 #include "calibration/camera/camera.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/base/strict_yaml.hpp"
 #include "servo/simulation/rendering/sensor.hpp"
 #include "servo/simulation/world/texture.hpp"
 

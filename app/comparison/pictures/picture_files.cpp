@@ -10,14 +10,15 @@
 #include <set>
 #include <tuple>
 
-#include "calibration/camera/files/camera_file.hpp"
-#include "calibration/color/color_file.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/csv_table.hpp"
-#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/base/strict_yaml.hpp"
+#include "calibration/base/system_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
+#include "calibration/color/color_file.hpp"
+#include "calibration/pictures/image_file.hpp"
 
 namespace fs = std::filesystem;
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "app/comparison/frame_record.hpp"
 #include "app/comparison/estimators/method_scene.hpp"
+#include "app/comparison/frame_record.hpp"
 #include "calibration/camera/ray_table.hpp"
 #include "perception/detector_options.hpp"
 

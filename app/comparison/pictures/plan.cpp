@@ -7,9 +7,9 @@
 
 #include "app/comparison/pictures/plan_design.hpp"
 #include "app/comparison/pictures/rendered_frame.hpp"
+#include "calibration/base/system_file.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 #include "calibration/color/color_names.hpp"
-#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 namespace {

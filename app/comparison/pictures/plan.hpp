@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "app/comparison/pictures/condition.hpp"
 #include "app/comparison/estimators/converged_fits.hpp"
 #include "app/comparison/estimators/methods.hpp"
+#include "app/comparison/pictures/condition.hpp"
 
 namespace ballservo {
 

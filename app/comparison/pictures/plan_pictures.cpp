@@ -12,9 +12,9 @@
 #include "app/comparison/estimators/peer_tuning.hpp"
 #include "app/comparison/estimators/position_bound.hpp"
 #include "app/comparison/pictures/rendered_frame.hpp"
-#include "calibration/teaching/learn_colors.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/circles/region_circle.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
 namespace {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/pictures/image_file.hpp"
+#include "calibration/base/system_file.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 
 namespace ballservo {
 namespace {

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
+#include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
 #include "calibration/camera/files/kalibr_camera_file.hpp"
 #include "calibration/camera/files/opencv_camera_file.hpp"
 #include "calibration/camera/files/ros_camera_file.hpp"
 #include "calibration/camera/files/visp_camera_file.hpp"
-#include "calibration/base/fault.hpp"
-#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 namespace {

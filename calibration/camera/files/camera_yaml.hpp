@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/camera/camera.hpp"
 #include "calibration/base/strict_yaml.hpp"
+#include "calibration/camera/camera.hpp"
 
 namespace ballservo {
 

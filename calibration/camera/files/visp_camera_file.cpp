@@ -12,10 +12,10 @@
 #include <mutex>
 #include <sstream>
 
-#include "calibration/camera/files/xml_element.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/pictures/image_file.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/system_file.hpp"
+#include "calibration/camera/files/xml_element.hpp"
 
 namespace ballservo {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "servo/avoidance/floor_fan.hpp"
-#include "servo/simulation/world/world.hpp"
 #include "servo/motion/unicycle.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

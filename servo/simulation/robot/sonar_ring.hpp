@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "calibration/base/random.hpp"
-#include "servo/simulation/world/world.hpp"
 #include "servo/avoidance/sonar.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

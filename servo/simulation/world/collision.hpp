@@ -4,8 +4,8 @@
 #include <limits>
 #include <string>
 
-#include "servo/simulation/world/world.hpp"
 #include "servo/motion/unicycle.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "servo/simulation/world/world.hpp"
 #include "servo/motion/unicycle.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

@@ -3,7 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "app/main.hpp"
-#include "calibration/allowed.hpp"
+#include "calibration/base/allowed.hpp"
 #include "relative.hpp"
 #include "servo/control/law.hpp"
 

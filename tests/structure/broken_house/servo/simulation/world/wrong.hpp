@@ -4,4 +4,4 @@
 #include <visp3/core/vpColVector.h>
 
 #include "perception/detector.hpp"
-#include "servo/allowed.hpp"
+#include "servo/motion/allowed.hpp"
