@@ -40,7 +40,7 @@ ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, con
                      const ShieldOptions& options);
 
 /// Whether the robot, from that motion, can be driven by the command for a period and then brake to rest:
-/// within free grid, or by creeping away from what is not seen free.
+/// within free space, or by creeping away from what is not seen free.
 enum class Brake { blocked, creeping, free };
 Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                       const ShieldOptions& options, FloorCell* blocked);
