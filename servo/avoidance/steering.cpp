@@ -163,11 +163,11 @@ Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input,
   const Eigen::Vector2d p_RB = in_robot_frame(pose, input.p_OB);
   const double bearing = std::atan2(p_RB.y(), p_RB.x());
   if (std::abs(bearing) < options_.half_view_rad + 0.2) {
-    // d bearing / dt = -w + v sin(bearing) / range; outwards it may grow as long as it may.
+    // d bearing / dt = -w + v sin(bearing) / range; outwards it may grow until the edge of the view.
     const double side = bearing < 0.0 ? -1.0 : 1.0;
-    const double clearance_m = options_.half_view_rad - std::abs(bearing);
+    const double inside_rad = options_.half_view_rad - std::abs(bearing);
     problem.soft =
-        LinearBound{{side * std::sin(bearing) / std::max(p_RB.norm(), 0.1), -side}, 1.5 * left_rad};
+        LinearBound{{side * std::sin(bearing) / std::max(p_RB.norm(), 0.1), -side}, 1.5 * inside_rad};
     problem.slack_weight = 0.02;
   }
   const auto command = solve(problem);
