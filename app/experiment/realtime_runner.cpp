@@ -29,7 +29,7 @@ ControllerOptions realtime_controller(const Scenario& scenario) {
 }
 
 GuardOptions realtime_guard(const Scenario& scenario) {
-  GuardOptions options = scenario.avoidance.guard;
+  GuardOptions options;
   options.stale_step_s = silence_s(scenario);
   options.sonars = scenario.robot.sonar && scenario.avoidance.type != AvoidanceOptions::Type::none;
   return options;

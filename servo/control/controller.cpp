@@ -5,10 +5,15 @@
 
 #include "servo/control/controller_target.hpp"
 #include "servo/motion/option_check.hpp"
+#include "servo/motion/speed_envelope.hpp"
 
 namespace ballservo {
 
 namespace {
+
+constexpr double extrapolate_s = 1.5;       // a ball out of sight is taken to go on moving for so long
+constexpr double turn_first_rad = 1.05;     // a ball further to the side is turned to before the law drives
+constexpr double search_speed_radps = 0.7;  // of the turn on the spot
 
 constexpr double never = -std::numeric_limits<double>::infinity();
 
@@ -48,40 +53,13 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
   check_not_negative(faults, place + ".command_s", command_s, "s");
   goal.check(faults, place + ".goal");
   law.check(faults, place + ".law");
-  envelope.check(faults, place + ".envelope");
-  filter.check(faults, place + ".filter");
   avoidance.check(faults, place + ".avoidance");
-  if (sightings_to_trust < 1) {
-    faults.add(place + ".sightings_to_trust", std::to_string(sightings_to_trust), "1 or more");
-  }
-  check_positive(faults, place + ".acquire_s", acquire_s, "s");
-  check_not_negative(faults, place + ".coast_s", coast_s, "s");
-  check_positive(faults, place + ".stale_s", stale_s, "s");
-  check_not_negative(faults, place + ".look_s", look_s, "s");
-  check_positive(faults, place + ".search_speed_radps", search_speed_radps, "rad/s");
-  check_not_negative(faults, place + ".search_aside_rad", search_aside_rad, "rad");
-  check_not_negative(faults, place + ".search_turn_rad", search_turn_rad, "rad");
-  if (excursions < 0) faults.add(place + ".excursions", std::to_string(excursions), "0 or more");
-  check_positive(faults, place + ".excursion_m", excursion_m, "m");
-  check_positive(faults, place + ".excursion_s", excursion_s, "s");
-  check_not_negative(faults, place + ".remember_s", remember_s, "s");
-  check_not_negative(faults, place + ".extrapolate_s", extrapolate_s, "s");
-  check_positive(faults, place + ".turn_first_rad", turn_first_rad, "rad");
-  check_positive(faults, place + ".hold_range_m", hold_range_m, "m");
-  check_positive(faults, place + ".hold_bearing_rad", hold_bearing_rad, "rad");
-  if (!(resume_range_m > hold_range_m)) {
-    faults.add(place + ".resume_range_m", shown_number(resume_range_m), "more than hold_range_m (m)");
-  }
-  if (!(resume_bearing_rad > hold_bearing_rad)) {
-    faults.add(place + ".resume_bearing_rad", shown_number(resume_bearing_rad),
-               "more than hold_bearing_rad (rad)");
-  }
 }
 
 Controller::Controller(const ControllerOptions& options)
     : options_(checked(options)),
       law_(make_law(options.law, options.goal)),
-      filter_(options.filter, options.goal.mount),
+      filter_(options.goal.mount),
       poses_(history_length(options.rate_hz)),
       predictor_(options.limits, options.actuation_delay_s, history_length(options.rate_hz)),
       step_time_s_(never),
@@ -192,7 +170,7 @@ void Controller::take_in(double time_s) {
 /// The ball relative to the robot at the moment when a command given now acts; false if it is not known.
 bool Controller::predict_target(double time_s, const RobotMotion& when_it_acts, Target& target) const {
   // What is out of sight is not taken to move on for ever.
-  const double until_s = filter_.last_time_s() + options_.extrapolate_s;
+  const double until_s = filter_.last_time_s() + extrapolate_s;
   const double when_s = time_s + options_.actuation_delay_s;
   auto estimate = filter_.predict(std::min(when_s, until_s));
   if (!estimate) return false;
@@ -219,12 +197,12 @@ Twist2 Controller::by_law(const Target& target, const std::optional<LawOutput>& 
   const double left_m =
       e > 0.0 ? std::max(0.0, e - std::max(0.0, covered_m)) : std::min(0.0, e - std::min(0.0, covered_m));
   Twist2 command;
-  if (law && std::abs(target.bearing_rad) <= options_.turn_first_rad) {
+  if (law && std::abs(target.bearing_rad) <= turn_first_rad) {
     command = law->twist;
   } else {
     command.w_radps = options_.law.gain_per_s * target.bearing_rad;
   }
-  return limit_to_envelope(command, left_m, target.p_RB, target.v_RB, options_.limits, options_.envelope);
+  return limit_to_envelope(command, left_m, target.p_RB, target.v_RB, options_.limits);
 }
 
 /// The way to a place among obstacles; tells the state machine where there is none.
@@ -254,8 +232,8 @@ Twist2 Controller::wanted(const Target* target, const RobotMotion& when_it_acts,
 
   switch (state_) {
     case ControlState::search:
-      if (turned_rad_ == 0.0 && step_time_s_ - state_since_s_ < options_.look_s) return {};
-      return {0.0, search_sign_ * options_.search_speed_radps};
+      if (turned_rad_ == 0.0 && step_time_s_ - state_since_s_ < look_s) return {};
+      return {0.0, search_sign_ * search_speed_radps};
     case ControlState::explore:
       return steered(excursion_to_, 0.0, std::nullopt, when_it_acts);
     case ControlState::blocked:

@@ -15,7 +15,6 @@
 #include "servo/control/target_filter.hpp"
 #include "servo/motion/motion_predictor.hpp"
 #include "servo/motion/pose_history.hpp"
-#include "servo/motion/speed_envelope.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
@@ -28,28 +27,7 @@ struct ControllerOptions {
   UnicycleLimits limits;
   ServoGoal goal;
   LawOptions law;
-  EnvelopeOptions envelope;
-  TargetFilterOptions filter;
   AvoidanceOptions avoidance;
-
-  int sightings_to_trust = 3;       ///< confirmed ones, before the robot drives on them
-  double acquire_s = 0.5;           ///< a sighting that is not confirmed within it is let go
-  double coast_s = 0.6;             ///< the robot drives on the prediction so long without a sighting
-  double stale_s = 0.2;             ///< without a frame (beyond the latency) for so long, the robot stops
-  double look_s = 0.4;              ///< standing still and looking, before a search begins to turn
-  double search_speed_radps = 0.7;  ///< of the turn on the spot
-  double search_aside_rad = 0.6;    ///< the first search turns so far to one side, then the other way round
-  double search_turn_rad = 6.8;     ///< a search that has turned so far on without the ball has ended
-  int excursions = 5;               ///< to other places to look from, with avoidance, before a search ends
-  double excursion_m = 1.8;         ///< at most so far each
-  double excursion_s = 10.0;        ///< and for so long
-  double remember_s = 30.0;         ///< a ball out of sight is driven to for so long, with avoidance
-  double extrapolate_s = 1.5;       ///< it is taken to go on moving for so long
-  double turn_first_rad = 1.05;     ///< a ball further to the side is turned to before the law drives
-  double hold_range_m = 0.0004;     ///< both errors below these: arrived, stand still
-  double hold_bearing_rad = 0.0004;
-  double resume_range_m = 0.0025;  ///< either error above these: correct
-  double resume_bearing_rad = 0.0025;
 
   void check(FaultList& faults, const std::string& place) const;
 };

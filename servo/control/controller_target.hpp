@@ -7,6 +7,8 @@
 
 namespace ballservo {
 
+inline constexpr double look_s = 0.4;  // standing still and looking, before a search begins to turn
+
 struct Controller::Target {
   Eigen::Vector2d p_RB{0, 0}, v_RB{0, 0};        // in the floor plane, in the robot frame then
   Eigen::Vector3d p_CB{0, 0, 0}, v_CB{0, 0, 0};  // in the camera frame then
