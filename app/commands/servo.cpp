@@ -21,6 +21,7 @@
 #include "app/io/video_writer.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
 #include "calibration/color/color_file.hpp"
 
 namespace ballservo {
