@@ -45,8 +45,10 @@ void add_report_command(CLI::App& program, Action& action) {
       "Example:\n"
       "  ballservo report run sweep\n"
       "\n"
-      "Draws report.html of each folder from the other files in it, in place of the one that is there, and prints\n"
-      "where it lies. Needs Debian's python3-matplotlib and python3-jinja2. The page's figures are functions of the\n"
+      "Draws report.html of each folder from the other files in it, in place of the one that is there, and "
+      "prints\n"
+      "where it lies. Needs Debian's python3-matplotlib and python3-jinja2. The page's figures are functions "
+      "of the\n"
       "Python package ballservo.report, a module a page.\n"
       "Exit: 0 drawn, 2 a folder without results of this program, or nothing to draw with.");
   command->add_option("DIR", options->folders, "Folders of results")->required();

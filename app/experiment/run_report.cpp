@@ -29,8 +29,8 @@ ordered_json image_json(const RunRecord& record, const Scenario& scenario) {
   }
   const auto outline = [&](const std::optional<Eigen::Vector3d>& p_CB) {
     constexpr int corners = 72;
-    return p_CB ? points_json(project_outline(scenario.camera.camera, *p_CB, scenario.target_ball().radius_m(),
-                                              corners))
+    return p_CB ? points_json(project_outline(scenario.camera.camera, *p_CB,
+                                              scenario.target_ball().radius_m(), corners))
                 : ordered_json::array();
   };
   ordered_json outlines{{"desired", outline(scenario.goal().desired_p_CB())}};

@@ -10,10 +10,11 @@
 
 namespace ballservo {
 
-/// Writes the key frames' pictures into the folder, and returns the contents of report.json: the floor, the ball's way
-/// over it and through the picture.
-nlohmann::ordered_json run_report(const RunRecord& record, const Scenario& scenario, const std::string& perception,
-                                  const ReachedRule& rule, const OutputFolder& folder);
+/// Writes the key frames' pictures into the folder, and returns the contents of report.json: the floor, the
+/// ball's way over it and through the picture.
+nlohmann::ordered_json run_report(const RunRecord& record, const Scenario& scenario,
+                                  const std::string& perception, const ReachedRule& rule,
+                                  const OutputFolder& folder);
 
 /// Whether a run wrote a file of that name for its page: a later run in the same folder removes it.
 bool is_run_picture(const std::string& name);

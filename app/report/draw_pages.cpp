@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* python = "/usr/bin/python3";  // Debian's, which has Debian's matplotlib
 
-/// The folder that holds the package `ballservo`: in the build tree beside the program's folder, installed below the
-/// prefix. Empty where there is none.
+/// The folder that holds the package `ballservo`: in the build tree beside the program's folder, installed
+/// below the prefix. Empty where there is none.
 fs::path package_folder() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path();
@@ -39,8 +39,8 @@ struct Child {
   int messages = -1;
 };
 
-/// Python runs in the package's folder and in a process group of its own: nothing that lies in the user's folder is
-/// imported, and Ctrl-C reaches this program alone, which then ends the child.
+/// Python runs in the package's folder and in a process group of its own: nothing that lies in the user's
+/// folder is imported, and Ctrl-C reaches this program alone, which then ends the child.
 int spawn(const fs::path& package, const std::vector<fs::path>& folders, Child& child) {
   std::array<int, 2> pipe_ends{};
   if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) return errno;
@@ -119,7 +119,8 @@ std::string draw_pages(const std::vector<fs::path>& folders, bool quiet) {
 
 void draw_page_or_warn(const fs::path& folder, const std::string& name, bool quiet) {
   const std::string why = draw_pages({folder}, quiet);
-  if (!why.empty()) spdlog::warn("report.html not drawn: {}; `ballservo report {}` draws it later", why, name);
+  if (!why.empty())
+    spdlog::warn("report.html not drawn: {}; `ballservo report {}` draws it later", why, name);
 }
 
 void write_report(const OutputFolder& folder, const nlohmann::ordered_json& report, bool quiet) {

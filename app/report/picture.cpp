@@ -108,7 +108,8 @@ std::string picture_bytes(const cv::Mat& picture, PictureFormat format, int jpeg
 
 std::string picture_data_uri(const cv::Mat& picture, PictureFormat format, int jpeg_quality) {
   const char* kind = format == PictureFormat::jpeg ? "jpeg" : "png";
-  return std::string("data:image/") + kind + ";base64," + base64(picture_bytes(picture, format, jpeg_quality));
+  return std::string("data:image/") + kind + ";base64," +
+         base64(picture_bytes(picture, format, jpeg_quality));
 }
 
 cv::Mat labelled_grid(const std::vector<std::pair<std::string, cv::Mat>>& pictures, int columns) {

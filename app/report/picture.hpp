@@ -11,8 +11,8 @@ namespace ballservo {
 
 enum class PictureFormat { png, jpeg };
 
-/// The contents of a picture file, of a picture of 1, 3 (BGR) or 4 channels of any depth (8 bits as they are, others as
-/// `viewable` shows them). Throws std::invalid_argument for an empty picture.
+/// The contents of a picture file, of a picture of 1, 3 (BGR) or 4 channels of any depth (8 bits as they are,
+/// others as `viewable` shows them). Throws std::invalid_argument for an empty picture.
 std::string picture_bytes(const cv::Mat& picture, PictureFormat format, int jpeg_quality = 88);
 
 /// Base 64 (RFC 4648, section 4, with padding).
