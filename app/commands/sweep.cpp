@@ -43,7 +43,7 @@ std::optional<Sweep> read_other(const std::filesystem::path& folder) {
 void say(const Sweep& sweep, const SweepComparison* against, const std::filesystem::path& folder,
          bool quiet) {
   const SweepCounts n = count_trials(sweep.trials);
-  const Interval ci = proportion_ci95(n.reached, n.feasible());
+  const Interval ci = clopper_pearson_ci95(n.reached, n.feasible());
   fmt::print("{} of {} reached, {} collisions\n", n.reached, n.feasible(), n.collisions);
   if (quiet) return;
   fmt::print(stderr, "ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,

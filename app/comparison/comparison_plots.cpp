@@ -277,8 +277,8 @@ Svg cost_plot(const ComparisonResults& results) {
     point.marker_px = headline.dashed ? 3 : 5;
     point.color = PlotColor::series(headline.color);
     point.opacity = headline.dashed ? 0.5 : 1;
-    point.x = {quantile(times_ms, 0.5)};
-    point.y = {quantile(errors_mm, 0.5)};
+    point.x = {median(times_ms)};
+    point.y = {median(errors_mm)};
     all.push_back(std::move(point));
   }
   PlotOptions options = chart("What each costs, and how well it does");

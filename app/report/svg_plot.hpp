@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/report/interval.hpp"
 #include "app/report/svg.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 

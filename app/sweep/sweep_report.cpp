@@ -24,7 +24,7 @@ std::string percent(double share) {
 
 std::string rate_text(long part, long whole) {
   if (whole == 0) return "-";
-  const Interval ci = proportion_ci95(part, whole);
+  const Interval ci = clopper_pearson_ci95(part, whole);
   return fmt::format("{} of {}: {} (95 % interval {} to {})", part, whole,
                      percent(static_cast<double>(part) / static_cast<double>(whole)), percent(ci.low),
                      percent(ci.high));
@@ -168,7 +168,7 @@ PageFigure success_figure(const std::vector<std::pair<double, bool>>& values, co
   for (int k = 0; k < bins; ++k) {
     const auto bin = static_cast<std::size_t>(k);
     if (all[bin] == 0) continue;
-    const Interval ci = proportion_ci95(reached[bin], all[bin]);
+    const Interval ci = clopper_pearson_ci95(reached[bin], all[bin]);
     const double x = from + (k + 0.5) * (to - from) / bins;
     for (PlotSeries* series : {&rate, &bottom, &top}) series->x.push_back(x);
     rate.y.push_back(100.0 * static_cast<double>(reached[bin]) / static_cast<double>(all[bin]));

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/sweep/intervals.hpp"
 #include "app/sweep/sweep.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 
