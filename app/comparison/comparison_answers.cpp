@@ -89,7 +89,7 @@ void add_questions(Page& page) {
            break_px)});
 }
 
-std::string with_interval(double value, const Interval& interval) {
+std::string with_interval(double value, const ConfidenceInterval& interval) {
   if (!std::isfinite(interval.low)) return figure(value) + " mm";
   return fmt::format("{} mm (95 % {} to {})", figure(value), figure(interval.low), figure(interval.high));
 }

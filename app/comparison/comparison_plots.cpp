@@ -63,7 +63,7 @@ PlotSeries interval_series(PlotColor color) {
   series.opacity = 0.6;
   return series;
 }
-void add_interval(PlotSeries& series, double x, const Interval& interval) {
+void add_interval(PlotSeries& series, double x, const ConfidenceInterval& interval) {
   if (!std::isfinite(interval.low) || !std::isfinite(interval.high)) return;
   for (const double y : {interval.low, interval.high, nan}) {
     series.x.push_back(x);

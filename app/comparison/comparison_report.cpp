@@ -18,7 +18,7 @@ constexpr std::size_t most_examples = 16, most_tables = 40;
 
 std::string found_words(const MethodStatistics& s) { return fmt::format("{} of {}", s.found, s.frames); }
 
-std::string with_interval(double value, const Interval& interval) {
+std::string with_interval(double value, const ConfidenceInterval& interval) {
   if (!std::isfinite(interval.low)) return figure(value);
   return fmt::format("{} ({} to {})", figure(value), figure(interval.low), figure(interval.high));
 }

@@ -16,9 +16,9 @@ constexpr std::size_t fewest_values = 5;
 
 }  // namespace
 
-Interval bootstrap(const std::vector<double>& values,
-                   const std::function<double(const std::vector<double>&)>& statistic, std::uint64_t seed,
-                   std::string_view purpose) {
+ConfidenceInterval bootstrap(const std::vector<double>& values,
+                             const std::function<double(const std::vector<double>&)>& statistic,
+                             std::uint64_t seed, std::string_view purpose) {
   if (values.size() < fewest_values) return {nan, nan};
   RandomEngine engine = random_stream(seed, purpose);
   std::vector<double> drawn(values.size()), statistics;

@@ -12,9 +12,9 @@ namespace ballservo {
 
 /// Percentile bootstrap (Efron 1979) of a statistic over values, 400 resamples drawn from (seed, purpose).
 /// Of fewer than 5 values, nothing.
-Interval bootstrap(const std::vector<double>& values,
-                   const std::function<double(const std::vector<double>&)>& statistic, std::uint64_t seed,
-                   std::string_view purpose);
+ConfidenceInterval bootstrap(const std::vector<double>& values,
+                             const std::function<double(const std::vector<double>&)>& statistic,
+                             std::uint64_t seed, std::string_view purpose);
 
 /// Two-sided p of Wilcoxon's signed-rank test (1945) that paired differences are symmetric about 0: normal
 /// approximation with corrections for ties and continuity. 1 where fewer than 6 differ.

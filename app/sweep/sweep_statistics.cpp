@@ -15,7 +15,7 @@ nlohmann::ordered_json known(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
-nlohmann::ordered_json interval_json(const Interval& interval) {
+nlohmann::ordered_json interval_json(const ConfidenceInterval& interval) {
   return nlohmann::ordered_json::array({known(interval.low), known(interval.high)});
 }
 

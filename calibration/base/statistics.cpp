@@ -46,14 +46,14 @@ double quantile(std::vector<double> values, double fraction) {
 
 double median(const std::vector<double>& values) { return quantile(values, 0.5); }
 
-Interval clopper_pearson_ci95(long successes, long trials) {
+ConfidenceInterval clopper_pearson_ci95(long successes, long trials) {
   if (trials <= 0) return {nan, nan};
   const auto k = static_cast<double>(successes), n = static_cast<double>(trials);
   return {successes <= 0 ? 0 : boost::math::ibeta_inv(k, n - k + 1, 0.025),
           successes >= trials ? 1 : boost::math::ibeta_inv(k + 1, n - k, 0.975)};
 }
 
-Interval wilson_ci95(long successes, long trials) {
+ConfidenceInterval wilson_ci95(long successes, long trials) {
   if (trials <= 0) return {nan, nan};
   const auto n = static_cast<double>(trials);
   const double p = static_cast<double>(successes) / n, z2 = z_95 * z_95;
@@ -68,7 +68,7 @@ double binomial_cdf(long k, long n, double p) {
   return boost::math::ibetac(static_cast<double>(k + 1), static_cast<double>(n - k), p);
 }
 
-Interval median_ci95(std::vector<double> values) {
+ConfidenceInterval median_ci95(std::vector<double> values) {
   if (values.empty()) return {nan, nan};
   std::sort(values.begin(), values.end());
   const long n = static_cast<long>(values.size());
@@ -87,7 +87,7 @@ double MatchedCounts::difference() const {
   return pairs() == 0 ? nan : static_cast<double>(only_first - only_second) / static_cast<double>(pairs());
 }
 
-Interval matched_difference_ci95(const MatchedCounts& counts) {
+ConfidenceInterval matched_difference_ci95(const MatchedCounts& counts) {
   if (counts.pairs() == 0) return {nan, nan};
   const double n = static_cast<double>(counts.pairs()) + 2;
   const double b = static_cast<double>(counts.only_first) + 0.5;

@@ -29,24 +29,24 @@ auto upper_median(Values&& values) {
 /// The standard deviation of normal errors is this many times the median of their absolute values.
 constexpr double sigma_of_median = 1.4826;
 
-/// A 95 % confidence interval: it holds the true value in 95 of 100 such experiments.
-struct Interval {
+/// Of 95 %: it holds the true value in 95 of 100 such experiments.
+struct ConfidenceInterval {
   double low, high;
 };
 
 /// Of a probability of which `successes` in `trials` were seen: Clopper and Pearson's exact interval
 /// (Biometrika 26, 1934), so 0 in 3000 bounds it at 0.12 % (two-sided).
-Interval clopper_pearson_ci95(long successes, long trials);
+ConfidenceInterval clopper_pearson_ci95(long successes, long trials);
 
 /// The same by Wilson's score (JASA 22, 1927): narrower, and right on average instead of always.
-Interval wilson_ci95(long successes, long trials);
+ConfidenceInterval wilson_ci95(long successes, long trials);
 
 /// The probability (0 to 1) of at most `k` successes in `n` trials of probability `p`.
 double binomial_cdf(long k, long n, double p);
 
 /// Of the median of what `values` are drawn from: between order statistics (the sign test's interval); at
 /// least 95 %. Infinite ends where there are fewer than 6 values.
-Interval median_ci95(std::vector<double> values);
+ConfidenceInterval median_ci95(std::vector<double> values);
 
 /// Two treatments of the same cases: how often only one of them succeeded.
 struct MatchedCounts {
@@ -59,6 +59,6 @@ struct MatchedCounts {
 
 /// Of that difference: Wald's interval after half a case is added to each of the four counts (Agresti and
 /// Min, Statistics in Medicine 24, 2005), which also is honest where the two never differ.
-Interval matched_difference_ci95(const MatchedCounts& counts);
+ConfidenceInterval matched_difference_ci95(const MatchedCounts& counts);
 
 }  // namespace ballservo

@@ -43,7 +43,7 @@ TEST(Moments, AreThoseOfTheTextbook) {
 }
 
 TEST(Wilson, IsThatOfTheTextbook) {
-  const Interval half = wilson_ci95(5, 10);  // 0.2366 to 0.7634
+  const ConfidenceInterval half = wilson_ci95(5, 10);  // 0.2366 to 0.7634
   EXPECT_NEAR(half.low, 0.2366, 1e-4);
   EXPECT_NEAR(half.high, 0.7634, 1e-4);
   EXPECT_NEAR(wilson_ci95(20, 20).low, 0.8389, 1e-4);
@@ -95,7 +95,7 @@ TEST(Intervals, HoldTheTruthAsOftenAsTheySay) {
       counts.add(a, b);
       values.push_back(std::exp(standard_normal(engine)));
     }
-    const auto holds = [](const Interval& interval, double truth) {
+    const auto holds = [](const ConfidenceInterval& interval, double truth) {
       return interval.low <= truth && truth <= interval.high ? 1 : 0;
     };
     proportion += holds(clopper_pearson_ci95(successes, n), 0.9);

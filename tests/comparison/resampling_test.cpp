@@ -18,7 +18,7 @@ TEST(Bootstrap, HoldsTheTruthAsOftenAsItSays) {
     RandomEngine engine = random_stream(1, "bootstrap", static_cast<std::uint64_t>(round));
     std::vector<double> values;
     for (int k = 0; k < 40; ++k) values.push_back(-std::log(1 - uniform01(engine)));
-    const Interval interval = bootstrap(values, median, static_cast<std::uint64_t>(round), "test");
+    const ConfidenceInterval interval = bootstrap(values, median, static_cast<std::uint64_t>(round), "test");
     held += interval.low <= std::log(2) && std::log(2) <= interval.high ? 1 : 0;
   }
   EXPECT_GT(held, 0.90 * rounds);
