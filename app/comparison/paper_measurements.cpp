@@ -11,7 +11,6 @@
 #include "app/comparison/resampling.hpp"
 #include "app/comparison/stopwatch.hpp"
 #include "calibration/camera/ray_table.hpp"
-#include "calibration/circles/region_circle.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "perception/detector.hpp"
 #include "perception/segmentation/classification.hpp"
@@ -132,8 +131,9 @@ std::shared_ptr<const ColorTable> learn(const std::vector<std::string>& words, s
     }
     requests.push_back(request);
   }
-  return std::make_shared<const ColorTable>(
-      learn_classes(pictures, requests, region_circle_estimator(seed)).table);
+  LearnOptions options;
+  options.regions.seed = seed;
+  return std::make_shared<const ColorTable>(learn_classes(pictures, requests, options).table);
 }
 
 // How the pixels well inside balls of each colour are told, on pictures that were not learnt from.
