@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
 #include "servo/motion/option_check.hpp"
 #include "servo/motion/speed_envelope.hpp"
@@ -63,17 +65,18 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
   }
   check_not_negative(faults, place + ".command_s", command_s, "s");
   goal.check(faults, place + ".goal");
-  law.check(faults, place + ".law");
+  check_positive(faults, place + ".turn_gain_per_s", turn_gain_per_s, "1/s");
   avoidance.check(faults, place + ".avoidance");
 }
 
-Controller::Controller(const ControllerOptions& options)
+Controller::Controller(const ControllerOptions& options, std::unique_ptr<Law> law)
     : options_(checked(options)),
-      law_(make_law(options.law, options.goal)),
+      law_(std::move(law)),
       poses_(history_length(options.rate_hz)),
       predictor_(options.limits, options.actuation_delay_s, history_length(options.rate_hz)),
       ball_(options.goal.mount),
       states_(options.avoidance.type == AvoidanceOptions::Type::full) {
+  if (!law_) throw std::invalid_argument("a Controller needs a law");
   const Eigen::Vector3d p_RB = options.goal.desired_p_RB();
   goal_polar_ = {std::hypot(p_RB.x(), p_RB.y()), std::atan2(p_RB.y(), p_RB.x())};
   if (options.avoidance.type != AvoidanceOptions::Type::none) {
@@ -288,7 +291,7 @@ Twist2 Controller::by_law(const Target& target, const Twist2& twist,
   if (law && std::abs(target.bearing_rad) <= turn_first_rad) {
     command = law->twist;
   } else {
-    command.w_radps = options_.law.gain_per_s * target.bearing_rad;
+    command.w_radps = options_.turn_gain_per_s * target.bearing_rad;
   }
   return limit_to_envelope(command, left_m, target.p_RB, target.v_RB, options_.limits);
 }
