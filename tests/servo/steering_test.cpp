@@ -68,8 +68,8 @@ TEST(BarrierQp, RefusesWhatIsNotFinite) {
   EXPECT_FALSE(solve(problem));
 }
 
-/// Space with a wall of echoes across the way at x = 1.2, from y = -0.6 to 0.6.
-OccupancyGrid space_with_wall() {
+/// A grid with a wall of echoes across the way at x = 1.2, from y = -0.6 to 0.6.
+OccupancyGrid grid_with_wall() {
   OccupancyGridOptions options;
   options.start_clear_m = 0.7;
   OccupancyGrid grid(options);
@@ -83,7 +83,7 @@ OccupancyGrid space_with_wall() {
 }
 
 TEST(NavigationFunction, GoesAroundWhatWasHeardAndStraightWhereNothingWas) {
-  const OccupancyGrid wall = space_with_wall();
+  const OccupancyGrid wall = grid_with_wall();
   OccupancyGrid open(OccupancyGridOptions{});
   open.move(0, {});
   const Eigen::Vector2d ball(2.6, 0.0);
@@ -111,7 +111,7 @@ TEST(NavigationFunction, WhatBlockedTheWayOnceIsAvoidedForAWhile) {
 }
 
 TEST(Steering, NeverRunsTowardsWhatIsSuspectedFasterThanItCanBrake) {
-  const OccupancyGrid wall = space_with_wall();
+  const OccupancyGrid wall = grid_with_wall();
   Steering steering(0.5, {}, pioneer_3dx_footprint);
   SteeringInput input;
   input.p_OB = {2.6, 0.0};
