@@ -94,6 +94,8 @@ class Controller {
   /// Throws InputError with every fault of the options.
   explicit Controller(const ControllerOptions& options);
 
+  const ControllerOptions& options() const { return options_; }
+
   /// A frame's word on the ball, which arrived at that time (else: in time for the next step, which looks at
   /// it).
   void see(const BallMeasurement& measurement, double arrived_s = std::numeric_limits<double>::infinity());
