@@ -59,7 +59,7 @@ class RenderedPerception final : public SimulatedPerception {
     Percept percept = perception_.look(frame);
     for (const Track& track : perception_.tracks()) {
       tracks_csv_ += ball_row({source_name, static_cast<int>(frame.number), frame.time_s, track.id,
-                               class_name(track.color_class), state_name(track.state)},
+                               class_name(track.color_class), track_state_name(track.state)},
                               track.ball);
     }
     stamp_as_believed(scenario_, percept);
@@ -70,7 +70,7 @@ class RenderedPerception final : public SimulatedPerception {
   static std::optional<FloorDetection> floor_detection(const Scenario& scenario) {
     if (!looks_at_floor(scenario)) return std::nullopt;
     return FloorDetection(scenario.believed.camera(scenario.camera.camera), scenario.goal().mount,
-                          scenario.avoidance.space.start_clear_m);
+                          scenario.avoidance.grid.start_clear_m);
   }
   const std::string& class_name(ClassIndex color_class) const {
     const ColorTable& colors = perception_.tracker().detector().colors();

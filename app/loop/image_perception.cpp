@@ -2,28 +2,12 @@
 
 namespace ballservo {
 
-namespace {
-
-TrackState to_servo(Track::State state) {
-  switch (state) {
-    case Track::State::tentative:
-      return TrackState::tentative;
-    case Track::State::confirmed:
-      return TrackState::confirmed;
-    case Track::State::coasting:
-      break;
-  }
-  return TrackState::coasting;
-}
-
-}  // namespace
-
 Percept ImagePerception::look(const CameraFrame& frame) {
   Percept percept;
   percept.ball.time_s = frame.time_s;
   tracks_ = &tracker_.update(frame.bgr, frame.time_s);
   if (const Track* target = selection_.choose(*tracks_)) {
-    percept.ball.state = to_servo(target->state);
+    percept.ball.state = target->state;
     percept.ball.p_CB = target->ball.position->p_C;
     percept.ball.covariance_m2 = target->ball.position->covariance_m2;
     percept.outline = target->ball.outline;

@@ -11,8 +11,7 @@ constexpr double height_slack_m = 0.20, height_slack_per_m = 0.03;
 
 /// Confirmed before tentative, then the better outline.
 bool better(const Track& a, const Track& b) {
-  const bool a_confirmed = a.state == Track::State::confirmed,
-             b_confirmed = b.state == Track::State::confirmed;
+  const bool a_confirmed = a.state == TrackState::confirmed, b_confirmed = b.state == TrackState::confirmed;
   return a_confirmed != b_confirmed ? a_confirmed : a.ball.quality > b.ball.quality;
 }
 
@@ -28,7 +27,7 @@ const Track* TargetSelection::choose(const std::vector<Track>& tracks) {
     if (track.id == followed_) return &track;
     if (best == nullptr || better(track, *best)) best = &track;
   }
-  followed_ = best != nullptr && best->state == Track::State::confirmed ? best->id : 0;
+  followed_ = best != nullptr && best->state == TrackState::confirmed ? best->id : 0;
   return best;
 }
 

@@ -24,7 +24,7 @@ void compare(std::uint64_t seed, Agreement& agreement) {
   const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / "clutter.yaml", {}, seed);
   const CameraSettings& camera = scenario.camera;
   CameraRenderer renderer(camera.camera, scenario.world, camera.sensor);
-  FloorDetection detection(camera.camera, camera.mount, scenario.avoidance.space.start_clear_m);
+  FloorDetection detection(camera.camera, camera.mount, scenario.avoidance.grid.start_clear_m);
   const FloorSensor exact(scenario.world, camera.camera, camera.mount, floor_reach_m, 0.0,
                           scenario.target_ball().name);
   const FloorFan fan(camera.camera, camera.mount, floor_reach_m);
