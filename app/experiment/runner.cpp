@@ -19,7 +19,7 @@ ControllerOptions controller_options(const Scenario& scenario) {
   options.actuation_delay_s = scenario.robot.actuation_delay_s;
   options.limits = scenario.robot.limits;
   options.goal = scenario.goal();
-  options.law = scenario.law;
+  options.turn_gain_per_s = scenario.law.gain_per_s;
   options.avoidance = scenario.avoidance;
   // A little less than half the picture, so that the ball stays whole in it.
   const double half_width_px = 0.5 * scenario.camera.camera.size().width_px;
@@ -52,7 +52,7 @@ class SimulatedRun {
         camera_(scenario, options.seed, options.perception == PerceptionLevel::image || options.on_picture,
                 [this](double time_s) { return robot_.at(time_s); }),
         perception_(make_perception(scenario, options.perception, options.seed, options.colors, camera_)),
-        controller_(controller),
+        controller_(controller, options.laws.make(scenario.law, controller.goal)),
         recorder_(scenario, robot_, camera_, options.rule),
         pictures_(scenario, [this](const cv::Mat& picture) {
           if (options_.on_picture) options_.on_picture(picture, recorder_.record(), robot_.firings());

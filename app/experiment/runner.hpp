@@ -14,6 +14,7 @@
 #include "app/scenario/scenario.hpp"
 #include "calibration/color/color_table.hpp"
 #include "servo/control/controller.hpp"
+#include "servo/features/builtin_laws.hpp"
 #include "servo/simulation/robot/sonar_ring.hpp"
 
 namespace ballservo {
@@ -29,6 +30,7 @@ struct RunOptions {
   PerceptionLevel perception = PerceptionLevel::image;
   std::uint64_t seed = 0;
   std::shared_ptr<const ColorTable> colors;  ///< the scenario's, for level image; may be empty at the others
+  LawCatalog laws = builtin_laws();  ///< among which the scenario's law is
   ReachedRule rule;
   /// Receives each camera frame's picture (with what was measured drawn in), the record and the sonars'
   /// firings so far, for videos; frames are rendered for it at any level of perception. May be empty.

@@ -10,6 +10,7 @@
 
 #include "app/loop/guarded_robot.hpp"
 #include "calibration/base/fault.hpp"
+#include "servo/features/builtin_laws.hpp"
 
 namespace ballservo {
 namespace {
@@ -74,7 +75,7 @@ struct ThreadedLoop : testing::Test {
   TestCamera camera;
   TestPerception perception{ServoGoal{}};
   TestRobot robot;
-  Controller controller{for_threads({})};
+  Controller controller{for_threads({}), builtin_laws().make({}, {})};
   WallClock clock;
 };
 
@@ -159,10 +160,10 @@ TEST_F(ThreadedLoop, AShieldThatDoesNotKnowOfThreadsIsRefused) {
   } with_sonars;
   ControllerOptions options;
   options.avoidance.type = AvoidanceOptions::Type::shield;
-  Controller shielded(options);
+  Controller shielded(options, builtin_laws().make({}, {}));
   const GoOn once = [](double) { return false; };
   EXPECT_THROW(run_threaded_loop({camera, perception, with_sonars, shielded}, clock, once), InputError);
-  Controller counts_on_threads(for_threads(options));
+  Controller counts_on_threads(for_threads(options), builtin_laws().make({}, {}));
   EXPECT_NO_THROW(run_threaded_loop({camera, perception, with_sonars, counts_on_threads}, clock, once));
 }
 
