@@ -153,7 +153,7 @@ TEST(ComparisonTables, LeaveUnknownCellsEmpty) {
   EXPECT_NE(compare_csv_rows(info, summary, two_methods).find("known,paper_one_step,2,0,2,,,,,,,,,"),
             std::string::npos);
   EXPECT_NE(
-      fits_csv_rows(info, frames[0], two_methods).find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,,\n"),
+      fits_csv_rows(info, frames[0], two_methods).find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,,,,,,,,,\n"),
       std::string::npos);
   EXPECT_NE(fits_csv_rows(info, frames[1], two_methods).find("known,rendered,1,vote,0,200,104,31"),
             std::string::npos);
