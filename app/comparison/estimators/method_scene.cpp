@@ -66,14 +66,14 @@ MethodScene::MethodScene(const cv::Mat& bgr, const DetectorSetup& setup, const M
       start_(task.start) {
   DetectionStages stages;
   const Stopwatch detection;
-  balls_ = detector_.detect(bgr, {}, &stages);
+  const std::vector<BallObservation>& balls = detector_.detect(bgr, {}, &stages);
   detection_us_ = detection.us();
   // The best of the class, or the one that is meant.
   const auto distance = [&](const BallObservation& b) {
     return task.near_px ? (b.outline.center_px - *task.near_px).norm() : 0;
   };
   const BallObservation* ball = nullptr;
-  for (const BallObservation& seen : balls_) {
+  for (const BallObservation& seen : balls) {
     if (seen.color_class == task.color_class && (!ball || distance(seen) < distance(*ball))) ball = &seen;
   }
   if (!ball) return;
@@ -122,21 +122,31 @@ double MethodScene::shared_us(MethodPoints points) const {
       return ring_us_;
     case MethodPoints::edges:
       return edges_us_;
-    case MethodPoints::none:
-      break;
+    default:
+      return 0;
   }
-  return 0;
 }
 
-std::vector<MethodFit> MethodScene::detections(BallFit fit) const {
-  std::vector<BallObservation> balls = balls_;
-  if (fit != setup_.options.fit) {
-    DetectorOptions options = setup_.options;
-    options.fit = fit;
-    balls = Detector(setup_.rays, setup_.colors, options).detect(bgr_);
-  }
+void MethodScene::prepare(MethodPoints points) {
+  if (points == MethodPoints::ring) ring();
+  if (points == MethodPoints::edges) edges();
+  if (points == MethodPoints::sphere_detector) whole_detector(BallFit::sphere);
+  if (points == MethodPoints::paper_detector) whole_detector(BallFit::paper);
+}
+
+Detector& MethodScene::whole_detector(BallFit fit) {
+  const auto known = whole_.find(fit);
+  if (known != whole_.end()) return known->second;
+  DetectorOptions options = setup_.options;
+  options.fit = fit;
+  Detector& made = whole_.try_emplace(fit, setup_.rays, setup_.colors, options).first->second;
+  for (const cv::Mat& bgr : setup_.seen_before) made.detect(bgr);
+  return made;
+}
+
+std::vector<MethodFit> MethodScene::detections(BallFit fit) {
   std::vector<MethodFit> fits;
-  for (const BallObservation& ball : balls) {
+  for (const BallObservation& ball : whole_detector(fit).detect(bgr_)) {
     if (ball.color_class != task_.color_class) continue;
     MethodFit found;
     found.outline = ball.outline;

@@ -1,6 +1,7 @@
 // What every method of a comparison is handed: a picture, a starting circle, and the points around it.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -35,6 +36,8 @@ struct DetectorSetup {
   std::shared_ptr<const RayTable> rays;
   std::shared_ptr<const ColorTable> colors;
   DetectorOptions options;
+  /// What a whole detector is shown first: it learns the camera's response from the balls that it sees.
+  std::vector<cv::Mat> seen_before{};
 };
 
 /// One picture for all methods. The ball is the detector's best of the task's class.
@@ -52,7 +55,9 @@ class MethodScene {
   /// What the votes said of the detector's own ball, whatever the methods start from.
   const std::optional<CircleEstimate>& vote() const { return vote_; }
   /// Every ball of the task's class that a detector with the given fit reports, best first.
-  std::vector<MethodFit> detections(BallFit fit) const;
+  std::vector<MethodFit> detections(BallFit fit);
+  /// Makes what methods share, so that their own time is theirs alone.
+  void prepare(MethodPoints points);
   /// Where the fits start: the votes' circle, or the task's. Nothing: no ball was found, and none was told.
   const std::optional<UndistortedCircle>& start() const { return start_; }
 
@@ -75,6 +80,7 @@ class MethodScene {
 
  private:
   Eigen::Vector3d position(const Eigen::Vector3d& p_C) const;
+  Detector& whole_detector(BallFit fit);
   std::optional<BallObservation> refine(BallFit fit, RefinementInput& input);
 
   const cv::Mat& bgr_;
@@ -82,7 +88,7 @@ class MethodScene {
   Detector detector_;
   MethodTask task_;
   double radius_m_ = 0;
-  std::vector<BallObservation> balls_;  // of every class
+  std::map<BallFit, Detector> whole_;
   std::optional<CircleEstimate> vote_;
   double detection_us_ = 0, ring_us_ = 0, edges_us_ = 0;
   std::optional<UndistortedCircle> start_;

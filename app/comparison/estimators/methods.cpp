@@ -23,13 +23,6 @@ FitMethod paper_steps(int steps, bool reselect) {
           [=](MethodScene& scene) { return fit_paper_steps(scene, steps, reselect); }};
 }
 
-FitMethod whole(const char* name, const char* what, bool is_peer,
-                std::vector<MethodFit> (*detect)(MethodScene&)) {
-  const MethodPoints shared =
-      std::string_view(name) == "detect_sphere" ? MethodPoints::detection : MethodPoints::none;
-  return {name, what, shared, is_peer, {}, detect};
-}
-
 FitMethod peer(const char* name, const char* what, std::optional<MethodFit> (*fit)(MethodScene&)) {
   return {name, what, MethodPoints::none, true, fit};
 }
@@ -71,14 +64,14 @@ std::vector<FitMethod> make_methods() {
       peer("hsv_contour", "OpenCV: range in HSV, contours, smallest enclosing circle of the largest",
            fit_hsv_contour),
       peer("vpdot2", "ViSP vpDot2, started by a click on the ball: moments of the blob", fit_vpdot2),
-      whole("detect_sphere", "every ball that `detect` reports", false,
-            [](MethodScene& scene) { return scene.detections(BallFit::sphere); }),
-      whole("detect_paper", "every ball that `detect --fit paper` reports", false,
-            [](MethodScene& scene) { return scene.detections(BallFit::paper); }),
-      whole("detect_hough_gradient", "every circle of hough_gradient, as tutorials set it up", true,
-            detect_hough_gradient),
-      whole("detect_hsv_contour", "every contour of hsv_contour, as tutorials set it up", true,
-            detect_hsv_contour),
+      {"detect_sphere", "every ball that `detect` reports", MethodPoints::sphere_detector, false, {},
+       [](MethodScene& scene) { return scene.detections(BallFit::sphere); }},
+      {"detect_paper", "every ball that `detect --fit paper` reports", MethodPoints::paper_detector, false, {},
+       [](MethodScene& scene) { return scene.detections(BallFit::paper); }},
+      {"detect_hough_gradient", "every circle of hough_gradient, as tutorials set it up", MethodPoints::none,
+       true, {}, detect_hough_gradient},
+      {"detect_hsv_contour", "every contour of hsv_contour, as tutorials set it up", MethodPoints::none, true,
+       {}, detect_hsv_contour},
   };
 }
 
@@ -119,11 +112,7 @@ std::optional<std::size_t> place_of(const MethodList& methods, std::string_view 
 
 std::vector<std::optional<MethodFit>> run_methods(MethodScene& scene, const MethodList& methods,
                                                   const FrameTruth& truth) {
-  // The points that methods share are chosen before any is timed.
-  for (const FitMethod* method : methods) {
-    if (method->points == MethodPoints::ring) scene.ring();
-    if (method->points == MethodPoints::edges) scene.edges();
-  }
+  for (const FitMethod* method : methods) scene.prepare(method->points);
   std::vector<std::optional<MethodFit>> fits;
   for (const FitMethod* method : methods) {
     const Stopwatch own;

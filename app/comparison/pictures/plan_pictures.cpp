@@ -118,6 +118,8 @@ FrameTruth truth_of(const ComparisonCondition& condition, const RenderedFrame& r
 
 PlanPictures::PlanPictures(const ComparisonPlan& plan) : plan_(plan), setups_(plan.conditions.size()) {
   peers_asked_ = has_tuned_peers(plan.methods);
+  detectors_asked_ = std::any_of(plan.methods.begin(), plan.methods.end(),
+                                 [](const FitMethod* method) { return method->detect && !method->is_peer; });
   for (const ComparisonCondition& condition : plan.conditions) {
     ConditionInfo info;
     info.name = condition.name;
@@ -145,12 +147,12 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
                           condition.sensor.gamma}];
     if (!table) table = lab ? learn_color(condition, plan_.seed) : dominant_color(condition);
     setups_[c].colors = table;
-    setups_[c].hue = hue_of(condition.ball_color);
+    setups_[c].hue = lab ? hue_of(condition.ball_color) : 60 * own_channel(condition.ball_color);
     auto& rays = cameras[camera_numbers(condition.camera)];
     if (!rays) rays = std::make_shared<const RayTable>(condition.camera);
     setups_[c].rays = rays;
   }
-  if (!peers_asked_) return;
+  if (!peers_asked_ && !detectors_asked_) return;
   tbb::parallel_for(std::size_t{0}, setups_.size(), [&](std::size_t c) {
     if (!needed[c]) return;
     const ComparisonCondition& condition = plan_.conditions[c];
@@ -163,7 +165,10 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
       truth.outline = rendered.truth.outline;
       pictures.push_back({rendered.bgr, truth, task(c, truth), condition.camera});
     }
-    setups_[c].peers = tuned_peers(pictures, plan_.methods);
+    if (peers_asked_) setups_[c].peers = tuned_peers(pictures, plan_.methods);
+    if (detectors_asked_) {
+      for (const TuningPicture& shown : pictures) setups_[c].seen_before.push_back(shown.bgr);
+    }
   });
 }
 
@@ -204,6 +209,7 @@ ComparisonPicture PlanPictures::picture(std::size_t index, int frame) const {
   picture.bgr = rendered.bgr;
   picture.detector.colors = setup.colors;
   picture.detector.rays = setup.rays;
+  picture.detector.seen_before = setup.seen_before;
   if (condition.calibration_sigmas > 0) {
     RandomEngine engine =
         random_stream(plan_.seed, "calibration/" + condition.name, static_cast<std::uint64_t>(frame));
