@@ -15,28 +15,6 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kept_differences = 400;
 constexpr double chi2_95_of_3 = 7.815;  // of 3 degrees of freedom
 
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return values.empty() ? nan : sum / static_cast<double>(values.size());
-}
-
-double root_mean_square(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value * value;
-  return values.empty() ? nan : std::sqrt(sum / static_cast<double>(values.size()));
-}
-
-double spread(const std::vector<double>& values) {
-  if (values.size() < 2) return nan;
-  const double middle = mean(values);
-  double sum = 0;
-  for (const double value : values) sum += (value - middle) * (value - middle);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
-}
-
-double median(const std::vector<double>& values) { return quantile(values, 0.5); }
-
 double largest(const std::vector<double>& values) {
   return values.empty() ? nan : *std::max_element(values.begin(), values.end());
 }
@@ -81,7 +59,7 @@ class Errors {
     s.frames = frames_;
     s.found = found_;
     s.failed = balls_ - found_;
-    s.found_ci95 = wilson(found_, balls_);
+    s.found_ci95 = wilson_ci95(found_, balls_);
     s.false_balls = truth_known_ ? false_balls_ : nan;
     s.radius_median_px = median(radius_sizes_);
     s.nees_mean = mean(nees_);
@@ -95,10 +73,10 @@ class Errors {
     s.position_p90_mm = quantile(positions_, 0.9);
     s.position_rms_mm = root_mean_square(positions_);
     s.depth_bias_mm = mean(depths_);
-    s.depth_spread_mm = spread(depths_);
+    s.depth_spread_mm = standard_deviation(depths_);
     s.depth_rms_mm = root_mean_square(depths_);
     s.lateral_bias_mm = mean(outward_);
-    s.lateral_spread_mm = std::hypot(spread(x_), spread(y_));
+    s.lateral_spread_mm = std::hypot(standard_deviation(x_), standard_deviation(y_));
     s.time_us_median = median(times_);
     s.iterations_median = median(iterations_);
     s.unconverged = mean(unconverged_);

@@ -168,8 +168,8 @@ void report_accuracy(benchmark::State& state, const BenchSet& set, const MakeMet
   }
   state.counters["found"] = found;
   state.counters["frames"] = static_cast<double>(set.frames.size());
-  state.counters["center_px"] = quantile(center_px, 0.5);
-  state.counters["radius_px"] = quantile(radius_px, 0.5);
+  state.counters["center_px"] = median(center_px);
+  state.counters["radius_px"] = median(radius_px);
 }
 
 void run(benchmark::State& state, const Frames& frames, bool cold, const MakeMethod& make, bool finds) {
