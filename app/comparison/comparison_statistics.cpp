@@ -111,8 +111,8 @@ class Errors {
 
   int frames_ = 0, balls_ = 0, found_ = 0, false_balls_ = 0;
   bool truth_known_ = true;
-  std::vector<double> centers_, radii_, radius_sizes_, nees_, inside_95_, positions_, depths_, x_, y_, outward_, times_, iterations_,
-      unconverged_, bounds_mm_, bounded_mm_;
+  std::vector<double> centers_, radii_, radius_sizes_, nees_, inside_95_, positions_, depths_, x_, y_,
+      outward_, times_, iterations_, unconverged_, bounds_mm_, bounded_mm_;
 };
 
 // The differences of two fits, frame by frame.

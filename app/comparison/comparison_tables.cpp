@@ -40,11 +40,26 @@ std::string compare_csv_rows(const ConditionInfo& info, const ConditionSummary& 
             std::to_string(s.found) + ',' + std::to_string(s.failed);
     rows += cells({s.center_rms_px, s.radius_bias_px, s.radius_rms_px, s.position_median_mm,
                    s.position_p90_mm, s.position_rms_mm, s.depth_bias_mm, s.lateral_bias_mm});
-    rows += cells({s.found_ci95.low, s.found_ci95.high, s.center_median_px, s.position_median_ci95_mm.low,
-                   s.position_median_ci95_mm.high, s.depth_spread_mm, s.depth_rms_mm, s.lateral_spread_mm,
-                   s.charged_median_mm, s.bound_rms_mm, s.rms_over_bound, s.rms_over_bound_ci95.low,
-                   s.rms_over_bound_ci95.high, s.iterations_median, s.unconverged, s.radius_median_px,
-                   s.false_balls, 1000 * s.false_balls / s.frames, s.nees_mean, s.inside_95});
+    rows += cells({s.found_ci95.low,
+                   s.found_ci95.high,
+                   s.center_median_px,
+                   s.position_median_ci95_mm.low,
+                   s.position_median_ci95_mm.high,
+                   s.depth_spread_mm,
+                   s.depth_rms_mm,
+                   s.lateral_spread_mm,
+                   s.charged_median_mm,
+                   s.bound_rms_mm,
+                   s.rms_over_bound,
+                   s.rms_over_bound_ci95.low,
+                   s.rms_over_bound_ci95.high,
+                   s.iterations_median,
+                   s.unconverged,
+                   s.radius_median_px,
+                   s.false_balls,
+                   1000 * s.false_balls / s.frames,
+                   s.nees_mean,
+                   s.inside_95});
     rows += '\n';
   }
   return rows;
@@ -123,7 +138,8 @@ std::string fits_csv_rows(const ConditionInfo& info, const ComparisonRecord& rec
     rows += cells({fit->outline.center_px.x(), fit->outline.center_px.y(), fit->outline.radius_px,
                    fit->p_C.x(), fit->p_C.y(), fit->p_C.z()});
     rows += cell(fit->iterations) + cell(fit->residual_px) + cell(fit->step_px) + cell(fit->arc) +
-            cell(fit->condition) + cell(fit->converged) + cell(fit->next_step_px) + ',' + std::to_string(fit->others);
+            cell(fit->condition) + cell(fit->converged) + cell(fit->next_step_px) + ',' +
+            std::to_string(fit->others);
     if (const auto& s = fit->covariance_m2) {
       rows += cells({(*s)(0, 0), (*s)(0, 1), (*s)(0, 2), (*s)(1, 1), (*s)(1, 2), (*s)(2, 2)});
     } else {

@@ -53,8 +53,8 @@ json fit_json(const MethodFit& fit) {
   return json::array({outline_json(fit.outline), vector_json(fit.p_C), optional_number(fit.iterations),
                       optional_number(fit.residual_px), optional_number(fit.step_px),
                       optional_number(fit.arc), optional_number(fit.condition),
-                      optional_number(fit.converged), number(fit.time_us),
-                      optional_number(fit.next_step_px), fit.others, covariance_json(fit.covariance_m2)});
+                      optional_number(fit.converged), number(fit.time_us), optional_number(fit.next_step_px),
+                      fit.others, covariance_json(fit.covariance_m2)});
 }
 
 MethodFit fit_from(const json& value) {

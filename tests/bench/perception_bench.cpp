@@ -268,10 +268,10 @@ void register_crowds() {
                                                                 {"hsv_contour", hsv_contour}};
   const auto add = [&](const std::string& words, const BenchCrowd& crowd) {
     for (const auto& [name, make] : methods) {
-      benchmark::RegisterBenchmark(
-          (name + "/640x480/cold/" + words).c_str(), [crowd, make = make](benchmark::State& state) {
-            run(state, frames_of({640, 480}, crowd), true, make, false);
-          })->Unit(benchmark::kMicrosecond);
+      benchmark::RegisterBenchmark((name + "/640x480/cold/" + words).c_str(), [crowd, make = make](
+                                                                                  benchmark::State& state) {
+        run(state, frames_of({640, 480}, crowd), true, make, false);
+      })->Unit(benchmark::kMicrosecond);
     }
   };
   for (const int balls : {0, 2, 4, 8, 12}) add(fmt::format("balls:{}", balls), {balls, 0});

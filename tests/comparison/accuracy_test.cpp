@@ -1,5 +1,5 @@
-// What data/comparisons/accuracy.yaml shows of the whole detectors, as properties, on few frames and a seed of
-// their own.
+// What data/comparisons/accuracy.yaml shows of the whole detectors, as properties, on few frames and a seed
+// of their own.
 #include <gtest/gtest.h>
 
 #include <algorithm>

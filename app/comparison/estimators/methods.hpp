@@ -34,8 +34,8 @@ struct MethodFit {
   double time_us = 0;  ///< from the picture and the starting circle; vote: from the picture
 };
 
-/// What a method shares with others: the detection or the points around the starting circle, which are part of
-/// every one's time; or a detector that has seen pictures before, which is not.
+/// What a method shares with others: the detection or the points around the starting circle, which are part
+/// of every one's time; or a detector that has seen pictures before, which is not.
 enum class MethodPoints { none, detection, ring, edges, sphere_detector, paper_detector };
 
 struct FitMethod {

@@ -15,8 +15,8 @@ namespace ballservo {
 
 /// Who draws the pictures. `lab` renders a ball near the optical axis before textured walls and boxes, where
 /// all else stays as it is while one thing is varied. `room` renders one anywhere near the middle, among 40
-/// things of all colours, lit from any side up to 100 degrees from the camera. `painted` paints it without the
-/// renderer, so that no figure leans on what only the renderer does.
+/// things of all colours, lit from any side up to 100 degrees from the camera. `painted` paints it without
+/// the renderer, so that no figure leans on what only the renderer does.
 enum class Painter { lab, room, painted };
 
 /// How a painted ball looks.

@@ -1,10 +1,9 @@
-#include "app/comparison/pictures/painters.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
 
+#include "app/comparison/pictures/painters.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
 
 namespace ballservo {

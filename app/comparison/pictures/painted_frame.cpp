@@ -234,7 +234,8 @@ void paint_ball(cv::Mat& picture, const ComparisonCondition& condition, const Ba
         const double du = (i + (j + 0.5) / side) / side - 0.5, dv = (j + (i + 0.5) / side) / side - 0.5;
         const auto ray = condition.camera.unproject({u + du, v + dv});
         if (!ray) continue;
-        const double along = ray->dot(p_CB), depth2 = radius_m * radius_m - (p_CB.squaredNorm() - along * along);
+        const double along = ray->dot(p_CB),
+                     depth2 = radius_m * radius_m - (p_CB.squaredNorm() - along * along);
         if (depth2 <= 0 || along <= 0) continue;
         const Eigen::Vector3d normal = (*ray * (along - std::sqrt(depth2)) - p_CB) / radius_m;
         sum += color_at(surface, normal);

@@ -91,7 +91,8 @@ void read_factors(YamlNode& node, ComparisonCondition& condition) {
 void read_pictures(YamlNode map, ComparisonCondition& condition) {
   const std::vector<std::string> painters{"lab", "room", "painted"};
   const std::string type = map.choice("type", painters);
-  condition.painter = static_cast<Painter>(std::find(painters.begin(), painters.end(), type) - painters.begin());
+  condition.painter =
+      static_cast<Painter>(std::find(painters.begin(), painters.end(), type) - painters.begin());
   PaintedLook& look = condition.look;
   look.half_shade = map.boolean("half_shade", look.half_shade);
   look.highlight = map.boolean("highlight", look.highlight);
@@ -182,9 +183,10 @@ void finish_condition(const std::string& place, FaultList& faults, std::set<std:
     }
   }
   if (const std::string reason = why_not_rendered(condition); !reason.empty()) {
-    faults.add(place, reason + " (" + condition.name + ")",
-               "a ball that is wholly in the picture and in front of the camera, and settings that its painter "
-               "knows");
+    faults.add(
+        place, reason + " (" + condition.name + ")",
+        "a ball that is wholly in the picture and in front of the camera, and settings that its painter "
+        "knows");
   }
 }
 

@@ -36,7 +36,8 @@ std::string not_shown(const ComparisonCondition& c) {
       {!painted && (look.half_shade || look.highlight || look.marbled || look.contact_shadow), "a look"},
       {painted && c.touching, "touching"},
       {painted && (c.sensor.shot_noise > 0 || c.sensor.gain != 1), "noise.shot and gain"},
-      {!lab && c.ball_color != "red" && c.ball_color != "green" && c.ball_color != "blue", "the ball's color"},
+      {!lab && c.ball_color != "red" && c.ball_color != "green" && c.ball_color != "blue",
+       "the ball's color"},
       {!lab && c.ball_pattern != Pattern::plain, "the ball's pattern"},
       {!lab && c.background == ComparisonBackground::plain, "background: plain"},
       {!lab && c.occlusion_side != OcclusionSide::any, "occlusion_side"},
@@ -68,7 +69,9 @@ Eigen::Vector3d draw_ball_place(const ComparisonCondition& condition, RandomEngi
   return {0, 0, depth_m};  // a ball so large that it is whole in the middle only
 }
 
-int own_channel(const std::string& ball_color) { return ball_color == "red" ? 0 : ball_color == "green" ? 1 : 2; }
+int own_channel(const std::string& ball_color) {
+  return ball_color == "red" ? 0 : ball_color == "green" ? 1 : 2;
+}
 
 bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d& p_CB, double margin_px) {
   const auto outline = project_outline(condition.camera, p_CB, condition.radius_m(), 64);

@@ -1,8 +1,7 @@
-#include "app/comparison/pictures/painters.hpp"
-
 #include <algorithm>
 #include <cmath>
 
+#include "app/comparison/pictures/painters.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
 
 namespace ballservo {
@@ -94,7 +93,8 @@ void add_clutter(Stage& stage, RandomEngine& engine) {
 // Things of the ball's colour that do not touch the ball in the picture.
 void add_distractors(Stage& stage, RandomEngine& engine) {
   const double z = stage.p_CB.z();
-  for (int k = 0, attempts = 0; k < static_cast<int>(stage.condition.same_color) && attempts < 100; ++attempts) {
+  for (int k = 0, attempts = 0; k < static_cast<int>(stage.condition.same_color) && attempts < 100;
+       ++attempts) {
     const double size_px = uniform(engine, 15, 80), depth_m = z * uniform(engine, 1.15, 1.4);
     const Eigen::Vector2d pixel = random_pixel(stage, engine);
     const double clear_px = stage.ball ? 1.15 * stage.ball->radius_px + 1.3 * size_px : 0;
@@ -153,7 +153,8 @@ Eigen::Vector2d add_occluder(Stage& stage, RandomEngine& engine) {
   const double size_px = 4 * ball.radius_px;
   const double shift_px = hiding_edge_distance(stage.condition.occlusion) * ball.radius_px + 0.5 * size_px;
   stage.put(BoxShape{{0.001, size_px * m_per_px, size_px * m_per_px}},
-            stage.world_point(ball.center_px + shift_px * side, depth_m), 0, muted_texture(stage.channels, engine));
+            stage.world_point(ball.center_px + shift_px * side, depth_m), 0,
+            muted_texture(stage.channels, engine));
   return side;
 }
 
