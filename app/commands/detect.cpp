@@ -56,7 +56,7 @@ int run_detect(const DetectOptions& options) {
   LeftOutWarning left_out;
   bool interrupted = false;
   for (const auto& sequence : sequences) {
-    for (auto& [size, detector] : detectors) detector.fitter().forget_response();
+    for (auto& [size, detector] : detectors) detector.forget_response();
     const long before = pictures;
     while (const auto frame = sequence->next()) {
       interrupted = interrupt_requested();

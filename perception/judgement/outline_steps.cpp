@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "calibration/camera/sphere_outline.hpp"
+
 namespace ballservo {
 namespace {
 

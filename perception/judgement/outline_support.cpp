@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
 namespace {
@@ -72,16 +73,21 @@ double OutlineSectors::fraction_in_arcs() const {
   return static_cast<double>(in_arcs) / count;
 }
 
-EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit) {
-  EdgeOffsets offsets;
-  offsets.count = std::min(edges.stretches, most_outline_sectors);
-  offsets.values.fill(std::numeric_limits<float>::quiet_NaN());
-  for (const EdgePoint& edge : edges.points) {
-    const int sector = static_cast<int>(edge.angle_rad / (2 * M_PI) * offsets.count);
-    offsets[std::clamp(sector, 0, offsets.count - 1)] =
-        static_cast<float>(angle_outside(fit, edge.ray) * edge.px_per_rad);
+OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
+                                double focal_px) {
+  const double radius_px = cone.alpha_rad * focal_px;
+  const double tolerance_rad = (0.5 + outline_tolerance_px(radius_px)) / focal_px;
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
+  OutlineSectors sectors;
+  sectors.count = static_cast<int>(std::clamp(6.28 * radius_px, 8.0, 48.0));
+  for (const BoundaryPoint& p : points) {
+    const Eigen::Vector3d ray = ray_of(p, focal_px);
+    if (std::abs(angle_outside(cone, ray)) > tolerance_rad) continue;
+    const Eigen::Vector2d across = basis.transpose() * ray;
+    const double angle = std::atan2(across.y(), across.x());
+    sectors.see(angle < 0 ? angle + 6.283185307179586 : angle);
   }
-  return offsets;
+  return sectors;
 }
 
 OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px) {

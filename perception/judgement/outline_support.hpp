@@ -2,13 +2,12 @@
 #pragma once
 
 #include <array>
-#include <opencv2/core.hpp>
+#include <vector>
 
-#include "calibration/camera/ray_table.hpp"
-#include "calibration/camera/sphere_outline.hpp"
-#include "calibration/color/color_table.hpp"
-#include "perception/outline/edge_points.hpp"
-#include "perception/outline/outline_shape.hpp"
+#include "calibration/camera/camera.hpp"
+#include "calibration/circles/circle_vote.hpp"
+#include "perception/judgement/outline_shape.hpp"
+#include "perception/outline/boundary_cone.hpp"
 #include "perception/segmentation/bit_picture.hpp"
 
 namespace ballservo {
@@ -39,24 +38,12 @@ struct OutlineSectors {
   double fraction_in_arcs() const;
 };
 
-/// How far outside the fitted outline the edges lie; as many sectors as there are stretches.
-EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit);
+/// The sectors on which a boundary point lies: 48, or as many as the outline has pixels.
+OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
+                                double focal_px);
 
 /// The sectors in which an edge lies within `tolerance_px` of the fitted outline.
 OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px);
-
-/// The pixels that have a ball's colour, in a window of the picture: of its class, or absorbed by a region of
-/// it.
-struct ColoredPixels {
-  ClassIndex color_class;
-  const BitPicture& pixels;
-  cv::Point window;  ///< top-left pixel
-
-  bool knows(int u_px, int v_px) const {
-    return cv::Rect(window, pixels.size()).contains(cv::Point(u_px, v_px));
-  }
-  bool at(int u_px, int v_px) const { return pixels.at(u_px - window.x, v_px - window.y); }
-};
 
 /// How the sectors with an edge and the colour inside and around the cone speak for a ball. The edges'
 /// offsets are of the same sectors, or of none where no edge was measured.

@@ -4,17 +4,25 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
-#include "calibration/base/numbers.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "perception/outline/outline_shape.hpp"
 
 namespace ballservo {
 namespace {
 
 // A stretch's place is never believed better than this: what the profile model leaves out (texture, shadows).
 constexpr double sigma_floor_px = 0.01;
-constexpr double least_half_width_px = 2.5;  // of the ring, around small balls
+// Of the ring, to each side of the assumed outline; the former around small balls.
+constexpr double least_half_width_px = 2.5, most_half_width_px = 5;
+// Of the outline that makes one edge point. A large ball has arc segments of the latter length with gaps
+// between them: more pixels would tell little more.
+constexpr double segment_length_px = 6, max_segment_length_px = 9;
+constexpr int min_segments = 16, max_segments = 48;
+// Grey levels between inside and outside. In the dark less will do: a part of the brighter side's level.
+constexpr double bright_contrast = 10, contrast_share = 0.13;
+// How far from the assumed outline an edge may lie: px, or, of a large ball, a part of its radius.
+constexpr double max_offset_px = 3, max_offset_radii = 0.07;
 // What is surely inside or outside for the colours to be compared: clear of the blur.
 constexpr float clear_px = 1.5f;
 // Between levels that near to each other no edge can be placed, however dark it is.
@@ -93,28 +101,16 @@ class OutlineDistance {
 
 }  // namespace
 
-void EdgeRingOptions::check(FaultList& faults, const std::string& place) const {
-  const auto more_than = [&](const char* name, double value, double least, const char* allowed) {
-    if (!(value > least) || !std::isfinite(value))
-      faults.add(place + '.' + name, number_text(value), allowed);
-  };
-  if (!(half_width_px >= least_half_width_px) || !std::isfinite(half_width_px)) {
-    faults.add(place + ".half_width_px", number_text(half_width_px),
-               "at least " + number_text(least_half_width_px) + " (px)");
+EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit) {
+  EdgeOffsets offsets;
+  offsets.count = std::min(edges.stretches, most_outline_sectors);
+  offsets.values.fill(std::numeric_limits<float>::quiet_NaN());
+  for (const EdgePoint& edge : edges.points) {
+    const int sector = static_cast<int>(edge.angle_rad / (2 * M_PI) * offsets.count);
+    offsets[std::clamp(sector, 0, offsets.count - 1)] =
+        static_cast<float>(angle_outside(fit, edge.ray) * edge.px_per_rad);
   }
-  more_than("stretch_length_px", stretch_length_px, 0, "a length above 0 (px)");
-  more_than("max_stretch_length_px", max_stretch_length_px, 0, "a length above 0 (px)");
-  more_than("max_offset_px", max_offset_px, 0, "a length above 0 (px)");
-  if (!(min_contrast >= 0)) faults.add(place + ".min_contrast", number_text(min_contrast), "0 or more");
-  if (!(min_contrast_share >= 0))
-    faults.add(place + ".min_contrast_share", number_text(min_contrast_share), "0 or more");
-  if (!(max_offset_radii >= 0))
-    faults.add(place + ".max_offset_radii", number_text(max_offset_radii), "0 or more");
-  if (min_stretches < 3) faults.add(place + ".min_stretches", std::to_string(min_stretches), "at least 3");
-  if (max_stretches < min_stretches || max_stretches > most_outline_sectors) {
-    faults.add(place + ".max_stretches", std::to_string(max_stretches),
-               "from min_stretches to " + std::to_string(most_outline_sectors));
-  }
+  return offsets;
 }
 
 EdgeMeter::Station EdgeMeter::station_at(const Camera& camera, const TangentCone& cone,
@@ -251,7 +247,7 @@ bool EdgeMeter::take_samples(const CameraResponse& response) {
   const float contrast = difference.norm();
   const int level = std::max(inside_level / inside_count, outside_level / outside_count);
   min_contrast_ =
-      std::min(options_.min_contrast, std::max(least_contrast, options_.min_contrast_share * level));
+      std::min(bright_contrast, std::max(least_contrast, contrast_share * level));
   if (!(static_cast<double>(contrast) >= min_contrast_)) return false;
   const Eigen::Vector3f direction = (difference / contrast).cwiseProduct(scale);
   samples_.count = 0;
@@ -271,8 +267,8 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_stretch(const CameraResponse& respo
   if (!take_samples(response)) return std::nullopt;
   EdgeProfileOptions profile;
   profile.min_contrast = min_contrast_;
-  profile.max_offset_px = std::max(options_.max_offset_px, options_.max_offset_radii * ring_.radius_px);
-  const double reach_px = std::min(options_.max_offset_px, ring_.half_width_px - 2);
+  profile.max_offset_px = std::max(max_offset_px, max_offset_radii * ring_.radius_px);
+  const double reach_px = std::min(max_offset_px, ring_.half_width_px - 2);
   return fit_edge_profile(samples_, coarse_offset(reach_px), ring_.prior, profile);
 }
 
@@ -284,8 +280,8 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
   const Station first = station_at(camera, outline, basis, 0);
   if (!first.visible) return false;
   ring_.radius_px = std::sin(outline.alpha_rad) * first.px_per_rad;
-  ring_.stretches = std::clamp(static_cast<int>(2 * M_PI * ring_.radius_px / options_.stretch_length_px),
-                               options_.min_stretches, options_.max_stretches);
+  ring_.stretches = std::clamp(static_cast<int>(2 * M_PI * ring_.radius_px / segment_length_px),
+                               min_segments, max_segments);
   stations_.clear();
   for (int i = 0; i < ring_.stretches; ++i) {
     stations_.push_back(station_at(camera, outline, basis, 2 * M_PI * (i + 0.5) / ring_.stretches));
@@ -294,11 +290,11 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
       ++ring_.stretches_in_picture;
   }
   // The ring must leave a core for the level inside, also of a small ball.
-  ring_.half_width_px = std::clamp(0.6 * ring_.radius_px, least_half_width_px, options_.half_width_px);
+  ring_.half_width_px = std::clamp(0.6 * ring_.radius_px, least_half_width_px, most_half_width_px);
   // A small ball's stretches overlap, for each needs pixels enough; what they share counts once.
-  const double least_length_px = options_.stretch_length_px * std::max(1.0, 6 / ring_.radius_px);
+  const double least_length_px = segment_length_px * std::max(1.0, 6 / ring_.radius_px);
   ring_.half_turn_rad = std::min(std::max(M_PI / ring_.stretches, 0.5 * least_length_px / ring_.radius_px),
-                                 0.5 * options_.max_stretch_length_px / ring_.radius_px);
+                                 0.5 * max_segment_length_px / ring_.radius_px);
   ring_.prior.radius_px = ring_.radius_px;
   return ring_.stretches_in_picture > 0;
 }

@@ -37,12 +37,11 @@ unsigned seven_around(const BitPicture& picture, int u, int v) {
 
 // Within a run of the region, the class's pixels are the region's: another region of the class shares no edge
 // with it, and whoever is enclosed by it has been absorbed.
-void RegionMap::boundary(int region, const ClassPictures& classes,
-                         std::vector<BoundaryPixel>& boundary) const {
+void RegionMap::boundary(int region, std::vector<BoundaryPixel>& boundary) const {
   boundary.clear();
   const ClassIndex color_class = regions_[static_cast<std::size_t>(region)].color_class;
   if (color_class == no_class) return;
-  const BitPicture& picture = classes[static_cast<std::size_t>(color_class) - 1];
+  const BitPicture& picture = pixels_of(color_class);
   const int last_u = picture.size().width - 1, last_v = picture.size().height - 1;
   for (int i = first_run_[static_cast<std::size_t>(region)]; i >= 0;
        i = next_run_[static_cast<std::size_t>(i)]) {

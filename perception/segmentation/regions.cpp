@@ -11,8 +11,9 @@ bool share_an_edge(const Run& a, const Run& b) { return a.begin < b.end && b.beg
 
 }  // namespace
 
-void RegionMap::update(ClassPictures& classes, cv::Size size) {
-  runs_.cut(classes, size);
+void RegionMap::update(const ClassPictures& classes, cv::Size size) {
+  classes_ = classes;
+  runs_.cut(classes_, size);
   reserve(runs_.capacity());
   join_runs();
   number_components();
@@ -23,7 +24,7 @@ void RegionMap::update(ClassPictures& classes, cv::Size size) {
   name_touching_regions();
   list_neighbors();
   absorb_enclosed();
-  list_runs(classes);
+  list_runs();
 }
 
 // Of n runs, no more than 2 n pairs share an edge between rows, and n in a row.
@@ -154,7 +155,7 @@ void RegionMap::absorb_enclosed() {
   }
 }
 
-void RegionMap::list_runs(ClassPictures& classes) {
+void RegionMap::list_runs() {
   first_run_.assign(regions_.size(), -1);
   next_run_.resize(place(runs_.size()));
   for (int i = runs_.size() - 1; i >= 0; --i) {
@@ -162,7 +163,7 @@ void RegionMap::list_runs(ClassPictures& classes) {
     if (const int absorbed_by = regions_[place(region)].absorbed_by; absorbed_by >= 0) {
       region = absorbed_by;
       const std::size_t k = regions_[place(region)].color_class;
-      classes[k - 1].fill(runs_[i].v, runs_[i].begin, runs_[i].end, true);
+      classes_[k - 1].fill(runs_[i].v, runs_[i].begin, runs_[i].end, true);
     }
     next_run_[place(i)] = first_run_[place(region)];
     first_run_[place(region)] = i;
