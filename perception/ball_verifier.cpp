@@ -15,7 +15,7 @@ constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill =
 
 constexpr const char* no_edge = "no edge along the circle";
 
-void forget(Candidate& candidate) {
+void forget(VerifiedCandidate& candidate) {
   candidate.is_fitted = false;
   candidate.fit.clear_points();
   candidate.verdict = {};
@@ -26,8 +26,8 @@ void forget(Candidate& candidate) {
 VotedCircle::VotedCircle(const CircleEstimate& voted, double focal_px)
     : estimate(voted), cone(cone_near_circle({voted.center_px, voted.radius_px}, focal_px)) {}
 
-BallObservation Candidate::observation(ClassIndex color_class,
-                                       const std::optional<CircleEstimate>& vote) const {
+BallObservation VerifiedCandidate::observation(ClassIndex color_class,
+                                               const std::optional<CircleEstimate>& vote) const {
   return {fit.ball, color_class, vote, verdict.support, verdict.quality};
 }
 
@@ -36,9 +36,9 @@ BallVerifier::BallVerifier(std::shared_ptr<const RayTable> rays, const DetectorO
   scouted_.points.reserve(most_outline_sectors);
 }
 
-const Candidate& BallVerifier::verify(const ClassView& view, const VotedCircle& circle,
-                                      const std::vector<BoundaryPoint>& points, bool inside_region) {
-  Candidate& candidate = voted_;
+const VerifiedCandidate& BallVerifier::verify(const ClassView& view, const VotedCircle& circle,
+                                              const std::vector<BoundaryPoint>& points, bool inside_region) {
+  VerifiedCandidate& candidate = voted_;
   Verdict& verdict = candidate.verdict;
   forget(candidate);
   if (circle.estimate.radius_px < min_ball_radius_px) {
@@ -72,10 +72,10 @@ bool BallVerifier::fit_sphere(const cv::Mat& bgr, const CameraResponse& response
   return true;
 }
 
-const Candidate& BallVerifier::verify_frayed(const ClassView& view, const VotedCircle& circle,
-                                             const std::vector<BoundaryPoint>& points,
-                                             const std::vector<BoundaryPoint>& region) {
-  const Candidate& voted = verify(view, circle, points);
+const VerifiedCandidate& BallVerifier::verify_frayed(const ClassView& view, const VotedCircle& circle,
+                                                     const std::vector<BoundaryPoint>& points,
+                                                     const std::vector<BoundaryPoint>& region) {
+  const VerifiedCandidate& voted = verify(view, circle, points);
   const double radius_px = circle.estimate.radius_px;
   const bool is_sure = voted.is_ball() && voted.verdict.quality >= sure_quality;
   if (is_sure || options_.fit != BallFit::sphere || !circle.cone || radius_px < min_frayed_radius_px ||
@@ -83,28 +83,26 @@ const Candidate& BallVerifier::verify_frayed(const ClassView& view, const VotedC
     return voted;
   fit_near(view, *circle.cone, frayed_reach * radius_px, min_frayed_edge, around_);
   Verdict& around = around_.verdict;
-  if (!around_.is_ball() && around_.is_fitted &&
-      judge(view).encloses(region, around_.fit, around.support)) {
+  if (!around_.is_ball() && around_.is_fitted && judge(view).encloses(region, around_.fit, around.support)) {
     around.reason = nullptr;
     around.quality = std::max(around.quality, share_on_outline(around_.fit));
   }
-  const bool says_more =
-      around_.is_ball() && !(voted.is_ball() && around.quality <= voted.verdict.quality);
+  const bool says_more = around_.is_ball() && !(voted.is_ball() && around.quality <= voted.verdict.quality);
   return says_more ? around_ : voted;
 }
 
 std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, const TangentCone& start,
                                                          double reach_px, bool clearly) {
   fit_near(view, start, reach_px, clearly ? min_frayed_edge : options_.judge.min_expected_edge, around_);
-  const bool is_there = around_.is_ball() ||
-                        (!clearly && around_.is_fitted &&
-                         judge(view).suffices_where_expected(around_.fit, around_.verdict.support));
+  const bool is_there =
+      around_.is_ball() || (!clearly && around_.is_fitted &&
+                            judge(view).suffices_where_expected(around_.fit, around_.verdict.support));
   if (!is_there) return std::nullopt;
   return around_.observation(view.colored.color_class, std::nullopt);
 }
 
 void BallVerifier::fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
-                            Candidate& candidate) {
+                            VerifiedCandidate& candidate) {
   forget(candidate);
   candidate.is_fitted =
       scout_outline(view.bgr, rays_->camera(), start, {reach_px, min_edge}, scouted_) &&

@@ -30,7 +30,7 @@ struct VotedCircle {
 };
 
 /// What became of a supposed ball.
-struct Candidate {
+struct VerifiedCandidate {
   bool is_fitted = false;  ///< without it, `fit` shows the points of a fit that failed, if any
   OutlineFit fit;
   Verdict verdict;
@@ -47,14 +47,14 @@ class BallVerifier {
 
   /// By the points that the circle was voted from. Most circles are no balls: the cheap questions come first,
   /// but for those that edges inside a region speak for, whose boundary says little.
-  const Candidate& verify(const ClassView& view, const VotedCircle& circle,
-                          const std::vector<BoundaryPoint>& points, bool inside_region = false);
+  const VerifiedCandidate& verify(const ClassView& view, const VotedCircle& circle,
+                                  const std::vector<BoundaryPoint>& points, bool inside_region = false);
 
   /// The same, and the outline around the region in its place where that says more: a region may be less than
   /// its ball, whose rim is too dark or too pale for the class. `region` is its whole boundary.
-  const Candidate& verify_frayed(const ClassView& view, const VotedCircle& circle,
-                                 const std::vector<BoundaryPoint>& points,
-                                 const std::vector<BoundaryPoint>& region);
+  const VerifiedCandidate& verify_frayed(const ClassView& view, const VotedCircle& circle,
+                                         const std::vector<BoundaryPoint>& points,
+                                         const std::vector<BoundaryPoint>& region);
 
   /// The ball whose outline is near the cone's, by the edges in the picture alone; nothing where there is
   /// none. Not `clearly`: also one that shows less of itself than another must.
@@ -72,7 +72,7 @@ class BallVerifier {
 
  private:
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
-                Candidate& candidate);
+                VerifiedCandidate& candidate);
   BallJudge judge(const ClassView& view) const { return {view, *rays_, options_.judge}; }
   BallRadius radius(const ClassView& view) const { return options_.radius_of(view.colored.color_class); }
 
@@ -81,7 +81,7 @@ class BallVerifier {
   BoundaryCone boundary_cone_;
   BallFitter fitter_;
   ScoutedOutline scouted_;
-  Candidate voted_, around_;
+  VerifiedCandidate voted_, around_;
 };
 
 }  // namespace ballservo

@@ -106,8 +106,8 @@ void FloorFinder::smooth() {
   constexpr int reach = static_cast<int>(light_kernel.size()) - 1;
   for (int l = 0; l < light_bins; ++l) {
     for (int x = std::max(0, l - reach); x <= std::min(light_bins - 1, l + reach); ++x) {
-      smoothed_.light[static_cast<std::size_t>(x)] +=
-          counted_.light[static_cast<std::size_t>(l)] * light_kernel[static_cast<std::size_t>(std::abs(x - l))];
+      smoothed_.light[static_cast<std::size_t>(x)] += counted_.light[static_cast<std::size_t>(l)] *
+                                                      light_kernel[static_cast<std::size_t>(std::abs(x - l))];
     }
   }
 }

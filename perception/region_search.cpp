@@ -69,7 +69,7 @@ void RegionSearch::find_by_votes(const ClassView& view, const RegionOutline& out
     const auto vote = voter_.estimate(unexplained_.points, engine);
     if (!vote) return;
     const VotedCircle circle(*vote, rays_->camera().focal_px());
-    const Candidate& candidate =
+    const VerifiedCandidate& candidate =
         failures == 0 ? verifier_.verify_frayed(view, circle, unexplained_.points, outline.points)
                       : verifier_.verify(view, circle, unexplained_.points);
     show(region, view.colored.color_class, circle, candidate, stages);
@@ -107,7 +107,7 @@ void RegionSearch::find_inside(const ClassView& view, const RegionOutline& outli
     const InnerCircle* const inner = inner_circles_.find(view.bgr, rays_->camera(), boundary, inside_);
     if (!inner) return;
     const VotedCircle circle(inner->circle, rays_->camera().focal_px());
-    const Candidate& candidate = verifier_.verify(view, circle, inner->outline.points, true);
+    const VerifiedCandidate& candidate = verifier_.verify(view, circle, inner->outline.points, true);
     show(index, view.colored.color_class, circle, candidate, stages);
     if (!candidate.is_ball()) return;
     balls.push_back(candidate.observation(view.colored.color_class, inner->circle));
@@ -115,7 +115,7 @@ void RegionSearch::find_inside(const ClassView& view, const RegionOutline& outli
 }
 
 void RegionSearch::show(int region, ClassIndex color_class, const VotedCircle& circle,
-                        const Candidate& candidate, DetectionStages* stages) const {
+                        const VerifiedCandidate& candidate, DetectionStages* stages) const {
   if (!stages) return;
   const Camera& camera = rays_->camera();
   const auto outline_of = [&](const TangentCone& cone) {

@@ -28,7 +28,7 @@ class RegionSearch {
                      std::vector<BallObservation>& balls, DetectionStages* stages);
   void find_inside(const ClassView& view, const RegionOutline& outline, const Region& region, int index,
                    std::size_t first_known, std::vector<BallObservation>& balls, DetectionStages* stages);
-  void show(int region, ClassIndex color_class, const VotedCircle& circle, const Candidate& candidate,
+  void show(int region, ClassIndex color_class, const VotedCircle& circle, const VerifiedCandidate& candidate,
             DetectionStages* stages) const;
 
   std::shared_ptr<const RayTable> rays_;

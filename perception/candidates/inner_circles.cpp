@@ -13,9 +13,9 @@ namespace {
 
 // Of a smaller circle, edges before its own colour do not tell (see outline_support).
 constexpr double min_radius_px = 12;
-constexpr int least_edges = 6;  // inside the region, and on a circle
-constexpr int peaks = 8;        // of the votes, whose circles are compared
-constexpr int scouted = 6;      // of those, the best, held against the picture
+constexpr int least_edges = 6;      // inside the region, and on a circle
+constexpr int peaks = 8;            // of the votes, whose circles are compared
+constexpr int scouted = 6;          // of those, the best, held against the picture
 constexpr float cells_a_size = 80;  // along the region's larger side
 constexpr std::size_t max_boundary_points = 96;
 // So much longer an outline is taken to be, that few points do not make a small circle.
@@ -128,9 +128,9 @@ void InnerCircles::propose() {
     for (int u = 1; u + 1 < columns_; ++u) {
       const std::uint16_t* const at = line + u;
       // As large as those before and larger than those behind: one of equal neighbours.
-      const bool is_peak = *at >= least_edges && *at >= at[-1] && *at >= at[-row - 1] &&
-                           *at >= at[-row] && *at >= at[-row + 1] && *at > at[1] && *at > at[row - 1] &&
-                           *at > at[row] && *at > at[row + 1];
+      const bool is_peak = *at >= least_edges && *at >= at[-1] && *at >= at[-row - 1] && *at >= at[-row] &&
+                           *at >= at[-row + 1] && *at > at[1] && *at > at[row - 1] && *at > at[row] &&
+                           *at > at[row + 1];
       if (!is_peak) continue;
       Proposal proposal;
       proposal.center_px =
@@ -160,8 +160,7 @@ void InnerCircles::vote_radius(Proposal& proposal) {
     const int points = radii_[i - 1] + radii_[i] + radii_[i + 1];
     const float radius_px = (static_cast<float>(i) - 0.5f) * cell_px_;
     const float score = static_cast<float>(points) / (radius_px + few_px);
-    if (!(static_cast<double>(radius_px) >= min_radius_px) || points < least_edges ||
-        score <= proposal.score)
+    if (!(static_cast<double>(radius_px) >= min_radius_px) || points < least_edges || score <= proposal.score)
       continue;
     proposal.radius_px = radius_px;
     proposal.score = score;

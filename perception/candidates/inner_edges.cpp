@@ -12,7 +12,7 @@ int difference(const std::uint8_t* a, const std::uint8_t* b) {
   return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
 }
 
-constexpr int max_looks = 6000;          // pixels looked at; of a larger region every few lines alone
+constexpr int max_looks = 6000;         // pixels looked at; of a larger region every few lines alone
 constexpr std::size_t max_edges = 256;  // the strongest
 constexpr int min_step = 14;            // sum over the channels of the grey levels across an edge
 // An edge is so many times as strong as the median of all looks (texture, noise).

@@ -16,7 +16,7 @@ constexpr int reach = 5, width = 2;
 constexpr int profile = 2 * (reach + width) + 1;
 constexpr int sectors = 40;
 constexpr int reweightings = 4;
-constexpr int min_step = 12;               // across the outline, grey levels summed over the channels
+constexpr int min_step = 12;              // across the outline, grey levels summed over the channels
 constexpr double least_in_picture = 0.3;  // of the sectors
 
 struct Step {

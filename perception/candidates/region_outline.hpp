@@ -13,7 +13,8 @@
 namespace ballservo {
 
 struct RegionOutline {
-  std::vector<BoundaryPoint> points;  ///< undistorted, between the region's last pixel and the first beyond it
+  std::vector<BoundaryPoint>
+      points;  ///< undistorted, between the region's last pixel and the first beyond it
   std::vector<BoundaryPixel> pixels;  ///< of the picture, one for each point
 
   void clear() { resize(0); }

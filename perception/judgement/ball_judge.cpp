@@ -61,12 +61,11 @@ Verdict BallJudge::early(const std::vector<BoundaryPoint>& boundary, const Tange
 Verdict BallJudge::of(const OutlineFit& fit, const std::vector<BoundaryPoint>& boundary) const {
   const Camera& camera = rays_.camera();
   const FittedBall& ball = fit.ball;
-  const OutlineSectors sectors =
-      fit.has_edges() ? edge_sectors(fit.offsets, outline_tolerance_px(ball.start.radius_px))
-                      : boundary_sectors(boundary, ball.cone, camera.focal_px());
+  const OutlineSectors sectors = fit.has_edges()
+                                     ? edge_sectors(fit.offsets, outline_tolerance_px(ball.start.radius_px))
+                                     : boundary_sectors(boundary, ball.cone, camera.focal_px());
   Verdict verdict;
-  verdict.support =
-      outline_support(sectors, fit.offsets, ball.blur_px, view_.colored, camera, ball.cone);
+  verdict.support = outline_support(sectors, fit.offsets, ball.blur_px, view_.colored, camera, ball.cone);
   verdict.quality = verdict.support.quality();
   verdict.reason = rejection(fit, verdict);
   return verdict;

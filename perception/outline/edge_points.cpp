@@ -246,8 +246,7 @@ bool EdgeMeter::take_samples(const CameraResponse& response) {
           .cwiseProduct(scale);
   const float contrast = difference.norm();
   const int level = std::max(inside_level / inside_count, outside_level / outside_count);
-  min_contrast_ =
-      std::min(bright_contrast, std::max(least_contrast, contrast_share * level));
+  min_contrast_ = std::min(bright_contrast, std::max(least_contrast, contrast_share * level));
   if (!(static_cast<double>(contrast) >= min_contrast_)) return false;
   const Eigen::Vector3f direction = (difference / contrast).cwiseProduct(scale);
   samples_.count = 0;
@@ -280,8 +279,8 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
   const Station first = station_at(camera, outline, basis, 0);
   if (!first.visible) return false;
   ring_.radius_px = std::sin(outline.alpha_rad) * first.px_per_rad;
-  ring_.stretches = std::clamp(static_cast<int>(2 * M_PI * ring_.radius_px / segment_length_px),
-                               min_segments, max_segments);
+  ring_.stretches = std::clamp(static_cast<int>(2 * M_PI * ring_.radius_px / segment_length_px), min_segments,
+                               max_segments);
   stations_.clear();
   for (int i = 0; i < ring_.stretches; ++i) {
     stations_.push_back(station_at(camera, outline, basis, 2 * M_PI * (i + 0.5) / ring_.stretches));

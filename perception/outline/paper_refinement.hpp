@@ -24,8 +24,8 @@ struct RingPixel {
   int u_px = 0, v_px = 0;             ///< where it lies in the picture
 };
 
-/// The strongest gradient pixels (central differences of the grey level) of a ring around a circle: as many as
-/// its circumference has px.
+/// The strongest gradient pixels (central differences of the grey level) of a ring around a circle: as many
+/// as its circumference has px.
 void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const UndistortedCircle& circle,
                         std::vector<RingPixel>& ring);
 

@@ -10,9 +10,10 @@ namespace {
 constexpr double least_change = 0.05;
 
 constexpr double follow_s = 0.15;  // time constant of following
-constexpr double sudden_change_log = 0.12;  // change of a ball's log channel from picture to picture that is a jump
-constexpr double trust = 1.25;     // times what the picture says a slow change may be
-constexpr double drift_s = 30;     // over which is forgotten what the pictures alone say
+constexpr double sudden_change_log =
+    0.12;                       // change of a ball's log channel from picture to picture that is a jump
+constexpr double trust = 1.25;  // times what the picture says a slow change may be
+constexpr double drift_s = 30;  // over which is forgotten what the pictures alone say
 // Of a ball to be learnt from; what is half covered says little.
 constexpr double min_quality = 0.3, min_fill = 0.4;
 constexpr double forget_s = 300;  // without a ball, and the taught light is back
@@ -135,8 +136,8 @@ void LightAdaptation::finish(double time_s) {
     const LogGain seen = confined(belief_.start + agreed(change, belief_.picture_change, trust));
     belief_.gain += (1 - std::exp(-passed_s / follow_s)) * (seen - belief_.gain);
     // What the pictures alone say is forgotten: their sum drifts, and would bear out anything in the end.
-    belief_.picture_change +=
-        std::min(1.0, passed_s / drift_s) * (agreed(change, belief_.picture_change, 1) - belief_.picture_change);
+    belief_.picture_change += std::min(1.0, passed_s / drift_s) *
+                              (agreed(change, belief_.picture_change, 1) - belief_.picture_change);
     then_ = picture_;
     learnt_s_ = time_s;
   } else {
@@ -145,9 +146,7 @@ void LightAdaptation::finish(double time_s) {
   serve_light();
 }
 
-void LightAdaptation::believe(const LogGain& gain) {
-  belief_ = {gain, gain, LogGain::Zero()};
-}
+void LightAdaptation::believe(const LogGain& gain) { belief_ = {gain, gain, LogGain::Zero()}; }
 
 // The light that colours should be looked up for: the taught one serves a little further than it was taught,
 // in level above all.

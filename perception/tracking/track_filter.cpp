@@ -74,8 +74,7 @@ void TrackFilter::predict(double time_s) {
   Eigen::Matrix2d growth;
   growth << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
   for (int i = 0; i < 3; ++i) {
-    const double acceleration =
-        i < 2 ? acceleration_radii_s2 * radius : size_acceleration_s2;
+    const double acceleration = i < 2 ? acceleration_radii_s2 * radius : size_acceleration_s2;
     axis_[i].state = transition * axis_[i].state;
     axis_[i].covariance = (transition * axis_[i].covariance * transition.transpose()).eval() +
                           acceleration * acceleration * acceleration_lasts_s * growth;

@@ -37,8 +37,9 @@ class TrackFilter {
   void predict(double time_s);  ///< a time that is not later changes nothing
   /// Squared Mahalanobis distance of a measurement from the prediction (3 degrees of freedom).
   double distance2(const BallFeatures& measured) const;
-  /// Twice the negative log-likelihood of a measurement, but for a constant: the squared distance, and the log of the
-  /// predicted covariance's determinant, without which the least certain prediction would be the nearest.
+  /// Twice the negative log-likelihood of a measurement, but for a constant: the squared distance, and the
+  /// log of the predicted covariance's determinant, without which the least certain prediction would be the
+  /// nearest.
   double negative_log_likelihood(const BallFeatures& measured) const;
   void correct(const BallFeatures& measured);
   /// Takes the measured place as it is and forgets the velocity (after a jump).

@@ -80,12 +80,11 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
       followed_.end());
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     if (is_taken(i) || seen_[i].quality < min_ball_quality) continue;
-    Followed newcomer{
-        {next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
-        TrackFilter(features(seen_[i]), time_s),
-        0,
-        time_s,
-        time_s};
+    Followed newcomer{{next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
+                      TrackFilter(features(seen_[i]), time_s),
+                      0,
+                      time_s,
+                      time_s};
     newcomer.detection = i;
     see(newcomer, seen_[i], time_s);
     followed_.push_back(newcomer);
@@ -142,8 +141,8 @@ bool Tracker::is_taken(std::size_t seen) const {
                      [&](const Followed& followed) { return followed.detection == seen; });
 }
 
-// Near the predictions first, where a weak detection suffices; the whole picture when a ball is missing there,
-// and now and then for newcomers.
+// Near the predictions first, where a weak detection suffices; the whole picture when a ball is missing
+// there, and now and then for newcomers.
 void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   seen_.clear();
   const bool newcomers = followed_.empty() || pictures_ % options_.newcomers_every == 0;
@@ -194,8 +193,8 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
       detect(bgr, window, quality, nullptr);
     }
     if (!is_seen(followed) && followed.track.state != TrackState::tentative)
-      look_for_it(std::max(reach_px, reach_radii * outline->radius_px),
-                  spread_radii * outline->radius_px, false);
+      look_for_it(std::max(reach_px, reach_radii * outline->radius_px), spread_radii * outline->radius_px,
+                  false);
   }
 }
 
@@ -208,8 +207,8 @@ bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball
   if (ball.color_class != followed.track.color_class) return false;
   const BallFeatures measured = features(ball);
   if (!(followed.filter.distance2(measured) < gate_distance2)) return false;
-  // A weak detection counts only of a ball that is known, and only in its size: two balls that hide each other
-  // look like one larger ball.
+  // A weak detection counts only of a ball that is known, and only in its size: two balls that hide each
+  // other look like one larger ball.
   if (ball.quality < min_ball_quality && followed.track.state == TrackState::tentative) return false;
   return ball.quality >= options_.clear_quality ||
          std::abs(measured.value.z() - followed.filter.value().z()) < weak_log_size;
@@ -233,7 +232,8 @@ void Tracker::match() {
            std::tie(b.tentative, b.negative_log_likelihood, b.followed, b.seen);
   });
   for (const Pair& pair : pairs_)
-    if (!is_taken(pair.seen) && !followed_[pair.followed].detection) followed_[pair.followed].detection = pair.seen;
+    if (!is_taken(pair.seen) && !followed_[pair.followed].detection)
+      followed_[pair.followed].detection = pair.seen;
 }
 
 // Once for each detection: a filter that starts or is restarted from one knows it already.

@@ -13,8 +13,8 @@
 namespace ballservo {
 
 struct TrackerOptions {
-  int confirm_after = 3;     ///< pictures in a row
-  int newcomers_every = 10;  ///< pictures between two looks at the whole picture while no ball is missing
+  int confirm_after = 3;       ///< pictures in a row
+  int newcomers_every = 10;    ///< pictures between two looks at the whole picture while no ball is missing
   double clear_quality = 0.5;  ///< below, a detection continues a track only in the size that is expected
   double sigma_floor_radii = 0.03;  ///< see features_of
   bool fixed_colors = false;        ///< looks with the taught colours alone, whatever the light does

@@ -16,7 +16,7 @@
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/outline/ball_position.hpp"
 #include "perception/segmentation/regions.hpp"
-#include "tests/perception/class_pictures.hpp"
+#include "tests/perception/segmentation/class_pictures.hpp"
 
 namespace ballservo {
 namespace {

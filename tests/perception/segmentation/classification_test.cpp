@@ -9,7 +9,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "perception/segmentation/yuyv.hpp"
-#include "tests/perception/class_pictures.hpp"
+#include "tests/perception/segmentation/class_pictures.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "perception/segmentation/classification.hpp"
-#include "tests/perception/class_pictures.hpp"
+#include "tests/perception/segmentation/class_pictures.hpp"
 
 namespace ballservo {
 namespace {
@@ -16,8 +16,7 @@ cv::Mat blank() { return cv::Mat::zeros(60, 80, CV_8UC1); }
 
 /// A picture's regions and what was asked of them.
 struct Segmented {
-  Segmented(const cv::Mat& numbers, int classes, int max_runs = 1 << 16)
-      : map(max_runs) {
+  Segmented(const cv::Mat& numbers, int classes, int max_runs = 1 << 16) : map(max_runs) {
     map.update(test::to_bits(numbers, classes), numbers.size());
   }
   std::vector<BoundaryPixel> boundary(int region) const {

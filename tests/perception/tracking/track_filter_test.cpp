@@ -53,7 +53,8 @@ class Wanderer {
   void go_on(double duration_s) {
     constexpr double step_s = 1.0 / 300;
     for (double done_s = 0; done_s < duration_s - 1e-9; done_s += step_s) {
-      if (held_s_ <= 1e-9) acceleration_ = sigma_.cwiseProduct(normal_vector(engine_)), held_s_ = acceleration_lasts_s;
+      if (held_s_ <= 1e-9)
+        acceleration_ = sigma_.cwiseProduct(normal_vector(engine_)), held_s_ = acceleration_lasts_s;
       value_ += step_s * velocity_ + 0.5 * step_s * step_s * acceleration_;
       velocity_ += step_s * acceleration_;
       held_s_ -= step_s;
