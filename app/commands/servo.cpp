@@ -9,7 +9,6 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
-#include "app/comparison/comparison_statistics.hpp"
 #include "app/experiment/realtime_runner.hpp"
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_report.hpp"
@@ -19,8 +18,10 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
+#include "app/report/draw_pages.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/base/system_file.hpp"
 #include "calibration/color/color_file.hpp"
 
@@ -148,7 +149,7 @@ std::string lateness(const Scenario& scenario, const RunRecord& run) {
       "after its exposure) and {} were left out; the robot drove by what came. A lower camera.rate_hz, or "
       "--perception geometric, costs less",
       scenario.camera.rate_hz, frames + static_cast<std::size_t>(wall.frames_skipped), wall.frames_late,
-      quantile(wall.frame_age_ms, 0.5), wall.frames_skipped);
+      median(wall.frame_age_ms), wall.frames_skipped);
 }
 
 int run_servo(const ServoOptions& options) {
@@ -166,9 +167,11 @@ int run_servo(const ServoOptions& options) {
   const std::string gain = gain_warning(scenario);
   if (!gain.empty()) spdlog::warn(gain);
   OutputFolder folder(options.output, options.common.overwrite());
-  // A film beside another run's log is that run's.
+  // A film, a page and key frames beside another run's log are that run's.
   const bool ran_before = std::filesystem::exists(options.output / "log.csv");
-  folder.supersede([ran_before](const std::string& name) { return ran_before && name == "video.mp4"; });
+  folder.supersede([ran_before](const std::string& name) {
+    return ran_before && (name == "video.mp4" || name == "report.html" || is_run_picture(name));
+  });
 
   // How long the run will take nobody knows: no total.
   Progress progress(options.realtime ? "milliseconds" : "simulated milliseconds", 0, options.common.quiet);
@@ -196,19 +199,8 @@ int run_servo(const ServoOptions& options) {
   folder.write("tracks.csv", run.tracks_csv);
   folder.write("summary.json", summary.dump(2) + "\n");
   folder.write("manifest.json", manifest(scenario, options, log, run).dump(2) + "\n");
-  RunReportInput report;
-  report.title = scenario.file.stem().string();
-  report.law = scenario.law.name;
-  report.perception = options.perception;
-  report.world = &scenario.world;
-  report.target = &scenario.target_ball();
-  report.camera = &scenario.camera.camera;
-  report.footprint = scenario.robot.footprint;
-  report.goal = scenario.goal();
-  report.rule = run_options.rule;
-  report.video = options.video && std::filesystem::exists(folder.path() / "video.mp4");
-  report.scenario_json = nlohmann::ordered_json::parse(scenario.resolved_json).dump(2);
-  folder.write("report.html", run_report_html(run, report));
+  write_report(folder, run_report(run, scenario, options.perception, run_options.rule, folder),
+               options.common.quiet);
   folder.commit();
   write_json_results(options.common, nlohmann::json(summary));
 

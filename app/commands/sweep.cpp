@@ -43,7 +43,7 @@ std::optional<Sweep> read_other(const std::filesystem::path& folder) {
 void say(const Sweep& sweep, const SweepComparison* against, const std::filesystem::path& folder,
          bool quiet) {
   const SweepCounts n = count_trials(sweep.trials);
-  const Interval ci = proportion_ci95(n.reached, n.feasible());
+  const ConfidenceInterval ci = clopper_pearson_ci95(n.reached, n.feasible());
   fmt::print("{} of {} reached, {} collisions\n", n.reached, n.feasible(), n.collisions);
   if (quiet) return;
   fmt::print(stderr, "ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
@@ -53,7 +53,7 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
     spdlog::warn("{} has none of this sweep's feasible seeds: nothing to compare", against->other);
     return;
   }
-  const Interval d = matched_difference_ci95(against->reached);
+  const ConfidenceInterval d = matched_difference_ci95(against->reached);
   fmt::print(stderr,
              "ballservo: success less that of {}: {:+.2f} % (95 % interval {:+.2f} to {:+.2f} %), {} pairs\n",
              against->other, against->reached.difference() * 100, d.low * 100, d.high * 100,

@@ -10,6 +10,7 @@
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "app/comparison/resampling.hpp"
 #include "app/comparison/stopwatch.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "perception/detector.hpp"
@@ -22,8 +23,6 @@ namespace {
 
 constexpr int frames = 16, timed_frames = 12, colors_frames = 4;
 constexpr int least_region_px = 100;
-
-double median(const std::vector<double>& values) { return quantile(values, 0.5); }
 
 // The paper's stages of one picture up to the regions.
 class Stages {
