@@ -5,7 +5,6 @@
 
 #include "calibration/base/range_check.hpp"
 #include "perception/judgement/ball_shading.hpp"
-#include "perception/judgement/outline_steps.hpp"
 
 namespace ballservo {
 namespace {
@@ -117,7 +116,7 @@ double share_on_outline(const OutlineFit& fit) {
   int on_outline = 0;
   for (int i = 0; i < fit.offsets.count; ++i)
     on_outline += is_on_outline(fit.offsets[i], fit.ball.outline.radius_px, fit.ball.blur_px) ? 1 : 0;
-  return on_outline / std::max(1.0, static_cast<double>(fit.edges.stretches_in_picture));
+  return on_outline / std::max(1.0, static_cast<double>(fit.edges.segments_in_picture));
 }
 
 }  // namespace ballservo

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
@@ -33,7 +34,7 @@ struct OutlineSectors {
 
   void see(double angle_rad);  ///< 0 to 2 pi
   double fraction() const;
-  /// The fraction in stretches of at least a sixth of the turn, in which single sectors may be missing: a
+  /// The fraction in arcs of at least a sixth of the turn, in which single sectors may be missing: a
   /// polygon touches its inscribed circle in many short ones.
   double fraction_in_arcs() const;
 };
@@ -44,6 +45,11 @@ OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const 
 
 /// The sectors in which an edge lies within `tolerance_px` of the fitted outline.
 OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px);
+
+/// Sees in `sectors` those with the ball's colour outside the cone's outline where the picture's colours step
+/// near it, by whole pixels and no model of the edge.
+void see_steps_in_own_color(const cv::Mat& bgr, const ColoredPixels& colored, const Camera& camera,
+                            const TangentCone& cone, OutlineSectors& sectors);
 
 /// How the sectors with an edge and the colour inside and around the cone speak for a ball. The edges'
 /// offsets are of the same sectors, or of none where no edge was measured.

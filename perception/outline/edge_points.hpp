@@ -2,7 +2,7 @@
 // outline.
 //
 // No picture is resampled: each pixel of the ring keeps its own ray, and with it its exact distance from the
-// assumed outline. The ring is cut into stretches of a few pixels' length; each gives one edge point.
+// assumed outline. The ring is cut into arc segments of a few pixels' length; each gives one edge point.
 #pragma once
 
 #include <array>
@@ -36,9 +36,9 @@ using EdgeOffsets = PerSector<float>;
 
 /// The edge of one ball in one picture.
 struct OutlineEdges {
-  std::vector<EdgePoint> points;  ///< only stretches where an edge was found, in order of their angle
-  int stretches = 0;              ///< all stretches, those outside the picture included
-  int stretches_in_picture = 0;
+  std::vector<EdgePoint> points;  ///< only segments where an edge was found, in order of their angle
+  int segments = 0;               ///< all segments, those outside the picture included
+  int segments_in_picture = 0;
   double blur_px = 0;  ///< median over the arc segments
 };
 
@@ -55,7 +55,7 @@ class EdgeMeter {
                const CameraResponse& response, OutlineEdges& edges);
 
   /// How much better the edges that `measure` found are explained by response `a` than by `b`: the logarithm
-  /// of their likelihoods' ratio, the noise of each stretch unknown. Counts points of some weight.
+  /// of their likelihoods' ratio, the noise of each segment unknown. Counts points of some weight.
   double evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
                   const std::vector<EdgePoint>& points, const CameraResponse& a, const CameraResponse& b);
 
@@ -68,25 +68,24 @@ class EdgeMeter {
     double px_per_rad = 0;         // how fast the outline moves when the cone opens
     bool visible = false;
   };
-  // What all stretches share.
+  // What all segments share.
   struct Ring {
     double radius_px = 0, half_width_px = 0, half_turn_rad = 0;
-    int stretches = 0, stretches_in_picture = 0;
+    int segments = 0, segments_in_picture = 0;
     EdgeProfilePrior prior;
   };
   static Station station_at(const Camera& camera, const TangentCone& cone,
                             const Eigen::Matrix<double, 3, 2>& basis, double angle);
   bool place_ring(cv::Size size, const Camera& camera, const TangentCone& outline);
-  void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t stretch);
-  bool take_samples(const CameraResponse& response);
-  std::optional<EdgeProfileFit> fit_stretch(const CameraResponse& response);
+  void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t segment);
+  std::optional<double> take_samples(const CameraResponse& response);
+  std::optional<EdgeProfileFit> fit_segment(const CameraResponse& response);
   double coarse_offset(double reach_px) const;
 
   Ring ring_;
   std::vector<Station> stations_;
-  std::vector<RingColor> pixels_;  // of one stretch
+  std::vector<RingColor> pixels_;  // of one segment
   EdgeSamples samples_;
-  double min_contrast_ = 0;  // that `samples_` must have: grey levels
   std::vector<double> blurs_;
 };
 

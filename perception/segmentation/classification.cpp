@@ -1,5 +1,8 @@
 #include "perception/segmentation/classification.hpp"
 
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <array>
 
@@ -76,11 +79,11 @@ void look_up(const std::uint8_t* bgr, const ColorLookup& colors, const std::uint
 }
 
 // As many pixels of a row as are told by the boxes before what is left is looked up.
-constexpr int stretch_words = 16, stretch = stretch_words * BitPicture::word_bits;
+constexpr int chunk_words = 16, chunk = chunk_words * BitPicture::word_bits;
 
-void classify_stretch(const std::uint8_t* bgr, int pixels, const ColorLookup& colors, BoxKernel tell_by_boxes,
-                      RowOfClass& rows) {
-  std::array<std::uint64_t, stretch_words> unsure;
+void classify_chunk(const std::uint8_t* bgr, int pixels, const ColorLookup& colors, BoxKernel tell_by_boxes,
+                    RowOfClass& rows) {
+  std::array<std::uint64_t, chunk_words> unsure;
   const int words = (pixels + BitPicture::word_bits - 1) / BitPicture::word_bits;
   tell_by_boxes(bgr, pixels, colors.boxes(), rows.data(), unsure.data());
   look_up(bgr, colors, unsure.data(), words, rows);
@@ -99,15 +102,13 @@ void resize(ClassPictures& classes, const ColorLookup& colors, cv::Size size) {
 }
 
 template <class Row>
-void for_rows(int rows, RowTeam* team, const Row& row) {
-  const auto band = [&](int first, int end) {
-    for (int v = first; v < end; ++v) row(v);
+void for_rows(int rows, int threads, const Row& row) {
+  const auto band = [&](int i) {
+    const auto start = [&](long number) { return static_cast<int>(number * rows / threads); };
+    for (int v = start(i); v < start(i + 1); ++v) row(v);
   };
-  if (team) {
-    team->run(rows, band);
-  } else {
-    band(0, rows);
-  }
+  if (threads == 1) return band(0);
+  tbb::task_arena(threads).execute([&] { tbb::parallel_for(0, threads, band, tbb::static_partitioner()); });
 }
 
 }  // namespace
@@ -130,22 +131,22 @@ bool runs_here(ClassificationKernel kernel) {
 }
 
 void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& classes,
-              ClassificationKernel kernel, RowTeam* team) {
+              ClassificationKernel kernel, int threads) {
   require_type(bgr, CV_8UC3, "8-bit BGR");
   const BoxKernel kernel_function = function_of(kernel);
   resize(classes, colors, bgr.size());
   if (classes.empty()) return;
-  for_rows(bgr.rows, team, [&](int v) {
+  for_rows(bgr.rows, threads, [&](int v) {
     RowOfClass rows = rows_of(classes, v);
-    for (int u = 0; u < bgr.cols; u += stretch) {
-      classify_stretch(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(stretch, bgr.cols - u), colors,
-                       kernel_function, rows);
+    for (int u = 0; u < bgr.cols; u += chunk) {
+      classify_chunk(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(chunk, bgr.cols - u), colors, kernel_function,
+                     rows);
     }
   });
 }
 
 void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures& classes,
-                   ClassificationKernel kernel, RowTeam* team) {
+                   ClassificationKernel kernel, int threads) {
   require_type(yuyv, CV_8UC2, "YUYV: two 8-bit channels");
   if (yuyv.cols % 2 != 0)
     throw InputError("picture", std::to_string(yuyv.cols) + " px wide", "an even width");
@@ -153,13 +154,13 @@ void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures
   resize(classes, colors, yuyv.size());
   if (classes.empty()) return;
   const YuyvKernel to_bgr = yuyv_function_of(kernel);
-  for_rows(yuyv.rows, team, [&](int v) {
-    std::array<std::uint8_t, 3 * stretch + yuyv_slack> bgr;
+  for_rows(yuyv.rows, threads, [&](int v) {
+    std::array<std::uint8_t, 3 * chunk + yuyv_slack> bgr;
     RowOfClass rows = rows_of(classes, v);
-    for (int u = 0; u < yuyv.cols; u += stretch) {
-      const int pixels = std::min(stretch, yuyv.cols - u);
+    for (int u = 0; u < yuyv.cols; u += chunk) {
+      const int pixels = std::min(chunk, yuyv.cols - u);
       to_bgr(yuyv.ptr<std::uint8_t>(v) + 2 * u, pixels, bgr.data());
-      classify_stretch(bgr.data(), pixels, colors, kernel_function, rows);
+      classify_chunk(bgr.data(), pixels, colors, kernel_function, rows);
     }
   });
 }

@@ -29,7 +29,7 @@ class Segmenter {
 
  private:
   ColorLookup colors_;
-  std::unique_ptr<RowTeam> team_;  // nothing for one thread
+  int threads_;
   ClassMorphology morphology_;
   SegmentedWindow segmented_;
 };
