@@ -105,7 +105,8 @@ template <class Row>
 void for_rows(int rows, int threads, const Row& row) {
   const auto band = [&](int i) {
     const auto start = [&](long number) { return static_cast<int>(number * rows / threads); };
-    for (int v = start(i); v < start(i + 1); ++v) row(v);
+    const int end = start(i + 1);
+    for (int v = start(i); v < end; ++v) row(v);
   };
   if (threads == 1) return band(0);
   tbb::task_arena(threads).execute([&] { tbb::parallel_for(0, threads, band, tbb::static_partitioner()); });
