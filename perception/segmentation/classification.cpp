@@ -1,5 +1,6 @@
 #include "perception/segmentation/classification.hpp"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -103,13 +104,18 @@ void resize(ClassPictures& classes, const ColorLookup& colors, cv::Size size) {
 
 template <class Row>
 void for_rows(int rows, int threads, const Row& row) {
-  const auto band = [&](int i) {
-    const auto start = [&](long number) { return static_cast<int>(number * rows / threads); };
-    const int end = start(i + 1);
-    for (int v = start(i); v < end; ++v) row(v);
+  const auto do_rows = [&](int first, int end) {
+    for (int v = first; v < end; ++v) row(v);
   };
-  if (threads == 1) return band(0);
-  tbb::task_arena(threads).execute([&] { tbb::parallel_for(0, threads, band, tbb::static_partitioner()); });
+  if (threads == 1) return do_rows(0, rows);
+  const auto band = [&](long i) {
+    do_rows(static_cast<int>(i * rows / threads), static_cast<int>((i + 1) * rows / threads));
+  };
+  // TBB warns on the console of more threads than it may have.
+  const auto most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  tbb::task_arena(std::min(threads, static_cast<int>(most))).execute([&] {
+    tbb::parallel_for(0L, static_cast<long>(threads), band, tbb::static_partitioner());
+  });
 }
 
 }  // namespace

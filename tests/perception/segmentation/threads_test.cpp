@@ -36,6 +36,7 @@ TEST(Threads, ColorsAreTheSameWithAnyNumberOfThreads) {
   ClassPictures alone, alone_yuyv;
   classify(bgr, colors, alone);
   classify_yuyv(yuyv, colors, alone_yuyv);
+  testing::internal::CaptureStderr();
   for (const int threads : thread_counts) {
     ClassPictures shared, shared_yuyv;
     classify(bgr, colors, shared, ClassificationKernel::fastest, threads);
@@ -43,6 +44,7 @@ TEST(Threads, ColorsAreTheSameWithAnyNumberOfThreads) {
     EXPECT_TRUE(same(alone, shared)) << threads;
     EXPECT_TRUE(same(alone_yuyv, shared_yuyv)) << threads;
   }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "nor is anything said of more than there are";
 }
 
 TEST(Threads, BallsAreTheSameWithAnyNumberOfThreads) {
