@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .page import (COLORS, INK, axes, curve, drawing, goal_line, legend, map_axes, numbers, photo, read_json, read_rows,
+from .page import (COLORS, axes, curve, drawing, goal_line, legend, map_axes, numbers, photo, read_json, read_rows,
                    render, text_of)
 from .floor import draw_obstacles, draw_robot, draw_room
 
