@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import unittest
+from pathlib import Path
 from unittest import mock
 
 from pages import HOSTILE, PROGRAM, ROOT, SCRATCH, PageTest, drawn, main, program, titles
@@ -141,8 +142,10 @@ class ReportCommand(PageTest):
         folders = [self.copy(REACHED) for _ in range(8)]
         for folder in folders:
             (folder / "report.html").write_text("as it was")
-        for after_s in (0.2, 0.6):
+        for after_s in (0, 0.4):
             drawing = subprocess.Popen([PROGRAM, "report", *folders], stderr=subprocess.PIPE, text=True)
+            while not Path(f"/proc/{drawing.pid}/task/{drawing.pid}/children").read_text():
+                time.sleep(0.01)
             time.sleep(after_s)
             drawing.send_signal(signal.SIGINT)
             self.assertEqual((drawing.communicate()[1].splitlines()[-1], drawing.returncode),
