@@ -32,30 +32,18 @@ const ComparisonPlan& plan() {
   return tiny;
 }
 
-// Notes as a journal keeps them, in memory.
 struct Notebook {
-  std::map<std::string, std::string> items;
-  std::mutex mutex;
-  UnitNotes notes() {
-    return {[this](const std::string& key) -> std::optional<std::string> {
-              const std::lock_guard<std::mutex> lock(mutex);
-              const auto it = items.find(key);
-              return it == items.end() ? std::nullopt : std::optional<std::string>(it->second);
-            },
-            [this](const std::string& key, const std::string& value) {
-              const std::lock_guard<std::mutex> lock(mutex);
-              items.emplace(key, value);
-            }};
-  }
+  test::TemporaryFolder folder;
+  Journal journal{folder.path() / "journal", "job"};
 };
 
 ComparisonResults run(Notebook& book, int threads, const Shard& shard = {}) {
   PlanPictures source(plan());
   const auto units = comparison_units(source.conditions(), shard);
-  run_units(source, plan().methods, units, book.notes(), threads, [](long) {});
+  run_units(source, plan().methods, units, book.journal, threads, [](long) {});
   std::map<std::string, std::string> rows;
   ComparisonResults results =
-      collect_results(source.conditions(), plan().methods, units, book.notes(), plan().seed,
+      collect_results(source.conditions(), plan().methods, units, book.journal, plan().seed,
                       [&](const std::string& name, std::string_view more) { rows[name] += more; });
   results.files.merge(rows);
   return results;
@@ -277,7 +265,7 @@ TEST(Comparison, EndsWhenItIsToldToAndGoesOnAsIfUndisturbed) {
     PlanPictures source(plan());
     Notebook book;
     const auto units = comparison_units(source.conditions());
-    EXPECT_THROW(run_units(source, plan().methods, units, book.notes(), 2,
+    EXPECT_THROW(run_units(source, plan().methods, units, book.journal, 2,
                            [&](long done) {
                              if (done >= stop_after) throw Stop();
                            }),
@@ -303,9 +291,9 @@ TEST(Comparison, TheWorstFramesAreNamedByTheirNumbers) {
       frame.fits = {std::nullopt, fit};
       records.push_back(to_json(frame));
     }
-    book.items[unit.key] = records.dump();
+    book.journal.add(unit.key, records.dump());
   }
-  const ComparisonResults results = collect_results(conditions, two_methods, units, book.notes(), 1,
+  const ComparisonResults results = collect_results(conditions, two_methods, units, book.journal, 1,
                                                     [](const std::string&, std::string_view) {});
   ASSERT_EQ(results.worst.size(), 2u);
   EXPECT_EQ(results.worst[0].index, 12);
@@ -317,8 +305,8 @@ TEST(Comparison, RefusesDamagedNotes) {
   Notebook book;
   PlanPictures source(plan());
   const auto units = comparison_units(source.conditions());
-  for (const ComparisonUnit& unit : units) book.items[unit.key] = "[{\"source\": 3}]";
-  EXPECT_THROW(collect_results(source.conditions(), plan().methods, units, book.notes(), 1,
+  for (const ComparisonUnit& unit : units) book.journal.add(unit.key, "[{\"source\": 3}]");
+  EXPECT_THROW(collect_results(source.conditions(), plan().methods, units, book.journal, 1,
                                [](const std::string&, std::string_view) {}),
                InputError);
 }

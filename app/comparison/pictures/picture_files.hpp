@@ -53,7 +53,7 @@ class PictureFiles : public PictureSource {
   };
   class RowReader;
   std::string read_colors_and_camera(FaultList& faults);
-  static FrameTruth read_truth(const RowReader& row, FaultList& faults);
+  static FrameTruth read_truth(const RowReader& row);
   std::optional<Row> read_row(const RowReader& reader, FaultList& faults) const;
   std::string checked_picture_sha256(const std::filesystem::path& file) const;
   void keep(Row row);
