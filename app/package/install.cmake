@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ballservo)
 
 install(TARGETS ballservo RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(TARGETS base camera color circles pictures camera_files calibration perception servo simulation EXPORT ballservoTargets
+install(TARGETS base camera color circles pictures camera_files calibration perception control servo simulation EXPORT ballservoTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(folder calibration perception servo)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ballservo

@@ -176,10 +176,10 @@ bool read_target(StrictYaml& yaml, Scenario& scenario) {
   return yaml.faults().faults().size() == before;
 }
 
-void read_control(StrictYaml& yaml, Scenario& scenario) {
+void read_control(StrictYaml& yaml, const LawCatalog& laws, Scenario& scenario) {
   YamlNode root = yaml.root();
   YamlNode law = root.map("law", false);
-  scenario.law.name = law.choice("name", law_names(), scenario.law.name);
+  scenario.law.name = law.choice("name", laws.names(), scenario.law.name);
   scenario.law.gain_per_s = law.number("gain_per_s", {0, 10, true, false, "1/s"}, scenario.law.gain_per_s);
   YamlNode control = root.map("control", false);
   scenario.control_rate_hz =
@@ -207,7 +207,7 @@ ServoGoal Scenario::goal() const {
 Eigen::Isometry3d Scenario::X_WC(const Pose2& pose) const { return X_WR(pose) * camera.mount.X_RC(); }
 
 Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& sets,
-                       std::uint64_t seed) {
+                       std::uint64_t seed, const LawCatalog& laws) {
   StrictYaml yaml = StrictYaml::from_file(file);
   const std::vector<std::string> set_keys = apply_sets(yaml, sets);
 
@@ -229,7 +229,7 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   const WorldReading world = read_world(yaml, {scenario.robot.pose, scenario.duration_s, seed});
   scenario.world = world.world;
   reading.target_ok = read_target(yaml, scenario);
-  read_control(yaml, scenario);
+  read_control(yaml, laws, scenario);
   scenario.believed = read_beliefs(yaml.root(), scenario.camera.latency_s);
   scenario.avoidance = read_avoidance(yaml, scenario.robot);
 

@@ -113,16 +113,16 @@ AvoidanceOptions read_avoidance(StrictYaml& yaml, const RobotSettings& robot) {
   }
   avoidance.creep = node.boolean("creep", avoidance.creep);
   avoidance.floor = node.boolean("floor", avoidance.floor);
-  FreeSpaceOptions& space = avoidance.space;
-  space.start_clear_m = node.number("start_clear_m", NumberRange::within(0, 3, "m"), space.start_clear_m);
-  space.memory_s = node.number("memory_s", {0, 600, true, false, "s"}, space.memory_s);
-  space.drift_allowed_m = node.number("drift_allowed_m", {0, 0.5, true, false, "m"}, space.drift_allowed_m);
-  space.look_range_m = node.number("look_range_m", NumberRange::within(0.5, 3, "m"), space.look_range_m);
-  space.footprint = robot.footprint;
-  space.odometry = robot.odometry.bound;
+  OccupancyGridOptions& grid = avoidance.grid;
+  grid.start_clear_m = node.number("start_clear_m", NumberRange::within(0, 3, "m"), grid.start_clear_m);
+  grid.memory_s = node.number("memory_s", {0, 600, true, false, "s"}, grid.memory_s);
+  grid.drift_allowed_m = node.number("drift_allowed_m", {0, 0.5, true, false, "m"}, grid.drift_allowed_m);
+  grid.look_range_m = node.number("look_range_m", NumberRange::within(0.5, 3, "m"), grid.look_range_m);
+  grid.footprint = robot.footprint;
+  grid.odometry = robot.odometry.bound;
   if (robot.sonar) {
-    space.beam = robot.sonar->beam;
-    space.range_error_m = robot.sonar->noise_bound_m() + 0.01;
+    grid.beam = robot.sonar->beam;
+    grid.range_error_m = robot.sonar->noise_bound_m() + 0.01;
   }
   return avoidance;
 }

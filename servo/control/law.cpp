@@ -1,12 +1,7 @@
 #include "servo/control/law.hpp"
 
-#include <algorithm>
 #include <cmath>
 
-#include "servo/control/cone_law.hpp"
-#include "servo/control/pose_law.hpp"
-#include "servo/control/sphere_law.hpp"
-#include "servo/control/visp_law.hpp"
 #include "servo/motion/option_check.hpp"
 
 namespace ballservo {
@@ -42,44 +37,9 @@ void ServoGoal::check(FaultList& faults, const std::string& place) const {
 }
 
 void LawOptions::check(FaultList& faults, const std::string& place) const {
-  const auto& names = law_names();
-  if (std::find(names.begin(), names.end(), name) == names.end()) {
-    std::string allowed = "one of";
-    for (const std::string& known : names) allowed += " " + known;
-    faults.add(place + ".name", name, allowed);
-  }
   if (!(gain_per_s > 0.0 && gain_per_s <= 10.0)) {
     faults.add(place + ".gain_per_s", shown_number(gain_per_s), "a number above 0 and up to 10 (1/s)");
   }
-}
-
-const std::vector<std::string>& law_names() {
-  static const std::vector<std::string> names{"cone", "visp", "sphere", "pose"};
-  return names;
-}
-
-std::unique_ptr<Law> make_law(const LawOptions& options, const ServoGoal& goal) {
-  FaultList faults;
-  options.check(faults, "law");
-  goal.check(faults, "target");
-  faults.throw_if_any();
-  if (options.name == "visp") return std::make_unique<VispLaw>(options, goal);
-  if (options.name == "sphere") return std::make_unique<SphereLaw>(options, goal);
-  if (options.name == "pose") return std::make_unique<PoseLaw>(options, goal);
-  return std::make_unique<ConeLaw>(options, goal);
-}
-
-std::optional<LawOutput> decaying(const Law& law, double gain_per_s, const Eigen::Vector3d& p_CB,
-                                  const Eigen::Vector3d& v_CB) {
-  const auto e = law.errors(p_CB);
-  if (!e) return std::nullopt;
-  const Eigen::Matrix2d J = *law.robot_jacobian(p_CB);
-  const Eigen::Vector2d rate = -gain_per_s * *e - *law.ball_jacobian(p_CB) * v_CB;
-  const double det = J(0, 0) * J(1, 1) - J(0, 1) * J(1, 0);
-  const Eigen::Vector2d u((J(1, 1) * rate(0) - J(0, 1) * rate(1)) / det,
-                          (J(0, 0) * rate(1) - J(1, 0) * rate(0)) / det);
-  if (!u.allFinite()) return std::nullopt;
-  return LawOutput{{u(0), u(1)}, (*e)(0), (*e)(1)};
 }
 
 double max_stable_gain_per_s(double sample_rate_hz, double delay_s) {
