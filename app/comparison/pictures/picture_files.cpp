@@ -105,7 +105,7 @@ PictureFiles::PictureFiles(const PictureFilesOptions& options) : options_(option
   std::map<std::string, std::string> picture_hashes;
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     const RowReader reader(table, r, faults);
-    auto row = read_row(reader, faults);
+    auto row = read_row(reader);
     if (!row) continue;
     const std::string& source = row->truth.source;
     if (!seen.insert({source, reader.text("ball_id"), row->class_name}).second)
@@ -144,7 +144,7 @@ std::string PictureFiles::read_colors_and_camera(FaultList& faults) {
 }
 
 // Nothing where there is no such picture.
-std::optional<PictureFiles::Row> PictureFiles::read_row(const RowReader& reader, FaultList& faults) const {
+std::optional<PictureFiles::Row> PictureFiles::read_row(const RowReader& reader) const {
   Row row;
   row.truth = read_truth(reader);
   row.class_name = reader.text("class");
