@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <mutex>
 
 #include "app/comparison/comparison_report.hpp"
 #include "app/comparison/comparison_tables.hpp"
@@ -13,6 +12,7 @@
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/report/markup_check.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace ballservo {
 namespace {
