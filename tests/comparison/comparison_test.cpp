@@ -237,10 +237,10 @@ TEST(Comparison, IsTheSameAtOneAndTwoThreads) { EXPECT_EQ(tiny(1).files, tiny(2)
 TEST(Comparison, ShardsTogetherAreTheWhole) {
   Notebook book;
   run(book, 1, {2, 3});
-  const std::size_t part = book.items.size();
+  const std::size_t part = book.journal.size();
   run(book, 1, {1, 3});
   run(book, 1, {3, 3});
-  EXPECT_GT(book.items.size(), part);
+  EXPECT_GT(book.journal.size(), part);
   // Everything is noted by now: nothing is left to be run.
   EXPECT_EQ(run(book, 1).files, tiny(1).files);
 }
