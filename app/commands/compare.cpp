@@ -15,6 +15,7 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/work_folder.hpp"
+#include "app/report/draw_pages.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
@@ -102,7 +103,7 @@ std::vector<PaperClaim> claims_of(const ComparisonResults& results, const Journa
 
 // Adds up what the folder's journal holds and writes the results; a part keeps its journal.
 void write_results(const ComparisonSetting& setting, const ShowFrame& show, const Shard& shard,
-                   const CommonOptions& common, WorkFolder& folder) {
+                   const CommonOptions& common, const std::filesystem::path& output, WorkFolder& folder) {
   const ComparisonResults results = collect_results(
       setting.conditions, setting.methods, comparison_units(setting.conditions, shard), folder.journal(),
       setting.seed, [&](const std::string& name, std::string_view rows) { folder.write(name, rows); });
@@ -113,7 +114,11 @@ void write_results(const ComparisonSetting& setting, const ShowFrame& show, cons
   folder.write(summary_name, comparison_json(results).dump(2) + "\n");
   if (!claims.empty()) folder.write("claims.csv", claims_csv(claims));
   for (const auto& [name, contents] : results.timing_files) folder.write_varying(name, contents);
-  folder.write_varying("report.html", comparison_report_html(results, show, setting.text, claims));
+  const WriteFile write = [&](const std::string& name, std::string_view bytes) {
+    folder.write_varying(name, bytes);
+  };
+  write(report_json_name, report_text(comparison_report(results, show, write, setting.text, claims)));
+  draw_page_or_warn(folder.staging(), output.string(), common.quiet);
   folder.commit_finished(shard.is_whole() ? "" : notes_name);
   write_json_results(common, comparison_json(results));
 }
@@ -156,7 +161,7 @@ int run_job(PictureSource& source, const nlohmann::json& description, Comparison
     const ComparisonPicture picture = source.picture(condition, frame);
     return ShownPicture{picture.bgr, picture.truth.outline};
   };
-  write_results(setting, show, shard, options.common, folder);
+  write_results(setting, show, shard, options.common, options.work.output, folder);
   return exit_done;
 }
 
@@ -238,7 +243,7 @@ int run_merge(const MergeOptions& options) {
   const std::optional<ComparisonPlan> plan = plan_of(setting);
   ShowFrame show;
   if (plan) show = [&](std::size_t condition, int frame) { return show_frame(*plan, condition, frame); };
-  write_results(setting, show, {}, options.common, folder);
+  write_results(setting, show, {}, options.common, options.output, folder);
   return exit_done;
 }
 

@@ -11,6 +11,7 @@
 #include "app/commands/work_options.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
+#include "app/report/draw_pages.hpp"
 #include "app/sweep/sweep_report.hpp"
 #include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
@@ -80,7 +81,8 @@ void finish(const SweepOutcome& outcome, const CommonOptions& common, const std:
     folder->write("trials.csv", sweep.trials_csv);
     folder->write("traces.jsonl", sweep.traces_jsonl);
     folder->write("summary.json", summary.dump(2) + "\n");
-    folder->write("report.html", sweep_report_html(sweep, shard, interrupted, against));
+    folder->write(report_json_name, report_text(sweep_report(sweep, against)));
+    draw_page_or_warn(folder->staging(), output.string(), common.quiet);
     if (interrupted)
       folder->commit_unfinished();
     else

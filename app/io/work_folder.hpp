@@ -52,6 +52,9 @@ class WorkFolder {
   /// The same of a result that differs each time (wall-clock figures): the manifest leaves it out.
   void write_varying(const std::string& name, std::string_view piece);
 
+  /// Where the results lie until then; to be asked after the first is written.
+  const std::filesystem::path& staging() const { return results_->path(); }
+
   /// Puts the results in the place of older ones of this job.
   void commit_unfinished();
   /// The same with the manifest; the journal goes, or stays as `keep_journal_as`.
