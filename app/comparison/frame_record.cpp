@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "app/comparison/found.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -18,15 +20,19 @@ template <class Vector, class Use>
 void fields(Vector& v, const Eigen::Vector3d&, Use use) {
   use(v.x(), v.y(), v.z());
 }
+template <class Matrix, class Use>
+void fields(Matrix& m, const Eigen::Matrix3d&, Use use) {
+  use(m(0, 0), m(1, 0), m(2, 0), m(0, 1), m(1, 1), m(2, 1), m(0, 2), m(1, 2), m(2, 2));
+}
 template <class Fit, class Use>
 void fields(Fit& fit, const MethodFit&, Use use) {
   use(fit.outline, fit.p_C, fit.iterations, fit.residual_px, fit.step_px, fit.arc, fit.condition,
-      fit.converged, fit.time_us, fit.next_step_px);
+      fit.converged, fit.time_us, fit.next_step_px, fit.others, fit.covariance_m2);
 }
 template <class Truth, class Use>
 void fields(Truth& truth, const FrameTruth&, Use use) {
-  use(truth.source, truth.frame, truth.outline, truth.p_CB, truth.visible_fraction, truth.bound_m,
-      truth.bound_depth_m);
+  use(truth.source, truth.frame, truth.has_ball, truth.outline, truth.p_CB, truth.visible_fraction,
+      truth.bound_m, truth.bound_depth_m);
 }
 template <class Facts, class Use>
 void fields(Facts& facts, const VoteFacts&, Use use) {
@@ -86,8 +92,7 @@ void read(const json& from, T& record) {
 }  // namespace
 
 bool at_the_ball(const MethodFit& fit, const FrameTruth& truth) {
-  return !truth.outline ||
-         (fit.outline.center_px - truth.outline->center_px).norm() < 0.5 * truth.outline->radius_px;
+  return truth.outline ? is_found(fit.outline, *truth.outline) : truth.has_ball;
 }
 
 double apart_px(const MethodFit& a, const MethodFit& b) {

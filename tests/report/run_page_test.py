@@ -131,11 +131,11 @@ class ReportCommand(PageTest):
         self.addCleanup((SCRATCH / "matplotlibrc").unlink)
         folder = self.copy(REACHED)
         before = (folder / "report.html").read_bytes()
-        self.assertEqual(program("report", folder, PYTHONPATH=str(SCRATCH)).stderr, "")
+        self.assertEqual(program("report", folder, "--quiet", PYTHONPATH=str(SCRATCH)).stderr, "")
         self.assertEqual((folder / "report.html").read_bytes(), before)
 
     def test_needs_no_home(self):
-        self.assertEqual(program("report", self.copy(REACHED), HOME="/nowhere").stderr, "")
+        self.assertEqual(program("report", self.copy(REACHED), "--quiet", HOME="/nowhere").stderr, "")
 
     def test_without_matplotlib_a_run_stands_without_a_page(self):
         folder = SCRATCH / "undrawn"

@@ -24,6 +24,14 @@ std::optional<MethodFit> hough(MethodScene& scene, const HoughSettings& settings
   return chosen(scene, HoughGradient(*radius_px, settings).find(scene.bgr()));
 }
 
+std::vector<MethodFit> all_of(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
+  std::vector<MethodFit> fits;
+  for (const OutlineEllipse& circle : found) {
+    if (const auto fit = scene.from_picture_circle(circle)) fits.push_back(*fit);
+  }
+  return fits;
+}
+
 }  // namespace
 
 std::optional<MethodFit> fit_hough_gradient(MethodScene& scene) {
@@ -47,6 +55,16 @@ std::optional<MethodFit> fit_vpdot2(MethodScene& scene) {
   if (!task.click_px) return std::nullopt;
   const auto blob = vpdot2_blob(scene.bgr(), task.hue, *task.click_px, task.peers.vpdot2);
   return blob ? scene.from_picture_circle(*blob) : std::nullopt;
+}
+
+std::vector<MethodFit> detect_hough_gradient(MethodScene& scene) {
+  const auto& radius_px = scene.task().expected_radius_px;
+  if (!radius_px) return {};
+  return all_of(scene, HoughGradient(*radius_px, PeerSettings{}.hough).find(scene.bgr()));
+}
+
+std::vector<MethodFit> detect_hsv_contour(MethodScene& scene) {
+  return all_of(scene, HsvContour(scene.task().hue, PeerSettings{}.hsv).find(scene.bgr()));
 }
 
 }  // namespace ballservo

@@ -16,4 +16,8 @@ std::optional<MethodFit> fit_hsv_contour(MethodScene& scene);
 /// ViSP's blob around a click on the ball.
 std::optional<MethodFit> fit_vpdot2(MethodScene& scene);
 
+/// All circles of HoughCircles, and all contours of the ball's hue, with the settings of tutorials.
+std::vector<MethodFit> detect_hough_gradient(MethodScene& scene);
+std::vector<MethodFit> detect_hsv_contour(MethodScene& scene);
+
 }  // namespace ballservo

@@ -79,4 +79,9 @@ PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const Metho
   return chosen;
 }
 
+bool has_tuned_peers(const MethodList& methods) {
+  return std::any_of(methods.begin(), methods.end(),
+                     [](const FitMethod* method) { return method->is_peer && method->fit; });
+}
+
 }  // namespace ballservo

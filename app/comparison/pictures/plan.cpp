@@ -88,9 +88,22 @@ void read_factors(YamlNode& node, ComparisonCondition& condition) {
   }
 }
 
+void read_pictures(YamlNode map, ComparisonCondition& condition) {
+  const std::vector<std::string> painters{"lab", "room", "painted"};
+  const std::string type = map.choice("type", painters);
+  condition.painter =
+      static_cast<Painter>(std::find(painters.begin(), painters.end(), type) - painters.begin());
+  PaintedLook& look = condition.look;
+  look.half_shade = map.boolean("half_shade", look.half_shade);
+  look.highlight = map.boolean("highlight", look.highlight);
+  look.marbled = map.boolean("marbled", look.marbled);
+  look.contact_shadow = map.boolean("contact_shadow", look.contact_shadow);
+}
+
 void read_condition(YamlNode node, const std::filesystem::path& folder, FaultList& faults,
                     ComparisonCondition& condition) {
   condition.frames = static_cast<int>(node.integer("frames", 1, most_frames, condition.frames));
+  if (node.has("pictures")) read_pictures(node.map("pictures"), condition);
   read_camera_key(node, folder, faults, condition);
   read_factors(node, condition);
   if (node.has("ball")) {
@@ -115,6 +128,8 @@ void read_condition(YamlNode node, const std::filesystem::path& folder, FaultLis
           ? ComparisonBackground::plain
           : ComparisonBackground::clutter;
   condition.touching = node.boolean("touching", condition.touching);
+  condition.has_ball = !node.boolean("no_ball", !condition.has_ball);
+  condition.at_border = node.boolean("at_border", condition.at_border);
 }
 
 MethodList read_methods(YamlNode root) {
@@ -168,8 +183,10 @@ void finish_condition(const std::string& place, FaultList& faults, std::set<std:
     }
   }
   if (const std::string reason = why_not_rendered(condition); !reason.empty()) {
-    faults.add(place, reason + " (" + condition.name + ")",
-               "a ball that is wholly in the picture and in front of the camera");
+    faults.add(
+        place, reason + " (" + condition.name + ")",
+        "a ball that is wholly in the picture and in front of the camera, and settings that its painter "
+        "knows");
   }
 }
 

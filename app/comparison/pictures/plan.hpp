@@ -27,9 +27,10 @@ struct ComparisonPlan {
 ///
 /// A condition has a `name` and any of: the numbers of condition_factors() (`noise.read` is {noise:
 /// {read:}}), `frames`, `camera` ({focal_px, width_px, height_px, model, coefficients} or {file}), `ball`
-/// ({color, diameter_m, pattern}), `occlusion_side`, `background` (clutter or plain), `touching`. What it
-/// does not say is as in `defaults`, and what that does not say is as in ComparisonCondition. A camera's file
-/// is relative to the plan's, and its covariance stands beside it.
+/// ({color, diameter_m, pattern}), `occlusion_side`, `background` (clutter or plain), `touching`, `no_ball`,
+/// `at_border`, `pictures` ({type: lab, room or painted; half_shade, highlight, marbled, contact_shadow}: see
+/// Painter). What it does not say is as in `defaults`, and what that does not say is as in
+/// ComparisonCondition. A camera's file is relative to the plan's, and its covariance stands beside it.
 ///
 /// `design` makes conditions from lists of numbers: {type: one_at_a_time, vary: {depth_m: [0.5, 1, 2], ...}}
 /// changes one number of the defaults at a time, {type: grid} makes all combinations, {type: random,

@@ -1,22 +1,24 @@
-#include "tests/bench/rendered_frame.hpp"
-
 #include <algorithm>
 #include <cmath>
 
+#include "app/comparison/pictures/painters.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
-#include "servo/simulation/rendering/truth.hpp"
 
-namespace ballservo::bench {
+namespace ballservo {
 namespace {
-
-const Rgb ball_color(0.8, 0.08, 0.05);
 
 // The room's picture in the making: where things stand is drawn in the picture and in depth.
 struct Stage {
-  explicit Stage(const AccuracyCondition& wanted) : condition(wanted), camera(accuracy_camera(wanted)) {}
+  explicit Stage(const ComparisonCondition& wanted)
+      : condition(wanted), camera(wanted.camera), channels(own_channel(wanted.ball_color)) {
+    ball_color[channels.own] = 0.8;
+    ball_color[channels.other_1] = 0.08;
+  }
 
-  const AccuracyCondition& condition;
-  Camera camera;
+  const ComparisonCondition& condition;
+  const Camera& camera;
+  BallChannels channels;
+  Rgb ball_color{0.05, 0.05, 0.05};
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   World world;
   Eigen::Vector3d p_CB{0, 0, 0};
@@ -36,26 +38,28 @@ struct Stage {
   }
 };
 
-Rgb muted_color(RandomEngine& engine) {
+// Any colour but the ball's.
+Rgb muted_color(const BallChannels& channels, RandomEngine& engine) {
   Rgb color(uniform(engine, 0.1, 0.7), uniform(engine, 0.1, 0.7), uniform(engine, 0.1, 0.7));
-  color[0] = std::min(color[0], 1.4 * std::max(color[1], color[2]));  // not the ball's
+  double& own = color[channels.own];
+  own = std::min(own, 1.4 * std::max(color[channels.other_1], color[channels.other_2]));
   return color;
 }
 
-Texture muted_texture(RandomEngine& engine) {
+Texture muted_texture(const BallChannels& channels, RandomEngine& engine) {
   Texture texture;
   texture.pattern = all_patterns[uniform_index(engine, static_cast<std::uint32_t>(all_patterns.size()))];
-  texture.color = muted_color(engine);
-  texture.color_2 = 0.6 * texture.color + 0.4 * muted_color(engine);
+  texture.color = muted_color(channels, engine);
+  texture.color_2 = 0.6 * texture.color + 0.4 * muted_color(channels, engine);
   texture.scale_m = uniform(engine, 0.03, 0.4);
   return texture;
 }
 
-Texture near_color(RandomEngine& engine) {
+Texture near_color(const Stage& stage, RandomEngine& engine) {
   Texture texture;
-  texture.color = ball_color * uniform(engine, 0.6, 1.1);
-  texture.color[1] *= uniform(engine, 0.7, 1.8);
-  texture.color[2] *= uniform(engine, 0.7, 1.8);
+  texture.color = stage.ball_color * uniform(engine, 0.6, 1.1);
+  texture.color[stage.channels.other_1] *= uniform(engine, 0.7, 1.8);
+  texture.color[stage.channels.other_2] *= uniform(engine, 0.7, 1.8);
   if (uniform01(engine) < 0.4) {  // a ramp of near colours
     texture.pattern = Pattern::noise;
     texture.color_2 = texture.color * uniform(engine, 0.3, 0.8);
@@ -82,21 +86,22 @@ void add_clutter(Stage& stage, RandomEngine& engine) {
     const double size_m = size_px * depth_m / stage.camera.focal_px();
     stage.put(random_solid(size_m, engine),
               stage.world_point(random_pixel(stage, engine), depth_m + 0.3 * size_m),
-              uniform(engine, 0, M_PI), muted_texture(engine));
+              uniform(engine, 0, M_PI), muted_texture(stage.channels, engine));
   }
 }
 
 // Things of the ball's colour that do not touch the ball in the picture.
 void add_distractors(Stage& stage, RandomEngine& engine) {
   const double z = stage.p_CB.z();
-  for (int k = 0, attempts = 0; k < stage.condition.distractors && attempts < 100; ++attempts) {
+  for (int k = 0, attempts = 0; k < static_cast<int>(stage.condition.same_color) && attempts < 100;
+       ++attempts) {
     const double size_px = uniform(engine, 15, 80), depth_m = z * uniform(engine, 1.15, 1.4);
     const Eigen::Vector2d pixel = random_pixel(stage, engine);
     const double clear_px = stage.ball ? 1.15 * stage.ball->radius_px + 1.3 * size_px : 0;
     if (stage.ball && (pixel - stage.ball->center_px).norm() < clear_px) continue;
     const double size_m = size_px * depth_m / stage.camera.focal_px();
     stage.put(random_solid(size_m, engine), stage.world_point(pixel, depth_m + 0.3 * size_m),
-              uniform(engine, 0, M_PI), near_color(engine));
+              uniform(engine, 0, M_PI), near_color(stage, engine));
     ++k;
   }
 }
@@ -113,7 +118,7 @@ void add_false_disc(Stage& stage, RandomEngine& engine) {
   const bool cut = uniform01(engine) < 0.6;
   const double turned_rad = cut ? uniform(engine, 0, 0.4) : uniform(engine, 0.61, 1.2);
   stage.put(DiscShape{radius_m}, center_m, facing_rad + (uniform01(engine) < 0.5 ? -turned_rad : turned_rad),
-            near_color(engine));
+            near_color(stage, engine));
   if (!cut) return;
   const double edge = hiding_edge_distance(uniform(engine, 0.55, 0.8));
   const bool upright = uniform01(engine) < 0.5;
@@ -124,37 +129,38 @@ void add_false_disc(Stage& stage, RandomEngine& engine) {
   stage.put(BoxShape{{0.001, size_m, size_m}},
             stage.world_point(pixel + (upright ? Eigen::Vector2d(shift_px, 0) : Eigen::Vector2d(0, shift_px)),
                               card_depth_m),
-            0, muted_texture(engine));
+            0, muted_texture(stage.channels, engine));
 }
 
 // A card before the ball from one of four sides, or a post across it. Gives the side (picture axes).
 Eigen::Vector2d add_occluder(Stage& stage, RandomEngine& engine) {
-  const double z = stage.p_CB.z(), depth_m = z - accuracy_ball_radius_m * uniform(engine, 2, 6);
+  const double z = stage.p_CB.z(), depth_m = z - stage.condition.radius_m() * uniform(engine, 2, 6);
   const OutlineEllipse& ball = *stage.ball;
   const double m_per_px = depth_m / stage.camera.focal_px();
   if (uniform01(engine) < 0.2) {
     double low = 0, high = 1;  // half width of the strip that hides the fraction, in radii
     for (int k = 0; k < 60; ++k) {
       const double w = (low + high) / 2;
-      (2 / M_PI * (std::asin(w) + w * std::sqrt(1 - w * w)) < stage.condition.hidden ? low : high) = w;
+      (2 / M_PI * (std::asin(w) + w * std::sqrt(1 - w * w)) < stage.condition.occlusion ? low : high) = w;
     }
     stage.put(BoxShape{{0.001, 2 * low * ball.radius_px * m_per_px, 8 * ball.radius_px * m_per_px}},
-              stage.world_point(ball.center_px, depth_m), 0, muted_texture(engine));
+              stage.world_point(ball.center_px, depth_m), 0, muted_texture(stage.channels, engine));
     return {0, 0};
   }
   constexpr std::array<std::array<int, 2>, 4> sides{{{-1, 0}, {1, 0}, {0, 1}, {0, -1}}};
   const auto& chosen = sides[uniform_index(engine, 4)];
   const Eigen::Vector2d side(chosen[0], chosen[1]);
   const double size_px = 4 * ball.radius_px;
-  const double shift_px = hiding_edge_distance(stage.condition.hidden) * ball.radius_px + 0.5 * size_px;
+  const double shift_px = hiding_edge_distance(stage.condition.occlusion) * ball.radius_px + 0.5 * size_px;
   stage.put(BoxShape{{0.001, size_px * m_per_px, size_px * m_per_px}},
-            stage.world_point(ball.center_px + shift_px * side, depth_m), 0, muted_texture(engine));
+            stage.world_point(ball.center_px + shift_px * side, depth_m), 0,
+            muted_texture(stage.channels, engine));
   return side;
 }
 
 void add_touching_bar(Stage& stage, RandomEngine& engine) {
   const OutlineEllipse& ball = *stage.ball;
-  const double depth_m = stage.p_CB.z() + accuracy_ball_radius_m;
+  const double depth_m = stage.p_CB.z() + stage.condition.radius_m();
   const double m_per_px = depth_m / stage.camera.focal_px();
   const double width_px = uniform(engine, 0.4, 1.2) * ball.radius_px;
   const double length_px = uniform(engine, 3, 6) * ball.radius_px;
@@ -163,7 +169,7 @@ void add_touching_bar(Stage& stage, RandomEngine& engine) {
   const bool upright = uniform01(engine) < 0.5;
   const double side = uniform01(engine) < 0.5 ? -1 : 1;
   Texture texture;
-  texture.color = ball_color * uniform(engine, 0.85, 1.1);
+  texture.color = stage.ball_color * uniform(engine, 0.85, 1.1);
   const Eigen::Vector2d center_px = ball.center_px + (upright ? Eigen::Vector2d(side * shift_px, along_px)
                                                               : Eigen::Vector2d(along_px, side * shift_px));
   stage.put(BoxShape{{0.002, (upright ? width_px : length_px) * m_per_px,
@@ -187,39 +193,30 @@ void add_lamp(Stage& stage, const Eigen::Vector2d& occluder_side, RandomEngine& 
   stage.world.ambient = Rgb::Constant(uniform(engine, 0.35, 0.5));
 }
 
-// Twice as far from the centre as the outline goes.
-cv::Rect neighbourhood(const OutlineEllipse& ball) {
-  const int reach = static_cast<int>(2 * ball.radius_px) + 20;
-  return {static_cast<int>(ball.center_px.x()) - reach, static_cast<int>(ball.center_px.y()) - reach,
-          2 * reach, 2 * reach};
-}
-
 }  // namespace
 
-AccuracyFrame rendered_frame(const AccuracyCondition& condition, RandomEngine& engine) {
+RenderedFrame room_frame(const ComparisonCondition& condition, RandomEngine& engine) {
   Stage stage(condition);
-  stage.X_WC.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  stage.p_CB = accuracy_place(condition, stage.camera, engine);
-  const bool has_ball = condition.neighbour != Neighbour::no_ball;
+  stage.p_CB = draw_ball_place(condition, engine);
   const double z = stage.p_CB.z(), reach_m = 2.5 + 1.5 * z;
-  stage.X_WC.translation() = Eigen::Vector3d(0, 0, reach_m);
+  stage.X_WC = level_camera({0, 0, reach_m});
   stage.world.room = {-2.5, 2.5 * z + 2, -reach_m, reach_m, 2 * reach_m, {}, {}, {}};
-  stage.world.room.wall.texture = muted_texture(engine);
-  stage.world.room.floor.texture = muted_texture(engine);
+  stage.world.room.wall.texture = muted_texture(stage.channels, engine);
+  stage.world.room.floor.texture = muted_texture(stage.channels, engine);
 
   Eigen::Vector2d occluder_side(0, 0);
-  if (has_ball) {
-    stage.ball = project_sphere(stage.camera, stage.p_CB, accuracy_ball_radius_m);
+  if (condition.has_ball) {
+    stage.ball = project_sphere(stage.camera, stage.p_CB, condition.radius_m());
     Ball ball;
-    ball.name = ball.class_name = "ball";
-    ball.diameter_m = 2 * accuracy_ball_radius_m;
-    ball.material.texture.color = ball_color;
+    ball.name = ball.class_name = condition.ball_color;
+    ball.diameter_m = condition.diameter_m;
+    ball.material.texture.color = stage.ball_color;
     ball.material.specular = uniform01(engine) < 0.5 ? uniform(engine, 0, 0.3) : 0;
     ball.material.shininess = uniform(engine, 20, 120);
     ball.position_m = stage.X_WC * stage.p_CB;
     stage.world.balls.push_back(ball);
-    if (condition.hidden > 0) occluder_side = add_occluder(stage, engine);
-    if (condition.neighbour == Neighbour::touching_bar) add_touching_bar(stage, engine);
+    if (condition.occlusion > 0) occluder_side = add_occluder(stage, engine);
+    if (condition.touching) add_touching_bar(stage, engine);
   } else {
     for (int k = 0; k < 4; ++k) add_false_disc(stage, engine);
   }
@@ -227,25 +224,15 @@ AccuracyFrame rendered_frame(const AccuracyCondition& condition, RandomEngine& e
   add_distractors(stage, engine);
   add_lamp(stage, occluder_side, engine);
 
-  SensorOptions sensor;
-  sensor.blur_px = condition.blur_px;
-  sensor.read_noise = condition.noise;
-  sensor.gamma = condition.gamma;
-  AccuracyFrame frame;
+  RenderedFrame frame;
   const CameraView view{stage.X_WC, 0};
-  if (has_ball) {
-    frame.truth = stage.ball;
-    frame.p_CB = stage.p_CB;
-    frame.visible_fraction = ball_truth(stage.camera, stage.world, view).front().visible_fraction;
-    const cv::Rect box = neighbourhood(*stage.ball);
-    if (condition.hidden > 0) frame.unhidden = unhidden_pixels(stage.camera, stage.world, view, 0, box);
-  }
-  const CameraRenderer renderer(stage.camera, std::move(stage.world), sensor);
-  const cv::Mat light = renderer.radiance({view});
-  frame.bgr = expose(light, sensor, engine(), 0);
-  sensor.read_noise = 0;
-  frame.clean_bgr = expose(light, sensor, 0, 0);
+  if (condition.has_ball) frame.truth = ball_truth(stage.camera, stage.world, view).front();
+  const bool has_bound = condition.has_ball && condition.sensor.gamma == 1;
+  if (has_bound && condition.occlusion > 0)
+    frame.unhidden = unhidden_pixels(stage.camera, stage.world, view, 0, neighbourhood(*stage.ball));
+  const CameraRenderer renderer(stage.camera, std::move(stage.world), condition.sensor);
+  expose_frame(renderer.radiance({view}), condition.sensor, engine(), 0, has_bound, frame);
   return frame;
 }
 
-}  // namespace ballservo::bench
+}  // namespace ballservo
