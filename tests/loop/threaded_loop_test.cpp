@@ -4,78 +4,25 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <stdexcept>
 #include <system_error>
 
 #include "app/loop/guarded_robot.hpp"
 #include "calibration/base/fault.hpp"
-#include "servo/features/builtin_laws.hpp"
+#include "tests/loop/test_ports.hpp"
 
 namespace ballservo {
 namespace {
 
 using namespace std::chrono_literals;
 
-/// Gives a frame a hundredth of a second, up to some time; then nothing, or a fault.
-class TestCamera final : public FrameSource {
- public:
-  std::optional<CameraFrame> take(Clock& clock, double until_s) override {
-    const double due_s = static_cast<double>(frames_ + 1) / 100;
-    if (due_s > until_s) return std::nullopt;
-    clock.sleep_until(due_s);
-    if (due_s > until_s_ && throws_) throw std::runtime_error("unplugged");
-    if (due_s > until_s_) return std::nullopt;
-    return CameraFrame{frames_++, due_s};
-  }
-  double until_s_ = 1e9;
-  bool throws_ = false;
-
- private:
-  long frames_ = 0;
-};
-
-/// Always sees the ball, a metre and a half ahead.
-class TestPerception final : public BallPerception {
- public:
-  explicit TestPerception(const ServoGoal& goal) : goal_(goal) {}
-  Percept look(const CameraFrame& frame) override {
-    Percept percept;
-    percept.ball = {frame.time_s, TrackState::confirmed,
-                    goal_.mount.X_RC().inverse() * Eigen::Vector3d(1.5, 0.0, goal_.ball_height_m),
-                    1e-6 * Eigen::Matrix3d::Identity()};
-    return percept;
-  }
-
- private:
-  ServoGoal goal_;
-};
-
-/// Remembers what it was told, and is where it was.
-class TestRobot final : public Robot {
- public:
-  RobotState read(double now_s) override { return {now_s, {}, {}}; }
-  void command(const Twist2& twist, double now_s) override {
-    told.push_back(twist);
-    told_s.push_back(now_s);
-    if (throws && twist.v_mps > 0) throw std::runtime_error("motor off");
-  }
-  bool rests() const { return told.back().v_mps == 0.0 && told.back().w_radps == 0.0; }
-  bool drove() const {
-    return std::any_of(told.begin(), told.end(), [](const Twist2& twist) { return twist.v_mps > 0.05; });
-  }
-  std::vector<Twist2> told;
-  std::vector<double> told_s;
-  bool throws = false;
-};
-
 struct ThreadedLoop : testing::Test {
   LoopPorts ports() { return {camera, perception, robot, controller}; }
 
-  TestCamera camera;
-  TestPerception perception{ServoGoal{}};
-  TestRobot robot;
-  Controller controller{for_threads({}), builtin_laws().make({}, {})};
+  test::TestCamera camera;
+  test::TestPerception perception;
+  test::TestRobot robot;
+  Controller controller = test::test_controller(for_threads({}));
   WallClock clock;
 };
 
@@ -86,7 +33,7 @@ TEST_F(ThreadedLoop, DrivesAndRestsAtItsEnd) {
 }
 
 TEST_F(ThreadedLoop, FramesThatEndLeaveTheRobotAtRest) {
-  camera.until_s_ = 0.6;
+  camera.lives_until_s = 0.6;
   run_threaded_loop(ports(), clock, [](double time_s) { return time_s < 1.2; });
   EXPECT_TRUE(robot.drove());
   for (std::size_t k = 0; k < robot.told.size(); ++k) {
@@ -114,8 +61,8 @@ TEST_F(ThreadedLoop, AControllerThatHangsIsStoppedByTheGuard) {
 }
 
 TEST_F(ThreadedLoop, AFaultOfTheCameraEndsTheRunAndIsHandedOn) {
-  camera.until_s_ = 0.2;
-  camera.throws_ = true;
+  camera.lives_until_s = 0.2;
+  camera.throws = true;
   EXPECT_THROW(run_threaded_loop(ports(), clock, [](double) { return true; }), std::runtime_error);
   EXPECT_TRUE(robot.rests());
 }
@@ -153,18 +100,14 @@ TEST_F(ThreadedLoop, AThreadThatCannotBeStartedEndsTheOthersAndIsSaidInWords) {
 }
 
 TEST_F(ThreadedLoop, AShieldThatDoesNotKnowOfThreadsIsRefused) {
-  struct WithSonars final : Robot {
-    RobotState read(double now_s) override { return {now_s, {}, {}}; }
-    void command(const Twist2&, double) override {}
-    bool has_sonars() const override { return true; }
-  } with_sonars;
+  robot.sonars = true;
   ControllerOptions options;
   options.avoidance.type = AvoidanceOptions::Type::shield;
-  Controller shielded(options, builtin_laws().make({}, {}));
+  Controller shielded = test::test_controller(options);
   const GoOn once = [](double) { return false; };
-  EXPECT_THROW(run_threaded_loop({camera, perception, with_sonars, shielded}, clock, once), InputError);
-  Controller counts_on_threads(for_threads(options), builtin_laws().make({}, {}));
-  EXPECT_NO_THROW(run_threaded_loop({camera, perception, with_sonars, counts_on_threads}, clock, once));
+  EXPECT_THROW(run_threaded_loop({camera, perception, robot, shielded}, clock, once), InputError);
+  Controller knows = test::test_controller(for_threads(options));
+  EXPECT_NO_THROW(run_threaded_loop({camera, perception, robot, knows}, clock, once));
 }
 
 TEST_F(ThreadedLoop, NoCommandPassesTheGuardWhereSensorsAreSilent) {

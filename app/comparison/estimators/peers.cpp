@@ -1,11 +1,37 @@
-#include "app/comparison/estimators/peer_methods.hpp"
+#include "app/comparison/estimators/peers.hpp"
+
+#include <fmt/format.h>
+#include <visp3/blob/vpDot2.h>
 
 #include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "app/comparison/estimators/method_scene.hpp"
 
 namespace ballservo {
 namespace {
+
+vpImage<unsigned char> visp_picture(const cv::Mat& grey) {
+  vpImage<unsigned char> picture(static_cast<unsigned>(grey.rows), static_cast<unsigned>(grey.cols));
+  for (int v = 0; v < grey.rows; ++v) std::copy_n(grey.ptr(v), grey.cols, picture[static_cast<unsigned>(v)]);
+  return picture;
+}
+
+std::string in_words(const HoughSettings& settings) {
+  return fmt::format("param1 {:g}, param2 {:g}", settings.edges, settings.support);
+}
+
+std::string in_words(const HsvSettings& settings) {
+  return fmt::format("saturation from {:g}, value from {:g}", settings.least_saturation,
+                     settings.least_value);
+}
+
+std::string in_words(const VpDot2Settings& settings) {
+  const std::string picture =
+      settings.mask ? "mask of hue, " + in_words(settings.hsv) : std::string("grey picture");
+  return fmt::format("{}; ellipsoid shape precision {:g}", picture, settings.roundness);
+}
 
 // The first of the list, or the one that is meant.
 std::optional<MethodFit> chosen(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
@@ -65,6 +91,38 @@ std::vector<MethodFit> detect_hough_gradient(MethodScene& scene) {
 
 std::vector<MethodFit> detect_hsv_contour(MethodScene& scene) {
   return all_of(scene, HsvContour(scene.task().hue, PeerSettings{}.hsv).find(scene.bgr()));
+}
+
+std::optional<OutlineEllipse> vpdot2_blob(const cv::Mat& bgr, int hue, const Eigen::Vector2d& click_px,
+                                          const VpDot2Settings& settings) {
+  cv::Mat grey;
+  if (settings.mask) {
+    grey = hsv_mask(bgr, hue, settings.hsv);
+  } else {
+    cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  }
+  const int u = static_cast<int>(std::lround(click_px.x())), v = static_cast<int>(std::lround(click_px.y()));
+  if (u < 0 || v < 0 || u >= grey.cols || v >= grey.rows) return std::nullopt;
+  if (settings.mask && grey.at<unsigned char>(v, u) == 0) return std::nullopt;
+  try {
+    vpDot2 dot;
+    dot.setGraphics(false);
+    dot.setComputeMoments(true);
+    dot.setEllipsoidShapePrecision(settings.roundness);
+    dot.initTracking(visp_picture(grey), vpImagePoint(v, u));
+    const OutlineEllipse blob{{dot.getCog().get_u(), dot.getCog().get_v()},
+                              std::sqrt(std::max(0.0, dot.getArea()) / M_PI)};
+    if (!blob.center_px.allFinite() || !(blob.radius_px > 0)) return std::nullopt;
+    return blob;
+  } catch (const vpException&) {  // no blob that it would track
+    return std::nullopt;
+  }
+}
+
+std::string in_words(const PeerSettings& settings) {
+  return "hough_gradient: " + in_words(settings.hough) +
+         "; hough_gradient_alt: " + in_words(settings.hough_alt) +
+         "; hsv_contour: " + in_words(settings.hsv) + "; vpdot2: " + in_words(settings.vpdot2);
 }
 
 }  // namespace ballservo
