@@ -10,7 +10,7 @@
 
 #include "app/comparison/estimators/converged_fits.hpp"
 #include "app/comparison/estimators/methods.hpp"
-#include "app/comparison/estimators/peer_settings.hpp"
+#include "app/comparison/estimators/peers.hpp"
 #include "perception/detector.hpp"
 
 namespace ballservo {
