@@ -21,18 +21,15 @@ std::string_view avoidance_type_name(AvoidanceOptions::Type type) {
 void AvoidanceOptions::check(FaultList& faults, const std::string& place) const {
   if (type == Type::none) return;
   grid.check(faults, place + ".grid");
-  guard.check(faults, place + ".guard");
-  steering.check(faults, place + ".steering");
-  check_not_negative(faults, place + ".model_m", model_m, "m");
+  check_positive(faults, place + ".half_view_rad", half_view_rad, "rad");
 }
 
 Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s)
     : options_(options),
-      shield_{limits, options.grid.footprint, period_s, options.creep, options.model_m},
-      grid_(options.grid),
-      watch_(options.guard) {
+      shield_{limits, options.grid.footprint, period_s, options.creep},
+      grid_(options.grid) {
   if (options.type == AvoidanceOptions::Type::full) {
-    steering_.emplace(options.steering, limits, options.grid.footprint);
+    steering_.emplace(options.half_view_rad, limits, options.grid.footprint);
   }
 }
 
@@ -61,7 +58,7 @@ ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotM
   SensorStamps stamps = watch_.stamps();
   stamps.frame_s = frame_s_;
   stamps.step_s = now_s;
-  const GuardVerdict allowed = guard(now_s, stamps, options_.guard);
+  const GuardVerdict allowed = guard(now_s, stamps, {});
   Twist2 guarded = command;
   if (!allowed.forward && guarded.v_mps > 0.0) guarded.v_mps = 0.0;
   if (!allowed.backward && guarded.v_mps < 0.0) guarded.v_mps = 0.0;

@@ -163,7 +163,7 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
       FrameTruth truth;
       truth.frame = k;
       truth.outline = rendered.truth.outline;
-      pictures.push_back({rendered.bgr, truth, task(c, truth), condition.camera});
+      pictures.push_back({rendered.bgr, truth, task(c, truth)});
     }
     if (peers_asked_) setups_[c].peers = tuned_peers(pictures, plan_.methods);
     if (detectors_asked_) {
