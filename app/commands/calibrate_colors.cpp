@@ -90,8 +90,8 @@ int show_file(const ColorsOptions& options) {
 }
 
 /// Shows that work goes on, and lets it be interrupted.
-RegionSearch region_search(const CommonOptions& common, Progress& progress) {
-  RegionSearch search;
+RegionSearchOptions region_search(const CommonOptions& common, Progress& progress) {
+  RegionSearchOptions search;
   search.seed = common.seed;
   search.before_each_test = [&progress, asked = 0L]() mutable {
     throw_if_interrupted();
@@ -184,7 +184,7 @@ int run_calibrate_colors(const ColorsOptions& options) {
     lesson.pictures = set.read(options.common.max_pixels);
     for (const ColorPicture& picture : lesson.pictures) lesson.sources.push_back(picture.source);
     Progress progress(tested_regions, 0, options.common.quiet);
-    const RegionSearch search = region_search(options.common, progress);
+    const RegionSearchOptions search = region_search(options.common, progress);
     lesson.colors = requests.empty() ? learn_colors(lesson.pictures, search, background)
                                      : learn_classes(lesson.pictures, requests, search, background);
   }

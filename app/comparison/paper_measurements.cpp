@@ -130,7 +130,7 @@ std::shared_ptr<const ColorTable> learn(const std::vector<std::string>& words, s
     }
     requests.push_back(request);
   }
-  RegionSearch search;
+  RegionSearchOptions search;
   search.seed = seed;
   return std::make_shared<const ColorTable>(learn_classes(pictures, requests, search).table);
 }

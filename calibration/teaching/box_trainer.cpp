@@ -24,7 +24,7 @@ constexpr double majority = 0.6;          // of the balls seen must have one col
 
 }  // namespace
 
-BoxTrainer::BoxTrainer(std::string name, const PointedBall& box, const RegionSearch& search)
+BoxTrainer::BoxTrainer(std::string name, const PointedBall& box, const RegionSearchOptions& search)
     : name_(std::move(name)), box_(box), place_(box), search_(search) {
   FaultList faults;
   if (!is_class_name(name_))

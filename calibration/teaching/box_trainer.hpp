@@ -17,7 +17,7 @@ class BoxTrainer {
  public:
   /// `box`: in pixels of the frames. Throws InputError for a name that is no class name or a box that is no
   /// box.
-  BoxTrainer(std::string name, const PointedBall& box, const RegionSearch& search = {});
+  BoxTrainer(std::string name, const PointedBall& box, const RegionSearchOptions& search = {});
 
   /// Looks at the next frame (CV_8UC3, all of one size); whether a ball was in the box. Throws InputError
   /// where the box lies outside the picture.
@@ -41,7 +41,7 @@ class BoxTrainer {
  private:
   std::string name_;
   PointedBall box_, place_;
-  RegionSearch search_;
+  RegionSearchOptions search_;
   std::vector<BallCandidate> balls_;  // `picture` is the frame
   CellCounts off_ball_, all_;
   std::vector<Shown> shown_;

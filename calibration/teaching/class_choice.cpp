@@ -56,7 +56,7 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
     throw Refusal(fmt::format(
         "class {}: nothing round and coloured was found in {}. Try a picture where the ball is whole, "
         "in even light and larger than {:.0f} px across, or say where it is: --at {}=CX,CY,R",
-        request.name, pictures[request.pictures.front()].source, 2 * RegionSearch().min_radius_px,
+        request.name, pictures[request.pictures.front()].source, 2 * RegionSearchOptions().min_radius_px,
         request.name));
   }
   // A colour that lies mostly outside round things is a worse answer than one that is all in them.
@@ -121,7 +121,7 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
         fmt::format(
             "nothing round and coloured was found. Try a picture where the ball is whole, in even light, and "
             "at least {:.0f} px across; or say where it is: --class NAME=IMAGE --at NAME=CX,CY,R",
-            2 * RegionSearch().min_radius_px) +
+            2 * RegionSearchOptions().min_radius_px) +
         (groups.empty() ? ""
                         : "\nRound regions whose colour lies mostly elsewhere in the picture:" +
                               list_of(any, groups, pictures)));

@@ -21,7 +21,7 @@ struct Survey {
   std::vector<BallCandidate> candidates;
 };
 
-Survey survey(const std::vector<ColorPicture>& pictures, const RegionSearch& search) {
+Survey survey(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search) {
   Survey result;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     result.cleared.push_back({pictures[i].source, clear_picture(pictures[i].bgr)});
@@ -132,7 +132,7 @@ void refuse_grey(const std::vector<ColorPicture>& pictures) {
       "mode, or give it more light");
 }
 
-LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const RegionSearch& search,
+LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search,
                           const std::vector<ColorPicture>& background) {
   if (pictures.empty()) throw InputError("pictures", "none", "one or more pictures of balls");
   refuse_grey(pictures);
@@ -157,7 +157,7 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Regio
 }
 
 LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
-                           const std::vector<ClassRequest>& requests, const RegionSearch& search,
+                           const std::vector<ClassRequest>& requests, const RegionSearchOptions& search,
                            const std::vector<ColorPicture>& background) {
   FaultList faults;
   check_requests(requests, pictures, faults);

@@ -61,7 +61,7 @@ void refuse_grey(const std::vector<ColorPicture>& pictures);
 /// Every colour whose regions are round becomes a class, named by its colour word; where several share a word
 /// the largest keeps it plain, the others are red_2, red_3 and so on. `background`: pictures without any
 /// ball. Throws Refusal when nothing round and coloured is seen; InputError for bad pictures.
-LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const RegionSearch& search = {},
+LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search = {},
                           const std::vector<ColorPicture>& background = {});
 
 /// One class per request. Which of several colours is meant, the ball pointed at settles, or a name that is a
@@ -70,7 +70,7 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Regio
 /// twice, a pointed ball that is not finite, not larger than nothing or outside its picture (all faults at
 /// once).
 LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
-                           const std::vector<ClassRequest>& requests, const RegionSearch& search = {},
+                           const std::vector<ClassRequest>& requests, const RegionSearchOptions& search = {},
                            const std::vector<ColorPicture>& background = {});
 
 }  // namespace ballservo

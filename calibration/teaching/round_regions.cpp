@@ -93,7 +93,7 @@ double fill_of(const Placed& region, const CircleEstimate& circle) {
 
 /// The region as a ball, if it passes the circle test.
 std::optional<RoundRegion> circle_test(const Placed& placed, double scale, CircleVoter& voter,
-                                       const RegionSearch& search) {
+                                       const RegionSearchOptions& search) {
   const auto boundary = boundary_of(placed);
   if (boundary.size() < 8) return std::nullopt;
   if (search.before_each_test) search.before_each_test();
@@ -117,7 +117,8 @@ std::optional<RoundRegion> circle_test(const Placed& placed, double scale, Circl
 }
 
 /// The region as a ball smeared by motion: an ellipse, which counts for less the longer it is.
-std::optional<RoundRegion> ellipse_test(const Placed& placed, double scale, const RegionSearch& search) {
+std::optional<RoundRegion> ellipse_test(const Placed& placed, double scale,
+                                        const RegionSearchOptions& search) {
   const cv::Moments m = cv::moments(placed.mask, true);
   const double least_radius = search.sure_radius_px;
   if (m.m00 < pi * least_radius * least_radius) return std::nullopt;
@@ -238,7 +239,7 @@ double hue_agreement(const RoundRegion& region, const cv::Mat& modes) {
 
 }  // namespace
 
-RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearch& search) {
+RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& search) {
   if (bgr.empty() || bgr.type() != CV_8UC3)
     throw InputError("picture", "not 8-bit colour", "an 8-bit BGR picture");
   RoundRegions result;

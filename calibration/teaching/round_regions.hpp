@@ -14,7 +14,7 @@
 namespace ballservo {
 
 /// How the search for round coloured regions goes.
-struct RegionSearch {
+struct RegionSearchOptions {
   double min_radius_px = 4.5;       ///< at the working scale
   double sure_radius_px = 8;        ///< smaller ones must be rounder: a few pixels of anything are round
   double max_working_pixels = 1e6;  ///< larger pictures are searched at a reduced scale
@@ -49,6 +49,6 @@ struct RoundRegions {
 /// neighbours' modes may differ, how much chroma counts as colour), because no single one suits both a pale
 /// ball in dim light and a glossy one beside its own reflection; a place keeps its roundest region, of those
 /// that stand out where any does. `bgr` is CV_8UC3. Throws InputError for a picture of another type.
-RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearch& search = {});
+RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& search = {});
 
 }  // namespace ballservo

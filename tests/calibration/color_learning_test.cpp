@@ -119,7 +119,7 @@ TEST(RoundRegions, AFistAroundABallIsNoBall) {
 TEST(RoundRegions, LargePicturesGiveCoordinatesOfTheOriginal) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 160, 120, 50, blue_paint);
-  RegionSearch search;
+  RegionSearchOptions search;
   search.max_working_pixels = 160 * 120;
   const RoundRegions found = find_round_regions(picture, search);
   ASSERT_EQ(found.regions.size(), 1u);

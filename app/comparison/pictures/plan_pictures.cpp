@@ -41,7 +41,7 @@ std::shared_ptr<const ColorTable> learn_color(const ComparisonCondition& conditi
     pictures.push_back({teaching.name, render_comparison_frame(teaching, seed, k).bgr});
     request.pictures.push_back(static_cast<std::size_t>(k));
   }
-  RegionSearch search;
+  RegionSearchOptions search;
   search.seed = seed;
   return std::make_shared<const ColorTable>(learn_classes(pictures, {request}, search).table);
 }
