@@ -38,7 +38,7 @@ class Stages {
   const std::vector<Region>& regions() const { return regions_.regions(); }
   std::vector<BoundaryPoint> boundary(int region) {
     std::vector<BoundaryPoint> points;
-    regions_.boundary(region, closed_, pixels_);
+    regions_.boundary(region, pixels_);
     for (const BoundaryPixel& pixel : pixels_)
       points.push_back({Eigen::Vector2f(pixel.u_px, pixel.v_px), {0, 0}});
     return points;
@@ -130,9 +130,9 @@ std::shared_ptr<const ColorTable> learn(const std::vector<std::string>& words, s
     }
     requests.push_back(request);
   }
-  LearnOptions options;
-  options.regions.seed = seed;
-  return std::make_shared<const ColorTable>(learn_classes(pictures, requests, options).table);
+  RegionSearchOptions search;
+  search.seed = seed;
+  return std::make_shared<const ColorTable>(learn_classes(pictures, requests, search).table);
 }
 
 // How the pixels well inside balls of each colour are told, on pictures that were not learnt from.

@@ -5,12 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include "perception/outline/ball_observation.hpp"
+#include "perception/ball_observation.hpp"
 
 namespace ballservo {
-
-/// A cell of a CSV file, quoted where it has to be (RFC 4180).
-std::string csv_cell(std::string_view text);
 
 /// The header line, with its newline.
 std::string ball_rows_header();

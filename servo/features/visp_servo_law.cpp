@@ -32,7 +32,9 @@ vpMatrix unicycle_eJe() {
 
 VispServoLaw::VispServoLaw(double gain_per_s, const CameraMount& mount,
                            std::unique_ptr<BallFeatures> features)
-    : mount_(mount), features_(std::move(features)), task_(vpServo::EYEINHAND_L_cVe_eJe) {
+    : mount_(mount), features_(std::move(features)) {
+  // Not by vpServo(type): ViSP 3.5 leaves the threshold of the pseudo-inverse uninitialised there.
+  task_.setServo(vpServo::EYEINHAND_L_cVe_eJe);
   task_.setInteractionMatrixType(vpServo::CURRENT, vpServo::PSEUDO_INVERSE);
   task_.setLambda(gain_per_s);
   task_.set_cVe(vpVelocityTwistMatrix(to_visp(mount.X_RC().inverse())));

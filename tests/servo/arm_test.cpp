@@ -38,7 +38,8 @@ struct Ending {
 Ending drive(const vpViper850& arm, vpColVector q, const vpColVector& p_fB, BallFeature& seen,
              BallFeature& desired) {
   desired.buildFrom({0, 0, desired_range_m});
-  vpServo task(vpServo::EYEINHAND_L_cVe_eJe);
+  vpServo task;  // not vpServo(type): ViSP 3.5 leaves the threshold of the pseudo-inverse uninitialised there
+  task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
   task.setInteractionMatrixType(vpServo::CURRENT);
   task.setLambda(1.0);
   vpVelocityTwistMatrix cVe;

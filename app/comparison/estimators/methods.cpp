@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "app/comparison/estimators/circle_methods.hpp"
-#include "app/comparison/estimators/cone_methods.hpp"
+#include "app/comparison/estimators/fits.hpp"
 #include "app/comparison/estimators/method_scene.hpp"
-#include "app/comparison/estimators/peer_methods.hpp"
+#include "app/comparison/estimators/peers.hpp"
 #include "app/comparison/frame_record.hpp"
 #include "app/comparison/stopwatch.hpp"
 
@@ -43,18 +42,18 @@ std::vector<FitMethod> make_methods() {
       paper_steps(5, true),
       paper_steps(10, true),
       {"paper_converged", "the minimum of E(c) over the same pixels (Ceres)", ring, false,
-       fit_paper_converged},
+       [](MethodScene& scene) { return fit_paper_converged(scene, false); }},
       {"paper_robust", "E(c) with a robust loss in place of the square (Ceres, several starts)", ring, false,
-       fit_paper_robust},
+       [](MethodScene& scene) { return fit_paper_converged(scene, true); }},
       {"sphere_one_step",
        "one Gauss-Newton step on the angles between edge rays and the ball's tangent cone: what runs on line",
        edges, false, [](MethodScene& scene) { return fit_sphere_steps(scene, 1); }},
       {"sphere_steps_2", "two such steps on the same points", edges, false,
        [](MethodScene& scene) { return fit_sphere_steps(scene, 2); }},
       {"sphere_converged", "the minimum of the same over the same points (Ceres)", edges, false,
-       fit_sphere_converged},
+       [](MethodScene& scene) { return fit_sphere_converged(scene, false); }},
       {"sphere_robust", "a robust loss in place of the points' robust weights (Ceres, several starts)", edges,
-       false, fit_sphere_robust},
+       false, [](MethodScene& scene) { return fit_sphere_converged(scene, true); }},
       {"kasa", "Kasa's algebraic circle: sum w (|p - c|^2 - r^2)^2 over the ring", ring, false, fit_kasa},
       {"taubin", "Taubin's algebraic circle: the same over its mean squared slope", ring, false, fit_taubin},
       peer("hough_gradient", "OpenCV HoughCircles, HOUGH_GRADIENT, told the radius to within a half",

@@ -13,7 +13,6 @@ struct TuningPicture {
   cv::Mat bgr;
   FrameTruth truth;
   MethodTask task;
-  Camera camera;
 };
 
 /// For each peer among the methods the setting that finds the ball in most of the pictures and, among those,

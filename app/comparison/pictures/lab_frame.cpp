@@ -9,13 +9,7 @@
 namespace ballservo {
 namespace {
 
-constexpr double margin_px = 10;  // the ring around the outline must lie in the picture too
 constexpr double jitter_px = 1.5;
-
-Eigen::Vector3d ball_place(const ComparisonCondition& condition, double azimuth_rad) {
-  const double lateral = condition.depth_m * std::tan(condition.off_axis_rad);
-  return {lateral * std::cos(azimuth_rad), lateral * std::sin(azimuth_rad), condition.depth_m};
-}
 
 Eigen::Vector2d unit_vector(double angle) { return {std::cos(angle), std::sin(angle)}; }
 
@@ -162,21 +156,11 @@ std::vector<CameraView> exposure_views(const ComparisonCondition& condition, con
 
 }  // namespace
 
-std::vector<double> usable_azimuths(const ComparisonCondition& condition) {
-  constexpr int directions = 72;
-  std::vector<double> usable;
-  for (int k = 0; k < directions; ++k) {
-    const double azimuth = 2 * M_PI * k / directions;
-    if (inside_picture(condition, ball_place(condition, azimuth), margin_px + 3)) usable.push_back(azimuth);
-  }
-  return usable;
-}
-
 RenderedFrame lab_frame(const ComparisonCondition& condition, RandomEngine& engine, int frame) {
   const std::vector<double> azimuths = usable_azimuths(condition);
   if (azimuths.empty()) throw std::invalid_argument("the condition cannot be rendered: " + condition.name);
   const double azimuth = azimuths[uniform_index(engine, static_cast<std::uint32_t>(azimuths.size()))];
-  Eigen::Vector3d p_CB = ball_place(condition, azimuth);
+  Eigen::Vector3d p_CB = place_off_axis(condition, azimuth);
   p_CB *= uniform(engine, 1 - depth_jitter, 1 + depth_jitter);
   const double m_per_px = p_CB.z() / condition.camera.focal_px();
   p_CB.x() += uniform(engine, -jitter_px, jitter_px) * m_per_px;

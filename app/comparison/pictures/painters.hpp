@@ -18,6 +18,9 @@ RenderedFrame painted_frame(const ComparisonCondition& condition, RandomEngine& 
 /// In every painter's frames the ball's depth is the condition's, more or less by up to this part of it.
 inline constexpr double depth_jitter = 0.02;
 
+/// A ball at the condition's depth and angle off the axis, in a direction (rad) of the picture.
+Eigen::Vector3d place_off_axis(const ComparisonCondition& condition, double azimuth_rad);
+
 /// Evenly spread directions (rad, of the picture) off the axis in which the whole ball is in the picture.
 std::vector<double> usable_azimuths(const ComparisonCondition& condition);
 

@@ -115,6 +115,23 @@ void expose_frame(const cv::Mat& light, const SensorOptions& sensor, std::uint64
   frame.clean_bgr = expose(light, noiseless, 0, 0);
 }
 
+Eigen::Vector3d place_off_axis(const ComparisonCondition& condition, double azimuth_rad) {
+  const double lateral = condition.depth_m * std::tan(condition.off_axis_rad);
+  return {lateral * std::cos(azimuth_rad), lateral * std::sin(azimuth_rad), condition.depth_m};
+}
+
+std::vector<double> usable_azimuths(const ComparisonCondition& condition) {
+  constexpr int directions = 72;
+  constexpr double margin_px = 10;  // the ring around the outline must lie in the picture too
+  std::vector<double> usable;
+  for (int k = 0; k < directions; ++k) {
+    const double azimuth = 2 * M_PI * k / directions;
+    if (inside_picture(condition, place_off_axis(condition, azimuth), margin_px + 3))
+      usable.push_back(azimuth);
+  }
+  return usable;
+}
+
 std::string why_not_rendered(const ComparisonCondition& condition) {
   if (const std::string name = not_shown(condition); !name.empty())
     return name + ", which pictures of this type do not show";

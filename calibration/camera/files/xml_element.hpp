@@ -14,7 +14,8 @@ struct XmlElement {
   std::vector<XmlElement> children;
 };
 
-/// The root element. InputError (with line) for what is not well-formed or nested deeper than 16. `name` stands for the file. Attributes are passed over.
+/// The root element. InputError (with line) for what is not well-formed or nested deeper than 16. `name`
+/// stands for the file. Attributes are passed over.
 XmlElement parse_xml(const std::string& text, const std::string& name);
 
 }  // namespace ballservo

@@ -1,5 +1,5 @@
-// An arm that looks at a ball: a Viper 850 with the camera in its hand keeps the ball on the camera's axis, 0.4 m away.
-// ViSP's own: the arm's kinematics and the task. Ours: the feature.
+// An arm that looks at a ball: a Viper 850 with the camera in its hand keeps the ball on the camera's axis,
+// 0.4 m away. ViSP's own: the arm's kinematics and the task. Ours: the feature.
 #include <visp3/robot/vpViper850.h>
 #include <visp3/vs/vpServo.h>
 
@@ -25,7 +25,8 @@ int main() {
   seen.buildFrom(p_CB());
   desired.buildFrom({0, 0, 0.4});
 
-  vpServo task(vpServo::EYEINHAND_L_cVe_eJe);
+  vpServo task;  // not vpServo(type): ViSP 3.5 leaves the threshold of the pseudo-inverse uninitialised there
+  task.setServo(vpServo::EYEINHAND_L_cVe_eJe);
   task.setInteractionMatrixType(vpServo::CURRENT);
   task.setLambda(1.0);
   vpVelocityTwistMatrix cVe;
@@ -42,7 +43,8 @@ int main() {
     const vpColVector joint_speeds = task.computeControlLaw();
     const vpColVector e = task.getError();
     if (step % 200 == 0)
-      std::printf("%4.1f s: log range %+.6f, azimuth %+.6f rad, elevation %+.6f rad\n", step * period_s, e[0], e[1], e[2]);
+      std::printf("%4.1f s: log range %+.6f, azimuth %+.6f rad, elevation %+.6f rad\n", step * period_s, e[0],
+                  e[1], e[2]);
     q += joint_speeds * period_s;
   }
   const double left = task.getError().frobeniusNorm();

@@ -41,8 +41,8 @@ def difference_map(facts, places):
     spacing = 2 * facts["image_width_px"] / max(1, facts["columns"] - 1)
     length = np.hypot(places["dx_px"], places["dy_px"])
     scale = enlargement([facts["difference_median_px"]], 0.7 * spacing)
-    every_second = (np.arange(len(length)) % facts["columns"] % 2 == 0) & (np.arange(len(length)) // facts["columns"] % 2 == 0)
-    drawn = every_second & (scale * length < 3 * spacing)
+    row, column = np.divmod(np.arange(len(length)), facts["columns"])
+    drawn = (row % 2 == 0) & (column % 2 == 0) & (scale * length < 3 * spacing)
     plot.quiver(*(places[name][drawn] for name in ("x_px", "y_px")),
                 *(scale * places[name][drawn] for name in ("dx_px", "dy_px")), angles="xy", scale_units="xy", scale=1,
                 color="#ffffff", edgecolor=INK, linewidth=0.4, width=0.003)

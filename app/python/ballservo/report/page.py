@@ -20,7 +20,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 # Okabe and Ito's palette ("Color universal design", 2008): told apart by colour-blind readers too.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888")
 INK = "#1d2126"  # becomes the page's text colour, which follows the reader's light or dark system
-MAP_COLORS = "inferno"
+MAP_COLORS = "viridis"
 PHONE_PX = 520  # a wider drawing is scrolled on a phone, not shrunk
 
 matplotlib.rcdefaults()

@@ -1,0 +1,38 @@
+// The edge along one outline.
+#include "perception/outline/edge_points.hpp"
+
+#include <gtest/gtest.h>
+
+#include "perception/outline/ball_position.hpp"
+#include "perception/outline/camera_response.hpp"
+#include "tests/perception/painted_ball.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr ImageSize size{320, 240};
+constexpr double radius_px = 40;
+
+/// The share of the segments in which an edge is found between a disc and the grey around it, that differ in
+/// green alone.
+double share_found(std::uint8_t inside, std::uint8_t around) {
+  const Camera camera = test::pinhole(size, 400);
+  const RayTable rays(camera);
+  cv::Mat bgr(size.height_px, size.width_px, CV_8UC3, cv::Scalar::all(around));
+  test::paint_disc(bgr, *camera.project({0, 0, 1}), radius_px, {around, inside, around});
+  EdgeMeter meter;
+  OutlineEdges edges;
+  meter.measure(bgr, rays, *cone_near_circle({{0, 0}, radius_px}, 400), CameraResponse::linear(), edges);
+  EXPECT_GT(edges.segments, 16);
+  return static_cast<double>(edges.points.size()) / edges.segments;
+}
+
+TEST(EdgeMeter, InTheDarkAFainterEdgeWillDo) {
+  EXPECT_EQ(share_found(152, 140), 1);
+  EXPECT_EQ(share_found(147, 140), 0);  // a shadow's edge, a texture
+  EXPECT_EQ(share_found(47, 40), 1);
+  EXPECT_EQ(share_found(13, 10), 0);
+}
+
+}  // namespace
+}  // namespace ballservo

@@ -1,0 +1,120 @@
+// The filter of a ball's motion: what it predicts, and whether its covariance says how well.
+#include "perception/tracking/track_filter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "calibration/base/random.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr double dt_s = 1.0 / 30;
+
+TEST(TrackFilter, MeasurementsOfAStandstillGiveItsPlaceAndNoVelocity) {
+  BallFeatures features{{0.2, -0.1, 3}, {0.001, 0.001, 0.01}};
+  TrackFilter filter(features, 0);
+  for (int k = 1; k < 60; ++k) {
+    filter.predict(k * dt_s);
+    EXPECT_LT(filter.distance2(features), 1);
+    filter.correct(features);
+  }
+  EXPECT_LT((filter.value() - features.value).norm(), 1e-6);
+  EXPECT_LT(filter.velocity().norm(), 1e-4);
+  EXPECT_GT(filter.variance().minCoeff(), 0);
+}
+
+TEST(TrackFilter, FeaturesAndConeAreTheSameThing) {
+  BallObservation ball;
+  ball.cone = *TangentCone::of_sphere({0.3, -0.2, 1.1}, 0.05);
+  const BallFeatures features = features_of(ball, 0.02);
+  const TangentCone cone = cone_of(features.value);
+  EXPECT_LT((cone.axis - ball.cone.axis).norm(), 1e-12);
+  EXPECT_NEAR(cone.alpha_rad, ball.cone.alpha_rad, 1e-12);
+  EXPECT_LT((position_of(features.value, {0, 0, 0}, {0.05, 0}).p_C - Eigen::Vector3d(0.3, -0.2, 1.1)).norm(),
+            1e-12);
+}
+
+Eigen::Vector3d normal_vector(RandomEngine& engine) {
+  return {standard_normal(engine), standard_normal(engine), standard_normal(engine)};
+}
+
+/// A ball whose acceleration is another one every `lasts_s`, in the filter's own quantities.
+class Wanderer {
+ public:
+  Wanderer(double radius, RandomEngine& engine)
+      : engine_(engine),
+        sigma_(acceleration_radii_s2 * radius, acceleration_radii_s2 * radius, 0),
+        velocity_(5 * radius * standard_normal(engine), 5 * radius * standard_normal(engine), 0),
+        value_(0.1, -0.05, -std::log(radius)) {}
+
+  void go_on(double duration_s) {
+    constexpr double step_s = 1.0 / 300;
+    for (double done_s = 0; done_s < duration_s - 1e-9; done_s += step_s) {
+      if (held_s_ <= 1e-9)
+        acceleration_ = sigma_.cwiseProduct(normal_vector(engine_)), held_s_ = acceleration_lasts_s;
+      value_ += step_s * velocity_ + 0.5 * step_s * step_s * acceleration_;
+      velocity_ += step_s * acceleration_;
+      held_s_ -= step_s;
+    }
+  }
+  BallFeatures measured(const Eigen::Vector3d& sigma) {
+    return {value_ + sigma.cwiseProduct(normal_vector(engine_)), sigma};
+  }
+  const Eigen::Vector3d& value() const { return value_; }
+
+ private:
+  RandomEngine& engine_;
+  double held_s_ = 0;
+  Eigen::Vector3d sigma_, velocity_, value_, acceleration_{0, 0, 0};
+};
+
+/// Mean squared error of a prediction over its variance, across the picture (1: honest), after half a second
+/// of pictures and then `unseen_s` without, over many motions.
+double normalized_error(double rate_hz, double unseen_s) {
+  constexpr int motions = 400;
+  constexpr double radius = 0.05;
+  RandomEngine engine = random_stream(5, "wanderers");
+  const Eigen::Vector3d sigma(0.03 * radius, 0.03 * radius, 0.03);
+  double sum = 0;
+  for (int motion = 0; motion < motions; ++motion) {
+    Wanderer ball(radius, engine);
+    TrackFilter filter(ball.measured(sigma), 0);
+    double time_s = 0;
+    const auto next = [&] {
+      ball.go_on(1 / rate_hz);
+      filter.predict(time_s += 1 / rate_hz);
+    };
+    while (time_s < 0.5 - 1e-9) next(), filter.correct(ball.measured(sigma));
+    while (time_s < 0.5 + unseen_s - 1e-9) next();
+    const Eigen::Vector3d error = ball.value() - filter.value(), variance = filter.variance();
+    sum += 0.5 * (error.x() * error.x() / variance.x() + error.y() * error.y() / variance.y()) / motions;
+  }
+  return sum;
+}
+
+TEST(TrackFilter, ThePredictionsCovarianceIsTheirErrorAtAnyRate) {
+  // 800 squared normal draws: their mean has a sigma of 5 %. Held for a while, an acceleration moves the ball
+  // less within that while than white noise does: by 3/4 of its variance.
+  for (const double rate_hz : {15.0, 30.0, 60.0}) {
+    for (const double unseen_s : {1 / rate_hz, 0.2, 0.4, 0.8}) {
+      const double error = normalized_error(rate_hz, unseen_s);
+      EXPECT_GT(error, 0.65) << rate_hz << " Hz, " << unseen_s << " s";
+      EXPECT_LT(error, 1.25) << rate_hz << " Hz, " << unseen_s << " s";
+    }
+  }
+}
+
+TEST(TrackFilter, ManyShortPredictionsAreOneLongOne) {
+  const BallFeatures features{{0.2, -0.1, 3}, {0.001, 0.001, 0.01}};
+  TrackFilter one(features, 0), many(features, 0);
+  one.predict(0.6);
+  for (int k = 1; k <= 36; ++k) many.predict(k / 60.0);
+  EXPECT_LT((one.value() - many.value()).norm(), 1e-12);
+  EXPECT_LT((one.variance() - many.variance()).cwiseQuotient(one.variance()).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+}  // namespace
+}  // namespace ballservo
