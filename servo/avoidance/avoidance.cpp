@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "calibration/base/options.hpp"
 #include "servo/motion/option_check.hpp"
 
 namespace ballservo {
@@ -16,6 +17,20 @@ std::string_view avoidance_type_name(AvoidanceOptions::Type type) {
       break;
   }
   return "full";
+}
+
+void declare(OptionVisitor& v, AvoidanceOptions& avoidance) {
+  v.boolean("creep", avoidance.creep, "slow commands may pass by the rule of creeping away (SAFETY.md)");
+  v.boolean("floor", avoidance.floor, "what the camera sees standing on the floor is not free");
+  FreeSpaceOptions& space = avoidance.space;
+  v.number("start_clear_m", space.start_clear_m, NumberRange::within(0, 3, "m"),
+           "nothing stands within this of the axle at the start");
+  v.number("memory_s", space.memory_s, NumberRange::above(0, 600, "s"),
+           "what was seen free counts so long, in motion");
+  v.number("drift_allowed_m", space.drift_allowed_m, NumberRange::above(0, 0.5, "m"),
+           "and until odometry may have drifted so far");
+  v.number("look_range_m", space.look_range_m, NumberRange::within(0.5, 3, "m"),
+           "nothing further off is remembered of a firing");
 }
 
 void AvoidanceOptions::check(FaultList& faults, const std::string& place) const {

@@ -13,6 +13,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 struct AvoidanceOptions {
   /// none: the law drives alone. shield: its commands pass the guard and the shield. full: ways around
   /// obstacles are looked for too.
@@ -27,6 +29,9 @@ struct AvoidanceOptions {
 
   void check(FaultList& faults, const std::string& place) const;
 };
+
+/// The keys of a scenario's `avoidance` but its type.
+void declare(OptionVisitor& v, AvoidanceOptions& avoidance);
 
 /// "none", "shield", "full".
 std::string_view avoidance_type_name(AvoidanceOptions::Type type);

@@ -39,15 +39,10 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
   if (!(actuation_delay_s >= 0.0 && actuation_delay_s <= 2.0)) {
     faults.add(place + ".actuation_delay_s", shown_number(actuation_delay_s), "a number from 0 to 2 (s)");
   }
-  try {
-    limits.validate();
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults())
-      faults.add(place + ".limits." + fault.place, fault.found, fault.allowed);
-  }
+  check_options(faults, place + ".limits", limits);
   check_not_negative(faults, place + ".command_s", command_s, "s");
   goal.check(faults, place + ".goal");
-  law.check(faults, place + ".law");
+  check_options(faults, place + ".law", law);
   envelope.check(faults, place + ".envelope");
   filter.check(faults, place + ".filter");
   avoidance.check(faults, place + ".avoidance");

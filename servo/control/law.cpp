@@ -33,24 +33,13 @@ void ServoGoal::check(FaultList& faults, const std::string& place) const {
     faults.add(place + ".taught_center_over_radius", "no ball before the camera",
                "three finite numbers, the third above 1 (radii)");
   }
-  try {
-    mount.validate();
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults())
-      faults.add(place + "." + fault.place, fault.found, fault.allowed);
-  }
+  check_options(faults, place + ".mount", mount);
 }
 
-void LawOptions::check(FaultList& faults, const std::string& place) const {
-  const auto& names = law_names();
-  if (std::find(names.begin(), names.end(), name) == names.end()) {
-    std::string allowed = "one of";
-    for (const std::string& known : names) allowed += " " + known;
-    faults.add(place + ".name", name, allowed);
-  }
-  if (!(gain_per_s > 0.0 && gain_per_s <= 10.0)) {
-    faults.add(place + ".gain_per_s", shown_number(gain_per_s), "a number above 0 and up to 10 (1/s)");
-  }
+void declare(OptionVisitor& v, LawOptions& law) {
+  v.choice("name", law.name, law_names(), "the law");
+  v.number("gain_per_s", law.gain_per_s, NumberRange::above(0, 10, "1/s"),
+           "lambda of the exponential decay of the error that it asks for");
 }
 
 const std::vector<std::string>& law_names() {
@@ -60,7 +49,7 @@ const std::vector<std::string>& law_names() {
 
 std::unique_ptr<Law> make_law(const LawOptions& options, const ServoGoal& goal) {
   FaultList faults;
-  options.check(faults, "law");
+  check_options(faults, "law", options);
   goal.check(faults, "target");
   faults.throw_if_any();
   if (options.name == "visp") return std::make_unique<VispLaw>(options, goal);

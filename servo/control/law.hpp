@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calibration/base/fault.hpp"
+#include "calibration/base/options.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 
@@ -40,10 +40,8 @@ struct ServoGoal {
 struct LawOptions {
   std::string name = "cone";  ///< one of law_names()
   double gain_per_s = 2.0;    ///< lambda of the exponential decay that the law asks for: de/dt = -lambda e
-
-  /// Adds a fault for an unknown name or a gain outside (0, 10].
-  void check(FaultList& faults, const std::string& place) const;
 };
+void declare(OptionVisitor& v, LawOptions& law);
 
 /// What a law asks for, before anybody looks at what the robot can do. Always finite.
 struct LawOutput {

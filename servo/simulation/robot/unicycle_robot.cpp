@@ -5,6 +5,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 
@@ -14,7 +15,7 @@ constexpr double longest_step_s = 1e-3;
 
 UnicycleRobot::UnicycleRobot(const Pose2& start, const UnicycleLimits& limits, double actuation_delay_s)
     : pose_(start), limits_(limits), delay_s_(actuation_delay_s) {
-  limits_.validate();
+  check_options("limits", limits_);
   if (!(std::isfinite(delay_s_) && delay_s_ >= 0)) {
     throw InputError("actuation_delay_s",
                      std::isfinite(delay_s_) ? number_text(delay_s_) : "not a finite number",

@@ -1,0 +1,199 @@
+#include "calibration/base/options.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "calibration/base/numbers.hpp"
+
+namespace ballservo {
+namespace {
+
+template <class... Cases>
+struct Overloaded : Cases... {
+  using Cases::operator()...;
+};
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+/// The number as messages show it: "NaN" and "inf" too.
+std::string shown(double value) {
+  if (std::isnan(value)) return "NaN";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return number_text(value);
+}
+
+/// What a missing key is read as; nothing for one that is required.
+template <class Value>
+std::optional<Value> fallback_of(const Option& option, const Value* value) {
+  return option.fallback.required ? std::nullopt : std::optional<Value>(*value);
+}
+
+}  // namespace
+
+void OptionReader::option(const Option& o) {
+  const auto low = static_cast<long long>(o.range.low), high = static_cast<long long>(o.range.high);
+  std::visit(Overloaded{
+                 [&](double* value) { *value = node_.number(o.key, o.range, fallback_of(o, value)); },
+                 [&](long long* value) { *value = node_.integer(o.key, low, high, fallback_of(o, value)); },
+                 [&](bool* value) { *value = node_.boolean(o.key, fallback_of(o, value)); },
+                 [&](std::string* value) {
+                   *value = o.choices.empty() ? node_.text(o.key, fallback_of(o, value))
+                                              : node_.choice(o.key, o.choices, fallback_of(o, value));
+                 },
+                 [&](std::vector<double>* values) {
+                   *values = node_.numbers(o.key, o.range, o.count, fallback_of(o, values));
+                 },
+             },
+             o.value);
+}
+
+void OptionReader::below(const YamlNode& node, const Body& body) {
+  const YamlNode above = std::exchange(node_, node);
+  body();
+  node_ = above;
+}
+
+void OptionReader::map(Text key, const Body& body, const Fallback& fallback) {
+  below(node_.map(key, fallback.required), body);
+}
+
+void OptionReader::list(Text key, std::size_t, const std::function<void(std::size_t)>& item,
+                        const Fallback& fallback) {
+  const std::vector<YamlNode> items = node_.list(key, fallback.required);
+  for (std::size_t i = 0; i < items.size(); ++i) below(items[i], [&] { item(i); });
+}
+
+void OptionReader::entries(Text key, Text, const std::function<void(Text)>& entry) {
+  const YamlNode node = node_.map(key, false);
+  below(node, [&] {
+    for (const std::string& name : node.keys()) entry(name);
+  });
+}
+
+void OptionReader::only_if(bool holds, Text, const Body& body) {
+  if (holds) body();
+}
+
+void OptionReader::require(bool holds, Text key, Text found, Text allowed) {
+  if (!holds) node_.fault(key, found, allowed);
+}
+
+void OptionChecker::option(const Option& o) {
+  const auto check = [&](double value, const std::string& allowed) {
+    require(std::isfinite(value) && o.range.contains(value), o.key, shown(value), allowed);
+  };
+  std::visit(Overloaded{
+                 [&](const double* value) { check(*value, o.range.to_text()); },
+                 [&](const long long* value) {
+                   check(static_cast<double>(*value),
+                         fmt::format("a whole number from {} to {}", o.range.low, o.range.high));
+                 },
+                 [](const bool*) {},
+                 [&](const std::string* value) {
+                   require(o.choices.empty() || std::count(o.choices.begin(), o.choices.end(), *value) > 0,
+                           o.key, *value, "one of " + joined(o.choices));
+                 },
+                 [&](const std::vector<double>* values) {
+                   for (const double value : *values) check(value, o.range.to_text());
+                 },
+             },
+             o.value);
+}
+
+void OptionChecker::below(std::string place, const Body& body) {
+  std::swap(place, place_);
+  body();
+  place_ = std::move(place);
+}
+
+void OptionChecker::list(Text key, std::size_t count, const std::function<void(std::size_t)>& item,
+                         const Fallback&) {
+  for (std::size_t i = 0; i < count; ++i) below(fmt::format("{}[{}]", path(key), i), [&] { item(i); });
+}
+
+void OptionChecker::only_if(bool holds, Text, const Body& body) {
+  if (holds) body();
+}
+
+void OptionChecker::require(bool holds, Text key, Text found, Text allowed) {
+  if (!holds) faults_.add(path(key), found, allowed);
+}
+
+void OptionLister::option(const Option& o) {
+  OptionRow row{path(o.key), o.range.unit, "", o.range.interval(), o.help, conditions_, o};
+  row.fallback = std::visit(Overloaded{
+                                [](const double* value) { return number_text(*value); },
+                                [](const long long* value) { return std::to_string(*value); },
+                                [](const bool* value) { return std::string(*value ? "true" : "false"); },
+                                [](const std::string* value) { return *value; },
+                                [](const std::vector<double>* values) {
+                                  std::vector<std::string> texts;
+                                  for (const double value : *values) texts.push_back(number_text(value));
+                                  return "[" + joined(texts) + "]";
+                                },
+                            },
+                            o.value);
+  if (std::holds_alternative<bool*>(o.value)) row.allowed = "true, false";
+  if (std::holds_alternative<std::string*>(o.value))
+    row.allowed = o.choices.empty() ? "text" : joined(o.choices);
+  if (std::holds_alternative<long long*>(o.value)) row.allowed = "whole, " + row.allowed;
+  if (std::holds_alternative<std::vector<double>*>(o.value))
+    row.allowed = (o.count > 0 ? std::to_string(o.count) : "a list") + " in " + row.allowed;
+  if (o.fallback.required) row.fallback = "required";
+  if (!o.fallback.words.empty()) row.fallback = o.fallback.words;
+  std::visit([](auto& value) { value = nullptr; }, row.option.value);
+  rows_.push_back(std::move(row));
+}
+
+void OptionLister::list(Text key, std::size_t, const std::function<void(std::size_t)>& item,
+                        const Fallback&) {
+  below(path(key) + "[]", [&] { item(0); });
+}
+
+void OptionLister::entries(Text key, Text example, const std::function<void(Text)>& entry) {
+  below(path(key), [&] { entry(example); });
+}
+
+void OptionLister::only_if(bool, Text condition, const Body& body) {
+  conditions_.push_back(path(condition));
+  body();
+  conditions_.pop_back();
+}
+
+std::string option_table(const std::vector<OptionRow>& rows) {
+  std::vector<std::array<std::string, 5>> lines{{"key", "unit", "default", "allowed", "meaning"}};
+  for (const OptionRow& row : rows) {
+    std::string when;
+    for (const std::string& condition : row.conditions)
+      when += condition.substr(condition.find_last_of('.') + 1) + "; ";
+    lines.push_back({"`" + row.path + "`", row.unit, row.fallback, row.allowed, when + row.help});
+  }
+  std::array<std::size_t, 5> widths{};
+  for (const auto& line : lines) {
+    for (std::size_t k = 0; k < line.size(); ++k) widths[k] = std::max(widths[k], line[k].size());
+  }
+  std::string text;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    for (std::size_t k = 0; k < widths.size(); ++k) text += fmt::format("| {:<{}} ", lines[i][k], widths[k]);
+    text += "|\n";
+    if (i > 0) continue;
+    for (const std::size_t width : widths) text += "|" + std::string(width + 2, '-');
+    text += "|\n";
+  }
+  return text;
+}
+
+void NumberFinder::option(const Option& o) {
+  double* const* number = std::get_if<double*>(&o.value);
+  if (number && path(o.key) == wanted_) use_(**number, o);
+}
+
+}  // namespace ballservo
