@@ -18,7 +18,6 @@
 #include "app/report/color_preview.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
-#include "calibration/circles/region_circle.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/teaching/box_lesson.hpp"
 #include "calibration/teaching/learn_colors.hpp"
@@ -90,25 +89,18 @@ int show_file(const ColorsOptions& options) {
   return exit_done;
 }
 
-/// The circle estimator, which also shows that work goes on and can be interrupted.
-class ShownEstimator {
- public:
-  explicit ShownEstimator(const CommonOptions& common)
-      : progress_("regions tested for roundness", 0, common.quiet),
-        votes_(region_circle_estimator(common.seed)) {}
-  CircleEstimator estimator() {
-    return [this](const std::vector<Eigen::Vector2f>& boundary_px) {
-      throw_if_interrupted();
-      progress_.step(++asked_);
-      return votes_(boundary_px);
-    };
-  }
+/// Shows that work goes on, and lets it be interrupted.
+LearnOptions learn_options(const CommonOptions& common, Progress& progress) {
+  LearnOptions options;
+  options.regions.seed = common.seed;
+  options.regions.before_each_test = [&progress, asked = 0L]() mutable {
+    throw_if_interrupted();
+    progress.step(++asked);
+  };
+  return options;
+}
 
- private:
-  Progress progress_;
-  CircleEstimator votes_;
-  long asked_ = 0;
-};
+constexpr const char* tested_regions = "regions tested for roundness";
 
 constexpr int most_camera_frames = 900;
 
@@ -116,8 +108,8 @@ Lesson learn_from_box(const ColorsOptions& options, const std::pair<std::string,
                       const std::vector<ColorPicture>& background) {
   auto sequences = open_sources({options.from}, 30, options.common.max_pixels);
   FrameSequence& sequence = *sequences.front();
-  ShownEstimator shown(options.common);
-  BoxLesson lesson(box.first, box.second, shown.estimator());
+  Progress progress(tested_regions, 0, options.common.quiet);
+  BoxLesson lesson(box.first, box.second, learn_options(options.common, progress));
   // A recorded video ends; a camera would show an empty box for ever.
   const bool ends = source_files({options.from}).front().kind != SourceFile::Kind::camera;
   while (!lesson.enough() && (ends || lesson.looked_at() < most_camera_frames)) {
@@ -191,10 +183,10 @@ int run_calibrate_colors(const ColorsOptions& options) {
   } else if (ways > 0) {
     lesson.pictures = set.read(options.common.max_pixels);
     for (const ColorPicture& picture : lesson.pictures) lesson.sources.push_back(picture.source);
-    ShownEstimator shown(options.common);
-    lesson.colors = requests.empty()
-                        ? learn_colors(lesson.pictures, shown.estimator(), {}, background)
-                        : learn_classes(lesson.pictures, requests, shown.estimator(), {}, background);
+    Progress progress(tested_regions, 0, options.common.quiet);
+    const LearnOptions learn = learn_options(options.common, progress);
+    lesson.colors = requests.empty() ? learn_colors(lesson.pictures, learn, background)
+                                     : learn_classes(lesson.pictures, requests, learn, background);
   }
   lesson.colors.table = joined(options, lesson, std::move(files));
   const ColorTable& colors = lesson.colors.table;

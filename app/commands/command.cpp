@@ -95,6 +95,16 @@ CLI::Option* add_integer_option(CLI::App& command, const std::string& name, int&
       ->type_name("N");
 }
 
+void add_keys_flag(CLI::App& command, const std::string& file, std::vector<OptionRow> (*keys)()) {
+  command.add_flag_callback(
+      "--keys",
+      [file, keys] {
+        fmt::print("{}", option_page(file, keys()));
+        throw CLI::Success();
+      },
+      "Print every key of a " + file + ": unit, default, allowed values, meaning");
+}
+
 void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--json", options.json, "Write the results as JSON here")->type_name("FILE");
   command.add_flag("--quiet", options.quiet, "Say nothing but errors");

@@ -9,7 +9,6 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
-#include "app/comparison/comparison_statistics.hpp"
 #include "app/experiment/realtime_runner.hpp"
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_report.hpp"
@@ -21,6 +20,7 @@
 #include "app/io/video_writer.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/base/system_file.hpp"
 #include "calibration/color/color_file.hpp"
 
@@ -148,7 +148,7 @@ std::string lateness(const Scenario& scenario, const RunRecord& run) {
       "after its exposure) and {} were left out; the robot drove by what came. A lower camera.rate_hz, or "
       "--perception geometric, costs less",
       scenario.camera.rate_hz, frames + static_cast<std::size_t>(wall.frames_skipped), wall.frames_late,
-      quantile(wall.frame_age_ms, 0.5), wall.frames_skipped);
+      median(wall.frame_age_ms), wall.frames_skipped);
 }
 
 int run_servo(const ServoOptions& options) {
@@ -268,6 +268,7 @@ void add_servo_command(CLI::App& program, Action& action) {
                     "robot moves within 0.2 m of something");
   command->add_flag("--realtime", options->realtime,
                     "On the wall clock, camera, control and guard in threads of their own");
+  add_keys_flag(*command, "scenario", scenario_keys);
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_servo(*options); }; });
 }

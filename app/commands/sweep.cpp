@@ -43,7 +43,7 @@ std::optional<Sweep> read_other(const std::filesystem::path& folder) {
 void say(const Sweep& sweep, const SweepComparison* against, const std::filesystem::path& folder,
          bool quiet) {
   const SweepCounts n = count_trials(sweep.trials);
-  const Interval ci = proportion_ci95(n.reached, n.feasible());
+  const ConfidenceInterval ci = clopper_pearson_ci95(n.reached, n.feasible());
   fmt::print("{} of {} reached, {} collisions\n", n.reached, n.feasible(), n.collisions);
   if (quiet) return;
   fmt::print(stderr, "ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
@@ -53,7 +53,7 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
     spdlog::warn("{} has none of this sweep's feasible seeds: nothing to compare", against->other);
     return;
   }
-  const Interval d = matched_difference_ci95(against->reached);
+  const ConfidenceInterval d = matched_difference_ci95(against->reached);
   fmt::print(stderr,
              "ballservo: success less that of {}: {:+.2f} % (95 % interval {:+.2f} to {:+.2f} %), {} pairs\n",
              against->other, against->reached.difference() * 100, d.low * 100, d.high * 100,
@@ -172,6 +172,7 @@ void add_merge_command(CLI::App& sweep, Action& action) {
   command->add_option("-o,--output", options->output, "Folder for the results")->required()->type_name("DIR");
   command->add_option("--against", options->against, "Folder of another sweep to compare with, seed by seed")
       ->type_name("DIR");
+  add_keys_flag(*command, "scenario", scenario_keys);
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_merge(*options); }; });
 }
@@ -211,6 +212,7 @@ void add_sweep_command(CLI::App& program, Action& action) {
   add_perception_option(*command, options->perception);
   command->add_option("--against", options->against, "Folder of another sweep to compare with, seed by seed")
       ->type_name("DIR");
+  add_keys_flag(*command, "scenario", scenario_keys);
   add_common_options(*command, options->common);
   add_merge_command(*command, action);
   command->callback([options, command, &action] {

@@ -39,13 +39,14 @@ struct TrackTotals {
   int tracks = 0;
 };
 
-cv::Scalar state_color(Track::State state) {
+cv::Scalar state_color(TrackState state) {
   switch (state) {
-    case Track::State::tentative:
+    case TrackState::tentative:
       return {0, 220, 255};
-    case Track::State::confirmed:
+    case TrackState::confirmed:
       return {255, 0, 255};
-    case Track::State::coasting:
+    case TrackState::coasting:
+    case TrackState::none:
       break;
   }
   return {200, 200, 200};
@@ -54,7 +55,7 @@ cv::Scalar state_color(Track::State state) {
 void draw_tracks(cv::Mat& picture, const std::vector<Track>& tracks, const Detector& detector) {
   for (const Track& track : tracks) {
     const std::string& name = detector.colors().name_of(track.color_class);
-    std::string label = fmt::format("{} {} {}", track.id, name, state_name(track.state));
+    std::string label = fmt::format("{} {} {}", track.id, name, track_state_name(track.state));
     if (track.ball.position) label += fmt::format(" {:.3f} m", track.ball.position->p_C.norm());
     draw_ball(picture, detector.rays().camera(), track.ball, label, state_color(track.state));
   }
@@ -117,9 +118,10 @@ int run_track(const TrackOptions& options) {
       bool with_ball = false;
       for (const Track& track : tracks) {
         const std::string& name = factory.colors().name_of(track.color_class);
-        csv += ball_row({frame->source, frame->index, frame->time_s, track.id, name, state_name(track.state)},
-                        factory.with_total_covariance(track.ball));
-        const bool seen = track.state != Track::State::coasting;
+        csv += ball_row(
+            {frame->source, frame->index, frame->time_s, track.id, name, track_state_name(track.state)},
+            factory.with_total_covariance(track.ball));
+        const bool seen = track.state != TrackState::coasting;
         with_ball |= seen;
         (seen ? totals.seen : totals.coasting) += 1;
         last_id = std::max(last_id, track.id);

@@ -65,14 +65,13 @@ std::string second_look(const ComparisonResults& results) {
     if (std::isfinite(summary.second_pass_rate)) rates.push_back(summary.second_pass_rate);
   }
   if (rates.empty()) return "";
-  const double mean = std::accumulate(rates.begin(), rates.end(), 0.0) / static_cast<double>(rates.size());
   return fmt::format(
       "The exact fit's one step is the last of one or two: where the first was longer than a pixel, or the "
       "next would be longer than {:g} px, it measures the edges a second time, from where it has got to, and "
       "steps again. On line as here that happens in {} of the frames (mean over the conditions; the least "
       "{}, the most {}). sphere_one_step is the step after the last measurement, and sphere_converged has "
       "the same points.",
-      enough_next_step_px, percent(mean), percent(*std::min_element(rates.begin(), rates.end())),
+      enough_next_step_px, percent(mean(rates)), percent(*std::min_element(rates.begin(), rates.end())),
       percent(*std::max_element(rates.begin(), rates.end())));
 }
 
@@ -90,7 +89,7 @@ void add_questions(Page& page) {
            break_px)});
 }
 
-std::string with_interval(double value, const Interval& interval) {
+std::string with_interval(double value, const ConfidenceInterval& interval) {
   if (!std::isfinite(interval.low)) return figure(value) + " mm";
   return fmt::format("{} mm (95 % {} to {})", figure(value), figure(interval.low), figure(interval.high));
 }

@@ -63,7 +63,7 @@ PlotSeries interval_series(PlotColor color) {
   series.opacity = 0.6;
   return series;
 }
-void add_interval(PlotSeries& series, double x, const Interval& interval) {
+void add_interval(PlotSeries& series, double x, const ConfidenceInterval& interval) {
   if (!std::isfinite(interval.low) || !std::isfinite(interval.high)) return;
   for (const double y : {interval.low, interval.high, nan}) {
     series.x.push_back(x);
@@ -277,8 +277,8 @@ Svg cost_plot(const ComparisonResults& results) {
     point.marker_px = headline.dashed ? 3 : 5;
     point.color = PlotColor::series(headline.color);
     point.opacity = headline.dashed ? 0.5 : 1;
-    point.x = {quantile(times_ms, 0.5)};
-    point.y = {quantile(errors_mm, 0.5)};
+    point.x = {median(times_ms)};
+    point.y = {median(errors_mm)};
     all.push_back(std::move(point));
   }
   PlotOptions options = chart("What each costs, and how well it does");

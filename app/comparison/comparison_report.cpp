@@ -18,7 +18,7 @@ constexpr std::size_t most_examples = 16, most_tables = 40;
 
 std::string found_words(const MethodStatistics& s) { return fmt::format("{} of {}", s.found, s.frames); }
 
-std::string with_interval(double value, const Interval& interval) {
+std::string with_interval(double value, const ConfidenceInterval& interval) {
   if (!std::isfinite(interval.low)) return figure(value);
   return fmt::format("{} ({} to {})", figure(value), figure(interval.low), figure(interval.high));
 }
@@ -217,8 +217,8 @@ void add_costs(Page& page, const ComparisonResults& results) {
       found += s.found;
       frames += s.frames;
     }
-    const double median_ms = quantile(times_ms, 0.5);
-    table.rows.push_back({results.methods[m]->name, figure(median_ms), figure(quantile(errors_mm, 0.5)),
+    const double median_ms = median(times_ms);
+    table.rows.push_back({results.methods[m]->name, figure(median_ms), figure(median(errors_mm)),
                           fmt::format("{} of {}", found, frames)});
     if (std::isfinite(median_ms)) (results.methods[m]->is_peer ? peers_ms : own_ms) += median_ms;
   }

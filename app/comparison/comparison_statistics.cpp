@@ -13,28 +13,6 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kept_differences = 400;
 
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return values.empty() ? nan : sum / static_cast<double>(values.size());
-}
-
-double root_mean_square(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value * value;
-  return values.empty() ? nan : std::sqrt(sum / static_cast<double>(values.size()));
-}
-
-double spread(const std::vector<double>& values) {
-  if (values.size() < 2) return nan;
-  const double middle = mean(values);
-  double sum = 0;
-  for (const double value : values) sum += (value - middle) * (value - middle);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
-}
-
-double median(const std::vector<double>& values) { return quantile(values, 0.5); }
-
 double largest(const std::vector<double>& values) {
   return values.empty() ? nan : *std::max_element(values.begin(), values.end());
 }
@@ -67,7 +45,7 @@ class Errors {
     s.frames = frames_;
     s.found = found_;
     s.failed = frames_ - found_;
-    s.found_ci95 = wilson(found_, frames_);
+    s.found_ci95 = wilson_ci95(found_, frames_);
     s.center_rms_px = root_mean_square(centers_);
     s.center_median_px = median(centers_);
     s.radius_bias_px = mean(radii_);
@@ -77,10 +55,10 @@ class Errors {
     s.position_p90_mm = quantile(positions_, 0.9);
     s.position_rms_mm = root_mean_square(positions_);
     s.depth_bias_mm = mean(depths_);
-    s.depth_spread_mm = spread(depths_);
+    s.depth_spread_mm = standard_deviation(depths_);
     s.depth_rms_mm = root_mean_square(depths_);
     s.lateral_bias_mm = mean(outward_);
-    s.lateral_spread_mm = std::hypot(spread(x_), spread(y_));
+    s.lateral_spread_mm = std::hypot(standard_deviation(x_), standard_deviation(y_));
     s.time_us_median = median(times_);
     s.iterations_median = median(iterations_);
     s.unconverged = mean(unconverged_);

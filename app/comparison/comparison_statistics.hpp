@@ -24,14 +24,14 @@ struct MethodStatistics {
   double lateral_bias_mm;  ///< mean error across the axis, positive away from the axis
   double time_us_median;
 
-  Interval found_ci95, position_median_ci95_mm;
+  ConfidenceInterval found_ci95, position_median_ci95_mm;
   double center_median_px;
   double depth_spread_mm, lateral_spread_mm;  ///< standard deviations about the bias; lateral: all of x, y
   double depth_rms_mm;
   /// The median over all frames, a failure counted as an error without bound: infinite where most fail.
   double charged_median_mm;
   double bound_rms_mm, rms_over_bound;  ///< of the frames found that have a bound
-  Interval rms_over_bound_ci95;
+  ConfidenceInterval rms_over_bound_ci95;
   double iterations_median, unconverged;  ///< of the fits that say so; share that did not converge
 };
 
@@ -49,17 +49,17 @@ struct PairStatistics {
   int breaks = 0;  ///< frames in which they lie more than break_px apart
   double center_median_px, center_max_px, radius_median_px, radius_max_px;
   double position_median_mm, position_max_mm;
-  Interval center_median_ci95_px, position_median_ci95_mm;  ///< bootstrap
+  ConfidenceInterval center_median_ci95_px, position_median_ci95_mm;  ///< bootstrap
 };
 
 /// One row of tests.csv: is one method nearer to the truth than the other on the same frames?
 struct PairedTest {
   MethodPair pair;
-  int frames = 0;               ///< in which both found the ball
-  double difference_median_mm;  ///< of |error a| - |error b|: negative where a is the better
-  Interval difference_ci95_mm;  ///< bootstrap
-  double wilcoxon_p, holm_p;    ///< of the differences; adjusted for the condition's tests
-  int only_a = 0, only_b = 0;   ///< frames in which only one found the ball
+  int frames = 0;                         ///< in which both found the ball
+  double difference_median_mm;            ///< of |error a| - |error b|: negative where a is the better
+  ConfidenceInterval difference_ci95_mm;  ///< bootstrap
+  double wilcoxon_p, holm_p;              ///< of the differences; adjusted for the condition's tests
+  int only_a = 0, only_b = 0;             ///< frames in which only one found the ball
   double mcnemar_p;
 };
 

@@ -17,7 +17,7 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-std::string interval(double value, const Interval& ci) {
+std::string interval(double value, const ConfidenceInterval& ci) {
   return std::isfinite(ci.low) ? fmt::format("{} [{}, {}]", figure(value), figure(ci.low), figure(ci.high))
                                : figure(value);
 }

@@ -10,8 +10,8 @@
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "app/comparison/resampling.hpp"
 #include "app/comparison/stopwatch.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/camera/ray_table.hpp"
-#include "calibration/circles/region_circle.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "perception/detector.hpp"
 #include "perception/segmentation/classification.hpp"
@@ -23,8 +23,6 @@ namespace {
 
 constexpr int frames = 16, timed_frames = 12, colors_frames = 4;
 constexpr int least_region_px = 100;
-
-double median(const std::vector<double>& values) { return quantile(values, 0.5); }
 
 // The paper's stages of one picture up to the regions.
 class Stages {
@@ -132,8 +130,9 @@ std::shared_ptr<const ColorTable> learn(const std::vector<std::string>& words, s
     }
     requests.push_back(request);
   }
-  return std::make_shared<const ColorTable>(
-      learn_classes(pictures, requests, region_circle_estimator(seed)).table);
+  LearnOptions options;
+  options.regions.seed = seed;
+  return std::make_shared<const ColorTable>(learn_classes(pictures, requests, options).table);
 }
 
 // How the pixels well inside balls of each colour are told, on pictures that were not learnt from.

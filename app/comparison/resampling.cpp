@@ -11,26 +11,14 @@ namespace ballservo {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double z_95 = 1.959963984540054;
 constexpr int resamples = 400;
 constexpr std::size_t fewest_values = 5;
 
 }  // namespace
 
-double quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) return nan;
-  const double place = std::clamp(fraction, 0.0, 1.0) * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(below);
-  std::nth_element(values.begin(), at, values.end());
-  if (below + 1 >= values.size()) return *at;
-  const double next = *std::min_element(at + 1, values.end());
-  return *at + (place - static_cast<double>(below)) * (next - *at);
-}
-
-Interval bootstrap(const std::vector<double>& values,
-                   const std::function<double(const std::vector<double>&)>& statistic, std::uint64_t seed,
-                   std::string_view purpose) {
+ConfidenceInterval bootstrap(const std::vector<double>& values,
+                             const std::function<double(const std::vector<double>&)>& statistic,
+                             std::uint64_t seed, std::string_view purpose) {
   if (values.size() < fewest_values) return {nan, nan};
   RandomEngine engine = random_stream(seed, purpose);
   std::vector<double> drawn(values.size()), statistics;
@@ -40,15 +28,6 @@ Interval bootstrap(const std::vector<double>& values,
     statistics.push_back(statistic(drawn));
   }
   return {quantile(statistics, 0.025), quantile(statistics, 0.975)};
-}
-
-Interval wilson(long hits, long trials) {
-  if (trials <= 0) return {nan, nan};
-  const auto n = static_cast<double>(trials);
-  const double p = static_cast<double>(hits) / n, z2 = z_95 * z_95;
-  const double middle = (p + z2 / (2 * n)) / (1 + z2 / n);
-  const double half = z_95 / (1 + z2 / n) * std::sqrt(p * (1 - p) / n + z2 / (4 * n * n));
-  return {std::max(0.0, middle - half), std::min(1.0, middle + half)};
 }
 
 double wilcoxon_p(const std::vector<double>& differences) {
@@ -74,15 +53,8 @@ double wilcoxon_p(const std::vector<double>& differences) {
 }
 
 double mcnemar_p(long only_a, long only_b) {
-  const long n = only_a + only_b, fewer = std::min(only_a, only_b);
-  if (n == 0) return 1;
-  double tail = 0;  // P(at most `fewer` of n) of a fair coin
-  for (long k = 0; k <= fewer; ++k) {
-    const auto nd = static_cast<double>(n), kd = static_cast<double>(k);
-    tail +=
-        std::exp(std::lgamma(nd + 1) - std::lgamma(kd + 1) - std::lgamma(nd - kd + 1) - nd * std::log(2.0));
-  }
-  return std::min(1.0, 2 * tail);
+  const long n = only_a + only_b;
+  return n == 0 ? 1 : std::min(1.0, 2 * binomial_cdf(std::min(only_a, only_b), n, 0.5));
 }
 
 std::vector<double> holm(const std::vector<double>& p) {

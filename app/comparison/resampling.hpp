@@ -1,4 +1,4 @@
-// Honest statistics of errors: intervals and tests that lean on no distribution.
+// Bootstrap intervals, and tests of paired differences.
 #pragma once
 
 #include <cstdint>
@@ -6,21 +6,15 @@
 #include <string_view>
 #include <vector>
 
-#include "app/report/interval.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 
-/// Quantile (0 to 1) by linear interpolation between order statistics; NaN for no values.
-double quantile(std::vector<double> values, double fraction);
-
 /// Percentile bootstrap (Efron 1979) of a statistic over values, 400 resamples drawn from (seed, purpose).
 /// Of fewer than 5 values, nothing.
-Interval bootstrap(const std::vector<double>& values,
-                   const std::function<double(const std::vector<double>&)>& statistic, std::uint64_t seed,
-                   std::string_view purpose);
-
-/// Wilson's score interval (1927) of a rate of `hits` out of `trials`.
-Interval wilson(long hits, long trials);
+ConfidenceInterval bootstrap(const std::vector<double>& values,
+                             const std::function<double(const std::vector<double>&)>& statistic,
+                             std::uint64_t seed, std::string_view purpose);
 
 /// Two-sided p of Wilcoxon's signed-rank test (1945) that paired differences are symmetric about 0: normal
 /// approximation with corrections for ties and continuity. 1 where fewer than 6 differ.

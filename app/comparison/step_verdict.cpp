@@ -84,7 +84,7 @@ StepTotals step_totals(const ComparisonResults& results, std::size_t pair) {
     totals.undecided += verdict == StepVerdict::undecided ? 1 : 0;
     totals.further_is_worse += verdict == StepVerdict::further_is_worse ? 1 : 0;
   }
-  totals.center_median_px = quantile(medians_px, 0.5);
+  totals.center_median_px = median(medians_px);
   return totals;
 }
 

@@ -35,18 +35,6 @@ namespace {
 constexpr const char* source_name = "camera";
 constexpr double height_slack_m = 0.20, height_slack_per_m = 0.03;  // of the target, and by its range
 
-TrackState to_servo(Track::State state) {
-  switch (state) {
-    case Track::State::tentative:
-      return TrackState::tentative;
-    case Track::State::confirmed:
-      return TrackState::confirmed;
-    case Track::State::coasting:
-      break;
-  }
-  return TrackState::coasting;
-}
-
 class ImageSight final : public BallSight {
  public:
   ImageSight(Detector detector, const TrackerOptions& options, ClassIndex target_class, const ServoGoal& goal,
@@ -61,14 +49,14 @@ class ImageSight final : public BallSight {
     const std::vector<Track>& tracks = tracker_.update(*input.picture, input.time_s);
     for (const Track& track : tracks) {
       rows += ball_row({source_name, input.frame, input.time_s, track.id, class_name(track.color_class),
-                        state_name(track.state)},
+                        track_state_name(track.state)},
                        track.ball);
     }
     Sight sight;
     sight.measurement.time_s = input.time_s;
     const Track* target = choose(tracks);
     if (target == nullptr) return sight;
-    sight.measurement.state = to_servo(target->state);
+    sight.measurement.state = target->state;
     sight.measurement.p_CB = target->ball.position->p_C;
     sight.measurement.covariance_m2 = target->ball.position->covariance_m2;
     sight.outline = target->ball.outline;
@@ -86,13 +74,13 @@ class ImageSight final : public BallSight {
       if (track.color_class != target_class_ || !lies_at_height(track)) continue;
       if (track.id == followed_) return &track;
       // Confirmed before tentative, then the better outline; the tracks stand in order of their age.
-      const auto rank = [](const Track& t) { return t.state == Track::State::confirmed ? 2 : 1; };
+      const auto rank = [](const Track& t) { return t.state == TrackState::confirmed ? 2 : 1; };
       if (best == nullptr || rank(track) > rank(*best) ||
           (rank(track) == rank(*best) && track.ball.quality > best->ball.quality)) {
         best = &track;
       }
     }
-    followed_ = best != nullptr && best->state == Track::State::confirmed ? best->id : 0;
+    followed_ = best != nullptr && best->state == TrackState::confirmed ? best->id : 0;
     return best;
   }
 

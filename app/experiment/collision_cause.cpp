@@ -64,7 +64,7 @@ Points contact_points(const Scenario& scenario, const std::string& touched, cons
   return points;
 }
 
-/// The first step that the memory of free space, which counts motion only, still reaches.
+/// The first step that the occupancy grid, which counts motion only, still reaches.
 std::size_t first_remembered(const std::vector<StepRecord>& steps, double memory_s) {
   double motion_s = 0;
   std::size_t k = steps.size() - 1;
@@ -75,13 +75,13 @@ std::size_t first_remembered(const std::vector<StepRecord>& steps, double memory
   return k;
 }
 
-/// Whether an answer says that nothing is at a point that lies in its cone, by the measure of FreeSpace.
-bool denies(const SonarFiring& firing, const Eigen::Vector2d& p_W, const FreeSpaceOptions& space) {
+/// Whether an answer says that nothing is at a point that lies in its cone, by the measure of OccupancyGrid.
+bool denies(const SonarFiring& firing, const Eigen::Vector2d& p_W, const OccupancyGridOptions& grid) {
   const SonarMount& mount = pioneer_3dx_sonars[firing.reading.transducer];
   const Eigen::Vector2d away = p_W - in_world_frame(firing.pose, {mount.x_m, mount.y_m});
   const double aside = wrap_angle(std::atan2(away.y(), away.x()) - firing.pose.yaw_rad - mount.heading_rad);
-  return std::abs(aside) <= space.beam.half_angle_rad - space.angle_error_rad &&
-         away.norm() <= std::min(firing.reading.range_m - space.range_error_m, space.look_range_m);
+  return std::abs(aside) <= grid.beam.half_angle_rad - grid.angle_error_rad &&
+         away.norm() <= std::min(firing.reading.range_m - grid.range_error_m, grid.look_range_m);
 }
 
 bool faulty(const Scenario& scenario, const SonarFiring& firing) {
@@ -100,7 +100,7 @@ std::optional<std::string> denied(const Scenario& scenario, const std::vector<So
     for (const SonarFiring& firing : firings) {
       const SonarFiring*& last = before[firing.reading.transducer];
       const SonarFiring* previous = std::exchange(last, nullptr);
-      if (firing.reading.fired_s < since_s || !denies(firing, p, scenario.avoidance.space)) continue;
+      if (firing.reading.fired_s < since_s || !denies(firing, p, scenario.avoidance.grid)) continue;
       last = &firing;
       if (previous == nullptr) continue;
       if (!faulty(scenario, firing) && !faulty(scenario, *previous)) return "A3_echo";
@@ -177,12 +177,12 @@ std::string collision_cause(const Scenario& scenario, const CollisionEvidence& e
   }
 
   const Points points = contact_points(scenario, evidence.touched, steps.back().pose);
-  const std::size_t first = first_remembered(steps, scenario.avoidance.space.memory_s);
+  const std::size_t first = first_remembered(steps, scenario.avoidance.grid.memory_s);
   if (auto cause = denied(scenario, evidence.firings, steps[first].time_s, points)) return *cause;
   if (odometry_exceeded(scenario, steps, first, points)) return "A5_odometry";
   if (drive_strayed(scenario, steps)) return "A6_drive";
   const Eigen::Vector2d start(robot.pose.x_m, robot.pose.y_m);
-  const double clear_m = scenario.avoidance.space.start_clear_m;
+  const double clear_m = scenario.avoidance.grid.start_clear_m;
   if (std::any_of(points.begin(), points.end(),
                   [&](const Eigen::Vector2d& p) { return (p - start).norm() < clear_m; })) {
     return "A7_start";

@@ -22,7 +22,7 @@ struct CollisionEvidence {
 /// broken for this collision; "none_broken" where all held:
 ///   A1  the commands passed no shield
 ///   A2  what was touched moves
-///   A3  it does not cross the sonars' plane, or two firings in a row, within the memory of free space,
+///   A3  it does not cross the sonars' plane, or two firings in a row, within the memory of the grid,
 ///   looked at the
 ///       point of contact, heard nothing so near, and no transducer was faulty
 ///   A4  the same, of a faulty transducer

@@ -55,7 +55,7 @@ class ImageFloorSight final : public FloorSight {
   explicit ImageFloorSight(const Scenario& scenario)
       : forward_m_(scenario.goal().mount.forward_m),
         fan_(scenario.believed.camera(scenario.camera.camera), scenario.goal().mount, reach_m),
-        finder_(lay_paths(scenario.avoidance.space.start_clear_m)) {}
+        finder_(lay_paths(scenario.avoidance.grid.start_clear_m)) {}
 
   FloorScan look(const FloorInput& input) override {
     KnownRound ball;

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "app/comparison/comparison_statistics.hpp"
 #include "app/io/ball_rows.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 

@@ -11,6 +11,7 @@
 #include "app/report/svg_canvas.hpp"
 #include "app/report/svg_plot.hpp"
 #include "calibration/ball/ball_uncertainty.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 
 namespace ballservo {
@@ -86,8 +87,7 @@ std::optional<Svg> ball_heat_map(const BoardCalibration& calibration, double ran
     if (sigma) known.push_back(*sigma);
   }
   // The rim would drown what the rest of the picture has to say.
-  std::nth_element(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2), known.end());
-  plot.high = std::min(*map->worst_mm(), 5 * known[known.size() / 2]);
+  plot.high = std::min(*map->worst_mm(), 5 * upper_median(known));
   plot.width_px = 520;
   return heat_plot(plot);
 }

@@ -127,7 +127,7 @@ Svg bar_plot(const std::vector<std::string>& categories, const std::vector<BarGr
   std::vector<LegendEntry> legend;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     values.insert(values.end(), groups[g].values.begin(), groups[g].values.end());
-    for (const Interval& interval : groups[g].intervals)
+    for (const ConfidenceInterval& interval : groups[g].intervals)
       values.insert(values.end(), {interval.low, interval.high});
     legend.push_back({groups[g].name, color_of(groups, g), false, true});
   }
@@ -163,7 +163,7 @@ Svg bar_plot(const std::vector<std::string>& categories, const std::vector<BarGr
       frame.writer().rectangle({a.x(), std::min(a.y(), b.y())},
                                {std::max(0.5, b.x() - a.x() - 1), std::abs(b.y() - a.y())}, bar);
       if (k >= groups[g].intervals.size()) continue;
-      const Interval& interval = groups[g].intervals[k];
+      const ConfidenceInterval& interval = groups[g].intervals[k];
       if (!showable(interval.low, shown.y.log) || !showable(interval.high, shown.y.log)) continue;
       const double middle = x + width / 2;
       frame.writer().line(frame.pixel(middle, interval.low), frame.pixel(middle, interval.high), whisker);

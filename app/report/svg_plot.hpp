@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/report/interval.hpp"
 #include "app/report/svg.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 
@@ -58,8 +58,8 @@ Svg histogram_plot(const std::vector<double>& values, int bins, const PlotOption
 struct BarGroup {
   std::string name;
   std::vector<double> values;
-  std::optional<PlotColor> color{};   ///< by the group's place in the list where missing
-  std::vector<Interval> intervals{};  ///< of the values, drawn as thin lines; none, or one for each
+  std::optional<PlotColor> color{};             ///< by the group's place in the list where missing
+  std::vector<ConfidenceInterval> intervals{};  ///< of the values, drawn as thin lines; none, or one for each
 };
 /// The x axis's options are its label only. With a log y axis the bars stand on its lower end.
 Svg bar_plot(const std::vector<std::string>& categories, const std::vector<BarGroup>& groups,

@@ -4,13 +4,13 @@
 
 #include <variant>
 
-#include "servo/simulation/world/way_planner.hpp"
+#include "servo/simulation/world/path_planner.hpp"
 
 namespace ballservo {
 
 Feasibility check_feasible(const Scenario& scenario, double margin_m) {
   const Ball& ball = scenario.target_ball();
-  const WayPlanner planner(scenario.world, scenario.robot.footprint, margin_m, scenario.robot.pose);
+  const PathPlanner planner(scenario.world, scenario.robot.footprint, margin_m, scenario.robot.pose);
   const bool moves = !std::holds_alternative<StaticMotion>(ball.motion);
   const double end_s = moves ? scenario.duration_s : 0.0;
   for (double time_s = 0; time_s <= end_s; time_s += 1.0) {

@@ -185,12 +185,12 @@ void declare_avoidance(OptionVisitor& v, AvoidanceOptions& avoidance, const Robo
             std::string(avoidance_type_name(avoidance.type)) + ", for a robot without sonars",
             "none, or robot.sonar beside it");
   declare(v, avoidance);
-  FreeSpaceOptions& space = avoidance.space;
-  space.footprint = robot.footprint;
-  space.odometry = robot.odometry.bound;
+  OccupancyGridOptions& grid = avoidance.grid;
+  grid.footprint = robot.footprint;
+  grid.odometry = robot.odometry.bound;
   if (robot.sonar) {
-    space.beam = robot.sonar->beam;
-    space.range_error_m = robot.sonar->noise_bound_m() + 0.01;
+    grid.beam = robot.sonar->beam;
+    grid.range_error_m = robot.sonar->noise_bound_m() + 0.01;
   }
 }
 

@@ -24,7 +24,7 @@ std::string percent(double share) {
 
 std::string rate_text(long part, long whole) {
   if (whole == 0) return "-";
-  const Interval ci = proportion_ci95(part, whole);
+  const ConfidenceInterval ci = clopper_pearson_ci95(part, whole);
   return fmt::format("{} of {}: {} (95 % interval {} to {})", part, whole,
                      percent(static_cast<double>(part) / static_cast<double>(whole)), percent(ci.low),
                      percent(ci.high));
@@ -168,7 +168,7 @@ PageFigure success_figure(const std::vector<std::pair<double, bool>>& values, co
   for (int k = 0; k < bins; ++k) {
     const auto bin = static_cast<std::size_t>(k);
     if (all[bin] == 0) continue;
-    const Interval ci = proportion_ci95(reached[bin], all[bin]);
+    const ConfidenceInterval ci = clopper_pearson_ci95(reached[bin], all[bin]);
     const double x = from + (k + 0.5) * (to - from) / bins;
     for (PlotSeries* series : {&rate, &bottom, &top}) series->x.push_back(x);
     rate.y.push_back(100.0 * static_cast<double>(reached[bin]) / static_cast<double>(all[bin]));
@@ -295,7 +295,7 @@ void add_comparison(Page& page, const Sweep& sweep, const SweepComparison& c) {
   table.heading = {"", "both", "only this", "only the other", "neither", "difference", "95 % interval"};
   for (const auto& [name, counts] : {std::pair<std::string, const MatchedCounts&>{"reached", c.reached},
                                      {"no collision", c.no_collision}}) {
-    const Interval ci = matched_difference_ci95(counts);
+    const ConfidenceInterval ci = matched_difference_ci95(counts);
     table.rows.push_back({name, std::to_string(counts.both), std::to_string(counts.only_first),
                           std::to_string(counts.only_second), std::to_string(counts.neither),
                           percent(counts.difference()), percent(ci.low) + " to " + percent(ci.high)});

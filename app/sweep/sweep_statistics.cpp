@@ -5,8 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "app/comparison/comparison_statistics.hpp"
-
 namespace ballservo {
 namespace {
 
@@ -17,7 +15,7 @@ nlohmann::ordered_json known(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
-nlohmann::ordered_json interval_json(const Interval& interval) {
+nlohmann::ordered_json interval_json(const ConfidenceInterval& interval) {
   return nlohmann::ordered_json::array({known(interval.low), known(interval.high)});
 }
 
@@ -32,10 +30,6 @@ nlohmann::ordered_json quantiles(const std::vector<double>& values, std::array<i
     json["p" + std::to_string(percent)] = known(quantile(values, percent / 100.0));
   }
   return json;
-}
-
-void count(MatchedCounts& counts, bool first, bool second) {
-  ++(first ? (second ? counts.both : counts.only_first) : (second ? counts.only_second : counts.neither));
 }
 
 nlohmann::ordered_json counts_json(const MatchedCounts& counts) {
@@ -134,8 +128,8 @@ SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std
     const Trial& b = *found->second;
     ++pairs;
     comparison.other_worlds += a.drawn == b.drawn ? 0 : 1;
-    count(comparison.reached, a.reached(), b.reached());
-    count(comparison.no_collision, !a.collided(), !b.collided());
+    comparison.reached.add(a.reached(), b.reached());
+    comparison.no_collision.add(!a.collided(), !b.collided());
     for (Figure& figure : figures) {
       if (figure.reached_only && !(a.reached() && b.reached())) continue;
       const double difference = a.summary.*figure.value - b.summary.*figure.value;
@@ -147,7 +141,7 @@ SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std
   for (Figure& figure : figures) {
     comparison.differences.push_back({figure.name, figure.unit, figure.scale,
                                       static_cast<long>(figure.differences.size()),
-                                      quantile(figure.differences, 0.5), median_ci95(figure.differences)});
+                                      median(figure.differences), median_ci95(figure.differences)});
   }
   return comparison;
 }
@@ -163,8 +157,8 @@ nlohmann::ordered_json sweep_summary_json(const Sweep& sweep, const Shard& shard
   json["collisions"] = n.collisions;
   json["collisions_inside_assumptions"] = n.collisions_inside_assumptions;
   json["success_rate"] = known(share(n.reached, n.feasible()));
-  json["success_ci95"] = interval_json(proportion_ci95(n.reached, n.feasible()));
-  json["collision_ci95"] = interval_json(proportion_ci95(n.collisions, n.feasible()));
+  json["success_ci95"] = interval_json(clopper_pearson_ci95(n.reached, n.feasible()));
+  json["collision_ci95"] = interval_json(clopper_pearson_ci95(n.collisions, n.feasible()));
   json["settled_s"] = quantiles(values_of(trials, &RunSummary::settled_s, true), {50, 95});
   json["range_rms_m"] = quantiles(values_of(trials, &RunSummary::range_rms_m, true), {50, 95});
   json["bearing_rms_rad"] = quantiles(values_of(trials, &RunSummary::bearing_rms_rad, true), {50, 95});

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/sweep/intervals.hpp"
 #include "app/sweep/sweep.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 
@@ -41,7 +41,7 @@ struct SweepComparison {
     double scale = 1;
     long pairs = 0;
     double median = 0;
-    Interval median_ci95{0, 0};
+    ConfidenceInterval median_ci95{0, 0};
   };
   std::vector<Difference> differences;
 };

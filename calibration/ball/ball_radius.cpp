@@ -10,6 +10,7 @@
 
 #include "calibration/ball/covariance_root.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
@@ -111,12 +112,6 @@ std::optional<double> radius_on_plane(const Eigen::Vector3d& unit_center, const 
   if (height_m < 0) normal = -normal, height_m = -height_m;
   const double radius_m = (height_m + depth_m) / (1 - normal.dot(unit_center));
   return std::isfinite(radius_m) && radius_m > 0 && height_m > 0 ? std::optional(radius_m) : std::nullopt;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
 /// Which readings agree with their median; Refusal where too few do.

@@ -11,6 +11,7 @@
 #include "calibration/ball/covariance_root.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
@@ -57,12 +58,6 @@ Reading read_sights(const Camera& camera, const std::vector<Sight>& seen, double
   return reading;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// The rotation R that makes the sum of w |b - R a|^2 least.
 Eigen::Matrix3d weighted_rotation(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
                                   const Eigen::VectorXd& weights) {
@@ -90,7 +85,7 @@ std::optional<Eigen::Matrix3d> best_rotation(const Reading& reading_a, const Rea
   Eigen::Matrix3d R_BA = weighted_rotation(a, b, weights);
   for (int round = 0; round < rotation_rounds; ++round) {
     const Eigen::VectorXd off = (b - R_BA * a).colwise().norm();
-    const double scale = std::max(1e-12, median({off.data(), off.data() + count}));
+    const double scale = std::max(1e-12, upper_median(std::vector<double>(off.data(), off.data() + count)));
     weights = (1 + (off / scale).array().square()).inverse();
     R_BA = weighted_rotation(a, b, weights);
   }
@@ -180,9 +175,7 @@ void add_uncertainty(CameraDifference& difference, const std::vector<Eigen::Matr
 
 DifferenceSpread spread_of(const std::vector<double>& values) {
   if (values.empty()) return {};
-  double sum = 0;
-  for (const double value : values) sum += value * value;
-  return {median(values), std::sqrt(sum / static_cast<double>(values.size())),
+  return {upper_median(std::vector<double>(values)), root_mean_square(values),
           *std::max_element(values.begin(), values.end())};
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "calibration/base/numbers.hpp"
 
@@ -168,25 +169,36 @@ void OptionLister::only_if(bool, Text condition, const Body& body) {
   conditions_.pop_back();
 }
 
-std::string option_table(const std::vector<OptionRow>& rows) {
-  std::vector<std::array<std::string, 5>> lines{{"key", "unit", "default", "allowed", "meaning"}};
+std::string option_page(const std::string& file, const std::vector<OptionRow>& rows) {
+  using Line = std::array<std::string, 5>;
+  const Line head{"key", "unit", "default", "allowed", "meaning"};
+  std::map<std::string, std::vector<Line>> tables;
   for (const OptionRow& row : rows) {
     std::string when;
     for (const std::string& condition : row.conditions)
       when += condition.substr(condition.find_last_of('.') + 1) + "; ";
-    lines.push_back({"`" + row.path + "`", row.unit, row.fallback, row.allowed, when + row.help});
+    const std::size_t dot = row.path.find_first_of(".[");
+    tables[dot == std::string::npos ? "" : row.path.substr(0, dot)].push_back(
+        {"`" + row.path + "`", row.unit, row.fallback, row.allowed, when + row.help});
   }
-  std::array<std::size_t, 5> widths{};
-  for (const auto& line : lines) {
-    for (std::size_t k = 0; k < line.size(); ++k) widths[k] = std::max(widths[k], line[k].size());
-  }
-  std::string text;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    for (std::size_t k = 0; k < widths.size(); ++k) text += fmt::format("| {:<{}} ", lines[i][k], widths[k]);
-    text += "|\n";
-    if (i > 0) continue;
-    for (const std::size_t width : widths) text += "|" + std::string(width + 2, '-');
-    text += "|\n";
+  std::string text = fmt::format(
+      "# Every key of a {}\n\n`[]` stands for an entry of a list, `KEY.PATH` for a key of your own choice. "
+      "`[0, 1)` "
+      "is a range from 0 to 1, without 1 itself. What stands before a semicolon says when a key is known.\n",
+      file);
+  for (auto& [name, lines] : tables) {
+    lines.insert(lines.begin(), head);
+    Line dashes;
+    for (std::size_t k = 0; k < head.size(); ++k) {
+      std::size_t width = 0;
+      for (const Line& line : lines) width = std::max(width, line[k].size());
+      for (Line& line : lines) line[k].resize(width, ' ');
+      dashes[k].assign(width, '-');
+    }
+    lines.insert(lines.begin() + 1, dashes);
+    text += name.empty() ? "" : fmt::format("\n## {}\n", name);
+    text += "\n";
+    for (const Line& line : lines) text += fmt::format("| {} |\n", fmt::join(line, " | "));
   }
   return text;
 }

@@ -229,8 +229,9 @@ class OptionLister : public OptionChecker {
   std::vector<std::string> conditions_;
 };
 
-/// The rows as a Markdown table whose columns are aligned, to be read as it is.
-std::string option_table(const std::vector<OptionRow>& rows);
+/// A reference page of a `file` ("scenario") in Markdown, its columns aligned so that it is read as it is: a
+/// table for each key of the top.
+std::string option_page(const std::string& file, const std::vector<OptionRow>& rows);
 
 /// Calls `use` with the number at a path ("noise.read") of a struct.
 class NumberFinder : public OptionChecker {

@@ -8,6 +8,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/boards/corner_cost.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 
@@ -97,19 +98,14 @@ double robust_sigma_px(const CornerResiduals& corners) {
   std::vector<double> sizes;
   for (const Eigen::Vector2d& residual : corners.residuals_px)
     for (const double coordinate : {residual.x(), residual.y()}) sizes.push_back(std::abs(coordinate));
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  constexpr double sigma_of_median = 1.4826;  // for normal residuals
-  return sigma_of_median * *middle;
+  return sigma_of_median * upper_median(sizes);
 }
 
 /// The median of the views' standard deviations.
 double typical_sigma_px(const BoardAdjustment& adjustment) {
   std::vector<double> sigmas;
   for (const CornerResiduals& corners : adjustment.corners) sigmas.push_back(robust_sigma_px(corners));
-  const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-  std::nth_element(sigmas.begin(), middle, sigmas.end());
-  return *middle;
+  return upper_median(sigmas);
 }
 
 /// Sets aside the corners that are plainly wrong beside the others of their own view, which may be blurred as

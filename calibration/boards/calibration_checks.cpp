@@ -11,6 +11,7 @@
 
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/boards/lens_choice.hpp"
 #include "calibration/boards/mixed_cameras.hpp"
@@ -208,17 +209,16 @@ std::vector<std::string> calibration_warnings(const std::vector<BoardView>& view
                                               const std::vector<BoardView>& believed,
                                               const BoardCalibration& calibration) {
   std::vector<std::string> warnings;
-  std::vector<double> sorted;
-  for (const CornerResiduals& corners : calibration.corners) sorted.push_back(corners.rms_px());
-  std::sort(sorted.begin(), sorted.end());
-  const double median = sorted[sorted.size() / 2];
+  std::vector<double> all_rms_px;
+  for (const CornerResiduals& corners : calibration.corners) all_rms_px.push_back(corners.rms_px());
+  const double typical_rms_px = upper_median(all_rms_px);
   for (std::size_t v = 0; v < views.size(); ++v) {
     const CornerResiduals& corners = calibration.corners[v];
     const auto aside = std::count(corners.set_aside.begin(), corners.set_aside.end(), true);
     if (aside > 0)
       warnings.push_back(fmt::format("{}: {} of its {} corners do not fit this camera and were set aside",
                                      views[v].name, aside, views[v].size()));
-    const double times = corners.rms_px() / std::max(median, least_noise_px);
+    const double times = corners.rms_px() / std::max(typical_rms_px, least_noise_px);
     if (times > outlying_view)
       warnings.push_back(fmt::format("{} fits {:.1f} times worse than the median", views[v].name, times));
   }
@@ -262,9 +262,7 @@ std::optional<double> covered_ball_sigma_mm(const std::vector<BoardView>& views,
   for (std::size_t i = 0; i < map->places_px.size(); ++i)
     if (map->sigma_mm[i] && is_covered(map->places_px[i])) covered.push_back(*map->sigma_mm[i]);
   if (covered.empty()) return std::nullopt;
-  const auto middle = covered.begin() + static_cast<std::ptrdiff_t>(covered.size() / 2);
-  std::nth_element(covered.begin(), middle, covered.end());
-  return *middle;
+  return upper_median(covered);
 }
 
 double picture_coverage(const std::vector<BoardView>& views, ImageSize size) {

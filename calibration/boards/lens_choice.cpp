@@ -7,6 +7,7 @@
 
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/boards/board_covariance.hpp"
 
 namespace ballservo {
@@ -42,18 +43,8 @@ std::vector<double> focal_guesses_px(const std::vector<BoardView>& views, ImageS
   return guesses;
 }
 
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : sum / static_cast<double>(values.size());
-}
-
 double standard_error(const std::vector<double>& values) {
-  const double center = mean(values);
-  double sum = 0;
-  for (const double value : values) sum += (value - center) * (value - center);
-  const auto count = static_cast<double>(values.size());
-  return std::sqrt(sum / (count - 1) / count);
+  return standard_deviation(values) / std::sqrt(static_cast<double>(values.size()));
 }
 
 std::vector<double> held_out_errors_px2(const std::vector<BoardView>& views, const BoardAdjustment& all,

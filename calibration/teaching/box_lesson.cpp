@@ -34,14 +34,9 @@ void BoxLessonOptions::validate() const {
   faults.throw_if_any();
 }
 
-BoxLesson::BoxLesson(std::string name, const PointedBall& box, CircleEstimator estimator,
-                     const LearnOptions& learn, const BoxLessonOptions& options)
-    : name_(std::move(name)),
-      box_(box),
-      place_(box),
-      estimator_(std::move(estimator)),
-      learn_(learn),
-      options_(options) {
+BoxLesson::BoxLesson(std::string name, const PointedBall& box, const LearnOptions& learn,
+                     const BoxLessonOptions& options)
+    : name_(std::move(name)), box_(box), place_(box), learn_(learn), options_(options) {
   learn_.validate();
   options_.validate();
   FaultList faults;
@@ -80,7 +75,7 @@ bool BoxLesson::look(const cv::Mat& bgr, int frame) {
   const double scale = std::min(1.0, working_radius_px / box_.radius_px);
   regions.mean_shift.max_working_pixels = std::max(1e4, scale * scale * window.area());
   const cv::Mat view = clear_picture(bgr(window), learn_.clear);
-  const RoundRegions found = find_round_regions(view, estimator_, regions);
+  const RoundRegions found = find_round_regions(view, regions);
   const Eigen::Vector2d corner(window.x, window.y);
   BallCandidate best;
   double best_score = 0;

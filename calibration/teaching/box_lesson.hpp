@@ -26,8 +26,8 @@ class BoxLesson {
  public:
   /// `box`: in pixels of the frames. Throws InputError for a name that is no class name or a box that is no
   /// box.
-  BoxLesson(std::string name, const PointedBall& box, CircleEstimator estimator,
-            const LearnOptions& learn = {}, const BoxLessonOptions& options = {});
+  BoxLesson(std::string name, const PointedBall& box, const LearnOptions& learn = {},
+            const BoxLessonOptions& options = {});
 
   /// Looks at the next frame (CV_8UC3, all of one size); whether a ball was in the box. Throws InputError
   /// where the box lies outside the picture.
@@ -51,7 +51,6 @@ class BoxLesson {
  private:
   std::string name_;
   PointedBall box_, place_;
-  CircleEstimator estimator_;
   LearnOptions learn_;
   BoxLessonOptions options_;
   std::vector<BallCandidate> balls_;  // `picture` is the frame

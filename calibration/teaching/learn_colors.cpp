@@ -20,13 +20,12 @@ struct Survey {
   std::vector<BallCandidate> candidates;
 };
 
-Survey survey(const std::vector<ColorPicture>& pictures, const CircleEstimator& estimator,
-              const LearnOptions& options) {
+Survey survey(const std::vector<ColorPicture>& pictures, const LearnOptions& options) {
   Survey result;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     result.cleared.push_back({pictures[i].source, clear_picture(pictures[i].bgr, options.clear)});
     const ColorPicture& cleared = result.cleared.back();
-    const RoundRegions found = find_round_regions(cleared.bgr, estimator, options.regions);
+    const RoundRegions found = find_round_regions(cleared.bgr, options.regions);
     for (BallCandidate& candidate : ball_candidates(cleared, i, found, options.samples, options.groups)) {
       result.candidates.push_back(std::move(candidate));
     }
@@ -141,12 +140,12 @@ void refuse_grey(const std::vector<ColorPicture>& pictures, const SampleOptions&
       "mode, or give it more light");
 }
 
-LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const CircleEstimator& estimator,
-                          const LearnOptions& options, const std::vector<ColorPicture>& background) {
+LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const LearnOptions& options,
+                          const std::vector<ColorPicture>& background) {
   options.validate();
   if (pictures.empty()) throw InputError("pictures", "none", "one or more pictures of balls");
   refuse_grey(pictures, options.samples);
-  Survey seen = survey(pictures, estimator, options);
+  Survey seen = survey(pictures, options);
   std::vector<std::size_t> everywhere(pictures.size());
   for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = i;
   std::vector<ColorGroup> groups = ball_groups(groups_in(everywhere, seen, options), pictures, options);
@@ -168,15 +167,15 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Circl
 }
 
 LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
-                           const std::vector<ClassRequest>& requests, const CircleEstimator& estimator,
-                           const LearnOptions& options, const std::vector<ColorPicture>& background) {
+                           const std::vector<ClassRequest>& requests, const LearnOptions& options,
+                           const std::vector<ColorPicture>& background) {
   options.validate();
   FaultList faults;
   check_requests(requests, pictures, faults);
   faults.throw_if_any();
   if (requests.empty()) throw InputError("--class", "none", "one or more classes");
   refuse_grey(pictures, options.samples);
-  Survey seen = survey(pictures, estimator, options);
+  Survey seen = survey(pictures, options);
   std::vector<ColorGroup> groups;
   for (const ClassRequest& request : requests) {
     if (request.at) {

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "calibration/circles/circle_test.hpp"
 #include "calibration/color/color_table.hpp"
 #include "calibration/teaching/clear_picture.hpp"
 #include "calibration/teaching/color_groups.hpp"
@@ -74,8 +73,8 @@ void refuse_grey(const std::vector<ColorPicture>& pictures, const SampleOptions&
 /// Every colour whose regions are round becomes a class, named by its colour word; where several share a word
 /// the largest keeps it plain, the others are red_2, red_3 and so on. `background`: pictures without any
 /// ball. Throws Refusal when nothing round and coloured is seen; InputError for bad options or pictures.
-LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const CircleEstimator& estimator,
-                          const LearnOptions& options = {}, const std::vector<ColorPicture>& background = {});
+LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const LearnOptions& options = {},
+                          const std::vector<ColorPicture>& background = {});
 
 /// One class per request. Which of several colours is meant, the ball pointed at settles, or a name that is a
 /// colour word (the colour nearest in hue). Throws Refusal when a class's pictures show nothing round and
@@ -83,8 +82,7 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Circl
 /// twice, a pointed ball that is not finite, not larger than nothing or outside its picture (all faults at
 /// once).
 LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
-                           const std::vector<ClassRequest>& requests, const CircleEstimator& estimator,
-                           const LearnOptions& options = {},
+                           const std::vector<ClassRequest>& requests, const LearnOptions& options = {},
                            const std::vector<ColorPicture>& background = {});
 
 }  // namespace ballservo

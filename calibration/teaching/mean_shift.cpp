@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/color/color_space.hpp"
 
 namespace ballservo {
@@ -76,9 +77,7 @@ double chroma_noise(const cv::Mat& chroma) {
     }
   }
   if (differences.empty()) return 0;
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  return *middle / (0.6745 * std::sqrt(2.0));  // the median of |N(0, 2 sigma^2)|
+  return upper_median(differences) / (0.6745 * std::sqrt(2.0));  // the median of |N(0, 2 sigma^2)|
 }
 
 double chroma_radius(const cv::Mat& chroma, const MeanShiftOptions& options) {

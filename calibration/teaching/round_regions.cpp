@@ -9,6 +9,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/range_check.hpp"
+#include "calibration/circles/circle_vote.hpp"
 #include "calibration/teaching/chroma_components.hpp"
 
 namespace ballservo {
@@ -30,8 +31,8 @@ struct Placed {
 };
 
 /// The outer boundary, without the pixels where the picture's border cuts the region.
-std::vector<Eigen::Vector2f> boundary_of(const Placed& region) {
-  std::vector<Eigen::Vector2f> result;
+std::vector<BoundaryPoint> boundary_of(const Placed& region) {
+  std::vector<BoundaryPoint> result;
   const cv::Mat& mask = region.mask;
   for (int y = 1; y + 1 < mask.rows; ++y) {
     for (int x = 1; x + 1 < mask.cols; ++x) {
@@ -41,7 +42,7 @@ std::vector<Eigen::Vector2f> boundary_of(const Placed& region) {
       const int px = region.origin.x + x, py = region.origin.y + y;
       if (inner || px == 0 || py == 0 || px == region.picture.width - 1 || py == region.picture.height - 1)
         continue;
-      result.emplace_back(static_cast<float>(px), static_cast<float>(py));
+      result.push_back({{static_cast<float>(px), static_cast<float>(py)}, {0, 0}});
     }
   }
   return result;
@@ -50,16 +51,16 @@ std::vector<Eigen::Vector2f> boundary_of(const Placed& region) {
 /// The fraction of the boundary near the circle. Off the optical axis a ball's outline is an ellipse, so that
 /// the tolerance has a part that grows with the radius: a fixed one would take the largest balls for
 /// something else.
-double inlier_fraction_of(const std::vector<Eigen::Vector2f>& boundary, const RegionCircle& circle) {
+double inlier_fraction_of(const std::vector<BoundaryPoint>& boundary, const CircleEstimate& circle) {
   const double tolerance = std::max(1.5, 0.06 * circle.radius_px);
-  const auto inliers = std::count_if(boundary.begin(), boundary.end(), [&](const Eigen::Vector2f& p) {
-    return std::abs((p.cast<double>() - circle.center_px).norm() - circle.radius_px) <= tolerance;
+  const auto inliers = std::count_if(boundary.begin(), boundary.end(), [&](const BoundaryPoint& p) {
+    return std::abs((p.position_px.cast<double>() - circle.center_px).norm() - circle.radius_px) <= tolerance;
   });
   return static_cast<double>(inliers) / static_cast<double>(boundary.size());
 }
 
 /// How well disc and region cover each other; 0 when much of the disc lies outside the picture.
-double fill_of(const Placed& region, const RegionCircle& circle) {
+double fill_of(const Placed& region, const CircleEstimate& circle) {
   const double radius = circle.radius_px + 0.5;  // boundary pixels' centres lie half a pixel inside the edge
   const Eigen::Vector2d at = circle.center_px;
   const cv::Mat& mask = region.mask;
@@ -83,11 +84,13 @@ double fill_of(const Placed& region, const RegionCircle& circle) {
 }
 
 /// The region as a ball, if it passes the circle test.
-std::optional<RoundRegion> circle_test(const Placed& placed, double scale, const CircleEstimator& estimator,
+std::optional<RoundRegion> circle_test(const Placed& placed, double scale, CircleVoter& voter,
                                        const RoundRegionOptions& options) {
   const auto boundary = boundary_of(placed);
   if (boundary.size() < 8) return std::nullopt;
-  const auto circle = estimator(boundary);
+  if (options.before_each_test) options.before_each_test();
+  RandomEngine engine = random_stream(options.seed, "region_circle", boundary.size());
+  const auto circle = voter.estimate(boundary, engine);
   if (!circle || !(circle->radius_px >= options.min_radius_px)) return std::nullopt;
   // A few pixels of anything are round.
   const double smallness = std::clamp(
@@ -244,8 +247,7 @@ void RoundRegionOptions::validate() const {
   faults.throw_if_any();
 }
 
-RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estimator,
-                                const RoundRegionOptions& options) {
+RoundRegions find_round_regions(const cv::Mat& bgr, const RoundRegionOptions& options) {
   options.validate();
   if (bgr.empty() || bgr.type() != CV_8UC3)
     throw InputError("picture", "not 8-bit colour", "an 8-bit BGR picture");
@@ -266,6 +268,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
                                     least_area};
   std::set<std::tuple<int, int, int, int, int>> seen;
   std::vector<RoundRegion> found;
+  CircleVoter voter;
   // A fist around a ball is round as well.
   const auto keep_if_of_one_hue = [&](std::optional<RoundRegion> region) {
     if (!region || hue_agreement(*region, result.modes) < options.min_hue_agreement) return;
@@ -277,10 +280,10 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estim
     for (const Component& c : components_of(labels, working.cols, working.rows)) {
       if (c.area < least_area || !seen.insert({c.area, c.left, c.top, c.right, c.bottom}).second) continue;
       const Placed whole{filled_mask(labels, working.cols, c), {c.left - 1, c.top - 1}, working.size()};
-      keep_if_of_one_hue(circle_test(whole, result.scale, estimator, options));
+      keep_if_of_one_hue(circle_test(whole, result.scale, voter, options));
       if (!compact(whole, c.area)) continue;
       const Placed smooth = opened(whole, c.area);
-      auto region = circle_test(smooth, result.scale, estimator, options);
+      auto region = circle_test(smooth, result.scale, voter, options);
       if (!region) region = ellipse_test(smooth, result.scale, options);
       keep_if_of_one_hue(std::move(region));
     }

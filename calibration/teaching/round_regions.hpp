@@ -3,11 +3,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
-#include "calibration/circles/circle_test.hpp"
 #include "calibration/teaching/mean_shift.hpp"
 
 namespace ballservo {
@@ -25,6 +26,8 @@ struct RoundRegionOptions {
   /// of its surroundings, which says what else is in the picture but is no ball.
   double min_contrast = 5;
   double min_hue_agreement = 0.85;  ///< of its colours: their (u*, v*) summed, over their lengths summed
+  std::uint64_t seed = 0;           ///< of the circle votes
+  std::function<void()> before_each_test{};  ///< of a region's roundness; what it throws ends the search
 
   /// Throws InputError with every value out of range.
   void validate() const;
@@ -58,7 +61,6 @@ struct RoundRegions {
 /// ball in dim light and a glossy one beside its own reflection; a place keeps its roundest region, of those
 /// that stand out where any does. `bgr` is CV_8UC3. Throws InputError for options out of range or a picture
 /// of another type.
-RoundRegions find_round_regions(const cv::Mat& bgr, const CircleEstimator& estimator,
-                                const RoundRegionOptions& options = {});
+RoundRegions find_round_regions(const cv::Mat& bgr, const RoundRegionOptions& options = {});
 
 }  // namespace ballservo

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/base/statistics.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
@@ -73,12 +74,6 @@ class NormalEquations {
   Row right_ = Row::Zero();
   int unknowns_, used_ = 0;
 };
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -185,7 +180,7 @@ std::optional<Eigen::Vector3d> RobustWeights::set(const TangentCone& start, std:
   const auto scale_px = [&] {
     magnitudes_.clear();
     for (const Point& point : points_) magnitudes_.push_back(std::abs(point.residual_px));
-    return std::max(floor_px, 1.4826 * median(magnitudes_));
+    return std::max(floor_px, sigma_of_median * upper_median(magnitudes_));
   };
   // Least absolute deviations first: an occluder's edge must not set the scale.
   Row step = Row::Zero();

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "perception/outline/outline_shape.hpp"
 
@@ -350,11 +351,7 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
     edges.points.push_back(point);
     blurs_.push_back(fit->blur_px);
   }
-  if (!blurs_.empty()) {
-    const auto middle = blurs_.begin() + static_cast<std::ptrdiff_t>(blurs_.size() / 2);
-    std::nth_element(blurs_.begin(), middle, blurs_.end());
-    edges.blur_px = *middle;
-  }
+  if (!blurs_.empty()) edges.blur_px = upper_median(blurs_);
 }
 
 }  // namespace ballservo

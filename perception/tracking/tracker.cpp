@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -26,11 +25,6 @@ bool same_ball(const BallObservation& a, const BallObservation& b) {
 }
 
 }  // namespace
-
-std::string_view state_name(Track::State state) {
-  static constexpr std::array<std::string_view, 3> names{"tentative", "confirmed", "coasting"};
-  return names[static_cast<std::size_t>(state)];
-}
 
 void TrackerOptions::validate() const {
   FaultList faults;
@@ -89,7 +83,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     if (is_taken(i) || seen_[i].quality < newcomer_quality_) continue;
     Followed newcomer{
-        {next_id_++, seen_[i].color_class, Track::State::tentative, seen_[i]},
+        {next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
         TrackFilter(features_of(seen_[i], options_.filter.sigma_floor_radii), time_s, options_.filter),
         0,
         time_s,
@@ -120,7 +114,7 @@ void Tracker::set_light() { detector_.set_light(taught_light_ ? LightCells::as_t
 // A confirmed ball is missing: perhaps the light has changed at once.
 void Tracker::look_under_another_light(const cv::Mat& bgr) {
   const auto is_missing = [&](std::size_t i) {
-    return followed_[i].track.state != Track::State::tentative && !followed_[i].sight;
+    return followed_[i].track.state != TrackState::tentative && !followed_[i].sight;
   };
   std::size_t missing = 0;
   while (missing < followed_.size() && !is_missing(missing)) ++missing;
@@ -139,7 +133,7 @@ void Tracker::look_under_another_light(const cv::Mat& bgr) {
 
 void Tracker::learn_light(const cv::Mat& bgr) {
   for (Followed& followed : followed_) {
-    if (followed.track.state != Track::State::confirmed) continue;
+    if (followed.track.state != TrackState::confirmed) continue;
     if (std::exchange(taught_light_, false)) light_->return_to_taught();
     light_->learn(bgr, followed.track.ball, followed.light);
   }
@@ -201,7 +195,7 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
       if (is_seen(followed)) break;
       detect(bgr, window, quality, nullptr);
     }
-    if (!is_seen(followed) && followed.track.state != Track::State::tentative)
+    if (!is_seen(followed) && followed.track.state != TrackState::tentative)
       look_for_it(std::max(options_.reach_px, options_.reach_radii * outline->radius_px),
                   options_.spread_radii * outline->radius_px, false);
   }
@@ -220,7 +214,7 @@ bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball
   if (!(followed.filter.distance2(features) < options_.gate_distance2)) return false;
   // A weak sight counts only of a ball that is known, and only in its size: two balls that hide each other
   // look like one larger ball.
-  if (ball.quality < newcomer_quality_ && followed.track.state == Track::State::tentative) return false;
+  if (ball.quality < newcomer_quality_ && followed.track.state == TrackState::tentative) return false;
   return ball.quality >= options_.clear_quality ||
          std::abs(features.value.z() - followed.filter.value().z()) < options_.weak_log_size;
 }
@@ -235,7 +229,7 @@ void Tracker::match() {
       if (!is_plausible(followed_[i], seen_[k])) continue;
       const BallFeatures features = features_of(seen_[k], options_.filter.sigma_floor_radii);
       const double unlikeliness = followed_[i].filter.unlikeliness(features);
-      pairs_.push_back({followed_[i].track.state == Track::State::tentative, unlikeliness, i, k});
+      pairs_.push_back({followed_[i].track.state == TrackState::tentative, unlikeliness, i, k});
     }
   }
   std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) {
@@ -283,11 +277,11 @@ void Tracker::continue_jumps() {
 // since it appeared.
 void Tracker::rejoin_newcomers() {
   for (Followed& newcomer : followed_) {
-    if (newcomer.track.state != Track::State::tentative || !newcomer.sight ||
+    if (newcomer.track.state != TrackState::tentative || !newcomer.sight ||
         newcomer.hits + 1 < options_.confirm_after)
       continue;
     const auto is_missing = [&](const Followed& followed) {
-      return followed.track.state == Track::State::coasting && followed.seen_s < newcomer.born_s &&
+      return followed.track.state == TrackState::coasting && followed.seen_s < newcomer.born_s &&
              may_be_missing_one(followed, seen_[*newcomer.sight]);
     };
     const auto missing = std::find_if(followed_.begin(), followed_.end(), is_missing);
@@ -302,8 +296,8 @@ void Tracker::see(Followed& followed, const BallObservation& ball, double time_s
   followed.seen_s = time_s;
   followed.track.ball = ball;
   const bool believed =
-      followed.track.state != Track::State::tentative || followed.hits >= options_.confirm_after;
-  followed.track.state = believed ? Track::State::confirmed : Track::State::tentative;
+      followed.track.state != TrackState::tentative || followed.hits >= options_.confirm_after;
+  followed.track.state = believed ? TrackState::confirmed : TrackState::tentative;
 }
 
 // A tentative ball that is missed once was none; a confirmed one is predicted for a while, as long as it is
@@ -318,11 +312,11 @@ void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
                        outline->center_px.y() < picture.height + outline->radius_px;
   const double followed_s = followed.seen_s - followed.born_s;
   const double coast_s = std::min(options_.coast_s, longest_coast * followed_s);
-  if (track.state == Track::State::tentative || !in_view || time_s - followed.seen_s > coast_s) {
+  if (track.state == TrackState::tentative || !in_view || time_s - followed.seen_s > coast_s) {
     followed.hits = 0;
     return;
   }
-  track.state = Track::State::coasting;
+  track.state = TrackState::coasting;
   BallObservation predicted;
   predicted.color_class = track.color_class;
   predicted.cone = cone;

@@ -3,9 +3,9 @@
 #pragma once
 
 #include <optional>
-#include <string_view>
 #include <vector>
 
+#include "calibration/base/track_state.hpp"
 #include "perception/detector.hpp"
 #include "perception/tracking/light_adaptation.hpp"
 #include "perception/tracking/track_filter.hpp"
@@ -37,18 +37,12 @@ struct TrackerOptions {
 
 /// A ball followed through the pictures.
 struct Track {
-  /// tentative: seen, not yet often enough to be believed. confirmed: seen and believed. coasting: predicted,
-  /// not seen.
-  enum class State { tentative, confirmed, coasting };
-
   int id = 0;
   ClassIndex color_class = no_class;
-  State state = State::tentative;
+  TrackState state = TrackState::tentative;
   /// Seen: this picture's own fit. Coasting: outline, cone and position as predicted, quality 0.
   BallObservation ball;
 };
-
-std::string_view state_name(Track::State state);
 
 class Tracker {
  public:

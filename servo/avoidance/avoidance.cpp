@@ -22,20 +22,20 @@ std::string_view avoidance_type_name(AvoidanceOptions::Type type) {
 void declare(OptionVisitor& v, AvoidanceOptions& avoidance) {
   v.boolean("creep", avoidance.creep, "slow commands may pass by the rule of creeping away (SAFETY.md)");
   v.boolean("floor", avoidance.floor, "what the camera sees standing on the floor is not free");
-  FreeSpaceOptions& space = avoidance.space;
-  v.number("start_clear_m", space.start_clear_m, NumberRange::within(0, 3, "m"),
+  OccupancyGridOptions& grid = avoidance.grid;
+  v.number("start_clear_m", grid.start_clear_m, NumberRange::within(0, 3, "m"),
            "nothing stands within this of the axle at the start");
-  v.number("memory_s", space.memory_s, NumberRange::above(0, 600, "s"),
+  v.number("memory_s", grid.memory_s, NumberRange::above(0, 600, "s"),
            "what was seen free counts so long, in motion");
-  v.number("drift_allowed_m", space.drift_allowed_m, NumberRange::above(0, 0.5, "m"),
+  v.number("drift_allowed_m", grid.drift_allowed_m, NumberRange::above(0, 0.5, "m"),
            "and until odometry may have drifted so far");
-  v.number("look_range_m", space.look_range_m, NumberRange::within(0.5, 3, "m"),
+  v.number("look_range_m", grid.look_range_m, NumberRange::within(0.5, 3, "m"),
            "nothing further off is remembered of a firing");
 }
 
 void AvoidanceOptions::check(FaultList& faults, const std::string& place) const {
   if (type == Type::none) return;
-  space.check(faults, place + ".space");
+  grid.check(faults, place + ".grid");
   guard.check(faults, place + ".guard");
   steering.check(faults, place + ".steering");
   check_not_negative(faults, place + ".model_m", model_m, "m");
@@ -43,11 +43,11 @@ void AvoidanceOptions::check(FaultList& faults, const std::string& place) const 
 
 Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s)
     : options_(options),
-      shield_{limits, options.space.footprint, period_s, options.creep, options.model_m},
-      space_(options.space),
+      shield_{limits, options.grid.footprint, period_s, options.creep, options.model_m},
+      grid_(options.grid),
       watch_(options.guard) {
   if (options.type == AvoidanceOptions::Type::full) {
-    steering_.emplace(options.steering, limits, options.space.footprint);
+    steering_.emplace(options.steering, limits, options.grid.footprint);
   }
 }
 
@@ -60,14 +60,14 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
     frame_s_ = now_s;  // the first frame is awaited from here on
   }
   pose_ = pose;
-  space_.move(now_s, pose);
+  grid_.move(now_s, pose);
   for (std::size_t k = 0; k < inbox_count_; ++k) {
     if (!watch_.hear(inbox_[k], now_s, way_m_)) continue;
-    if (const auto pose_then = poses.at(inbox_[k].fired_s)) space_.look(inbox_[k], *pose_then);
+    if (const auto pose_then = poses.at(inbox_[k].fired_s)) grid_.look(inbox_[k], *pose_then);
   }
   inbox_count_ = 0;
   for (std::size_t k = 0; k < scan_count_; ++k) {
-    if (const auto pose_then = poses.at(scans_[k].time_s)) space_.look_at_floor(scans_[k], *pose_then);
+    if (const auto pose_then = poses.at(scans_[k].time_s)) grid_.look_at_floor(scans_[k], *pose_then);
   }
   scan_count_ = 0;
 }
@@ -81,7 +81,7 @@ ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotM
   if (!allowed.forward && guarded.v_mps > 0.0) guarded.v_mps = 0.0;
   if (!allowed.backward && guarded.v_mps < 0.0) guarded.v_mps = 0.0;
   if (allowed.stop) guarded = {};
-  ShieldVerdict verdict = shield(guarded, when_it_acts, space_, shield_);
+  ShieldVerdict verdict = shield(guarded, when_it_acts, grid_, shield_);
   const bool changed = guarded.v_mps != command.v_mps || guarded.w_radps != command.w_radps;
   if (changed && verdict.passed) {
     verdict.passed = false;

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "servo/avoidance/braking_shield.hpp"
-#include "servo/avoidance/free_space.hpp"
+#include "servo/avoidance/occupancy_grid.hpp"
 #include "servo/avoidance/sonar_watch.hpp"
 #include "servo/avoidance/steering.hpp"
 #include "servo/motion/pose_history.hpp"
@@ -20,7 +20,7 @@ struct AvoidanceOptions {
   /// obstacles are looked for too.
   enum class Type { none, shield, full };
   Type type = Type::none;
-  FreeSpaceOptions space;
+  OccupancyGridOptions grid;
   GuardOptions guard;
   SteeringOptions steering;
   bool creep = true;      ///< see ShieldOptions
@@ -60,22 +60,22 @@ class Avoidance {
   /// Whether ways around obstacles are looked for (type full).
   bool steers() const { return steering_.has_value(); }
   /// The way to the ball; only where steers().
-  SteeringOutput steer(const SteeringInput& input) { return steering_->steer(input, space_, last_); }
+  SteeringOutput steer(const SteeringInput& input) { return steering_->steer(input, grid_, last_); }
   /// A place to look from, at most that far away, rather in that heading; only where steers().
   Eigen::Vector2d open_place(double time_s, double heading_rad, double far_m) {
-    return steering_->open_place(time_s, space_, heading_rad, far_m);
+    return steering_->open_place(time_s, grid_, heading_rad, far_m);
   }
   void reset_steering() {
     if (steering_) steering_->reset();
   }
 
-  const FreeSpace& space() const { return space_; }
+  const OccupancyGrid& grid() const { return grid_; }
   const SonarWatch& watch() const { return watch_; }
 
  private:
   AvoidanceOptions options_;
   ShieldOptions shield_;
-  FreeSpace space_;
+  OccupancyGrid grid_;
   SonarWatch watch_;
   std::optional<Steering> steering_;
   ShieldVerdict last_;

@@ -26,7 +26,7 @@ void ShieldOptions::check(FaultList& faults, const std::string& place) const {
   check_not_negative(faults, place + ".model_m", model_m, "m");
 }
 
-Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                       const ShieldOptions& options, FloorCell* blocked) {
   const double margin_m = options.model_m + 0.5 * spacing_m;
   const double corner = corner_m(options.footprint);
@@ -43,26 +43,26 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
   const double brake_s = std::max(std::abs(after.v_mps) / options.limits.a_max_mps2,
                                   std::abs(after.w_radps) / options.limits.alpha_max_radps2);
   const int driven = places_on(mean, options.period_s), braked = places_on(after, 0.5 * brake_s);
-  const auto clear = [&](FreeSpace::Drift drift, const Pose2* standing) {
+  const auto clear = [&](OccupancyGrid::Drift drift, const Pose2* standing) {
     for (int k = 1; k <= driven + braked; ++k) {
       const Pose2 pose = k <= driven ? integrate(when_it_acts.pose, mean, options.period_s * k / driven)
                                      : integrate(start, after, 0.5 * brake_s * (k - driven) / braked);
-      if (!space.covers(options.footprint, pose, margin_m, drift, blocked, standing)) return false;
+      if (!grid.covers(options.footprint, pose, margin_m, drift, blocked, standing)) return false;
     }
     return true;
   };
-  // What was seen lately needs less room around the robot than what is half forgotten.
-  if (clear(FreeSpace::Drift::allowed, nullptr) || clear(FreeSpace::Drift::close, nullptr))
+  // What was seen lately needs less clearance around the robot than what is half forgotten.
+  if (clear(OccupancyGrid::Drift::allowed, nullptr) || clear(OccupancyGrid::Drift::close, nullptr))
     return Brake::free;
   // Where space close to the robot has been forgotten, it may creep away from it.
   const bool creeps = options.creep && std::abs(after.v_mps) <= creeping_mps &&
                       std::abs(after.w_radps) <= creeping_radps &&
-                      (clear(FreeSpace::Drift::allowed, &when_it_acts.pose) ||
-                       clear(FreeSpace::Drift::close, &when_it_acts.pose));
+                      (clear(OccupancyGrid::Drift::allowed, &when_it_acts.pose) ||
+                       clear(OccupancyGrid::Drift::close, &when_it_acts.pose));
   return creeps ? Brake::creeping : Brake::blocked;
 }
 
-ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                      const ShieldOptions& options) {
   ShieldVerdict verdict;
   const bool sane = finite(command) && finite(when_it_acts.twist) && std::isfinite(when_it_acts.pose.x_m) &&
@@ -76,7 +76,7 @@ ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, con
   if (command.v_mps == 0.0 && command.w_radps == 0.0) return verdict;
   FloorCell cell;
   const auto passes = [&](FloorCell* blocked) {
-    const Brake brake = can_brake_after(verdict.command, when_it_acts, space, options, blocked);
+    const Brake brake = can_brake_after(verdict.command, when_it_acts, grid, options, blocked);
     if (brake == Brake::creeping) verdict.reason = creeping_reason;
     return brake != Brake::blocked;
   };

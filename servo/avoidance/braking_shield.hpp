@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "servo/avoidance/free_space.hpp"
+#include "servo/avoidance/occupancy_grid.hpp"
 #include "servo/motion/motion_predictor.hpp"
 
 namespace ballservo {
@@ -33,16 +33,16 @@ struct ShieldVerdict {
 
 /// A pure function of its arguments. Of a command (v, w) it lets pass the first of (v, w), less of both, (v,
 /// 0) no faster than it creeps, (0, w) and (0, 0) after which the robot, driven for a period and then braked
-/// to rest, stays in free space: the footprint, grown by the drift of odometry that `space` allows, by the
+/// to rest, stays in free space: the footprint, grown by the drift of odometry that `grid` allows, by the
 /// model's error and by the way between two places looked at. (0, 0) needs no test: it is the brake that was
 /// part of the test of the command before.
-ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                      const ShieldOptions& options);
 
 /// Whether the robot, from that motion, can be driven by the command for a period and then brake to rest:
 /// within free space, or by creeping away from what is not seen free.
 enum class Brake { blocked, creeping, free };
-Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const FreeSpace& space,
+Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                       const ShieldOptions& options, FloorCell* blocked);
 
 }  // namespace ballservo

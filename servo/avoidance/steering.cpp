@@ -17,7 +17,7 @@ constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long
 }  // namespace
 
 void SteeringOptions::check(FaultList& faults, const std::string& place) const {
-  way.check(faults, place + ".way");
+  navigation.check(faults, place + ".navigation");
   check_positive(faults, place + ".speed_mps", speed_mps, "m/s");
   check_positive(faults, place + ".turn_radps", turn_radps, "rad/s");
   check_positive(faults, place + ".turn_gain_per_s", turn_gain_per_s, "1/s");
@@ -31,22 +31,23 @@ void SteeringOptions::check(FaultList& faults, const std::string& place) const {
 }
 
 Steering::Steering(const SteeringOptions& options, const UnicycleLimits& limits, const Footprint& footprint)
-    : options_(options), limits_(limits), footprint_(footprint), way_(options.way) {}
+    : options_(options), limits_(limits), footprint_(footprint), navigation_(options.navigation) {}
 
-Eigen::Vector2d Steering::open_place(double time_s, const FreeSpace& space, double heading_rad,
+Eigen::Vector2d Steering::open_place(double time_s, const OccupancyGrid& grid, double heading_rad,
                                      double far_m) {
-  const Pose2& pose = space.pose();
+  const Pose2& pose = grid.pose();
   const Eigen::Vector2d p(pose.x_m, pose.y_m);
-  way_.update(space, p, 0.0, 0.0, time_s);
+  navigation_.update(grid, p, 0.0, 0.0, time_s);
   Eigen::Vector2d best_place = p;
   double best = 0.0;
   for (int k = 0; k < 24; ++k) {
     const double angle = heading_rad + 6.283185307179586 * k / 24;
     const Eigen::Vector2d ahead(std::cos(angle), std::sin(angle));
     double length_m = 0.0;
-    while (length_m < far_m && way_.straight(p, p + (length_m + 0.1) * ahead)) length_m += 0.1;
+    while (length_m < far_m && navigation_.straight(p, p + (length_m + 0.1) * ahead)) length_m += 0.1;
     // Room to turn there.
-    while (length_m > 0.0 && way_.room_at(p + length_m * ahead) < options_.way.narrow_m + 0.2)
+    while (length_m > 0.0 &&
+           navigation_.clearance_at(p + length_m * ahead) < options_.navigation.narrow_m + 0.2)
       length_m -= 0.1;
     const double score = length_m * (1.0 + 0.5 * std::cos(angle - heading_rad));
     if (score <= best) continue;
@@ -56,15 +57,15 @@ Eigen::Vector2d Steering::open_place(double time_s, const FreeSpace& space, doub
   return best_place;
 }
 
-SteeringOutput Steering::steer(const SteeringInput& input, const FreeSpace& space,
+SteeringOutput Steering::steer(const SteeringInput& input, const OccupancyGrid& grid,
                                const ShieldVerdict& last) {
   if (steps_++ % field_every == 0) {
-    way_.update(space, input.p_OB, input.distance_m, options_.ball_gap_m, input.time_s);
+    navigation_.update(grid, input.p_OB, input.distance_m, options_.ball_gap_m, input.time_s);
   }
   if (recovery_ == Recovery::none && is_stuck(input, last)) {
     if (last.blocked && stuck_count_ > 0) {
-      way_.add_virtual(FreeSpace::center_m(last.blocked->column), FreeSpace::center_m(last.blocked->row),
-                       input.time_s);
+      navigation_.add_virtual(OccupancyGrid::center_m(last.blocked->column),
+                              OccupancyGrid::center_m(last.blocked->row), input.time_s);
     }
     const double away_m = std::hypot(input.pose.x_m - stuck_at_.x_m, input.pose.y_m - stuck_at_.y_m);
     stuck_count_ = away_m < 0.3 ? stuck_count_ + 1 : 1;
@@ -79,7 +80,7 @@ SteeringOutput Steering::steer(const SteeringInput& input, const FreeSpace& spac
   const double range_m = to_ball.norm();
   const Eigen::Vector2d p_goal = input.p_OB - to_ball * (input.distance_m / std::max(range_m, 1e-6));
   const bool near = range_m < input.distance_m + 0.15;
-  if (input.law && (near || way_.straight(p_OR, p_goal))) {
+  if (input.law && (near || navigation_.straight(p_OR, p_goal))) {
     output.command = *input.law;
     output.by_law = true;
     output.reason = "the way is clear: driving by the law";
@@ -88,14 +89,15 @@ SteeringOutput Steering::steer(const SteeringInput& input, const FreeSpace& spac
   } else {
     output = gap(input);
   }
-  if (!near) output.command = keep_clear(output.command, input, space);
+  if (!near) output.command = keep_clear(output.command, input, grid);
   return output;
 }
 
 SteeringOutput Steering::gap(const SteeringInput& input) {
   SteeringOutput output;
   const Eigen::Vector2d p_OR(input.pose.x_m, input.pose.y_m), to_ball = input.p_OB - p_OR;
-  const auto heading = way_.heading(input.pose, std::atan2(to_ball.y(), to_ball.x()), options_.half_view_rad);
+  const auto heading =
+      navigation_.heading(input.pose, std::atan2(to_ball.y(), to_ball.x()), options_.half_view_rad);
   if (!heading) {
     output.reason = "dead end: no way to the ball";
     return output;
@@ -104,8 +106,8 @@ SteeringOutput Steering::gap(const SteeringInput& input) {
   const double aside = wrap_angle(*heading - input.when_it_acts.pose.yaw_rad);
   output.command.w_radps =
       std::clamp(options_.turn_gain_per_s * aside, -options_.turn_radps, options_.turn_radps);
-  const double room_m = std::max(0.0, way_.room_at(p_OR) - 0.2);
-  const double speed = std::min(options_.speed_mps, 0.25 + 0.7 * room_m);
+  const double clearance_m = std::max(0.0, navigation_.clearance_at(p_OR) - 0.2);
+  const double speed = std::min(options_.speed_mps, 0.25 + 0.7 * clearance_m);
   output.command.v_mps = speed * std::clamp(1.0 - std::abs(aside) / options_.sharp_rad, 0.0, 1.0);
   return output;
 }
@@ -113,19 +115,21 @@ SteeringOutput Steering::gap(const SteeringInput& input) {
 /// The command nearest to the wanted one that closes in on nothing suspected faster than braking allows
 /// (control barrier function h = distance - margin: dh/dt >= -sqrt(2 a h); Ames and others, "Control barrier
 /// functions: theory and applications", ECC 2019), and keeps the ball in the picture where that is possible.
-Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input, const FreeSpace& space) const {
+Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input,
+                            const OccupancyGrid& grid) const {
   // The nearest suspected block of each of sixteen directions.
   std::array<Eigen::Vector2d, 16> nearest;
   std::array<double, 16> distance_m;
   distance_m.fill(barrier_m);
   const Pose2& pose = input.when_it_acts.pose;
-  const int column = static_cast<int>(std::floor(pose.x_m / WayField::block_m));
-  const int row = static_cast<int>(std::floor(pose.y_m / WayField::block_m));
-  constexpr int reach = static_cast<int>(barrier_m / WayField::block_m) + 1;
+  const int column = static_cast<int>(std::floor(pose.x_m / NavigationFunction::block_m));
+  const int row = static_cast<int>(std::floor(pose.y_m / NavigationFunction::block_m));
+  constexpr int reach = static_cast<int>(barrier_m / NavigationFunction::block_m) + 1;
   for (int r = row - reach; r <= row + reach; ++r) {
     for (int c = column - reach; c <= column + reach; ++c) {
-      if (!space.is_block_suspected(c, r)) continue;
-      const Eigen::Vector2d p_O((c + 0.5) * WayField::block_m, (r + 0.5) * WayField::block_m);
+      if (!grid.is_block_suspected(c, r)) continue;
+      const Eigen::Vector2d p_O((c + 0.5) * NavigationFunction::block_m,
+                                (r + 0.5) * NavigationFunction::block_m);
       if ((p_O - input.p_OB).norm() < options_.ball_gap_m) continue;
       const Eigen::Vector2d p_R = in_robot_frame(pose, p_O);
       const double away_m = p_R.norm();
@@ -159,10 +163,11 @@ Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input, co
   const Eigen::Vector2d p_RB = in_robot_frame(pose, input.p_OB);
   const double bearing = std::atan2(p_RB.y(), p_RB.x());
   if (std::abs(bearing) < options_.half_view_rad + 0.2) {
-    // d bearing / dt = -w + v sin(bearing) / range; outwards it may grow as long as there is room.
+    // d bearing / dt = -w + v sin(bearing) / range; outwards it may grow until the edge of the view.
     const double side = bearing < 0.0 ? -1.0 : 1.0;
-    const double room = options_.half_view_rad - std::abs(bearing);
-    problem.soft = LinearBound{{side * std::sin(bearing) / std::max(p_RB.norm(), 0.1), -side}, 1.5 * room};
+    const double inside_rad = options_.half_view_rad - std::abs(bearing);
+    problem.soft =
+        LinearBound{{side * std::sin(bearing) / std::max(p_RB.norm(), 0.1), -side}, 1.5 * inside_rad};
     problem.slack_weight = 0.02;
   }
   const auto command = solve(problem);

@@ -7,12 +7,12 @@
 
 #include "servo/avoidance/barrier_qp.hpp"
 #include "servo/avoidance/braking_shield.hpp"
-#include "servo/avoidance/way_field.hpp"
+#include "servo/avoidance/navigation_function.hpp"
 
 namespace ballservo {
 
 struct SteeringOptions {
-  WayFieldOptions way;
+  NavigationFunctionOptions navigation;
   double speed_mps = 0.6;   ///< among obstacles
   double turn_radps = 1.0;  ///< at most, while steering by gaps
   double turn_gain_per_s = 2.2;
@@ -48,11 +48,11 @@ class Steering {
   Steering(const SteeringOptions& options, const UnicycleLimits& limits, const Footprint& footprint);
 
   /// `last`: what became of the command before.
-  SteeringOutput steer(const SteeringInput& input, const FreeSpace& space, const ShieldVerdict& last);
+  SteeringOutput steer(const SteeringInput& input, const OccupancyGrid& grid, const ShieldVerdict& last);
 
   /// A place that can be reached straight, at most `far_m` away, the further and the nearer to that heading
   /// (rad, odometry's frame) the better.
-  Eigen::Vector2d open_place(double time_s, const FreeSpace& space, double heading_rad, double far_m);
+  Eigen::Vector2d open_place(double time_s, const OccupancyGrid& grid, double heading_rad, double far_m);
 
   /// The state changed: whatever recovery was under way is over.
   void reset() {
@@ -67,12 +67,12 @@ class Steering {
   SteeringOutput recover(const SteeringInput& input);
   bool is_stuck(const SteeringInput& input, const ShieldVerdict& last);
   void begin(Recovery recovery, const SteeringInput& input);
-  Twist2 keep_clear(const Twist2& wanted, const SteeringInput& input, const FreeSpace& space) const;
+  Twist2 keep_clear(const Twist2& wanted, const SteeringInput& input, const OccupancyGrid& grid) const;
 
   SteeringOptions options_;
   UnicycleLimits limits_;
   Footprint footprint_;
-  WayField way_;
+  NavigationFunction navigation_;
   int steps_ = 0;
   double moving_s_ = -1;  // when it last did what was wanted
   Recovery recovery_ = Recovery::none;

@@ -10,6 +10,7 @@
 #include "app/report/svg_grid.hpp"
 #include "app/report/svg_plot.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo::bench {
 namespace {
@@ -82,7 +83,7 @@ PlotSeries bound_curve(const std::vector<ConditionScores>& all, const std::strin
     std::copy_if(scores.bounds_m.begin(), scores.bounds_m.end(), std::back_inserter(bounds_m),
                  [](double bound_m) { return std::isfinite(bound_m); });
     curve.x.push_back(scores.condition->sweep_value);
-    curve.y.push_back(1000 * median_of_normal * quantile(bounds_m, 0.5));
+    curve.y.push_back(1000 * median_of_normal * median(bounds_m));
   }
   return curve;
 }

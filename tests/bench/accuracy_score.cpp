@@ -9,6 +9,7 @@
 #include "app/comparison/estimators/opencv_peers.hpp"
 #include "app/comparison/estimators/position_bound.hpp"
 #include "app/report/overlay.hpp"
+#include "calibration/base/statistics.hpp"
 #include "perception/detector.hpp"
 #include "perception/outline/ball_position.hpp"
 
@@ -172,9 +173,9 @@ MethodSummary summarize(const ConditionScores& scores, AccuracyMethod method) {
     within += score.nees < chi2_95_of_3 ? 1 : 0;
   }
   summary.balls = scores.condition->neighbour == Neighbour::no_ball ? 0 : summary.frames;
-  summary.center_median_px = quantile(center_px, 0.5);
-  summary.radius_median_px = quantile(radius_px, 0.5);
-  summary.position_median_mm = quantile(position_mm, 0.5);
+  summary.center_median_px = median(center_px);
+  summary.radius_median_px = median(radius_px);
+  summary.position_median_mm = median(position_mm);
   summary.position_p90_mm = quantile(position_mm, 0.9);
   const double found = summary.found > 0 ? summary.found : std::nan("");
   summary.position_rms_mm = std::sqrt(squares_mm2 / found);

@@ -20,6 +20,7 @@
 #include "app/report/svg_grid.hpp"
 #include "app/report/svg_plot.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/statistics.hpp"
 #include "perception/detector.hpp"
 #include "perception/segmentation/classification.hpp"
 #include "tests/bench/bench_frames.hpp"
@@ -78,8 +79,7 @@ double median_us(const std::vector<cv::Mat>& frames, int times, const Work& work
     work(frames[static_cast<std::size_t>(k + 2) % frames.size()]);
     if (k >= 0) us.push_back(processor_us() - start_us);
   }
-  std::nth_element(us.begin(), us.begin() + static_cast<std::ptrdiff_t>(us.size() / 2), us.end());
-  return us[us.size() / 2];
+  return median(us);
 }
 
 // What `detect` does before it looks for circles.

@@ -19,6 +19,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/comparison/estimators/opencv_peers.hpp"
+#include "calibration/base/statistics.hpp"
 #include "perception/detector.hpp"
 #include "perception/segmentation/classification.hpp"
 #include "perception/tracking/light_adaptation.hpp"
@@ -142,12 +143,6 @@ Method hough_gradient(const BenchSet& set) {
 
 Method hsv_contour(const BenchSet&) {
   return [peer = std::make_shared<HsvContour>(0)](const cv::Mat& bgr, double) { return peer->find(bgr); };
-}
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return std::nan("");
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 void report_accuracy(benchmark::State& state, const BenchSet& set, const MakeMethod& make) {

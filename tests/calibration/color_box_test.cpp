@@ -25,7 +25,7 @@ const PointedBall box{{160, 120}, 36};
 TEST(BoxLesson, LearnsFromFramesAndFollowsTheDrift) {
   BoxLessonOptions options;
   options.frames = 12;
-  BoxLesson lesson("target", box, algebraic_circle, {}, options);
+  BoxLesson lesson("target", box, {}, options);
   int frames = 0;
   for (int i = 0; i < 60 && !lesson.enough(); ++i, ++frames) {
     if (i < 5) {
@@ -61,13 +61,13 @@ TEST(BoxLesson, SamplesAreThoseOfWholeFrames) {
   // lies.
   BoxLessonOptions options;
   options.frames = options.least_frames = 3;
-  BoxLesson near_border("target", {{20, 20}, 36}, algebraic_circle, {}, options);
+  BoxLesson near_border("target", {{20, 20}, 36}, {}, options);
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(near_border.look(frame(34, 33, 30, green_paint, i), i));
   EXPECT_LT((near_border.finish().circles.at("target")[0].center_px - Eigen::Vector2d(34, 33)).norm(), 1.5);
 }
 
 TEST(BoxLesson, TooFewFramesAreRefusedWithFigures) {
-  BoxLesson lesson("target", box, algebraic_circle);
+  BoxLesson lesson("target", box);
   for (int i = 0; i < 14; ++i) lesson.look(frame(160, 120, i < 4 ? 30 : 0, red_paint, i), i);
   try {
     lesson.finish();
@@ -78,7 +78,7 @@ TEST(BoxLesson, TooFewFramesAreRefusedWithFigures) {
 }
 
 TEST(BoxLesson, ABallElsewhereIsNotTheOneInTheBox) {
-  BoxLesson lesson("target", box, algebraic_circle);
+  BoxLesson lesson("target", box);
   EXPECT_FALSE(lesson.look(frame(60, 60, 30, red_paint, 1), 1));
   EXPECT_FALSE(lesson.look(frame(160, 120, 8, red_paint, 2), 2));  // much smaller than the box
 }
@@ -86,14 +86,14 @@ TEST(BoxLesson, ABallElsewhereIsNotTheOneInTheBox) {
 TEST(BoxLesson, ThingsOfDifferentColorsAreRefused) {
   BoxLessonOptions options;
   options.frames = 10;
-  BoxLesson lesson("target", box, algebraic_circle, {}, options);
+  BoxLesson lesson("target", box, {}, options);
   for (int i = 0; i < 10; ++i) lesson.look(frame(160, 120, 30, i % 2 ? red_paint : green_paint, i), i);
   EXPECT_THROW(lesson.finish(), Refusal);
 }
 
 TEST(BoxLesson, BadBoxesAreFaults) {
   const auto lesson = [](const std::string& name, double x, double y, double r) {
-    return BoxLesson(name, {{x, y}, r}, algebraic_circle);
+    return BoxLesson(name, {{x, y}, r});
   };
   EXPECT_THROW(lesson("Bad name", 160, 120, 30), InputError);
   EXPECT_THROW(lesson("a", std::nan(""), 120, 30), InputError);

@@ -50,8 +50,7 @@ double told_inside(const ColorTable& table, const cv::Mat& picture, const Learnt
 }
 
 TEST(HardBalls, SmearedByMotion) {
-  const LearntColors colors =
-      learn_colors({{"throw.png", smeared(160, 120, 24, 60, 24, green_paint)}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"throw.png", smeared(160, 120, 24, 60, 24, green_paint)}});
   const LearntCircle& ball = only_ball(colors, "green");
   EXPECT_LT((ball.center_px - Eigen::Vector2d(160, 120)).norm(), 4);
   const cv::Vec3b core = smeared(160, 120, 24, 60, 24, green_paint).at<cv::Vec3b>(120, 160);
@@ -66,7 +65,7 @@ TEST(HardBalls, AShadowOfItsShapeIsNoBall) {
   cv::ellipse(picture, {230, 170}, {34, 24}, 20, 0, 360, {104, 106, 108}, cv::FILLED);
   draw_shaded_ball(picture, 100, 80, 26, green_paint);
   add_noise(picture, 2, 3);
-  const LearntColors colors = learn_colors({{"shadow.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"shadow.png", picture}});
   EXPECT_LT((only_ball(colors, "green").center_px - Eigen::Vector2d(100, 80)).norm(), 2);
   const cv::Vec3b shadow = picture.at<cv::Vec3b>(170, 230);
   EXPECT_EQ(colors.table.classify(shadow[0], shadow[1], shadow[2]), no_class);
@@ -76,7 +75,7 @@ TEST(HardBalls, TenPixelsAcross) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 200.4, 77.3, 5.2, red_paint);
   add_noise(picture, 2, 8);
-  const LearntColors colors = learn_colors({{"far.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"far.png", picture}});
   const LearntCircle& ball = only_ball(colors, "red");
   EXPECT_LT((ball.center_px - Eigen::Vector2d(200.4, 77.3)).norm(), 1);
   EXPECT_NEAR(ball.radius_px, 5.2, 1);
@@ -97,7 +96,7 @@ TEST(HardBalls, MarbledInOneHue) {
       picture.at<cv::Vec3b>(y, x) = painted[(2 * y + x) / 34 % 3].at<cv::Vec3b>(y, x);
   }
   add_noise(picture, 2, 5);
-  const LearntCircle ball = only_ball(learn_colors({{"marble.png", picture}}, algebraic_circle), "green");
+  const LearntCircle ball = only_ball(learn_colors({{"marble.png", picture}}), "green");
   EXPECT_LT((ball.center_px - Eigen::Vector2d(160, 120)).norm(), 3);
   EXPECT_NEAR(ball.radius_px, 48, 4);
 }
@@ -108,7 +107,7 @@ TEST(HardBalls, TakenInTooLittleLight) {
   draw_shaded_ball(picture, 200, 90, 28, {0.040, 0.080, 0.046}, 0.4);
   picture.convertTo(picture, -1, 0.5);
   add_noise(picture, 1, 8);
-  const LearntColors colors = learn_colors({{"dusk.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"dusk.png", picture}});
   const LearntCircle& ball = only_ball(colors, "green");
   EXPECT_LT((ball.center_px - Eigen::Vector2d(200, 90)).norm(), 1);
   EXPECT_NEAR(ball.radius_px, 28, 1.5);
@@ -121,7 +120,7 @@ TEST(HardBalls, TakenWithMuchNoise) {
   cv::Mat picture(480, 640, CV_8UC3, cv::Scalar::all(140));
   draw_shaded_ball(picture, 200, 90, 28, {0.07, 0.13, 0.08}, 0.4);
   add_noise(picture, 8, 8);
-  const LearntColors colors = learn_colors({{"night.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"night.png", picture}});
   const LearntCircle& ball = only_ball(colors, "green");
   EXPECT_LT((ball.center_px - Eigen::Vector2d(200, 90)).norm(), 1.5);
   EXPECT_NEAR(ball.radius_px, 28, 2);
@@ -150,7 +149,7 @@ TEST(HardBalls, ASpeckOfTheBallsColorDoesNotCount) {
   draw_shaded_ball(picture, 100, 120, 45, yellow_paint);
   cv::circle(picture, {260, 60}, 6, {40, 200, 215}, cv::FILLED);
   add_noise(picture, 2, 5);
-  const LearntColors colors = learn_colors({{"speck.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"speck.png", picture}});
   ASSERT_EQ(colors.circles.at("yellow").size(), 1u);
   EXPECT_NEAR(colors.circles.at("yellow")[0].radius_px, 45, 3);
 }
@@ -163,8 +162,8 @@ TEST(HardBalls, PipsBesideABallAreNoClassOfTheirOwn) {
     add_noise(picture, 2, 5);
     return picture;
   };
-  EXPECT_EQ(learn_colors({{"near.png", picture_of(30)}}, algebraic_circle).circles.count("red"), 0u);
-  EXPECT_EQ(learn_colors({{"far.png", picture_of(9)}}, algebraic_circle).circles.count("red"), 1u);
+  EXPECT_EQ(learn_colors({{"near.png", picture_of(30)}}).circles.count("red"), 0u);
+  EXPECT_EQ(learn_colors({{"far.png", picture_of(9)}}).circles.count("red"), 1u);
 }
 
 /// The outline of a thing that is round but for `wave_px`.
@@ -180,7 +179,7 @@ std::vector<cv::Point> wavy_outline(double radius_px, double wave_px) {
 void expect_the_red_ball(cv::Mat picture) {
   draw_shaded_ball(picture, 120, 90, 11, red_paint);
   add_noise(picture, 2, 5);
-  const LearntColors colors = learn_colors({{"carpet.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"carpet.png", picture}});
   ASSERT_EQ(colors.circles.count("red"), 1u);
   EXPECT_LT((colors.circles.at("red")[0].center_px - Eigen::Vector2d(120, 90)).norm(), 1);
 }
@@ -210,14 +209,14 @@ cv::Mat ball_beside_its_color(double ball_radius_px, cv::Size green_bar, cv::Siz
 
 TEST(HardBalls, BesideMoreOfItsColorABallIsLearntBeforeWhatIsHardlyRound) {
   const cv::Mat picture = ball_beside_its_color(22, {30, 75}, {0, 0});
-  const LearntColors colors = learn_colors({{"bar.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"bar.png", picture}});
   EXPECT_LT((only_ball(colors, "green").center_px - Eigen::Vector2d(60, 60)).norm(), 1);
 }
 
 TEST(HardBalls, BesideMuchMoreOfItsColorABallMustBePointedAt) {
   const cv::Mat picture = ball_beside_its_color(13, {70, 60}, {60, 60});
   try {
-    learn_colors({{"bar.png", picture}}, algebraic_circle);
+    learn_colors({{"bar.png", picture}});
     FAIL();
   } catch (const Refusal& refusal) {
     EXPECT_NE(std::string(refusal.what()).find("--at NAME=60,60,1"), std::string::npos) << refusal.what();
@@ -228,7 +227,7 @@ TEST(HardBalls, BarsAndBoxesAreNotSmearedBalls) {
   cv::Mat picture = grey_picture();
   cv::rectangle(picture, cv::Rect(40, 40, 70, 45), {40, 40, 200}, cv::FILLED);
   cv::rectangle(picture, cv::Rect(190, 120, 45, 80), {40, 190, 40}, cv::FILLED);
-  EXPECT_THROW(learn_colors({{"boxes.png", picture}}, algebraic_circle), Refusal);
+  EXPECT_THROW(learn_colors({{"boxes.png", picture}}), Refusal);
 }
 
 TEST(HardBalls, PicturesOfTheBackgroundTakeItsColorAway) {
@@ -244,9 +243,8 @@ TEST(HardBalls, PicturesOfTheBackgroundTakeItsColorAway) {
       count += colors.table.classify(c[0], c[1], c[2]) != no_class;
     return static_cast<double>(count) / static_cast<double>(curtain.total());
   };
-  const LearntColors without = learn_colors({{"ball.png", picture}}, algebraic_circle);
-  const LearntColors with =
-      learn_colors({{"ball.png", picture}}, algebraic_circle, {}, {{"curtain.png", curtain}});
+  const LearntColors without = learn_colors({{"ball.png", picture}});
+  const LearntColors with = learn_colors({{"ball.png", picture}}, {}, {{"curtain.png", curtain}});
   EXPECT_GT(claimed(without), 0.9);
   EXPECT_LT(claimed(with), 0.05);
   EXPECT_EQ(with.table.classify(light[0], light[1], light[2]), 1);
@@ -259,8 +257,7 @@ TEST(HardBalls, GreyPicturesAreRefusedByName) {
   const std::vector<ColorPicture> pictures = {{"ball.png", ball}, {"night.png", grey}};
   for (const bool bare : {true, false}) {
     try {
-      bare ? learn_colors(pictures, algebraic_circle)
-           : learn_classes(pictures, {{"red", {0, 1}, {}}}, algebraic_circle);
+      bare ? learn_colors(pictures) : learn_classes(pictures, {{"red", {0, 1}, {}}});
       FAIL();
     } catch (const Refusal& refusal) {
       const std::string text = refusal.what();

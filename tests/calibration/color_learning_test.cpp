@@ -49,7 +49,7 @@ ColorPicture four_balls() {
 }
 
 const LearntColors& learnt_from_four_balls() {
-  static const LearntColors colors = learn_colors({four_balls()}, algebraic_circle);
+  static const LearntColors colors = learn_colors({four_balls()});
   return colors;
 }
 
@@ -92,11 +92,12 @@ TEST(MeanShift, RefusesOptionsOutOfRange) {
 TEST(RoundRegions, ShadingDoesNotSplitABall) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 160.3, 119.6, 60, red_paint, 0.1);
-  const RoundRegions found = find_round_regions(picture, algebraic_circle);
+  const RoundRegions found = find_round_regions(picture);
   ASSERT_EQ(found.regions.size(), 1u);
   EXPECT_LT((found.regions[0].center_px - Eigen::Vector2d(160.3, 119.6)).norm(), 1.0);
   EXPECT_NEAR(found.regions[0].radius_px, 60, 1.5);
   EXPECT_GT(found.regions[0].fit_ratio, 0.85);
+  EXPECT_GT(found.regions[0].inlier_fraction, 0.9);
 }
 
 TEST(RoundRegions, MovesWithThePicture) {
@@ -104,8 +105,8 @@ TEST(RoundRegions, MovesWithThePicture) {
   draw_shaded_ball(picture, 100, 90, 30, green_paint);
   cv::Mat moved = grey_picture();
   draw_shaded_ball(moved, 157, 121, 30, green_paint);
-  const RoundRegions here = find_round_regions(picture, algebraic_circle);
-  const RoundRegions there = find_round_regions(moved, algebraic_circle);
+  const RoundRegions here = find_round_regions(picture);
+  const RoundRegions there = find_round_regions(moved);
   ASSERT_EQ(here.regions.size(), 1u);
   ASSERT_EQ(there.regions.size(), 1u);
   EXPECT_LT((there.regions[0].center_px - here.regions[0].center_px - Eigen::Vector2d(57, 31)).norm(), 1e-3);
@@ -116,7 +117,7 @@ TEST(RoundRegions, SquaresBarsAndGreyDiscsAreNoBalls) {
   cv::rectangle(picture, cv::Rect(20, 20, 70, 70), {40, 40, 200}, cv::FILLED);
   cv::rectangle(picture, cv::Rect(120, 20, 150, 25), {40, 190, 40}, cv::FILLED);
   cv::circle(picture, {200, 150}, 40, {60, 60, 60}, cv::FILLED);
-  EXPECT_TRUE(find_round_regions(picture, algebraic_circle).regions.empty());
+  EXPECT_TRUE(find_round_regions(picture).regions.empty());
 }
 
 TEST(RoundRegions, AFistAroundABallIsNoBall) {
@@ -127,7 +128,7 @@ TEST(RoundRegions, AFistAroundABallIsNoBall) {
     RoundRegionOptions options;
     options.min_hue_agreement = min_hue_agreement;
     double largest = 0;
-    for (const RoundRegion& region : find_round_regions(picture, algebraic_circle, options).regions)
+    for (const RoundRegion& region : find_round_regions(picture, options).regions)
       largest = std::max(largest, region.radius_px);
     return largest;
   };
@@ -140,7 +141,7 @@ TEST(RoundRegions, LargePicturesGiveCoordinatesOfTheOriginal) {
   draw_shaded_ball(picture, 160, 120, 50, blue_paint);
   RoundRegionOptions options;
   options.mean_shift.max_working_pixels = 160 * 120;
-  const RoundRegions found = find_round_regions(picture, algebraic_circle, options);
+  const RoundRegions found = find_round_regions(picture, options);
   ASSERT_EQ(found.regions.size(), 1u);
   EXPECT_NEAR(found.scale, 0.5, 1e-9);
   EXPECT_LT((found.regions[0].center_px - Eigen::Vector2d(160, 120)).norm(), 1.0);
@@ -174,8 +175,7 @@ TEST(LearnColors, GreyBlackAndWhiteHaveNoClass) {
 TEST(LearnColors, ANearlyBlackDiscIsNoClass) {
   ColorPicture picture = four_balls();
   cv::circle(picture.bgr, {150, 115}, 26, {11, 6, 30}, cv::FILLED);  // some hue, hardly any light
-  EXPECT_EQ(names(learn_colors({picture}, algebraic_circle)),
-            (std::set<std::string>{"red", "green", "blue", "yellow"}));
+  EXPECT_EQ(names(learn_colors({picture})), (std::set<std::string>{"red", "green", "blue", "yellow"}));
 }
 
 TEST(LearnColors, AnotherLightIsStillTheSameBall) {
@@ -190,7 +190,7 @@ TEST(LearnColors, RedSurvivesTheWrapOfHue) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 90, 120, 40, {0.28, 0.05, 0.6});
   draw_shaded_ball(picture, 230, 120, 40, {0.24, 0.05, 0.6});
-  const LearntColors colors = learn_colors({{"wrap.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"wrap.png", picture}});
   ASSERT_EQ(colors.circles.size(), 1u);
   EXPECT_EQ(colors.circles.begin()->second.size(), 2u);
 }
@@ -199,20 +199,18 @@ TEST(LearnColors, BallsOfOneWordAreNumberedByTheirSize) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 80, 120, 30, {0.03, 0.30, 0.10});   // grass
   draw_shaded_ball(picture, 220, 120, 50, {0.22, 0.35, 0.02});  // bottle
-  const LearntColors colors = learn_colors({{"greens.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"greens.png", picture}});
   ASSERT_EQ(names(colors), (std::set<std::string>{"green", "green_2"}));
   EXPECT_NEAR(colors.circles.at("green")[0].radius_px, 50, 3);
 }
 
 TEST(LearnColors, NothingColoredIsARefusal) {
   cv::Mat picture = grey_picture();
-  EXPECT_THROW(learn_colors({{"grey.png", picture}}, algebraic_circle), Refusal);
+  EXPECT_THROW(learn_colors({{"grey.png", picture}}), Refusal);
   add_noise(picture, 10, 5);
-  EXPECT_THROW(learn_colors({{"noise.png", picture}}, algebraic_circle), Refusal);
-  EXPECT_THROW(learn_colors({{"dot.png", cv::Mat(1, 1, CV_8UC3, cv::Scalar(0, 0, 255))}}, algebraic_circle),
-               Refusal);
-  EXPECT_THROW(learn_colors({{"red.png", cv::Mat(60, 60, CV_8UC3, cv::Scalar(0, 0, 200))}}, algebraic_circle),
-               Refusal);
+  EXPECT_THROW(learn_colors({{"noise.png", picture}}), Refusal);
+  EXPECT_THROW(learn_colors({{"dot.png", cv::Mat(1, 1, CV_8UC3, cv::Scalar(0, 0, 255))}}), Refusal);
+  EXPECT_THROW(learn_colors({{"red.png", cv::Mat(60, 60, CV_8UC3, cv::Scalar(0, 0, 200))}}), Refusal);
 }
 
 TEST(LearnColors, AColorThatIsMostlyElsewhereIsNoBall) {
@@ -221,12 +219,12 @@ TEST(LearnColors, AColorThatIsMostlyElsewhereIsNoBall) {
   const cv::Scalar skin(90, 120, 190);
   cv::rectangle(picture, cv::Rect(20, 150, 280, 80), skin, cv::FILLED);
   cv::circle(picture, {160, 60}, 18, skin, cv::FILLED);
-  EXPECT_THROW(learn_colors({{"hand.png", picture}}, algebraic_circle), Refusal);
+  EXPECT_THROW(learn_colors({{"hand.png", picture}}), Refusal);
 }
 
 TEST(LearnColors, SamePicturesSameBytes) {
   const std::string once = color_file_bytes(learnt_from_four_balls().table);
-  EXPECT_EQ(once, color_file_bytes(learn_colors({four_balls()}, algebraic_circle).table));
+  EXPECT_EQ(once, color_file_bytes(learn_colors({four_balls()}).table));
 }
 
 TEST(LearnColors, ColorsOfTheBackgroundAreLeftToIt) {
@@ -235,7 +233,7 @@ TEST(LearnColors, ColorsOfTheBackgroundAreLeftToIt) {
   draw_shaded_ball(picture, 160, 120, 45, yellow_paint, 0.05);
   add_noise(picture, 2, 9);
   const LearntColors colors =
-      learn_classes({{"wall.png", picture}}, {{"ball", {0}, PointedBall{{160, 120}, 52}}}, algebraic_circle);
+      learn_classes({{"wall.png", picture}}, {{"ball", {0}, PointedBall{{160, 120}, 52}}});
   EXPECT_LT(report_classes(colors.table)[0].background_fraction, 0.01);
   EXPECT_GT(disc_fraction(colors.table, picture, 160, 120, 30, "ball"), 0.7);
 }
@@ -243,18 +241,18 @@ TEST(LearnColors, ColorsOfTheBackgroundAreLeftToIt) {
 TEST(LearnClasses, AColorWordSettlesWhich) {
   const std::vector<ColorPicture> pictures = {four_balls()};
   for (const std::string word : {"red", "yellow"}) {
-    const LearntColors colors = learn_classes(pictures, {{word, {0}, {}}}, algebraic_circle);
+    const LearntColors colors = learn_classes(pictures, {{word, {0}, {}}});
     EXPECT_EQ(names(colors), std::set<std::string>{word});
     EXPECT_EQ(colors.circles.at(word).size(), 1u);
   }
-  const LearntColors both = learn_classes(pictures, {{"red", {0}, {}}, {"blue", {0}, {}}}, algebraic_circle);
+  const LearntColors both = learn_classes(pictures, {{"red", {0}, {}}, {"blue", {0}, {}}});
   EXPECT_NEAR(both.circles.at("red")[0].center_px.x(), 60, 2);
   EXPECT_NEAR(both.circles.at("blue")[0].center_px.x(), 80, 2);
 }
 
 TEST(LearnClasses, AnyOtherNameIsRefusedWithWhatWouldSettleIt) {
   try {
-    learn_classes({four_balls()}, {{"target", {0}, {}}}, algebraic_circle);
+    learn_classes({four_balls()}, {{"target", {0}, {}}});
     FAIL();
   } catch (const Refusal& refusal) {
     const std::string text = refusal.what();
@@ -266,22 +264,20 @@ TEST(LearnClasses, AnyOtherNameIsRefusedWithWhatWouldSettleIt) {
   // With one colour in sight any name will do.
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 160, 120, 40, blue_paint);
-  EXPECT_EQ(names(learn_classes({{"one.png", picture}}, {{"target", {0}, {}}}, algebraic_circle)),
+  EXPECT_EQ(names(learn_classes({{"one.png", picture}}, {{"target", {0}, {}}})),
             std::set<std::string>{"target"});
 }
 
 TEST(LearnClasses, AWordForNothingInSightIsRefused) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 160, 120, 40, blue_paint);
-  EXPECT_THROW(learn_classes({{"blue.png", picture}}, {{"yellow", {0}, {}}}, algebraic_circle), Refusal);
-  EXPECT_THROW(learn_classes({{"grey.png", grey_picture()}}, {{"yellow", {0}, {}}}, algebraic_circle),
-               Refusal);
+  EXPECT_THROW(learn_classes({{"blue.png", picture}}, {{"yellow", {0}, {}}}), Refusal);
+  EXPECT_THROW(learn_classes({{"grey.png", grey_picture()}}, {{"yellow", {0}, {}}}), Refusal);
 }
 
 TEST(LearnClasses, ThePointedBallIsTheOneLearnt) {
   const ColorPicture picture = four_balls();
-  const LearntColors colors =
-      learn_classes({picture}, {{"target", {0}, PointedBall{{80, 170}, 26}}}, algebraic_circle);
+  const LearntColors colors = learn_classes({picture}, {{"target", {0}, PointedBall{{80, 170}, 26}}});
   EXPECT_GT(disc_fraction(colors.table, picture.bgr, 80, 170, 24, "target"), 0.95);
   EXPECT_LT(disc_fraction(colors.table, picture.bgr, 60, 60, 27, "target"), 0.01);
   EXPECT_EQ(colors.circles.at("target")[0].center_px, Eigen::Vector2d(80, 170));
@@ -292,7 +288,7 @@ TEST(LearnClasses, FaultsOfTheRequestAreAllNamed) {
   const std::vector<ColorPicture> pictures = {four_balls()};
   const auto faults = [&](const std::vector<ClassRequest>& requests) -> std::size_t {
     try {
-      learn_classes(pictures, requests, algebraic_circle);
+      learn_classes(pictures, requests);
     } catch (const InputError& error) {
       return error.faults().size();
     } catch (const Refusal&) {
@@ -323,7 +319,7 @@ TEST(LearnColors, Smarties) {
   if (!folder) GTEST_SKIP() << "opencv-doc is not installed";
   const cv::Mat picture = cv::imread((*folder / "smarties.png").string());
   ASSERT_FALSE(picture.empty());
-  const LearntColors colors = learn_colors({{"smarties.png", picture}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"smarties.png", picture}});
   EXPECT_EQ(names(colors), (std::set<std::string>{"red", "orange", "green", "blue"}));
 }
 
@@ -333,8 +329,7 @@ TEST(LearnClasses, TheWordThatIsOursComesBeforeItsNeighbour) {
   const cv::Mat picture = cv::imread((*folder / "smarties.png").string());
   // Red reaches into orange, and has more sweets.
   for (const auto& [word, u, v] : {std::tuple("orange", 205.0, 211.0), std::tuple("red", 287.0, 213.0)}) {
-    const LearntColors colors =
-        learn_classes({{"smarties.png", picture}}, {{word, {0}, std::nullopt}}, algebraic_circle);
+    const LearntColors colors = learn_classes({{"smarties.png", picture}}, {{word, {0}, std::nullopt}});
     EXPECT_GT(disc_fraction(colors.table, picture, u, v, 20, word), 0.7) << word;
   }
 }
@@ -345,7 +340,7 @@ TEST(LearnColors, YellowBallsBesideThingsOfTheirColor) {
   const cv::Mat still_2 = cv::imread((*folder / "balls_powercell/powercell_test_2.png").string());
   const cv::Mat still_5 = cv::imread((*folder / "balls_powercell/powercell_test_5.png").string());
   ASSERT_FALSE(still_2.empty() || still_5.empty());
-  const LearntColors colors = learn_colors({{"still_2.png", still_2}}, algebraic_circle);
+  const LearntColors colors = learn_colors({{"still_2.png", still_2}});
   ASSERT_EQ(names(colors), std::set<std::string>{"yellow"});
   EXPECT_GT(disc_fraction(colors.table, still_2, 279.7, 87.7, 30, "yellow"), 0.9);
   EXPECT_GT(disc_fraction(colors.table, still_2, 88.7, 211.2, 47, "yellow"), 0.9);

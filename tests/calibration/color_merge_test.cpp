@@ -26,7 +26,7 @@ ColorPicture ball_picture(const Eigen::Vector3d& paint, double strength = 1, std
 ColorTable taught(const std::string& name, const ColorPicture& picture) {
   static std::map<double, ColorTable> known;
   ColorTable& colors = known[cv::norm(picture.bgr)];
-  if (colors.classes.empty()) colors = learn_colors({picture}, algebraic_circle).table;
+  if (colors.classes.empty()) colors = learn_colors({picture}).table;
   ColorTable result = colors;
   result.classes.at(0).name = name;
   return result;
@@ -119,9 +119,9 @@ TEST(MergeColors, SettingsStayWhereAllAgree) {
 
 TEST(MergeColors, APictureOfAKnownBallTakesItsName) {
   const ColorTable target = taught("target", ball_picture(red_paint));
-  const LearntColors more = learn_colors({ball_picture(red_paint, 0.8, 4)}, algebraic_circle);
+  const LearntColors more = learn_colors({ball_picture(red_paint, 0.8, 4)});
   EXPECT_EQ(names_to_join(more.table, target), std::vector<std::string>{"target"});
-  const LearntColors other = learn_colors({ball_picture(blue_paint)}, algebraic_circle);
+  const LearntColors other = learn_colors({ball_picture(blue_paint)});
   EXPECT_EQ(names_to_join(other.table, target), std::vector<std::string>{"blue"});
   ColorTable taken = target;
   taken.classes[0].name = "blue";
@@ -141,10 +141,9 @@ TEST(ClassReport, AClassOfTheWallIsRefused) {
   draw_shaded_ball(wall, 80, 60, 30, blue_paint);
   add_noise(wall, 2, 3);
   const LearntColors colors =
-      learn_classes({{"wall.png", wall}}, {{"ball", {0}, PointedBall{{220, 150}, 40}}}, algebraic_circle);
+      learn_classes({{"wall.png", wall}}, {{"ball", {0}, PointedBall{{220, 150}, 40}}});
   EXPECT_EQ(judge_classes(colors.table, report_classes(colors.table)).refusals.size(), 1u);
-  const LearntColors ball =
-      learn_classes({{"wall.png", wall}}, {{"ball", {0}, PointedBall{{80, 60}, 30}}}, algebraic_circle);
+  const LearntColors ball = learn_classes({{"wall.png", wall}}, {{"ball", {0}, PointedBall{{80, 60}, 30}}});
   EXPECT_TRUE(judge_classes(ball.table, report_classes(ball.table)).refusals.empty());
 }
 

@@ -1,39 +1,15 @@
-// Drawn balls for the tests of colour calibration, and a circle estimator that owes nothing to perception.
+// Drawn balls for the tests of colour calibration.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <vector>
 
 #include "calibration/base/random.hpp"
-#include "calibration/circles/circle_test.hpp"
 
 namespace ballservo::test {
-
-/// The algebraic circle (Kasa): |p|^2 = 2 c.p + (r^2 - |c|^2), least squares.
-inline std::optional<RegionCircle> algebraic_circle(const std::vector<Eigen::Vector2f>& boundary_px) {
-  const auto count = static_cast<Eigen::Index>(boundary_px.size());
-  if (count < 3) return std::nullopt;
-  Eigen::MatrixXd lhs(count, 3);
-  Eigen::VectorXd rhs(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::Vector2d p = boundary_px[static_cast<std::size_t>(i)].cast<double>();
-    lhs.row(i) << p.x(), p.y(), 1;
-    rhs[i] = p.squaredNorm();
-  }
-  const Eigen::Vector3d solution = lhs.colPivHouseholderQr().solve(rhs);
-  RegionCircle circle;
-  circle.center_px = solution.head<2>() / 2;
-  circle.radius_px = std::sqrt(std::max(0.0, solution[2] + circle.center_px.squaredNorm()));
-  const auto inliers = std::count_if(boundary_px.begin(), boundary_px.end(), [&](const Eigen::Vector2f& p) {
-    return std::abs((p.cast<double>() - circle.center_px).norm() - circle.radius_px) <= 1.5;
-  });
-  circle.inlier_fraction = static_cast<double>(inliers) / static_cast<double>(count);
-  return circle;
-}
 
 /// A value of linear light, 0 to 1, as sRGB.
 inline double srgb_from_linear(double v) {

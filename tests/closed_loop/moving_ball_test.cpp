@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/base/statistics.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 
 namespace ballservo {
@@ -24,8 +25,7 @@ std::vector<RunSummary> runs_of(const std::string& name, const std::vector<std::
 double median_of(const std::vector<RunSummary>& runs, double RunSummary::*value) {
   std::vector<double> values;
   for (const RunSummary& run : runs) values.push_back(run.*value);
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2), values.end());
-  return values[values.size() / 2];
+  return median(values);
 }
 
 TEST(MovingBall, IsFollowedThroughItsBounces) {

@@ -4,71 +4,11 @@
 
 #include <cmath>
 
-#include "app/sweep/intervals.hpp"
 #include "app/sweep/sweep_report.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {
-
-/// Sum of binomial probabilities, term by term.
-double summed_cdf(long k, long n, double p) {
-  double sum = 0;
-  for (long i = 0; i <= k; ++i) {
-    sum += std::exp(std::lgamma(n + 1) - std::lgamma(i + 1) - std::lgamma(n - i + 1) + i * std::log(p) +
-                    (n - i) * std::log1p(-p));
-  }
-  return sum;
-}
-
-TEST(Intervals, TheBinomialDistributionIsItsSum) {
-  for (const long n : {1L, 7L, 60L, 3000L}) {
-    for (const double p : {1e-4, 0.03, 0.5, 0.9}) {
-      for (const long k : {0L, 1L, n / 3, n - 1}) {
-        if (k >= n) continue;
-        EXPECT_NEAR(binomial_cdf(k, n, p), summed_cdf(k, n, p), 1e-10) << k << " of " << n << " at " << p;
-      }
-    }
-  }
-}
-
-TEST(Intervals, ProportionsHaveTheirClosedForms) {
-  // No success, or nothing but successes: (alpha / 2)^(1 / n).
-  EXPECT_NEAR(proportion_ci95(0, 3000).high, 1 - std::pow(0.025, 1.0 / 3000), 1e-12);
-  EXPECT_EQ(proportion_ci95(0, 3000).low, 0);
-  EXPECT_NEAR(proportion_ci95(17, 17).low, std::pow(0.025, 1.0 / 17), 1e-12);
-  EXPECT_TRUE(std::isnan(proportion_ci95(0, 0).low));
-}
-
-TEST(Intervals, HoldTheTruthAsOftenAsTheySay) {
-  RandomEngine engine = random_stream(1, "intervals");
-  int proportion = 0, difference = 0, median = 0;
-  constexpr int experiments = 2000, n = 80;
-  for (int k = 0; k < experiments; ++k) {
-    long successes = 0;
-    MatchedCounts counts;
-    std::vector<double> values;
-    for (int i = 0; i < n; ++i) {
-      const double u = uniform01(engine);
-      const bool a = u < 0.9, b = uniform01(engine) < (a ? 0.9 : 0.3);  // P(b) = 0.84
-      successes += a ? 1 : 0;
-      ++(a ? (b ? counts.both : counts.only_first) : (b ? counts.only_second : counts.neither));
-      values.push_back(std::exp(standard_normal(engine)));
-    }
-    const auto holds = [](const Interval& interval, double truth) {
-      return interval.low <= truth && truth <= interval.high ? 1 : 0;
-    };
-    proportion += holds(proportion_ci95(successes, n), 0.9);
-    difference += holds(matched_difference_ci95(counts), 0.06);
-    median += holds(median_ci95(values), 1.0);
-  }
-  EXPECT_GE(proportion, 0.95 * experiments);  // exact intervals are too wide, never too narrow
-  EXPECT_GE(median, 0.94 * experiments);
-  EXPECT_LE(median, 0.98 * experiments);
-  EXPECT_GE(difference, 0.93 * experiments);
-  EXPECT_LE(difference, 0.98 * experiments);
-}
 
 Trial trial(std::uint64_t seed, Outcome outcome, const std::string& cause = "") {
   Trial t;

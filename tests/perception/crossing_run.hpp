@@ -13,7 +13,7 @@ inline int id_at(const std::vector<Track>& tracks, const Eigen::Vector3d& p_C, d
   int id = 0;
   for (const Track& track : tracks) {
     const double angle = std::acos(std::min(1.0, track.ball.cone.axis.dot(p_C.normalized())));
-    if (angle < reach_rad && track.state == Track::State::confirmed) id = track.id, reach_rad = angle;
+    if (angle < reach_rad && track.state == TrackState::confirmed) id = track.id, reach_rad = angle;
   }
   return id;
 }

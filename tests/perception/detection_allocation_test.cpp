@@ -56,8 +56,8 @@ TEST(PerceptionAllocation, TrackingTakesNoMemory) {
   const auto follow = [&] {
     for (const cv::Mat& bgr : all) {
       for (const Track& track : tracker.update(bgr, time_s += 1.0 / 30)) {
-        coasting += track.state == Track::State::coasting;
-        confirmed += track.state == Track::State::confirmed;
+        coasting += track.state == TrackState::coasting;
+        confirmed += track.state == TrackState::confirmed;
       }
     }
   };

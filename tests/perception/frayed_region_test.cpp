@@ -289,7 +289,7 @@ TEST(FrayedRegion, ATrackFollowsItsBallThere) {
     scene.center_px = {60 + 6.0 * k + 10 * std::sin(0.9 * k), 120 + 20 * std::sin(0.35 * k)};
     for (const Track& track :
          tracker.update(picture(scene, 100u + static_cast<std::uint64_t>(k)), k / 30.0)) {
-      if (track.state == Track::State::coasting) continue;
+      if (track.state == TrackState::coasting) continue;
       EXPECT_TRUE(is_at(track.ball.outline, scene)) << k;
       ++followed;
     }

@@ -80,7 +80,7 @@ LogGain light_of(double warmer, double level) {
 
 bool claims(const std::vector<Track>& tracks, const Eigen::Vector2d& center_px) {
   for (const Track& track : tracks) {
-    if (track.state == Track::State::confirmed &&
+    if (track.state == TrackState::confirmed &&
         (track.ball.outline.center_px - center_px).norm() < 0.3 * radius_px)
       return true;
   }

@@ -29,7 +29,7 @@ TEST(Tracker, ConfirmsAfterThreePicturesAndKeepsTheIdentity) {
     ASSERT_EQ(tracks.size(), 1u);
     if (k == 0) id = tracks[0].id;
     EXPECT_EQ(tracks[0].id, id);
-    EXPECT_EQ(tracks[0].state, k < 2 ? Track::State::tentative : Track::State::confirmed);
+    EXPECT_EQ(tracks[0].state, k < 2 ? TrackState::tentative : TrackState::confirmed);
     EXPECT_NEAR(tracks[0].ball.outline.center_px.x(), 60 + 5 * k, 0.05);
   }
 }
@@ -44,13 +44,13 @@ TEST(Tracker, CoastsThroughAShortOcclusionAndKnowsTheBallAgain) {
     ASSERT_EQ(tracks.size(), 1u) << k;
     EXPECT_EQ(tracks[0].id, 1);
     if (hidden) {
-      EXPECT_EQ(tracks[0].state, Track::State::coasting);
+      EXPECT_EQ(tracks[0].state, TrackState::coasting);
       EXPECT_LT((tracks[0].ball.outline.center_px - at).norm(), 6);
       // The longer unseen, the less is known.
       EXPECT_GT(tracks[0].ball.position->covariance_m2.trace(), last_trace);
       last_trace = tracks[0].ball.position->covariance_m2.trace();
     } else if (k > 2) {
-      EXPECT_EQ(tracks[0].state, Track::State::confirmed);
+      EXPECT_EQ(tracks[0].state, TrackState::confirmed);
     }
   }
 }
@@ -64,7 +64,7 @@ TEST(Tracker, ASightCountsOnce) {
   tracker.update(picture_with({{160, 120}}), 0);  // so long ago that it says nothing of the place
   const auto seen = tracker.update(picture_with({{160, 120}}), 1).at(0);
   const auto predicted = tracker.update(test::grey_picture(), 1 + 1e-6).at(0);
-  ASSERT_EQ(predicted.state, Track::State::coasting);
+  ASSERT_EQ(predicted.state, TrackState::coasting);
   const Eigen::Vector3d fitted = seen.ball.position->covariance_m2.diagonal();
   const Eigen::Vector3d known = predicted.ball.position->covariance_m2.diagonal();
   EXPECT_NEAR(known.x() / fitted.x(), 1, 0.1);
@@ -105,14 +105,14 @@ TEST(Tracker, ABallThatIsBelievedAnewNearAMissingOneIsThatOne) {
   for (int k = 20; k < 22; ++k) {
     const auto& tracks = tracker.update(unclear_ball_at(148), k * dt_s);
     ASSERT_EQ(tracks.size(), 2u);
-    EXPECT_EQ(tracks[0].state, Track::State::coasting);
-    EXPECT_EQ(tracks[1].state, Track::State::tentative);
+    EXPECT_EQ(tracks[0].state, TrackState::coasting);
+    EXPECT_EQ(tracks[1].state, TrackState::tentative);
   }
   for (int k = 22; k < 25; ++k) {
     const auto& tracks = tracker.update(unclear_ball_at(148), k * dt_s);
     ASSERT_EQ(tracks.size(), 1u);
     EXPECT_EQ(tracks[0].id, 1);
-    EXPECT_EQ(tracks[0].state, Track::State::confirmed);
+    EXPECT_EQ(tracks[0].state, TrackState::confirmed);
     EXPECT_NEAR(tracks[0].ball.outline.center_px.x(), 148, 0.5);
   }
 }
@@ -131,8 +131,8 @@ TEST(Tracker, NotOneThatWasThereBeforeTheOtherWentMissingNorOneFarAway) {
     }
     const auto& tracks = tracker.update(picture_with({{x_px, 100}}), 25 * dt_s);
     ASSERT_EQ(tracks.size(), 2u) << x_px;
-    EXPECT_EQ(tracks[0].state, Track::State::coasting);
-    EXPECT_EQ(tracks[1].state, Track::State::confirmed);
+    EXPECT_EQ(tracks[0].state, TrackState::coasting);
+    EXPECT_EQ(tracks[1].state, TrackState::confirmed);
   }
 }
 

@@ -69,25 +69,25 @@ TEST(BarrierQp, RefusesWhatIsNotFinite) {
 }
 
 /// Space with a wall of echoes across the way at x = 1.2, from y = -0.6 to 0.6.
-FreeSpace space_with_wall() {
-  FreeSpaceOptions options;
+OccupancyGrid space_with_wall() {
+  OccupancyGridOptions options;
   options.start_clear_m = 0.7;
-  FreeSpace space(options);
-  space.move(0, {});
+  OccupancyGrid grid(options);
+  grid.move(0, {});
   for (const std::size_t k : {2, 3, 4, 5}) {
     const SonarMount& mount = pioneer_3dx_sonars[k];
     const double range_m = (1.2 - mount.x_m) / std::cos(std::max(0.0, std::abs(mount.heading_rad) - 0.26));
-    for (int i = 0; i < 2; ++i) space.look({0, k, range_m, true}, {});
+    for (int i = 0; i < 2; ++i) grid.look({0, k, range_m, true}, {});
   }
-  return space;
+  return grid;
 }
 
-TEST(WayField, GoesAroundWhatWasHeardAndStraightWhereNothingWas) {
-  const FreeSpace wall = space_with_wall();
-  FreeSpace open(FreeSpaceOptions{});
+TEST(NavigationFunction, GoesAroundWhatWasHeardAndStraightWhereNothingWas) {
+  const OccupancyGrid wall = space_with_wall();
+  OccupancyGrid open(OccupancyGridOptions{});
   open.move(0, {});
   const Eigen::Vector2d ball(2.6, 0.0);
-  WayField field(WayFieldOptions{});
+  NavigationFunction field(NavigationFunctionOptions{});
   field.update(open, ball, 0.8, 0.25, 0);
   EXPECT_TRUE(field.straight({0, 0}, {1.8, 0}));
   EXPECT_NEAR(field.heading({}, 0, 0.5).value(), 0, 0.1);
@@ -99,10 +99,10 @@ TEST(WayField, GoesAroundWhatWasHeardAndStraightWhereNothingWas) {
   EXPECT_LT(field.cost_at({0, 0}), 5.0);
 }
 
-TEST(WayField, WhatBlockedTheWayOnceIsAvoidedForAWhile) {
-  FreeSpace open(FreeSpaceOptions{});
+TEST(NavigationFunction, WhatBlockedTheWayOnceIsAvoidedForAWhile) {
+  OccupancyGrid open(OccupancyGridOptions{});
   open.move(0, {});
-  WayField field(WayFieldOptions{});
+  NavigationFunction field(NavigationFunctionOptions{});
   field.add_virtual(1.0, 0.0, 10.0);
   field.update(open, {2.6, 0.0}, 0.8, 0.25, 11.0);
   EXPECT_FALSE(field.straight({0, 0}, {1.8, 0}));
@@ -111,7 +111,7 @@ TEST(WayField, WhatBlockedTheWayOnceIsAvoidedForAWhile) {
 }
 
 TEST(Steering, NeverRunsTowardsWhatIsSuspectedFasterThanItCanBrake) {
-  const FreeSpace wall = space_with_wall();
+  const OccupancyGrid wall = space_with_wall();
   SteeringOptions options;
   Steering steering(options, {}, pioneer_3dx_footprint);
   SteeringInput input;
@@ -125,19 +125,19 @@ TEST(Steering, NeverRunsTowardsWhatIsSuspectedFasterThanItCanBrake) {
 }
 
 /// The shield lets it go nowhere for 7 s, because of something at (1, 0).
-void be_stuck(Steering& steering, const FreeSpace& space, const SteeringInput& input) {
+void be_stuck(Steering& steering, const OccupancyGrid& grid, const SteeringInput& input) {
   ShieldVerdict blocked;
-  const FloorCell cell = FreeSpace::cell_at(1.0, 0.0);
+  const FloorCell cell = OccupancyGrid::cell_at(1.0, 0.0);
   blocked.blocked = cell;
   SteeringInput now = input;
   for (int k = 0; k < 140; ++k) {
     now.time_s = 0.05 * k;
-    steering.steer(now, space, blocked);
+    steering.steer(now, grid, blocked);
   }
 }
 
 TEST(Steering, WhatBlockedTheWayLongAgoIsNotInTheWayOfALookElsewhere) {
-  FreeSpace open(FreeSpaceOptions{});
+  OccupancyGrid open(OccupancyGridOptions{});
   open.move(0, {});
   Steering steering({}, {}, pioneer_3dx_footprint);
   SteeringInput input;

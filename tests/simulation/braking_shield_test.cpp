@@ -21,7 +21,7 @@ struct Tally {
 /// A run of a reckless driver; false at the first broken promise.
 bool run(const ShieldedOptions& options, std::uint64_t seed, int steps, Tally& tally) {
   RandomEngine engine = random_stream(seed, "shield");
-  const World world = random_world(engine, options.avoidance.space.start_clear_m);
+  const World world = random_world(engine, options.avoidance.grid.start_clear_m);
   ShieldedRobot robot(world, options, seed);
   RecklessDriver driver(engine);
   Twist2 last;
@@ -79,34 +79,34 @@ TEST(BrakingShield, WithoutItTheSameDriverCollides) {
 }
 
 TEST(BrakingShield, StandsWhereNothingWasEverSeen) {
-  FreeSpaceOptions options;
+  OccupancyGridOptions options;
   options.start_clear_m = 0;
-  FreeSpace space(options);
-  space.move(0, {});
+  OccupancyGrid grid(options);
+  grid.move(0, {});
   const ShieldOptions shield_options;
-  EXPECT_EQ(shield({0.1, 0.2}, {}, space, shield_options).command.v_mps, 0);
-  EXPECT_EQ(shield({0, 0.2}, {}, space, shield_options).command.w_radps, 0);
-  EXPECT_TRUE(shield({}, {}, space, shield_options).passed);
+  EXPECT_EQ(shield({0.1, 0.2}, {}, grid, shield_options).command.v_mps, 0);
+  EXPECT_EQ(shield({0, 0.2}, {}, grid, shield_options).command.w_radps, 0);
+  EXPECT_TRUE(shield({}, {}, grid, shield_options).passed);
 }
 
 /// What is free is the body's own place, with hardly any room at its rear corners, and what lies ahead.
-FreeSpace seen_ahead_only() {
-  FreeSpaceOptions options;
+OccupancyGrid seen_ahead_only() {
+  OccupancyGridOptions options;
   options.start_clear_m = 0.41;
-  FreeSpace space(options);
-  space.move(0, {});
+  OccupancyGrid grid(options);
+  grid.move(0, {});
   for (int turn = -12; turn <= 12; ++turn) {
-    for (int twice = 0; twice < 2; ++twice) space.look({0, 3, 5.0, false}, {-0.1, 0, 0.1 * turn - 0.17});
+    for (int twice = 0; twice < 2; ++twice) grid.look({0, 3, 5.0, false}, {-0.1, 0, 0.1 * turn - 0.17});
   }
-  return space;
+  return grid;
 }
 
 TEST(BrakingShield, CreepsSlowlyAndOnlyAway) {
-  const FreeSpace space = seen_ahead_only();
-  const auto brake = [&space](const Twist2& twist, bool creep) {
+  const OccupancyGrid grid = seen_ahead_only();
+  const auto brake = [&grid](const Twist2& twist, bool creep) {
     ShieldOptions options;
     options.creep = creep;
-    return can_brake_after(twist, {{}, twist}, space, options, nullptr);
+    return can_brake_after(twist, {{}, twist}, grid, options, nullptr);
   };
   EXPECT_EQ(brake({0.08, 0}, true), Brake::creeping) << "ahead is free, behind nothing comes nearer";
   EXPECT_EQ(brake({0.08, 0}, false), Brake::blocked);
@@ -116,15 +116,15 @@ TEST(BrakingShield, CreepsSlowlyAndOnlyAway) {
 }
 
 TEST(BrakingShield, CreepsStraightOnWhereATurnWouldComeNearer) {
-  FreeSpace space(FreeSpaceOptions{});
-  space.move(0, {});
+  OccupancyGrid grid(OccupancyGridOptions{});
+  grid.move(0, {});
   for (const std::size_t side : {0u, 7u}) {  // echoes close beside the front's flanks
-    for (int twice = 0; twice < 2; ++twice) space.look({0, side, 0.14, true}, {});
+    for (int twice = 0; twice < 2; ++twice) grid.look({0, side, 0.14, true}, {});
   }
   const RobotMotion motion{{}, {0.08, 0}};
-  EXPECT_EQ(can_brake_after({0.08, 0}, motion, space, {}, nullptr), Brake::creeping);
+  EXPECT_EQ(can_brake_after({0.08, 0}, motion, grid, {}, nullptr), Brake::creeping);
   for (const double turn_radps : {-0.3, -0.01, 0.01, 0.3}) {
-    const ShieldVerdict verdict = shield({0.08, turn_radps}, motion, space, {});
+    const ShieldVerdict verdict = shield({0.08, turn_radps}, motion, grid, {});
     EXPECT_FALSE(verdict.passed);
     EXPECT_EQ(verdict.command.v_mps, 0.08);
     EXPECT_EQ(verdict.command.w_radps, 0);
@@ -133,19 +133,19 @@ TEST(BrakingShield, CreepsStraightOnWhereATurnWouldComeNearer) {
 }
 
 TEST(BrakingShield, DoesNotCreepWhereItsOwnPlaceWasNeverSeen) {
-  FreeSpace space(FreeSpaceOptions{});
-  space.move(0, {});
+  OccupancyGrid grid(OccupancyGridOptions{});
+  grid.move(0, {});
   const Twist2 slow{0.05, 0};
   const auto brake_at = [&](double x_m) {
-    return can_brake_after(slow, {{x_m, 0, 0}, slow}, space, {}, nullptr);
+    return can_brake_after(slow, {{x_m, 0, 0}, slow}, grid, {}, nullptr);
   };
   EXPECT_EQ(brake_at(-0.30), Brake::creeping) << "the body lies in the disc of the start, its margins do not";
   EXPECT_EQ(brake_at(-0.45), Brake::blocked) << "its rear does not";
 }
 
 TEST(BrakingShield, IsFiniteAndNeverFasterForAnyInput) {
-  FreeSpace space(FreeSpaceOptions{});
-  space.move(0, {});
+  OccupancyGrid grid(OccupancyGridOptions{});
+  grid.move(0, {});
   const double odd[] = {0.0,
                         0.3,
                         -0.3,
@@ -160,7 +160,7 @@ TEST(BrakingShield, IsFiniteAndNeverFasterForAnyInput) {
       for (const double x : odd) {
         for (const double yaw : odd) {
           for (const double speed : odd) {
-            const ShieldVerdict verdict = shield({v, w}, {{x, 0, yaw}, {speed, w}}, space, {});
+            const ShieldVerdict verdict = shield({v, w}, {{x, 0, yaw}, {speed, w}}, grid, {});
             ASSERT_TRUE(std::isfinite(verdict.command.v_mps) && std::isfinite(verdict.command.w_radps));
             if (!std::isfinite(v) || !std::isfinite(w)) continue;
             ASSERT_LE(std::abs(verdict.command.v_mps), std::abs(v));

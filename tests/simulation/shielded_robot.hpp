@@ -109,7 +109,7 @@ class ShieldedRobot {
 
  private:
   static AvoidanceOptions with_bound(AvoidanceOptions options) {
-    options.space.odometry = stated_bound;
+    options.grid.odometry = stated_bound;
     return options;
   }
   void advance(double time_s) {

@@ -13,7 +13,6 @@
 #include "app/comparison/estimators/position_bound.hpp"
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "calibration/base/random.hpp"
-#include "calibration/circles/region_circle.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
@@ -41,8 +40,9 @@ std::shared_ptr<const ColorTable> learn_color(const ComparisonCondition& conditi
     pictures.push_back({teaching.name, render_comparison_frame(teaching, seed, k).bgr});
     request.pictures.push_back(static_cast<std::size_t>(k));
   }
-  return std::make_shared<const ColorTable>(
-      learn_classes(pictures, {request}, region_circle_estimator(seed)).table);
+  LearnOptions options;
+  options.regions.seed = seed;
+  return std::make_shared<const ColorTable>(learn_classes(pictures, {request}, options).table);
 }
 
 // As OpenCV counts it, of a colour word's reflectance.

@@ -1,5 +1,5 @@
-// The little of XML that camera files need, read strictly: elements and text, no document types, no entities
-// of a file's own (a small file could unfold without bound).
+// The little of XML that camera files need, read by libxml2: elements and text. Document types are refused,
+// and with them entities of a file's own (a small file could unfold without bound).
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ struct XmlElement {
   std::vector<XmlElement> children;
 };
 
-/// The root element. InputError (with line) for anything that is not well-formed in this subset, or nested
-/// deeper than 16. `name` stands for the file. Attributes are passed over.
+/// The root element. InputError (with line) for what is not well-formed or nested deeper than 16. `name`
+/// stands for the file. Attributes are passed over.
 XmlElement parse_xml(const std::string& text, const std::string& name);
 
 }  // namespace ballservo

@@ -7,11 +7,11 @@
 #include <optional>
 #include <vector>
 
-#include "servo/avoidance/free_space.hpp"
+#include "servo/avoidance/occupancy_grid.hpp"
 
 namespace ballservo {
 
-struct WayFieldOptions {
+struct NavigationFunctionOptions {
   double tight_m = 0.20;             ///< nearer to a suspected place than this the axle never goes
   double narrow_m = 0.38;            ///< nearer than this a way costs much more,
   double wide_m = 0.72;              ///< nearer than this a little
@@ -24,19 +24,19 @@ struct WayFieldOptions {
   void check(FaultList& faults, const std::string& place) const;
 };
 
-/// A navigation function on blocks of the free-space window (Konolige, "A gradient method for realtime robot
-/// control", IROS 2000): costs of ways by Dijkstra's algorithm from every place at the desired distance from
-/// the ball that sees it. What is unknown may be driven through: the shield knows better. Allocates in the
-/// constructor only.
-class WayField {
+/// A navigation function on blocks of the occupancy grid's window (Konolige, "A gradient method for realtime
+/// robot control", IROS 2000): costs of ways by Dijkstra's algorithm from every place at the desired distance
+/// from the ball that sees it. What is unknown may be driven through: the shield knows better. Allocates in
+/// the constructor only.
+class NavigationFunction {
  public:
-  static constexpr double block_m = FreeSpace::block * FreeSpace::cell_m;
-  static constexpr int size = FreeSpace::size / FreeSpace::block;
+  static constexpr double block_m = OccupancyGrid::block * OccupancyGrid::cell_m;
+  static constexpr int size = OccupancyGrid::size / OccupancyGrid::block;
 
-  explicit WayField(const WayFieldOptions& options);
+  explicit NavigationFunction(const NavigationFunctionOptions& options);
 
   /// Looks anew at what is suspected where; the costs are computed when they are asked for.
-  void update(const FreeSpace& space, const Eigen::Vector2d& p_OB, double distance_m, double ball_gap_m,
+  void update(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double distance_m, double ball_gap_m,
               double now_s);
 
   /// Puts something where the robot could not pass though nothing was heard there; forgotten after a while.
@@ -45,7 +45,7 @@ class WayField {
   /// Cost (m) of the best way from a place; infinite where there is none or the field does not reach.
   double cost_at(const Eigen::Vector2d& p_O);
   /// Distance (m) from a place to the nearest thing suspected, at most about a metre.
-  double room_at(const Eigen::Vector2d& p_O) const;
+  double clearance_at(const Eigen::Vector2d& p_O) const;
   /// Whether the robot can go straight from one place to the other.
   bool straight(const Eigen::Vector2d& from_O, const Eigen::Vector2d& to_O) const;
 
@@ -64,8 +64,9 @@ class WayField {
   static std::size_t index(int column, int row) {
     return static_cast<std::size_t>(row) * size + static_cast<std::size_t>(column);
   }
-  void measure_room(const FreeSpace& space, const Eigen::Vector2d& p_OB, double ball_gap_m, double now_s);
-  void spread_room(int step);
+  void measure_clearance(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double ball_gap_m,
+                         double now_s);
+  void spread_clearance(int step);
   bool sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
   void find_ways();
   void seed(const Eigen::Vector2d& p_OB, double distance_m);
@@ -73,9 +74,9 @@ class WayField {
   void put(std::size_t cell, int cost);
   void take(std::size_t cell);
 
-  WayFieldOptions options_;
+  NavigationFunctionOptions options_;
   int first_column_ = 0, first_row_ = 0;
-  std::vector<float> room_;                  // m
+  std::vector<float> clearance_m_;           // m
   std::vector<std::int32_t> cost_;           // in quanta; `none` where unknown
   std::vector<std::int32_t> next_, before_;  // lists of the buckets
   std::array<std::int32_t, 1024> bucket_{};

@@ -1,4 +1,4 @@
-#include "servo/avoidance/free_space.hpp"
+#include "servo/avoidance/occupancy_grid.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +10,14 @@ namespace ballservo {
 
 namespace {
 
-constexpr double half_diagonal_m = 0.7071067811865476 * FreeSpace::cell_m;
+constexpr double half_diagonal_m = 0.7071067811865476 * OccupancyGrid::cell_m;
 // A new epoch after so much of motion: a cell counts as seen when its epoch began.
 constexpr double epoch_path_m = 0.01, epoch_turn_rad = 0.03;
 constexpr double same_echo_m = 0.2;  // between two firings of a transducer, while things and robot move
 
 }  // namespace
 
-void FreeSpaceOptions::check(FaultList& faults, const std::string& place) const {
+void OccupancyGridOptions::check(FaultList& faults, const std::string& place) const {
   check_not_negative(faults, place + ".odometry.distance_share", odometry.distance_share, "m/m");
   check_not_negative(faults, place + ".odometry.turn_share", odometry.turn_share, "rad/rad");
   check_not_negative(faults, place + ".odometry.turn_per_m_radpm", odometry.turn_per_m_radpm, "rad/m");
@@ -43,7 +43,7 @@ void FreeSpaceOptions::check(FaultList& faults, const std::string& place) const 
 }
 
 /// A convex region of the floor: half planes (inside where n . p <= c) and a disc.
-struct FreeSpace::Region {
+struct OccupancyGrid::Region {
   struct HalfPlane {
     double nx, ny, c;
   };
@@ -81,14 +81,14 @@ struct FreeSpace::Region {
   }
 };
 
-FreeSpace::FreeSpace(const FreeSpaceOptions& options)
+OccupancyGrid::OccupancyGrid(const OccupancyGridOptions& options)
     : options_(options),
       free_since_(static_cast<std::size_t>(size) * size, 0),
       marks_(static_cast<std::size_t>(size) * size, 0),
       suspects_(static_cast<std::size_t>(size / block) * (size / block), 0),
       glimpsed_in_(static_cast<std::size_t>(size) * size, 0) {}
 
-bool FreeSpace::still_counts(std::uint32_t seen, double distance_m, Drift drift) const {
+bool OccupancyGrid::still_counts(std::uint32_t seen, double distance_m, Drift drift) const {
   if (now_ - seen >= epochs_.size()) return false;
   const Epoch& then = epoch(seen);
   return sum_.motion_s - then.motion_s <= options_.memory_s &&
@@ -98,22 +98,22 @@ bool FreeSpace::still_counts(std::uint32_t seen, double distance_m, Drift drift)
 
 /// Of a cell seen free too long ago to count in all of the window: odometry moves near places less than far
 /// ones.
-bool FreeSpace::still_free(const FloorCell& cell, std::uint32_t seen, Drift drift) const {
+bool OccupancyGrid::still_free(const FloorCell& cell, std::uint32_t seen, Drift drift) const {
   if (seen < first_epoch) return false;
   return still_counts(
       seen, std::hypot(center_m(cell.column) - pose_.x_m, center_m(cell.row) - pose_.y_m) + half_diagonal_m,
       drift);
 }
 
-bool FreeSpace::is_suspected(const FloorCell& cell) const {
+bool OccupancyGrid::is_suspected(const FloorCell& cell) const {
   return in_window(cell) && (marks_[index(cell.column, cell.row)] & (heard | standing)) != 0;
 }
 
-bool FreeSpace::is_standing(const FloorCell& cell) const {
+bool OccupancyGrid::is_standing(const FloorCell& cell) const {
   return in_window(cell) && (marks_[index(cell.column, cell.row)] & standing) != 0;
 }
 
-void FreeSpace::set_mark(int column, int row, Mark mark, bool yes) {
+void OccupancyGrid::set_mark(int column, int row, Mark mark, bool yes) {
   std::uint8_t& cell = marks_[index(column, row)];
   const int before = cell;
   cell = static_cast<std::uint8_t>(yes ? before | mark : before & ~mark);
@@ -127,19 +127,19 @@ void FreeSpace::set_mark(int column, int row, Mark mark, bool yes) {
   count = static_cast<std::uint8_t>(count + changed(heard | standing));
 }
 
-void FreeSpace::take_back(const FloorCell& cell) {
+void OccupancyGrid::take_back(const FloorCell& cell) {
   std::uint32_t& since = free_since_[index(cell.column, cell.row)];
   since = std::min(since, taken_back);
 }
 
-void FreeSpace::forget(int column, int row) {
+void OccupancyGrid::forget(int column, int row) {
   free_since_[index(column, row)] = never;
   glimpsed_in_[index(column, row)] = 0;
   for (const Mark mark : {heard, standing}) set_mark(column, row, mark, false);
 }
 
 /// Keeps the robot in the middle of the window: cells that enter it have never been seen.
-void FreeSpace::follow(const Pose2& pose) {
+void OccupancyGrid::follow(const Pose2& pose) {
   const int column = index_at(pose.x_m) - size / 2, row = index_at(pose.y_m) - size / 2;
   const auto steps = [](int from, int to) { return std::min(std::abs(to - from), size); };
   const int columns = steps(first_column_, column), rows = steps(first_row_, row);
@@ -155,7 +155,7 @@ void FreeSpace::follow(const Pose2& pose) {
   first_row_ = row;
 }
 
-void FreeSpace::move(double time_s, const Pose2& pose) {
+void OccupancyGrid::move(double time_s, const Pose2& pose) {
   if (!started_) {
     started_ = true;
     pose_ = pose;
@@ -210,7 +210,7 @@ void FreeSpace::move(double time_s, const Pose2& pose) {
 }
 
 /// The newest epoch that had begun by then.
-std::uint32_t FreeSpace::epoch_at(double time_s) const {
+std::uint32_t OccupancyGrid::epoch_at(double time_s) const {
   std::uint32_t number = now_;
   while (number > first_epoch && now_ - number + 1 < epochs_.size() && epoch(number).time_s > time_s)
     --number;
@@ -218,7 +218,7 @@ std::uint32_t FreeSpace::epoch_at(double time_s) const {
 }
 
 /// A cell lies within a convex region exactly when its upper and its lower edge do.
-void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number, bool by_body) {
+void OccupancyGrid::mark_free(const Region& region, std::uint32_t epoch_number, bool by_body) {
   const int first = std::max(index_at(region.y_low_m), first_row_);
   const int last = std::min(index_at(region.y_high_m), first_row_ + size - 1);
   Span below = region.at(first * cell_m);
@@ -241,7 +241,7 @@ void FreeSpace::mark_free(const Region& region, std::uint32_t epoch_number, bool
   }
 }
 
-void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer, bool heard_before) {
+void OccupancyGrid::mark_arc(const SonarReading& reading, const Pose2& transducer, bool heard_before) {
   const double half = options_.beam.half_angle_rad;
   const double near_m = std::max(0.0, reading.range_m - options_.range_error_m);
   const double far_m = reading.range_m + options_.range_error_m;
@@ -270,7 +270,7 @@ void FreeSpace::mark_arc(const SonarReading& reading, const Pose2& transducer, b
   });
 }
 
-void FreeSpace::look(const SonarReading& reading, const Pose2& pose_then) {
+void OccupancyGrid::look(const SonarReading& reading, const Pose2& pose_then) {
   const bool sane = reading.transducer < sonar_count && std::isfinite(reading.range_m) &&
                     std::isfinite(reading.fired_s) && reading.range_m >= 0.0 && started_;
   if (!sane) return;
@@ -305,8 +305,8 @@ void FreeSpace::look(const SonarReading& reading, const Pose2& pose_then) {
   if (reading.echo && reading.range_m <= options_.look_range_m) mark_arc(reading, transducer, heard_before);
 }
 
-bool FreeSpace::comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
-                                const Pose2& from) const {
+bool OccupancyGrid::comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
+                                    const Pose2& from) const {
   const Eigen::Vector2d p(center_m(cell.column), center_m(cell.row));
   const auto distance_m = [&footprint, &p](const Pose2& at) {
     const Eigen::Vector2d q = in_robot_frame(at, p);
@@ -319,8 +319,8 @@ bool FreeSpace::comes_no_nearer(const FloorCell& cell, const Footprint& footprin
   return (now_m > half_diagonal_m || known) && distance_m(pose) >= now_m - rounding_m;
 }
 
-bool FreeSpace::covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
-                       FloorCell* obstacle, const Pose2* from) const {
+bool OccupancyGrid::covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
+                           FloorCell* obstacle, const Pose2* from) const {
   constexpr double window_m = size * cell_m;
   if (!(std::abs(pose.x_m - pose_.x_m) < window_m && std::abs(pose.y_m - pose_.y_m) < window_m)) {
     if (obstacle != nullptr) *obstacle = cell_at(pose_.x_m, pose_.y_m);

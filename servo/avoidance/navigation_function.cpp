@@ -1,4 +1,4 @@
-#include "servo/avoidance/way_field.hpp"
+#include "servo/avoidance/navigation_function.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,11 +13,11 @@ namespace {
 constexpr double quantum_m = 0.01;
 constexpr std::int32_t none = std::numeric_limits<std::int32_t>::max();
 constexpr std::int32_t nobody = -1;
-constexpr double far_m = 1.2;  // rooms are measured up to this
+constexpr double far_m = 1.2;  // clearances are measured up to this
 
 }  // namespace
 
-void WayFieldOptions::check(FaultList& faults, const std::string& place) const {
+void NavigationFunctionOptions::check(FaultList& faults, const std::string& place) const {
   check_positive(faults, place + ".tight_m", tight_m, "m");
   if (!(narrow_m > tight_m && wide_m > narrow_m && wide_m <= 1.0)) {
     faults.add(place + ".narrow_m", shown_number(narrow_m),
@@ -30,22 +30,22 @@ void WayFieldOptions::check(FaultList& faults, const std::string& place) const {
   check_positive(faults, place + ".virtual_s", virtual_s, "s");
 }
 
-WayField::WayField(const WayFieldOptions& options)
+NavigationFunction::NavigationFunction(const NavigationFunctionOptions& options)
     : options_(options),
-      room_(static_cast<std::size_t>(size) * size, static_cast<float>(far_m)),
+      clearance_m_(static_cast<std::size_t>(size) * size, static_cast<float>(far_m)),
       cost_(static_cast<std::size_t>(size) * size, none),
       next_(static_cast<std::size_t>(size) * size, nobody),
       before_(static_cast<std::size_t>(size) * size, nobody) {
   bucket_.fill(nobody);
 }
 
-bool WayField::block_of(const Eigen::Vector2d& p, int& column, int& row) const {
+bool NavigationFunction::block_of(const Eigen::Vector2d& p, int& column, int& row) const {
   column = floor_index(p.x(), block_m) - first_column_;
   row = floor_index(p.y(), block_m) - first_row_;
   return column >= 0 && row >= 0 && column < size && row < size;
 }
 
-double WayField::cost_at(const Eigen::Vector2d& p_O) {
+double NavigationFunction::cost_at(const Eigen::Vector2d& p_O) {
   find_ways();
   int column, row;
   if (!block_of(p_O, column, row)) return std::numeric_limits<double>::infinity();
@@ -53,24 +53,24 @@ double WayField::cost_at(const Eigen::Vector2d& p_O) {
   return cost == none ? std::numeric_limits<double>::infinity() : cost * quantum_m;
 }
 
-double WayField::room_at(const Eigen::Vector2d& p_O) const {
+double NavigationFunction::clearance_at(const Eigen::Vector2d& p_O) const {
   int column, row;
-  return block_of(p_O, column, row) ? static_cast<double>(room_[index(column, row)]) : far_m;
+  return block_of(p_O, column, row) ? static_cast<double>(clearance_m_[index(column, row)]) : far_m;
 }
 
-void WayField::add_virtual(double x_m, double y_m, double now_s) {
+void NavigationFunction::add_virtual(double x_m, double y_m, double now_s) {
   virtual_[next_virtual_] = {x_m, y_m, now_s + options_.virtual_s};
   next_virtual_ = (next_virtual_ + 1) % virtual_.size();
 }
 
 /// Distances to what is suspected: chamfer distance transform in two passes (Borgefors, CVGIP 34, 1986).
-void WayField::measure_room(const FreeSpace& space, const Eigen::Vector2d& p_OB, double ball_gap_m,
-                            double now_s) {
+void NavigationFunction::measure_clearance(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB,
+                                           double ball_gap_m, double now_s) {
   for (int row = 0; row < size; ++row) {
     for (int column = 0; column < size; ++column) {
-      const bool suspected = space.is_block_suspected(first_column_ + column, first_row_ + row) &&
+      const bool suspected = grid.is_block_suspected(first_column_ + column, first_row_ + row) &&
                              (center(column, row) - p_OB).squaredNorm() > ball_gap_m * ball_gap_m;
-      room_[index(column, row)] = suspected ? 0.0f : static_cast<float>(far_m);
+      clearance_m_[index(column, row)] = suspected ? 0.0f : static_cast<float>(far_m);
     }
   }
   for (const Virtual& thing : virtual_) {
@@ -79,21 +79,21 @@ void WayField::measure_room(const FreeSpace& space, const Eigen::Vector2d& p_OB,
     for (double dx = -r; dx <= r; dx += block_m) {
       for (double dy = -r; dy <= r; dy += block_m) {
         int column, row;
-        if (block_of({thing.x_m + dx, thing.y_m + dy}, column, row)) room_[index(column, row)] = 0.0f;
+        if (block_of({thing.x_m + dx, thing.y_m + dy}, column, row)) clearance_m_[index(column, row)] = 0.0f;
       }
     }
   }
-  spread_room(+1);
-  spread_room(-1);
+  spread_clearance(+1);
+  spread_clearance(-1);
 }
 
 /// One pass over rows and columns, up or down (step +1 or -1): each row from the one before it, then from its
 /// own cells before.
-void WayField::spread_room(int step) {
+void NavigationFunction::spread_clearance(int step) {
   constexpr float side = static_cast<float>(block_m), diagonal = static_cast<float>(1.4142135 * block_m);
   const int begin = step > 0 ? 0 : size - 1;
   for (int k = 0; k < size; ++k) {
-    float* row = &room_[index(0, begin + k * step)];
+    float* row = &clearance_m_[index(0, begin + k * step)];
     if (k > 0) {
       const float* before = row - step * size;
       for (int c = 0; c < size; ++c) row[c] = std::min(row[c], before[c] + side);
@@ -104,26 +104,26 @@ void WayField::spread_room(int step) {
   }
 }
 
-bool WayField::sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+bool NavigationFunction::sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   const double length = (to - from).norm();
   for (double s = 0; s < length - 0.25; s += 0.5 * block_m) {
-    if (room_at(from + (to - from) * (s / length)) < 0.5 * block_m) return false;
+    if (clearance_at(from + (to - from) * (s / length)) < 0.5 * block_m) return false;
   }
   return true;
 }
 
-bool WayField::straight(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+bool NavigationFunction::straight(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   const double length = (to - from).norm();
-  const double enough = std::min(options_.narrow_m + 0.06, room_at(from) + 0.01);
+  const double enough = std::min(options_.narrow_m + 0.06, clearance_at(from) + 0.01);
   for (double s = 0; s <= length; s += 0.5 * block_m) {
-    if (room_at(from + (to - from) * (length > 0 ? s / length : 0.0)) <
+    if (clearance_at(from + (to - from) * (length > 0 ? s / length : 0.0)) <
         (s < 0.4 ? enough : options_.narrow_m + 0.06))
       return false;
   }
   return true;
 }
 
-void WayField::take(std::size_t cell) {
+void NavigationFunction::take(std::size_t cell) {
   const auto bucket = static_cast<std::size_t>(cost_[cell]) % bucket_.size();
   if (before_[cell] == nobody) {
     bucket_[bucket] = next_[cell];
@@ -134,7 +134,7 @@ void WayField::take(std::size_t cell) {
   --waiting_;
 }
 
-void WayField::put(std::size_t cell, int cost) {
+void NavigationFunction::put(std::size_t cell, int cost) {
   cost_[cell] = cost;
   const auto bucket = static_cast<std::size_t>(cost) % bucket_.size();
   next_[cell] = bucket_[bucket];
@@ -144,7 +144,7 @@ void WayField::put(std::size_t cell, int cost) {
   ++waiting_;
 }
 
-void WayField::seed(const Eigen::Vector2d& p_OB, double distance_m) {
+void NavigationFunction::seed(const Eigen::Vector2d& p_OB, double distance_m) {
   int column, row;
   const double margin_m = distance_m + 2 * block_m;
   const bool inside = block_of(p_OB + Eigen::Vector2d(margin_m, margin_m), column, row) &&
@@ -154,7 +154,7 @@ void WayField::seed(const Eigen::Vector2d& p_OB, double distance_m) {
       const bool border = r == 0 || c == 0 || r == size - 1 || c == size - 1;
       const Eigen::Vector2d p = center(c, r);
       const double away_m = (p - p_OB).norm();
-      if (room_[index(c, r)] < options_.narrow_m) continue;
+      if (clearance_m_[index(c, r)] < options_.narrow_m) continue;
       if (std::abs(away_m - distance_m) < 0.8 * block_m && sees(p, p_OB)) {
         put(index(c, r), 0);
       } else if (border && !inside) {
@@ -166,13 +166,13 @@ void WayField::seed(const Eigen::Vector2d& p_OB, double distance_m) {
 }
 
 /// Dijkstra's algorithm with a ring of buckets (Dial, CACM 12, 1969), until all around the robot is known.
-void WayField::spread(const Eigen::Vector2d& p_OR) {
+void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
   int robot_column, robot_row;
   const bool robot_inside = block_of(p_OR, robot_column, robot_row);
-  const auto price = [this](double room) {
-    if (room < options_.narrow_m) return 9.0;
-    if (room < options_.wide_m)
-      return 1.0 + 1.5 * (options_.wide_m - room) / (options_.wide_m - options_.narrow_m);
+  const auto price = [this](double clearance_m) {
+    if (clearance_m < options_.narrow_m) return 9.0;
+    if (clearance_m < options_.wide_m)
+      return 1.0 + 1.5 * (options_.wide_m - clearance_m) / (options_.wide_m - options_.narrow_m);
     return 1.0;
   };
   std::int32_t stop_at = none;
@@ -194,14 +194,15 @@ void WayField::spread(const Eigen::Vector2d& p_OR) {
           const double length = (dc != 0 && dr != 0 ? 1.4142135623730951 : 1.0) * block_m;
           // No price is below 1.
           if (cost_[other] <= now + static_cast<std::int32_t>(length / quantum_m)) continue;
-          const double room = room_[other];
+          const double clearance_m = clearance_m_[other];
           // Out of a tight place the robot may go, into one it may not.
-          if (room < options_.tight_m && room <= static_cast<double>(room_[cell])) {
+          if (clearance_m < options_.tight_m && clearance_m <= static_cast<double>(clearance_m_[cell])) {
             const bool from_robot =
                 robot_inside && std::abs(c - robot_column) <= 2 && std::abs(r - robot_row) <= 2;
             if (!from_robot) continue;
           }
-          const std::int32_t cost = now + static_cast<std::int32_t>(length * price(room) / quantum_m + 0.5);
+          const std::int32_t cost =
+              now + static_cast<std::int32_t>(length * price(clearance_m) / quantum_m + 0.5);
           if (cost >= cost_[other]) continue;
           if (cost_[other] != none) take(other);
           put(other, cost);
@@ -211,19 +212,19 @@ void WayField::spread(const Eigen::Vector2d& p_OR) {
   }
 }
 
-void WayField::update(const FreeSpace& space, const Eigen::Vector2d& p_OB, double distance_m,
-                      double ball_gap_m, double now_s) {
-  const Pose2& pose = space.pose();
+void NavigationFunction::update(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double distance_m,
+                                double ball_gap_m, double now_s) {
+  const Pose2& pose = grid.pose();
   first_column_ = floor_index(pose.x_m, block_m) - size / 2 + 1;
   first_row_ = floor_index(pose.y_m, block_m) - size / 2 + 1;
-  measure_room(space, p_OB, ball_gap_m, now_s);
+  measure_clearance(grid, p_OB, ball_gap_m, now_s);
   p_OB_ = p_OB;
   p_OR_ = {pose.x_m, pose.y_m};
   distance_m_ = distance_m;
   ways_known_ = false;
 }
 
-void WayField::find_ways() {
+void NavigationFunction::find_ways() {
   if (ways_known_) return;
   ways_known_ = true;
   std::fill(cost_.begin(), cost_.end(), none);
@@ -233,11 +234,12 @@ void WayField::find_ways() {
   spread(p_OR_);
 }
 
-std::optional<double> WayField::heading(const Pose2& pose, double ball_heading_rad, double half_view_rad) {
+std::optional<double> NavigationFunction::heading(const Pose2& pose, double ball_heading_rad,
+                                                  double half_view_rad) {
   find_ways();
   constexpr int headings = 72;
   const Eigen::Vector2d p(pose.x_m, pose.y_m);
-  const double enough = std::min(options_.narrow_m, room_at(p));
+  const double enough = std::min(options_.narrow_m, clearance_at(p));
   double best_cost = std::numeric_limits<double>::infinity(), best = 0;
   for (int k = 0; k < headings; ++k) {
     const double heading = pose.yaw_rad + 6.283185307179586 * k / headings;
@@ -245,7 +247,7 @@ std::optional<double> WayField::heading(const Pose2& pose, double ball_heading_r
     double way = std::numeric_limits<double>::infinity();
     for (double s = 0.5 * block_m; s <= options_.look_ahead_m; s += 0.5 * block_m) {
       const Eigen::Vector2d q = p + s * ahead;
-      if (room_at(q) < (s < 0.3 ? enough - 0.05 : options_.narrow_m - 0.03)) break;
+      if (clearance_at(q) < (s < 0.3 ? enough - 0.05 : options_.narrow_m - 0.03)) break;
       if (s >= 2.0 * block_m) way = std::min(way, s + cost_at(q));
     }
     const double turn = std::abs(wrap_angle(heading - pose.yaw_rad));

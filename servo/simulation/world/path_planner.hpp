@@ -18,9 +18,9 @@ double floor_clearance_m(const World& world, const Eigen::Vector2d& p_W);
 /// around the axle that holds the footprint in every heading, and `margin_m` around it, is moved from cell to
 /// cell of a grid (flood fill; Choset and others, "Principles of Robot Motion", 2005, chapter 4); between two
 /// centres it is free because it is free with half a cell to spare at both.
-class WayPlanner {
+class PathPlanner {
  public:
-  WayPlanner(const World& world, const Footprint& footprint, double margin_m, const Pose2& start);
+  PathPlanner(const World& world, const Footprint& footprint, double margin_m, const Pose2& start);
 
   /// Whether the disc can be brought from the start to within half a cell of that point.
   bool reaches(const Eigen::Vector2d& p_W) const;

@@ -1,4 +1,4 @@
-#include "servo/simulation/world/way_planner.hpp"
+#include "servo/simulation/world/path_planner.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -42,7 +42,7 @@ double floor_clearance_m(const World& world, const Eigen::Vector2d& p) {
   return clearance;
 }
 
-WayPlanner::WayPlanner(const World& world, const Footprint& footprint, double margin_m, const Pose2& start)
+PathPlanner::PathPlanner(const World& world, const Footprint& footprint, double margin_m, const Pose2& start)
     : world_(world), disc_radius_m_(holding_radius_m(footprint) + margin_m) {
   const Room& room = world.room;
   columns_ = static_cast<int>(std::ceil((room.x_max_m - room.x_min_m) / cell_m_));
@@ -74,18 +74,18 @@ WayPlanner::WayPlanner(const World& world, const Footprint& footprint, double ma
   }
 }
 
-bool WayPlanner::reached(int column, int row) const {
+bool PathPlanner::reached(int column, int row) const {
   return column >= 0 && row >= 0 && column < columns_ && row < rows_ &&
          reached_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                   static_cast<std::size_t>(column)] == 1;
 }
 
-bool WayPlanner::reaches(const Eigen::Vector2d& p_W) const {
+bool PathPlanner::reaches(const Eigen::Vector2d& p_W) const {
   return reached(static_cast<int>(std::floor((p_W.x() - world_.room.x_min_m) / cell_m_)),
                  static_cast<int>(std::floor((p_W.y() - world_.room.y_min_m) / cell_m_)));
 }
 
-bool WayPlanner::sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double ball_radius_m) const {
+bool PathPlanner::sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double ball_radius_m) const {
   const double distance = (to - from).norm();
   const int steps = std::max(1, static_cast<int>(std::ceil(distance / 0.02)));
   for (int k = 0; k < steps; ++k) {
@@ -98,7 +98,8 @@ bool WayPlanner::sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to, do
   return true;
 }
 
-bool WayPlanner::reaches_view_of(const Eigen::Vector2d& p_WB, double distance_m, double ball_radius_m) const {
+bool PathPlanner::reaches_view_of(const Eigen::Vector2d& p_WB, double distance_m,
+                                  double ball_radius_m) const {
   const int directions = std::max(16, static_cast<int>(std::ceil(6.283185307179586 * distance_m / cell_m_)));
   for (int k = 0; k < directions; ++k) {
     const double angle = 6.283185307179586 * k / directions;

@@ -15,7 +15,7 @@
 
 namespace ballservo {
 
-struct FreeSpaceOptions {
+struct OccupancyGridOptions {
   SonarBeam beam;
   OdometryBound odometry;
   double range_error_m = 0.025;   ///< bound on the error of a range, the place of the transducer included
@@ -56,7 +56,7 @@ struct FloorCell {
 ///
 /// What the camera sees standing on the floor in two scans, one after the other, is *standing*: suspected,
 /// not free, and no firing makes it so, until the camera sees floor there or the robot's body has been there.
-class FreeSpace {
+class OccupancyGrid {
  public:
   static constexpr double cell_m = 0.03;
   static constexpr int size = 256;  ///< cells along each side: 7.68 m
@@ -64,7 +64,7 @@ class FreeSpace {
   /// How far odometry may have drifted since a cell was seen free.
   enum class Drift { allowed, close };
 
-  explicit FreeSpace(const FreeSpaceOptions& options);
+  explicit OccupancyGrid(const OccupancyGridOptions& options);
 
   /// The robot is there now; times must not run backwards. The first call is the start.
   void move(double time_s, const Pose2& pose);
@@ -109,7 +109,7 @@ class FreeSpace {
   bool covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
               FloorCell* obstacle, const Pose2* from = nullptr) const;
 
-  const FreeSpaceOptions& options() const { return options_; }
+  const OccupancyGridOptions& options() const { return options_; }
   const Pose2& pose() const { return pose_; }
 
  private:
@@ -147,7 +147,7 @@ class FreeSpace {
   void follow(const Pose2& pose);
   void forget(int column, int row);
 
-  FreeSpaceOptions options_;
+  OccupancyGridOptions options_;
   bool started_ = false;
   Pose2 pose_;
   int first_column_ = 0, first_row_ = 0;  // of the window

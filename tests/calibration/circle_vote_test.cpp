@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "calibration/circles/region_circle.hpp"
-
 namespace ballservo {
 namespace {
 
@@ -99,11 +97,6 @@ TEST(CircleVote, TooFewOrDegeneratePointsHaveNoCircle) {
   std::vector<Eigen::Vector2f> line;
   for (int i = 0; i < 50; ++i) line.emplace_back(static_cast<float>(i), 3.f);
   EXPECT_FALSE(estimate(line));
-}
-
-TEST(RegionCircle, ReportsHowMuchOfTheBoundaryFits) {
-  const auto estimator = region_circle_estimator(0);
-  EXPECT_GT(estimator(arc({50, 50}, 25))->inlier_fraction, 0.9);
 }
 
 }  // namespace

@@ -1,14 +1,14 @@
-// What the camera says of the floor, in the memory of free space.
+// What the camera says of the floor, in the occupancy grid.
 #include <algorithm>
 #include <cmath>
 
-#include "servo/avoidance/free_space.hpp"
+#include "servo/avoidance/occupancy_grid.hpp"
 
 namespace ballservo {
 
 namespace {
 
-constexpr double spacing_m = 0.7 * FreeSpace::cell_m;
+constexpr double spacing_m = 0.7 * OccupancyGrid::cell_m;
 constexpr unsigned lifted_every = 3;  // scans: that floor is seen where something stood is in no hurry
 constexpr double depth_m = 0.5;       // of what hides the floor beyond it no more is taken to stand there
 
@@ -29,14 +29,14 @@ void along(const FloorRay& ray, double width_rad, const Eigen::Vector2d& apex, d
     const double c = std::cos(angle), s = std::sin(angle);
     for (int k = 0; k <= steps; ++k) {
       const double range_m = std::min(from_m + k * spacing_m, to_m);
-      visit(FreeSpace::cell_at(apex.x() + range_m * c, apex.y() + range_m * s));
+      visit(OccupancyGrid::cell_at(apex.x() + range_m * c, apex.y() + range_m * s));
     }
   }
 }
 
 }  // namespace
 
-void FreeSpace::look_at_floor(const FloorScan& scan, const Pose2& pose_then) {
+void OccupancyGrid::look_at_floor(const FloorScan& scan, const Pose2& pose_then) {
   if (!started_ || scan.count < 2 || scan.count > FloorScan::max_rays) return;
   const Eigen::Vector2d apex = in_world_frame(pose_then, {scan.camera_forward_m, 0.0});
   const double width_rad = (scan.rays[scan.count - 1].bearing_rad - scan.rays[0].bearing_rad) /
