@@ -14,12 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "calibration/base/options.hpp"
 #include "calibration/base/output.hpp"
 #include "calibration/base/strict_yaml.hpp"
 #include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
+
+struct OptionRow;
 
 /// The program's exit codes.
 enum ExitCode : int {

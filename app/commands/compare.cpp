@@ -17,6 +17,7 @@
 #include "app/io/work_folder.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/options.hpp"
 #include "calibration/base/system_file.hpp"
 
 namespace ballservo {
@@ -350,6 +351,7 @@ void add_compare_command(CLI::App& program, Action& action) {
       ->type_name("I/N")
       ->capture_default_str();
   command->add_flag("--resume", options->resume, "Go on with what an earlier run left in the folder");
+  add_keys_flag(*command, "plan", plan_keys);
   add_common_options(*command, options->common);
   add_merge_command(*command, action);
   command->callback([&action, options, command] {

@@ -20,6 +20,7 @@
 #include "app/io/video_writer.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/options.hpp"
 #include "calibration/base/statistics.hpp"
 #include "calibration/base/system_file.hpp"
 #include "calibration/color/color_file.hpp"

@@ -13,6 +13,7 @@
 #include "app/sweep/sweep_report.hpp"
 #include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 namespace {

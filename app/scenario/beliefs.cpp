@@ -1,6 +1,7 @@
 #include "app/scenario/beliefs.hpp"
 
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 

@@ -1,11 +1,12 @@
 // What the robot takes for true, where it is wrong.
 #pragma once
 
-#include "calibration/base/options.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/motion/mount.hpp"
 
 namespace ballservo {
+
+class OptionVisitor;
 
 /// `believed:` of a scenario: by how much what perception and controller believe differs from how things are.
 /// The simulator goes by the truth.

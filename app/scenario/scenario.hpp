@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "app/scenario/beliefs.hpp"
-#include "calibration/base/options.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/avoidance/avoidance.hpp"
 #include "servo/control/law.hpp"
@@ -24,6 +23,8 @@
 #include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
+
+struct OptionRow;
 
 /// `camera:` of a scenario.
 struct CameraSettings {

@@ -52,6 +52,11 @@ void OptionReader::option(const Option& o) {
                  [&](std::vector<double>* values) {
                    *values = node_.numbers(o.key, o.range, o.count, fallback_of(o, values));
                  },
+                 [&](std::vector<std::string>* values) {
+                   if (!node_.has(o.key)) return;
+                   values->clear();
+                   for (YamlNode& item : node_.list(o.key)) values->push_back(item.as_text());
+                 },
              },
              o.value);
 }
@@ -105,6 +110,7 @@ void OptionChecker::option(const Option& o) {
                  [&](const std::vector<double>* values) {
                    for (const double value : *values) check(value, o.range.to_text());
                  },
+                 [](const std::vector<std::string>*) {},
              },
              o.value);
 }
@@ -130,24 +136,27 @@ void OptionChecker::require(bool holds, Text key, Text found, Text allowed) {
 
 void OptionLister::option(const Option& o) {
   OptionRow row{path(o.key), o.range.unit, "", o.range.interval(), o.help, conditions_, o};
-  row.fallback = std::visit(Overloaded{
-                                [](const double* value) { return number_text(*value); },
-                                [](const long long* value) { return std::to_string(*value); },
-                                [](const bool* value) { return std::string(*value ? "true" : "false"); },
-                                [](const std::string* value) { return *value; },
-                                [](const std::vector<double>* values) {
-                                  std::vector<std::string> texts;
-                                  for (const double value : *values) texts.push_back(number_text(value));
-                                  return "[" + joined(texts) + "]";
-                                },
-                            },
-                            o.value);
+  row.fallback =
+      std::visit(Overloaded{
+                     [](const double* value) { return number_text(*value); },
+                     [](const long long* value) { return std::to_string(*value); },
+                     [](const bool* value) { return std::string(*value ? "true" : "false"); },
+                     [](const std::string* value) { return *value; },
+                     [](const std::vector<double>* values) {
+                       std::vector<std::string> texts;
+                       for (const double value : *values) texts.push_back(number_text(value));
+                       return "[" + joined(texts) + "]";
+                     },
+                     [](const std::vector<std::string>* values) { return "[" + joined(*values) + "]"; },
+                 },
+                 o.value);
   if (std::holds_alternative<bool*>(o.value)) row.allowed = "true, false";
   if (std::holds_alternative<std::string*>(o.value))
     row.allowed = o.choices.empty() ? "text" : joined(o.choices);
   if (std::holds_alternative<long long*>(o.value)) row.allowed = "whole, " + row.allowed;
   if (std::holds_alternative<std::vector<double>*>(o.value))
     row.allowed = (o.count > 0 ? std::to_string(o.count) : "a list") + " in " + row.allowed;
+  if (std::holds_alternative<std::vector<std::string>*>(o.value)) row.allowed = "a list of texts";
   if (o.fallback.required) row.fallback = "required";
   if (!o.fallback.words.empty()) row.fallback = o.fallback.words;
   std::visit([](auto& value) { value = nullptr; }, row.option.value);

@@ -43,7 +43,8 @@ auto names_of(const List& values, const Name& name) {
 
 /// One option, as visitors see it.
 struct Option {
-  using Value = std::variant<double*, long long*, bool*, std::string*, std::vector<double>*>;
+  using Value =
+      std::variant<double*, long long*, bool*, std::string*, std::vector<double>*, std::vector<std::string>*>;
 
   std::string key;
   Value value;
@@ -99,6 +100,9 @@ class OptionVisitor {
   void numbers(Text key, std::vector<double>& values, Range range, std::size_t count, Text help,
                const Fallback& fallback = {}) {
     option({key, &values, range, {}, count, help, fallback});
+  }
+  void texts(Text key, std::vector<std::string>& values, Text help, const Fallback& fallback = {}) {
+    option({key, &values, {}, {}, 0, help, fallback});
   }
   /// An array or Eigen vector: as many numbers as it has.
   template <class Vector>
@@ -241,7 +245,7 @@ class NumberFinder : public OptionChecker {
       : OptionChecker(none_, ""), wanted_(std::move(path)), use_(std::move(use)) {}
 
   void option(const Option& option) override;
-  bool present(Text key, bool now) override { return now || wanted_.rfind(path(key), 0) == 0; }
+  bool present(Text key, bool now) override { return now || (wanted_ + ".").rfind(path(key) + ".", 0) == 0; }
   void require(bool, Text, Text, Text) override {}
 
  private:

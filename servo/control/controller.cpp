@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/base/options.hpp"
 #include "servo/control/controller_target.hpp"
 #include "servo/motion/option_check.hpp"
 

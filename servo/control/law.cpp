@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/base/options.hpp"
 #include "servo/control/cone_law.hpp"
 #include "servo/control/pose_law.hpp"
 #include "servo/control/sphere_law.hpp"

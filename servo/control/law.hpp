@@ -11,11 +11,13 @@
 #include <string_view>
 #include <vector>
 
-#include "calibration/base/options.hpp"
+#include "calibration/base/fault.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
+
+class OptionVisitor;
 
 /// Where every law stops: ball at (distance_m, 0, ball_height_m) of the robot frame.
 struct ServoGoal {
