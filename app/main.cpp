@@ -51,6 +51,7 @@ void add_commands(CLI::App& program, Action& action) {
   add_servo_command(program, action);
   add_sweep_command(program, action);
   add_compare_command(program, action);
+  add_report_command(program, action);
 }
 
 void set_up_messages() {
@@ -106,7 +107,8 @@ int run(int argc, char** argv) {
   try {
     program.parse(argc, argv);
     const CoutOnStderr cout_on_stderr;
-    return action();
+    const int code = action();
+    return code == exit_done && interrupt_requested() ? exit_interrupted : code;  // its page was not drawn
   } catch (const CLI::ParseError& error) {
     return show(program, error);
   } catch (const InputError& error) {

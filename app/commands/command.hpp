@@ -82,5 +82,6 @@ void add_render_command(CLI::App& program, Action& action);
 void add_servo_command(CLI::App& program, Action& action);
 void add_sweep_command(CLI::App& program, Action& action);
 void add_compare_command(CLI::App& program, Action& action);
+void add_report_command(CLI::App& program, Action& action);
 
 }  // namespace ballservo

@@ -18,6 +18,7 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
+#include "app/report/draw_pages.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/options.hpp"
@@ -167,9 +168,11 @@ int run_servo(const ServoOptions& options) {
   const std::string gain = gain_warning(scenario);
   if (!gain.empty()) spdlog::warn(gain);
   OutputFolder folder(options.output, options.common.overwrite());
-  // A film beside another run's log is that run's.
+  // A film, a page and key frames beside another run's log are that run's.
   const bool ran_before = std::filesystem::exists(options.output / "log.csv");
-  folder.supersede([ran_before](const std::string& name) { return ran_before && name == "video.mp4"; });
+  folder.supersede([ran_before](const std::string& name) {
+    return ran_before && (name == "video.mp4" || name == "report.html" || is_run_picture(name));
+  });
 
   // How long the run will take nobody knows: no total.
   Progress progress(options.realtime ? "milliseconds" : "simulated milliseconds", 0, options.common.quiet);
@@ -197,19 +200,8 @@ int run_servo(const ServoOptions& options) {
   folder.write("tracks.csv", run.tracks_csv);
   folder.write("summary.json", summary.dump(2) + "\n");
   folder.write("manifest.json", manifest(scenario, options, log, run).dump(2) + "\n");
-  RunReportInput report;
-  report.title = scenario.file.stem().string();
-  report.law = scenario.law.name;
-  report.perception = options.perception;
-  report.world = &scenario.world;
-  report.target = &scenario.target_ball();
-  report.camera = &scenario.camera.camera;
-  report.footprint = scenario.robot.footprint;
-  report.goal = scenario.goal();
-  report.rule = run_options.rule;
-  report.video = options.video && std::filesystem::exists(folder.path() / "video.mp4");
-  report.scenario_json = nlohmann::ordered_json::parse(scenario.resolved_json).dump(2);
-  folder.write("report.html", run_report_html(run, report));
+  write_report(folder, run_report(run, scenario, options.perception, run_options.rule, folder),
+               options.common.quiet);
   folder.commit();
   write_json_results(options.common, nlohmann::json(summary));
 
@@ -269,7 +261,7 @@ void add_servo_command(CLI::App& program, Action& action) {
                     "robot moves within 0.2 m of something");
   command->add_flag("--realtime", options->realtime,
                     "On the wall clock, camera, control and guard in threads of their own");
-  add_keys_flag(*command, "scenario", scenario_keys);
+  add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_servo(*options); }; });
 }

@@ -173,7 +173,7 @@ void add_merge_command(CLI::App& sweep, Action& action) {
   command->add_option("-o,--output", options->output, "Folder for the results")->required()->type_name("DIR");
   command->add_option("--against", options->against, "Folder of another sweep to compare with, seed by seed")
       ->type_name("DIR");
-  add_keys_flag(*command, "scenario", scenario_keys);
+  add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_merge(*options); }; });
 }
@@ -213,7 +213,7 @@ void add_sweep_command(CLI::App& program, Action& action) {
   add_perception_option(*command, options->perception);
   command->add_option("--against", options->against, "Folder of another sweep to compare with, seed by seed")
       ->type_name("DIR");
-  add_keys_flag(*command, "scenario", scenario_keys);
+  add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
   add_common_options(*command, options->common);
   add_merge_command(*command, action);
   command->callback([options, command, &action] {

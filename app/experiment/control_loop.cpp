@@ -13,7 +13,7 @@ namespace ballservo {
 ControlLoop::ControlLoop(const Scenario& scenario, const ControllerOptions& controller,
                          const ReachedRule& rule)
     : scenario_(scenario),
-      controller_(controller),
+      controller_(controller, builtin_laws().make(scenario.law, controller.goal)),
       judge_(scenario.duration_s, !std::holds_alternative<StaticMotion>(scenario.target_ball().motion),
              rule) {
   run_.steps.reserve(static_cast<std::size_t>(std::min(scenario.duration_s * scenario.control_rate_hz, 1e4)) +

@@ -1,30 +1,22 @@
-// report.html of one closed-loop run.
+// What the page of one closed-loop run is drawn from, beside log.csv and summary.json.
 #pragma once
 
-#include <string>
+#include <nlohmann/json.hpp>
 
 #include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_record.hpp"
-#include "calibration/camera/camera.hpp"
-#include "servo/simulation/world/world.hpp"
+#include "app/scenario/scenario.hpp"
+#include "calibration/base/output.hpp"
 
 namespace ballservo {
 
-/// What the report needs beside the record.
-struct RunReportInput {
-  std::string title, law, perception;
-  const World* world = nullptr;
-  const Ball* target = nullptr;
-  const Camera* camera = nullptr;
-  Footprint footprint;
-  ServoGoal goal;
-  ReachedRule rule;
-  bool video = false;         ///< video.mp4 lies beside the page
-  std::string scenario_json;  ///< as resolved
-};
+/// Writes the key frames' pictures into the folder, and returns the contents of report.json: the floor, the
+/// ball's way over it and through the picture.
+nlohmann::ordered_json run_report(const RunRecord& record, const Scenario& scenario,
+                                  const std::string& perception, const ReachedRule& rule,
+                                  const OutputFolder& folder);
 
-/// One page, loading nothing from the network: how it ended, top view, image trace, errors and commands over
-/// time, key frames, states.
-std::string run_report_html(const RunRecord& record, const RunReportInput& input);
+/// Whether a run wrote a file of that name for its page: a later run in the same folder removes it.
+bool is_run_picture(const std::string& name);
 
 }  // namespace ballservo

@@ -20,7 +20,7 @@ ControllerOptions controller_options(const Scenario& scenario) {
   options.actuation_delay_s = scenario.robot.actuation_delay_s;
   options.limits = scenario.robot.limits;
   options.goal = scenario.goal();
-  options.law = scenario.law;
+  options.turn_gain_per_s = scenario.law.gain_per_s;
   options.avoidance = scenario.avoidance;
   // A little less than half the picture, so that the ball stays whole in it.
   const double half_width_px = 0.5 * scenario.camera.camera.size().width_px;

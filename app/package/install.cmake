@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ballservo)
 
 install(TARGETS ballservo RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(TARGETS base camera color circles pictures camera_files calibration perception servo simulation EXPORT ballservoTargets
+install(TARGETS base camera color circles pictures camera_files calibration perception control servo simulation EXPORT ballservoTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(folder calibration perception servo)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ballservo
@@ -19,6 +19,8 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/ballservoConfigVe
 install(FILES ${PROJECT_BINARY_DIR}/package/ballservoConfig.cmake
               ${PROJECT_BINARY_DIR}/package/ballservoConfigVersion.cmake DESTINATION ${package_dir})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/ballservo)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/app/python/ DESTINATION lib/python3/dist-packages
+        PATTERN __pycache__ EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 set(CPACK_GENERATOR DEB)
@@ -32,5 +34,6 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS
     ${PROJECT_BINARY_DIR}/calibration ${PROJECT_BINARY_DIR}/perception ${PROJECT_BINARY_DIR}/servo)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-matplotlib, python3-jinja2")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libeigen3-dev, libopencv-dev")
 include(CPack)

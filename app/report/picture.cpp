@@ -96,18 +96,20 @@ cv::Mat viewable(const cv::Mat& picture) {
   return bgr;
 }
 
-std::string picture_data_uri(const cv::Mat& picture, PictureFormat format, int jpeg_quality) {
-  if (picture.empty()) throw std::invalid_argument("an empty picture has no data URI");
-  const cv::Mat shown = picture.channels() == 1 ? to_bytes(picture) : viewable(picture);
+std::string picture_bytes(const cv::Mat& picture, PictureFormat format, int jpeg_quality) {
+  if (picture.empty()) throw std::invalid_argument("an empty picture has no file");
+  const bool jpeg = format == PictureFormat::jpeg;
+  std::vector<int> parameters;
+  if (jpeg) parameters = {cv::IMWRITE_JPEG_QUALITY, jpeg_quality};
   std::vector<std::uint8_t> bytes;
-  const bool png = format == PictureFormat::png;
-  const std::vector<int> settings =
-      png ? std::vector<int>{} : std::vector<int>{cv::IMWRITE_JPEG_QUALITY, std::clamp(jpeg_quality, 1, 100)};
-  if (!cv::imencode(png ? ".png" : ".jpg", shown, bytes, settings)) {
-    throw std::runtime_error("a picture could not be encoded");
-  }
-  const std::string_view view(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return std::string(png ? "data:image/png;base64," : "data:image/jpeg;base64,") + base64(view);
+  cv::imencode(jpeg ? ".jpg" : ".png", viewable(picture), bytes, parameters);
+  return {bytes.begin(), bytes.end()};
+}
+
+std::string picture_data_uri(const cv::Mat& picture, PictureFormat format, int jpeg_quality) {
+  const char* kind = format == PictureFormat::jpeg ? "jpeg" : "png";
+  return std::string("data:image/") + kind + ";base64," +
+         base64(picture_bytes(picture, format, jpeg_quality));
 }
 
 cv::Mat labelled_grid(const std::vector<std::pair<std::string, cv::Mat>>& pictures, int columns) {

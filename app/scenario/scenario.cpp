@@ -97,6 +97,7 @@ std::vector<std::pair<std::string, double>> apply_vary(StrictYaml& yaml,
 /// A scenario as it is being read: what its keys name, and which parts were read without a fault.
 struct Draft {
   Scenario& scenario;
+  const LawCatalog& laws;
   WorldOptions world{};
   std::string camera_file{}, colors{}, target_ball{}, taught{};
   ScenarioReading ok{};
@@ -224,7 +225,7 @@ void declare(OptionVisitor& v, Draft& draft) {
     v.map(
         "target", [&] { declare_target(v, draft); }, required);
   });
-  v.part("law", scenario.law);
+  v.map("law", [&] { declare(v, scenario.law, draft.laws.names()); });
   v.map("control", [&] {
     v.number("rate_hz", scenario.control_rate_hz, NumberRange::above(0, 1000, "Hz"), "control steps");
   });
@@ -292,7 +293,7 @@ ServoGoal Scenario::goal() const {
 Eigen::Isometry3d Scenario::X_WC(const Pose2& pose) const { return X_WR(pose) * camera.mount.X_RC(); }
 
 Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& sets,
-                       std::uint64_t seed) {
+                       std::uint64_t seed, const LawCatalog& laws) {
   StrictYaml yaml = StrictYaml::from_file(file);
   const std::vector<std::string> set_keys = apply_sets(yaml, sets);
 
@@ -303,7 +304,7 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   scenario.seed = seed;
   scenario.resolved_json = yaml.resolved_json();
 
-  Draft draft{scenario};
+  Draft draft{scenario, laws};
   OptionReader reader(yaml, yaml.root());
   declare(reader, draft);
   if (!draft.colors.empty()) scenario.colors = beside(file, draft.colors);
@@ -317,9 +318,9 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   return scenario;
 }
 
-std::vector<OptionRow> scenario_keys() {
+std::vector<OptionRow> scenario_keys(const LawCatalog& laws) {
   Scenario scenario;
-  Draft draft{scenario};
+  Draft draft{scenario, laws};
   std::vector<Varied> varied;
   OptionLister lister;
   declare(lister, draft);

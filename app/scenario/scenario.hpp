@@ -11,7 +11,8 @@
 #include "app/scenario/beliefs.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/avoidance/avoidance.hpp"
-#include "servo/control/law.hpp"
+#include "servo/control/law_catalog.hpp"
+#include "servo/features/builtin_laws.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
@@ -86,15 +87,16 @@ struct Scenario {
 /// Reads a scenario.
 ///   sets   "key.path=value" each (`--set`), applied first; what they set is not varied
 ///   seed   draws every entry of `vary`, each from a stream of its own
+///   laws   those that `law.name` may name
 /// Throws InputError with every fault at once: unknown and duplicate keys, wrong types and units, numbers
 /// that are not finite or implausible, a ball inside the robot, an obstacle, a wall or another ball, an
 /// obstacle on the robot, an unknown target, a target that could not be seen whole at the goal (with the
 /// distances that would do), and whatever is wrong with the camera's file.
 Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& sets,
-                       std::uint64_t seed);
+                       std::uint64_t seed, const LawCatalog& laws = builtin_laws());
 
 /// Every key of a scenario.
-std::vector<OptionRow> scenario_keys();
+std::vector<OptionRow> scenario_keys(const LawCatalog& laws = builtin_laws());
 
 /// Distances from the axle (m, in the floor plane, to 1 cm) at which a ball straight ahead is seen whole and
 /// does not touch the robot, as intervals; none beyond 20 m are looked for.

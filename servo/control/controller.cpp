@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
 #include "calibration/base/options.hpp"
 #include "servo/control/controller_target.hpp"
@@ -42,8 +44,8 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
   }
   check_options(faults, place + ".limits", limits);
   check_not_negative(faults, place + ".command_s", command_s, "s");
-  goal.check(faults, place + ".goal");
-  check_options(faults, place + ".law", law);
+  check_options(faults, place + ".goal", goal);
+  check_positive(faults, place + ".turn_gain_per_s", turn_gain_per_s, "1/s");
   envelope.check(faults, place + ".envelope");
   filter.check(faults, place + ".filter");
   avoidance.check(faults, place + ".avoidance");
@@ -74,9 +76,9 @@ void ControllerOptions::check(FaultList& faults, const std::string& place) const
   }
 }
 
-Controller::Controller(const ControllerOptions& options)
+Controller::Controller(const ControllerOptions& options, std::unique_ptr<Law> law)
     : options_(checked(options)),
-      law_(make_law(options.law, options.goal)),
+      law_(std::move(law)),
       filter_(options.filter, options.goal.mount),
       poses_(history_length(options.rate_hz)),
       predictor_(options.limits, options.actuation_delay_s, history_length(options.rate_hz)),
@@ -84,6 +86,7 @@ Controller::Controller(const ControllerOptions& options)
       frame_time_s_(never),
       sighting_time_s_(never),
       frame_arrived_s_(never) {
+  if (!law_) throw std::invalid_argument("a Controller needs a law");
   const Eigen::Vector3d p_RB = options.goal.desired_p_RB();
   goal_range_m_ = std::hypot(p_RB.x(), p_RB.y());
   goal_bearing_rad_ = std::atan2(p_RB.y(), p_RB.x());
@@ -218,7 +221,7 @@ Twist2 Controller::by_law(const Target& target, const std::optional<LawOutput>& 
   if (law && std::abs(target.bearing_rad) <= options_.turn_first_rad) {
     command = law->twist;
   } else {
-    command.w_radps = options_.law.gain_per_s * target.bearing_rad;
+    command.w_radps = options_.turn_gain_per_s * target.bearing_rad;
   }
   return limit_to_envelope(command, left_m, target.p_RB, target.v_RB, options_.limits, options_.envelope);
 }

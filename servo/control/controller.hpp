@@ -27,7 +27,7 @@ struct ControllerOptions {
   double command_s = 0;  ///< a command may drive so long until the next or a rest takes over; 0: a period
   UnicycleLimits limits;
   ServoGoal goal;
-  LawOptions law;
+  double turn_gain_per_s = 2.0;  ///< of the turn towards a ball for which the law has no answer
   EnvelopeOptions envelope;
   TargetFilterOptions filter;
   AvoidanceOptions avoidance;
@@ -88,11 +88,13 @@ struct ControlOutput {
   std::string_view shield;  ///< what they did to it; a literal, empty where it passed
 };
 
-/// One run's controller. Deterministic; after construction it allocates nothing, except inside law `visp`.
+/// One run's controller. As deterministic as its law; after construction it takes no memory from the heap,
+/// but for what its law takes.
 class Controller {
  public:
-  /// Throws InputError with every fault of the options.
-  explicit Controller(const ControllerOptions& options);
+  /// `law` drives to options.goal. Throws InputError with every fault of the options, std::invalid_argument
+  /// without a law.
+  Controller(const ControllerOptions& options, std::unique_ptr<Law> law);
 
   /// A frame's word on the ball, which arrived at that time (else: in time for the next step, which looks at
   /// it).

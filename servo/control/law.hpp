@@ -5,13 +5,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <vector>
 
-#include "calibration/base/fault.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 
@@ -34,16 +30,15 @@ struct ServoGoal {
   Eigen::Vector3d desired_p_CB() const;
   /// The same in the robot frame; (distance_m, 0, ball_height_m) where nothing was taught.
   Eigen::Vector3d desired_p_RB() const;
-  /// Adds a fault for a distance or radius that is not finite and positive, a height or taught feature that
-  /// is not finite, a ball taught behind the camera, and the mount's own.
-  void check(FaultList& faults, const std::string& place) const;
 };
+void declare(OptionVisitor& v, ServoGoal& goal);
 
 struct LawOptions {
-  std::string name = "cone";  ///< one of law_names()
+  std::string name = "cone";  ///< of a law in the program's LawCatalog
   double gain_per_s = 2.0;    ///< lambda of the exponential decay that the law asks for: de/dt = -lambda e
 };
-void declare(OptionVisitor& v, LawOptions& law);
+/// `names` are those of the program's laws.
+void declare(OptionVisitor& v, LawOptions& law, const std::vector<std::string>& names);
 
 /// What a law asks for, before anybody looks at what the robot can do. Always finite.
 struct LawOutput {
@@ -51,34 +46,17 @@ struct LawOutput {
   double error_1 = 0, error_2 = 0;  ///< features less desired features, in the law's own order
 };
 
-/// A control law on two features of the ball's centre. Its features must not depend on how the floor is
-/// turned.
+/// A control law: anything that answers with a twist. One law serves one run, and one thread at a time.
 class Law {
  public:
   virtual ~Law() = default;
 
-  virtual std::string_view name() const = 0;
-
-  /// The twist that lets both errors decay at the law's gain for a ball at p_CB (m) that moves over ground at
-  /// v_CB (m/s, in camera axes; feed-forward: e' = J u + L v_CB, u = J^-1 (-lambda e - L v_CB)). Nothing
-  /// where the law has no answer: features undefined there, or the ball abeam of the axle or behind it, where
-  /// J is singular (each law says where), or a value that is not finite.
+  /// The twist for a ball at p_CB (m) that moves over ground at v_CB (m/s, in camera axes). Nothing where the
+  /// law has no answer: features undefined there, the ball abeam of the axle or behind it, or a value that is
+  /// not finite; the controller then turns towards the ball. It must not depend on how the floor is turned.
+  /// It may take memory from the heap: of a control step, all but this takes none.
   virtual std::optional<LawOutput> command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) = 0;
-
-  /// The two errors alone; nothing where the features are undefined.
-  virtual std::optional<Eigen::Vector2d> errors(const Eigen::Vector3d& p_CB) const = 0;
-
-  /// Robot Jacobian J (2 x 2): derivative of the errors by time, per (v, w), for a ball that rests.
-  virtual std::optional<Eigen::Matrix2d> robot_jacobian(const Eigen::Vector3d& p_CB) const = 0;
-
-  /// Interaction with the ball's own motion L (2 x 3): derivative of the errors by p_CB.
-  virtual std::optional<Eigen::Matrix<double, 2, 3>> ball_jacobian(const Eigen::Vector3d& p_CB) const = 0;
 };
-
-/// The twist that lets a law's errors decay at `gain_per_s`: u = J^-1 (-lambda e - L v_CB), by Cramer's rule.
-/// Nothing where the features are undefined, the Jacobian is singular, or the twist is not finite.
-std::optional<LawOutput> decaying(const Law& law, double gain_per_s, const Eigen::Vector3d& p_CB,
-                                  const Eigen::Vector3d& v_CB);
 
 /// The largest gain lambda (1/s) at which e' = -lambda e stays stable when the command is decided anew
 /// `sample_rate_hz` times a second and acts `delay_s` late: with n whole periods of delay (rounded up),
@@ -88,12 +66,6 @@ std::optional<LawOutput> decaying(const Law& law, double gain_per_s, const Eigen
 /// Biology 9, 1976). The controller predicts over the delay, which lifts this limit as long as it knows delay
 /// and motion well.
 double max_stable_gain_per_s(double sample_rate_hz, double delay_s);
-
-/// The names that `make_law` knows, in the order of the documentation: "cone", "visp", "sphere", "pose".
-const std::vector<std::string>& law_names();
-
-/// Throws InputError with every fault of options and goal.
-std::unique_ptr<Law> make_law(const LawOptions& options, const ServoGoal& goal);
 
 /// Distance of the ball ahead of the axle (X_R, m): every law here is singular exactly where it is 0.
 double ahead_of_axle_m(const CameraMount& mount, const Eigen::Vector3d& p_CB);

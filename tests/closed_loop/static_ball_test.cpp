@@ -30,7 +30,7 @@ void expect_reached(const RunRecord& record, double range_m, double bearing_rad,
 class Perception : public testing::TestWithParam<PerceptionLevel> {};
 
 TEST_P(Perception, EveryLawReachesTheBallFromEverySeed) {
-  for (const std::string& law : law_names()) {
+  for (const std::string& law : builtin_laws().names()) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
       const RunRecord record = run(static_ball(seed, {"law.name=" + law}), GetParam(), seed);
       expect_reached(record, 0.001, 0.05 * degree, law + ", seed " + std::to_string(seed));

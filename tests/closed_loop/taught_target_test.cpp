@@ -34,7 +34,7 @@ class Taught : public testing::Test {
 
 TEST_F(Taught, EveryLawStopsWhereItWasShownWithAWrongDiameterAndFocalLength) {
   const std::vector<std::string> sets = teach(wrong_beliefs);
-  for (const std::string& law : law_names()) {
+  for (const std::string& law : builtin_laws().names()) {
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
       std::vector<std::string> with_law = sets;
       with_law.push_back("law.name=" + law);

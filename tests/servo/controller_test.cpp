@@ -29,6 +29,10 @@ double nearest_m(const std::vector<DriveStep>& steps) {
   return nearest;
 }
 
+std::unique_ptr<Law> a_law(const ControllerOptions& options, const std::string& name = "cone") {
+  return builtin_laws().make({name, options.turn_gain_per_s}, options.goal);
+}
+
 std::vector<ControlState> states_of(const std::vector<DriveStep>& steps) {
   std::vector<ControlState> states;
   for (const DriveStep& step : steps) {
@@ -38,12 +42,12 @@ std::vector<ControlState> states_of(const std::vector<DriveStep>& steps) {
 }
 
 TEST(Controller, SettlesInTheTimeThatBrakingAllows) {
-  for (const std::string& law : law_names()) {
+  for (const std::string& law : builtin_laws().names()) {
     // The prototype's times, with a margin of a twentieth.
     for (const auto& [range_m, allowed_s] : {std::pair{2.5, 6.7}, {3.5, 8.0}, {4.5, 9.0}}) {
       for (const double bearing_rad : {-0.4, 0.0, 0.3}) {
         DriveSetup setup;
-        setup.controller.law.name = law;
+        setup.law.name = law;
         setup.ball = [=, r = range_m](double) { return at(r, bearing_rad); };
         const auto steps = drive(setup);
         const double settled = settled_s(steps);
@@ -65,7 +69,7 @@ TEST(Controller, DoesNotOvershootUnderAnyDelayItKnows) {
         DriveSetup setup;
         setup.controller.latency_s = latency_s;
         setup.controller.actuation_delay_s = actuation_s;
-        setup.controller.law.gain_per_s = gain;
+        setup.law.gain_per_s = gain;
         setup.duration_s = 25;
         setup.ball = [](double) { return at(3.5, 0.2); };
         const auto steps = drive(setup);
@@ -176,7 +180,7 @@ TEST(Controller, FollowsABallThatRollsAway) {
 
 TEST(Controller, IsNotMisledByOneWildSighting) {
   ControllerOptions options;
-  Controller calm(options), disturbed(options);
+  Controller calm(options, a_law(options)), disturbed(options, a_law(options));
   ControlOutput a, b;
   for (int k = 0; k < 200; ++k) {
     const double t = 0.02 * k;
@@ -198,7 +202,7 @@ TEST(Controller, IsNotMisledByOneWildSighting) {
 
 TEST(Controller, IgnoresDuplicateAndBackwardFrames) {
   ControllerOptions options;
-  Controller once(options), again(options);
+  Controller once(options, a_law(options)), again(options, a_law(options));
   for (int k = 0; k < 100; ++k) {
     const double t = 0.02 * k;
     BallMeasurement frame;
@@ -223,7 +227,7 @@ TEST(Controller, IgnoresDuplicateAndBackwardFrames) {
 TEST(Controller, StopsOnNonsenseAndRecovers) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   ControllerOptions options;
-  Controller controller(options);
+  Controller controller(options, a_law(options));
   ControlOutput output;
   for (int k = 0; k < 300; ++k) {
     const double t = 0.02 * k;
@@ -251,17 +255,19 @@ TEST(Controller, NamesEveryFaultOfItsOptions) {
   options.rate_hz = 0;
   options.latency_s = -1;
   options.limits.a_max_mps2 = std::numeric_limits<double>::quiet_NaN();
-  options.law.name = "none";
+  options.turn_gain_per_s = 0;
   options.goal.distance_m = 0;
   options.filter.gate_sigmas = 0;
   options.envelope.braking_share = 2;
   try {
-    Controller controller(options);
+    Controller controller(options, a_law({}));
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_EQ(error.faults().size(), 7u) << error.what();
   }
 }
+
+TEST(Controller, NeedsALaw) { EXPECT_THROW(Controller({}, nullptr), std::invalid_argument); }
 
 /// Numbers that a sensor could never mean: NaN, infinities, denormals, huge ones, and ordinary ones.
 double odd_number(RandomEngine& engine, double ordinary) {
@@ -294,10 +300,10 @@ TEST(Controller, PutsOutFiniteCommandsWithinTheLimitsWhateverComesIn) {
   const bool ok = rc::check("limits", [&steps](std::uint64_t seed) {
     RandomEngine engine = random_stream(seed, "odd");
     ControllerOptions options;
-    options.law.name = uniform_index(engine, 2) == 0 ? "cone" : "visp";
+    const std::string law = uniform_index(engine, 2) == 0 ? "cone" : "visp";
     options.actuation_delay_s = uniform(engine, 0, 0.2);
     options.latency_s = uniform(engine, 0, 0.2);
-    Controller controller(options);
+    Controller controller(options, a_law(options, law));
     const bool mostly_sane = uniform_index(engine, 2) == 0;
     const auto number = [&](double ordinary) {
       return mostly_sane && uniform_index(engine, 40) != 0 ? ordinary * uniform(engine, -1, 1)

@@ -9,11 +9,13 @@
 
 #include "calibration/base/random.hpp"
 #include "servo/control/controller.hpp"
+#include "servo/features/builtin_laws.hpp"
 
 namespace ballservo::test {
 
 struct DriveSetup {
   ControllerOptions controller;
+  LawOptions law;
   Pose2 start;
   std::function<Eigen::Vector2d(double time_s)> ball = [](double) { return Eigen::Vector2d(3.0, 0.4); };
   /// Whether the camera sees the ball in the frame at that time; frames fail to come where `frames` says so.
@@ -32,8 +34,9 @@ struct DriveStep {
 
 /// Every control step of a run.
 inline std::vector<DriveStep> drive(const DriveSetup& setup) {
-  const ControllerOptions& options = setup.controller;
-  Controller controller(options);
+  ControllerOptions options = setup.controller;
+  options.turn_gain_per_s = setup.law.gain_per_s;
+  Controller controller(options, builtin_laws().make(setup.law, options.goal));
   Pose2 pose = setup.start;
   Twist2 twist;
   struct Late {

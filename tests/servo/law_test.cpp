@@ -1,9 +1,9 @@
-#include "servo/control/law.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "servo/features/builtin_laws.hpp"
+#include "servo/features/feature_law.hpp"
 #include "tests/servo/random_scene.hpp"
 
 namespace ballservo {
@@ -15,13 +15,14 @@ using test::random_p_RB;
 
 constexpr int scenes = 300;
 
+std::unique_ptr<FeatureLaw> feature_law(const LawOptions& options, const ServoGoal& goal) {
+  return std::unique_ptr<FeatureLaw>(dynamic_cast<FeatureLaw*>(builtin_laws().make(options, goal).release()));
+}
+
 class EveryLaw : public testing::TestWithParam<std::string> {
  protected:
-  std::unique_ptr<Law> law(const ServoGoal& goal, double gain_per_s = 1.0) const {
-    LawOptions options;
-    options.name = GetParam();
-    options.gain_per_s = gain_per_s;
-    return make_law(options, goal);
+  std::unique_ptr<FeatureLaw> law(const ServoGoal& goal, double gain_per_s = 1.0) const {
+    return feature_law({GetParam(), gain_per_s}, goal);
   }
 };
 
@@ -173,7 +174,7 @@ TEST_P(EveryLaw, StopsWhereItWasTaughtWhateverDiameterAndFocalLengthItBelieves) 
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, testing::ValuesIn(law_names()),
+INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, testing::ValuesIn(builtin_laws().names()),
                          [](const auto& tested) { return tested.param; });
 
 // What vpServo's own matrices give is the closed form of visp_law.hpp.
@@ -184,7 +185,7 @@ TEST(VispLaw, IsTheClosedForm) {
     LawOptions options;
     options.name = "visp";
     options.gain_per_s = 0.7;
-    const auto law = make_law(options, goal);
+    const auto law = feature_law(options, goal);
     const Eigen::Vector3d p = in_camera(goal, {}, random_p_RB(engine, goal));
     const double x = p.x() / p.z(), y = p.y() / p.z(), z = p.z(), l = goal.mount.forward_m;
     const double s = std::sin(goal.mount.pitch_down_rad), c = std::cos(goal.mount.pitch_down_rad);
@@ -211,7 +212,7 @@ TEST(ConeLaw, DependsOnTheDirectionAndTheRatioOfDistancesAlone) {
   twice.distance_m *= 2;
   twice.mount.up_m *= 2;
   twice.ball_height_m *= 2;
-  const auto law = make_law({}, goal), law_of_twice = make_law({}, twice);
+  const auto law = feature_law({}, goal), law_of_twice = feature_law({}, twice);
   RandomEngine engine = random_stream(8, "scale");
   for (int i = 0; i < scenes; ++i) {
     const Eigen::Vector3d p_CB = in_camera(goal, {}, random_p_RB(engine, goal));
@@ -249,7 +250,7 @@ TEST(MaxStableGain, IsWhereTheDelayedLoopTurnsUnstable) {
   EXPECT_DOUBLE_EQ(max_stable_gain_per_s(30, 0.01), max_stable_gain_per_s(30, 1.0 / 30));
 }
 
-TEST(LawOptions, NamesEveryFault) {
+TEST(LawCatalog, NamesEveryFaultOfOptionsAndGoal) {
   LawOptions options;
   options.name = "sonar";
   options.gain_per_s = std::numeric_limits<double>::quiet_NaN();
@@ -259,7 +260,7 @@ TEST(LawOptions, NamesEveryFault) {
   goal.ball_radius_m = 0;
   goal.taught_center_over_radius = Eigen::Vector3d(0, 0, -3);
   try {
-    make_law(options, goal);
+    builtin_laws().make(options, goal);
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_EQ(error.faults().size(), 6u) << error.what();
@@ -271,7 +272,35 @@ TEST(VispLaw, RefusesAGoalBehindTheCamera) {
   options.name = "visp";
   ServoGoal goal;
   goal.mount.forward_m = 2.0;
-  EXPECT_THROW(make_law(options, goal), InputError);
+  EXPECT_THROW(builtin_laws().make(options, goal), InputError);
+}
+
+/// Always the same twist.
+class SteadyLaw final : public Law {
+ public:
+  explicit SteadyLaw(double v_mps) : v_mps_(v_mps) {}
+  std::optional<LawOutput> command(const Eigen::Vector3d&, const Eigen::Vector3d&) override {
+    return LawOutput{{v_mps_, 0}, 0, 0};
+  }
+
+ private:
+  double v_mps_;
+};
+
+TEST(LawCatalog, HoldsAProgramsOwnLawsBesideOurs) {
+  LawCatalog laws = builtin_laws();
+  laws.add("steady", [](const LawOptions& options, const ServoGoal& goal) {
+    return std::make_unique<SteadyLaw>(options.gain_per_s * goal.distance_m);
+  });
+  EXPECT_EQ(laws.names(), (std::vector<std::string>{"cone", "visp", "sphere", "pose", "steady"}));
+  ServoGoal goal;
+  goal.distance_m = 0.5;
+  EXPECT_EQ(laws.make({"steady", 3.0}, goal)->command({}, {})->twist.v_mps, 1.5);
+  EXPECT_THROW(builtin_laws().make({"steady", 3.0}, goal), InputError) << "another catalog";
+
+  laws.add("cone", [](const LawOptions&, const ServoGoal&) { return std::make_unique<SteadyLaw>(7.0); });
+  EXPECT_EQ(laws.names().size(), 5u);
+  EXPECT_EQ(laws.make({}, goal)->command({}, {})->twist.v_mps, 7.0) << "replaced";
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "servo/control/law.hpp"
+#include "servo/features/feature_law.hpp"
 #include "tests/servo/random_scene.hpp"
 
 namespace ballservo {
@@ -12,12 +12,10 @@ namespace {
 // The image coordinates of the ball's centre, X/Z and Y/Z: bearing and range as a picture shows them, without
 // the ball's radius; the range is known from the camera's height and pitch alone. (Chaumette and Hutchinson,
 // "Visual servo control, part I", IEEE RAM 13(4), 2006, equation 11, carried to the robot's two speeds.)
-class PointLaw final : public Law {
+class PointLaw final : public FeatureLaw {
  public:
   PointLaw(const LawOptions& options, const ServoGoal& goal)
       : gain_per_s_(options.gain_per_s), X_RC_(goal.mount.X_RC()), desired_(features(goal.desired_p_CB())) {}
-
-  std::string_view name() const override { return "point"; }
 
   std::optional<LawOutput> command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) override {
     if (!((X_RC_ * p_CB).x() >= min_ahead_m)) return std::nullopt;

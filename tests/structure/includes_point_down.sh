@@ -38,6 +38,7 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
     room("servo/motion", base)
     room("servo/avoidance", camera " servo/motion")
     room("servo/control", base " servo/motion servo/avoidance")
+    room("servo/features", base " servo/motion servo/control")
     simulated = camera " servo/motion servo/avoidance servo/control"
     room("servo/simulation/world", simulated)
     room("servo/simulation/rendering", simulated " servo/simulation/world")
@@ -45,7 +46,7 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
 
     all = "calibration/pictures calibration/camera/files calibration/boards calibration/ball calibration/teaching " \
           seen " perception perception/tracking " \
-          simulated " servo/simulation/world servo/simulation/rendering servo/simulation/robot " \
+          simulated " servo/features servo/simulation/world servo/simulation/rendering servo/simulation/robot " \
           "app app/io app/scenario app/experiment app/sweep app/report app/comparison app/commands"
     room("app", all)
     room("app/io", all)

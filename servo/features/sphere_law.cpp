@@ -1,4 +1,4 @@
-#include "servo/control/sphere_law.hpp"
+#include "servo/features/sphere_law.hpp"
 
 namespace ballservo {
 

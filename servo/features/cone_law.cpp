@@ -1,4 +1,4 @@
-#include "servo/control/cone_law.hpp"
+#include "servo/features/cone_law.hpp"
 
 #include <cmath>
 

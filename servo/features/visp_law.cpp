@@ -1,4 +1,4 @@
-#include "servo/control/visp_law.hpp"
+#include "servo/features/visp_law.hpp"
 
 #include <visp3/core/vpColVector.h>
 #include <visp3/core/vpHomogeneousMatrix.h>

@@ -1,7 +1,7 @@
 // The position-based law, to compare the others with.
 #pragma once
 
-#include "servo/control/law.hpp"
+#include "servo/features/feature_law.hpp"
 
 namespace ballservo {
 
@@ -20,12 +20,11 @@ namespace ballservo {
 /// singular exactly when the ball is abeam of the axle (x = 0). Without delay errors decay from everywhere
 /// ahead of it, range in a straight exponential where the other laws' forward error is a logarithm or counted
 /// along an axis. For delay see max_stable_gain_per_s.
-class PoseLaw final : public Law {
+class PoseLaw final : public FeatureLaw {
  public:
-  /// Options and goal as make_law has checked them.
+  /// Options and goal as LawCatalog::make has checked them.
   PoseLaw(const LawOptions& options, const ServoGoal& goal);
 
-  std::string_view name() const override { return "pose"; }
   std::optional<LawOutput> command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) override;
   std::optional<Eigen::Vector2d> errors(const Eigen::Vector3d& p_CB) const override;
   std::optional<Eigen::Matrix2d> robot_jacobian(const Eigen::Vector3d& p_CB) const override;

@@ -1,7 +1,7 @@
 // The law after Fomena and Chaumette: the ball's centre in units of its own radius.
 #pragma once
 
-#include "servo/control/law.hpp"
+#include "servo/features/feature_law.hpp"
 
 namespace ballservo {
 
@@ -26,12 +26,11 @@ namespace ballservo {
 /// singular exactly when the ball is abeam of the axle. Without delay errors decay from everywhere ahead of
 /// it; a wrong R multiplies the speeds only, which moves no equilibrium: stable while R_believed/R is
 /// below 2. For delay see max_stable_gain_per_s.
-class SphereLaw final : public Law {
+class SphereLaw final : public FeatureLaw {
  public:
-  /// Options and goal as make_law has checked them.
+  /// Options and goal as LawCatalog::make has checked them.
   SphereLaw(const LawOptions& options, const ServoGoal& goal);
 
-  std::string_view name() const override { return "sphere"; }
   std::optional<LawOutput> command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) override;
   std::optional<Eigen::Vector2d> errors(const Eigen::Vector3d& p_CB) const override;
   std::optional<Eigen::Matrix2d> robot_jacobian(const Eigen::Vector3d& p_CB) const override;

@@ -1,7 +1,7 @@
 // The default law: what the ball's tangent cone shows, levelled.
 #pragma once
 
-#include "servo/control/law.hpp"
+#include "servo/features/feature_law.hpp"
 
 namespace ballservo {
 
@@ -22,12 +22,11 @@ namespace ballservo {
 /// the rotation that spherical-projection features allow (Fomena and Chaumette, "Improvements on visual
 /// servoing from spherical targets using a spherical projection model", T-RO 2009: depth and direction
 /// decouple there, as here).
-class ConeLaw final : public Law {
+class ConeLaw final : public FeatureLaw {
  public:
-  /// Options and goal as make_law has checked them.
+  /// Options and goal as LawCatalog::make has checked them.
   ConeLaw(const LawOptions& options, const ServoGoal& goal);
 
-  std::string_view name() const override { return "cone"; }
   std::optional<LawOutput> command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) override;
   std::optional<Eigen::Vector2d> errors(const Eigen::Vector3d& p_CB) const override;
   std::optional<Eigen::Matrix2d> robot_jacobian(const Eigen::Vector3d& p_CB) const override;

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "servo/control/law.hpp"
+#include "servo/features/feature_law.hpp"
 
 namespace ballservo {
 
@@ -18,13 +18,12 @@ namespace ballservo {
 ///
 /// singular exactly when the ball is abeam of the axle (X_R = Z (c - y s) + l = 0), and undefined for Z <= 0.
 /// vpServo allocates memory in every step.
-class VispLaw final : public Law {
+class VispLaw final : public FeatureLaw {
  public:
-  /// Options and goal as make_law has checked them; InputError where the goal lies behind the camera.
+  /// Options and goal as LawCatalog::make has checked them; InputError where the goal lies behind the camera.
   VispLaw(const LawOptions& options, const ServoGoal& goal);
   ~VispLaw() override;
 
-  std::string_view name() const override { return "visp"; }
   std::optional<LawOutput> command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) override;
   std::optional<Eigen::Vector2d> errors(const Eigen::Vector3d& p_CB) const override;
   /// From ViSP's own interaction matrices, cVe and eJe.

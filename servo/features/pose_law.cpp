@@ -1,4 +1,4 @@
-#include "servo/control/pose_law.hpp"
+#include "servo/features/pose_law.hpp"
 
 #include <cmath>
 

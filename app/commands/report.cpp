@@ -1,0 +1,59 @@
+// ballservo report: draws the pages of result folders again.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "app/commands/command.hpp"
+#include "app/io/interrupt.hpp"
+#include "app/report/draw_pages.hpp"
+#include "calibration/base/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+struct ReportOptions {
+  CommonOptions common;
+  std::vector<std::filesystem::path> folders;
+};
+
+int run_report(const ReportOptions& options) {
+  FaultList faults;
+  for (const std::filesystem::path& folder : options.folders) {
+    if (!std::filesystem::is_regular_file(folder / report_json_name))
+      faults.add(folder.string(), "no report.json in it",
+                 "a folder that servo, sweep, compare or --report of calibrate wrote");
+  }
+  faults.throw_if_any();
+  const std::string why = draw_pages(options.folders, options.common.quiet);
+  throw_if_interrupted();
+  if (!why.empty()) throw InputError("report.html", why, "what draws it, and folders as they were written");
+  nlohmann::json pages = nlohmann::json::array();
+  for (const std::filesystem::path& folder : options.folders) {
+    pages.push_back(std::filesystem::absolute(folder / "report.html").lexically_normal().string());
+    fmt::print("{}\n", pages.back().get<std::string>());
+  }
+  write_json_results(options.common, {{"pages", pages}});
+  return exit_done;
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& program, Action& action) {
+  auto options = std::make_shared<ReportOptions>();
+  CLI::App* command = program.add_subcommand("report", "Draw the pages of result folders again");
+  command->footer(
+      "Example:\n"
+      "  ballservo report run sweep\n"
+      "\n"
+      "Draws report.html of each folder from the other files in it, in place of the one that is there, and "
+      "prints\n"
+      "where it lies. Needs Debian's python3-matplotlib and python3-jinja2. The page's figures are functions "
+      "of the\n"
+      "Python package ballservo.report, a module a page.\n"
+      "Exit: 0 drawn, 2 a folder without results of this program, or nothing to draw with.");
+  command->add_option("DIR", options->folders, "Folders of results")->required();
+  add_common_options(*command, options->common);
+  command->callback([options, &action] { action = [options] { return run_report(*options); }; });
+}
+
+}  // namespace ballservo

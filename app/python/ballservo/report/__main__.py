@@ -1,0 +1,52 @@
+"""python3 -m ballservo.report DIR...: draws report.html into each folder, from the files in it. Exit: 0 done, 2 not."""
+import importlib
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+PAGES = ("run", "sweep", "comparison", "camera", "difference", "demo")
+
+
+def prepare_matplotlib():
+    """Gives matplotlib a folder for its list of fonts where the user's home cannot hold one."""
+    if "MPLCONFIGDIR" in os.environ:
+        return
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    if not os.access(home if home.exists() else home.parent, os.W_OK):
+        os.environ["MPLCONFIGDIR"] = str(Path(tempfile.gettempdir()) / f"ballservo-matplotlib-{os.getuid()}")
+
+
+def draw(folder):
+    """Draws one folder's page; the page is there whole or as it was."""
+    from . import page
+    name = page.read_json(folder / "report.json")["page"]
+    if name not in PAGES:
+        raise ValueError(f"page: found {name}; allowed: {', '.join(PAGES)}")
+    html = importlib.import_module(f".{name}", __package__).page(folder)
+    partial = folder / "report.html.partial"
+    try:
+        partial.write_text(html, encoding="utf-8")
+        partial.replace(folder / "report.html")
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def main(folders):
+    prepare_matplotlib()
+    try:
+        for folder in folders:
+            draw(Path(folder))
+    except ImportError as error:
+        sys.exit(f"{error}: install python3-matplotlib python3-jinja2")
+    except OSError as error:
+        print(f"{error.filename}: {error.strerror}", file=sys.stderr)
+        return 2
+    except (ValueError, KeyError, TypeError, IndexError) as error:
+        print(f"{folder}: not as ballservo writes it: {type(error).__name__}: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

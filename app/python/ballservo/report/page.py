@@ -1,0 +1,181 @@
+"""What the pages share: files as numbers and clean texts, figures as SVG, pictures as data URIs, and the template."""
+import base64
+import csv
+import io
+import json
+import math
+import re
+import warnings
+import zlib
+from pathlib import Path
+from types import SimpleNamespace
+
+import jinja2
+import matplotlib
+import numpy as np
+from markupsafe import Markup, escape
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+# Okabe and Ito's palette ("Color universal design", 2008): told apart by colour-blind readers too.
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888")
+INK = "#1d2126"  # becomes the page's text colour, which follows the reader's light or dark system
+MAP_COLORS = "inferno"
+PHONE_PX = 520  # a wider drawing is scrolled on a phone, not shrunk
+
+matplotlib.rcdefaults()
+matplotlib.rcParams.update({
+    "svg.fonttype": "none", "svg.hashsalt": "ballservo", "text.parse_math": False, "font.size": 11,
+    "axes.prop_cycle": matplotlib.cycler(color=COLORS), "axes.titlesize": 12, "axes.titleweight": "bold",
+    "axes.grid": True, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
+    "grid.color": INK, "grid.alpha": 0.15, "legend.frameon": False, "legend.fontsize": 10, "lines.linewidth": 1.7,
+    "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK,
+    "figure.constrained_layout.use": True})
+warnings.simplefilter("ignore")
+
+# What neither XML nor a terminal should be handed: control characters, halves of surrogate pairs.
+UNPRINTABLE = re.compile("[^\t\n\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def clean(value):
+    """The same texts, lists and dictionaries with unprintable characters replaced."""
+    if isinstance(value, str):
+        return UNPRINTABLE.sub("\ufffd", value)
+    if isinstance(value, list):
+        return [clean(item) for item in value]
+    if isinstance(value, dict):
+        return {clean(key): clean(item) for key, item in value.items()}
+    return value
+
+
+def read_text(path):
+    return Path(path).read_bytes().decode("utf-8", "replace")
+
+
+def read_json(path):
+    return clean(json.loads(read_text(path)))
+
+
+def read_rows(path):
+    """A CSV file's rows as dictionaries of text."""
+    return [clean(row) for row in csv.DictReader(io.StringIO(read_text(path)))]
+
+
+def number(text):
+    """A number, NaN where a cell or a JSON value is empty."""
+    return math.nan if text in (None, "") else float(text)
+
+
+def numbers(rows, column):
+    return np.array([number(row[column]) for row in rows])
+
+
+def text_of(value, decimals=2, unit="", scale=1.0):
+    """"1.23 mm", or "-" where nothing is known."""
+    value = number(value) * scale
+    return f"{value:.{decimals}f} {unit}".rstrip() if math.isfinite(value) else "-"
+
+
+def figure_text(value):
+    """Enough decimals to tell small values from zero."""
+    size = abs(number(value))
+    if not math.isfinite(size):
+        return "-"
+    if 0 < size < 5e-5:
+        return "under 0.0001"
+    decimals = 0 if size >= 100 else 1 if size >= 10 else 2 if size >= 1 else 3 if size >= 0.01 or size == 0 else 4
+    return f"{float(value):.{decimals}f}"
+
+
+def drawable(values):
+    """As an array; what cannot be drawn is a gap."""
+    values = np.array(values, dtype=float)
+    values[~(np.abs(values) < 1e100)] = np.nan
+    return values
+
+
+def axes(title, x_label="", y_label="", width=480, height=320, log=""):
+    """Axes of a figure of their own; `log` names those with a logarithmic scale: "x", "y", "xy". Sizes in px."""
+    plot = Figure(figsize=(width / 72, height / 72)).subplots()
+    plot.set(title=title, xlabel=x_label, ylabel=y_label)
+    for name in log:
+        plot.set(**{f"{name}scale": "log"})
+        axis = getattr(plot, f"{name}axis")
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=8))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    return plot
+
+
+def map_axes(title, x_range, y_range, x_label="", y_label="", width=480):
+    """Axes with one scale for both directions; y grows downwards where its range does."""
+    aspect = abs(y_range[1] - y_range[0]) / max(abs(x_range[1] - x_range[0]), 1e-9)
+    plot = axes(title, x_label, y_label, width, min(max(aspect * (width - 60) + 70, 120), 2 * width))
+    plot.set(xlim=x_range, ylim=y_range, aspect="equal")
+    return plot
+
+
+def legend(plot, columns=3):
+    """The series' names below the drawing, where they hide nothing."""
+    plot.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=columns)
+
+
+def curve(plot, x, y, name=None, **style):
+    """A line; what is not finite is a gap."""
+    return plot.plot(drawable(x), drawable(y), label=name, **style)
+
+
+def goal_line(plot, value, text="", vertical=False):
+    """A dashed line across the plot, such as a goal or a limit."""
+    (plot.axvline if vertical else plot.axhline)(value, color=INK, alpha=0.6, linewidth=1, linestyle="--")
+    if text:
+        place = (value, 0.98) if vertical else (0.98, value)
+        plot.text(*place, text, transform=plot.get_xaxis_transform() if vertical else plot.get_yaxis_transform(),
+                  fontsize=9, alpha=0.8, va="top" if vertical else "bottom", ha="left" if vertical else "right")
+
+
+def heat_map(title, unit, size_px, columns, values, high=None, width=480):
+    """Values at the nodes of a grid over a picture, row by row; NaN stays without colour."""
+    plot = map_axes(title, (-0.5, size_px[0] - 0.5), (size_px[1] - 0.5, -0.5), "u (px)", "v (px)", width)
+    grid = np.reshape(drawable(values), (-1, columns))
+    image = plot.pcolormesh(np.linspace(-0.5, size_px[0] - 0.5, columns),
+                            np.linspace(-0.5, size_px[1] - 0.5, len(grid)), grid, cmap=MAP_COLORS, vmin=0,
+                            vmax=high, shading="nearest")
+    plot.figure.colorbar(image, ax=plot, label=unit, shrink=0.8)
+    plot.grid(False)
+    return plot
+
+
+def drawing(plot, caption=""):
+    """A plot as part of a page: text stays text, colours follow the page, no name refers to the network."""
+    text = io.StringIO()
+    plot.figure.savefig(text, format="svg", transparent=True,
+                        metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+    svg = text.getvalue()
+    own = f"f{zlib.crc32(svg.encode()):x}-"  # names within a page are unique
+    svg = svg[svg.index("<svg"):].replace(INK, "currentColor").replace("xlink:href", "href")
+    svg = re.sub(r' xmlns(:xlink)?="[^"]*"', "", svg)
+    svg = re.sub(r"(font: [^;\"]*?) '[^;\"]*", r"\1 sans-serif", svg)
+    svg = re.sub(r'="([\d.]+)pt"', r'="\1"', svg)
+    svg = re.sub(r' id="(?![mpC][0-9a-f_])[^"]*"', "", svg)
+    svg = re.sub(r'(id="|url\(#|href="#)', rf"\g<1>{own}", svg)
+    svg = svg.replace("<svg ", f'<svg role="img" aria-label="{escape(plot.get_title())}" ', 1)
+    width = plot.figure.get_figwidth() * 72
+    return SimpleNamespace(markup=Markup(svg), caption=caption, wide=width > PHONE_PX)
+
+
+def photo(folder, name, caption=""):
+    """A picture beside the page, taken into it."""
+    path = Path(folder) / Path(name).name
+    kind = "png" if path.suffix == ".png" else "jpeg"
+    data = base64.b64encode(path.read_bytes()).decode()
+    markup = Markup('<img src="data:image/{};base64,{}" alt="{}"/>').format(kind, Markup(data), caption)
+    return SimpleNamespace(markup=markup, caption=caption, wide=False)
+
+
+def render(template, **values):
+    """The page: every text that is put into a template is escaped."""
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
+                                     autoescape=True, trim_blocks=True, lstrip_blocks=True,
+                                     undefined=jinja2.StrictUndefined)
+    return environment.get_template(template).render(**values)
