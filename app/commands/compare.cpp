@@ -15,6 +15,7 @@
 #include "app/io/noted_lines.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/work_folder.hpp"
+#include "app/report/draw_pages.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/options.hpp"
@@ -187,7 +188,11 @@ int run_job(const ComparisonJob& job, const CompareOptions& options, const Shard
     const ComparisonPicture picture = job.source.picture(condition, frame);
     return ShownPicture{picture.bgr, picture.truth.outline};
   };
-  files.write_untracked("report.html", comparison_report_html(results, show, job.text, claims));
+  const WriteFile write = [&](const std::string& name, std::string_view bytes) {
+    files.write_untracked(name, bytes);
+  };
+  write(report_json_name, report_text(comparison_report(results, show, write, job.text, claims)));
+  draw_page_or_warn(files.path(), options.output.string(), options.common.quiet);
   if (!shard.is_whole()) write_notes(job.source.conditions(), units, notes, files);
   folder.commit_results(std::move(files), true);
   write_json_results(options.common, comparison_json(results));
@@ -296,7 +301,8 @@ int run_merge(const MergeOptions& options) {
   const std::optional<ComparisonPlan> plan = plan_of(setting);
   ShowFrame show;
   if (plan) show = [&](std::size_t condition, int frame) { return show_frame(*plan, condition, frame); };
-  folder.write("report.html", comparison_report_html(results, show, setting.text, claims));
+  const WriteFile write = [&](const std::string& name, std::string_view bytes) { folder.write(name, bytes); };
+  write_report(folder, comparison_report(results, show, write, setting.text, claims), options.common.quiet);
   folder.commit();
   write_json_results(options.common, comparison_json(results));
   return exit_done;

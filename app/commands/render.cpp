@@ -74,23 +74,26 @@ int run_render(const RenderOptions& options) {
   folder.supersede([earlier = pictures_in(options.output / "truth.csv")](const std::string& name) {
     return earlier.count(name) > 0;
   });
-  SimulatedCamera camera(scenario, options.common.seed, true);
+  SimulatedCamera camera(scenario, options.common.seed, true, [&scenario](double time_s) {
+    return RobotTruth{time_s, scenario.robot.pose, {}};
+  });
   write_camera(folder, scenario.camera.camera);
 
   std::string rows = truth_header;
   Progress progress("render", options.frames, options.common.quiet);
   int pictures = 0;
-  while (camera.frame() < options.frames && !interrupt_requested()) {
-    const auto exposed = camera.expose(camera.next_s(), scenario.robot.pose);
-    progress.step(camera.frame());
-    if (!exposed) continue;
-    const std::string source = fmt::format("frame_{:04}.png", exposed->frame);
-    write_image(folder.path() / source, exposed->picture);
-    for (const BallTruth& truth : ball_truth(scenario.camera.camera, scenario.world, exposed->middle))
+  SteppedClock clock;
+  while (camera.next_frame() < options.frames && !interrupt_requested()) {
+    const auto frame = camera.take(clock, camera.next_start_s() + scenario.camera.exposure_s);
+    progress.step(camera.next_frame());
+    if (!frame) continue;
+    const std::string source = fmt::format("frame_{:04}.png", frame->number);
+    write_image(folder.path() / source, frame->bgr);
+    for (const BallTruth& truth : ball_truth(scenario.camera.camera, scenario.world, camera.truth().view))
       rows += truth_row(source, truth);
     ++pictures;
   }
-  const bool interrupted = camera.frame() < options.frames;
+  const bool interrupted = camera.next_frame() < options.frames;
   if (pictures == 0 && !interrupted)
     throw Refusal(fmt::format("no picture: camera.faults drop all {} frames", options.frames));
   folder.write("truth.csv", rows);

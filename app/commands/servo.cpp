@@ -9,7 +9,6 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
-#include "app/experiment/realtime_runner.hpp"
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_report.hpp"
 #include "app/experiment/run_video.hpp"
@@ -190,7 +189,7 @@ int run_servo(const ServoOptions& options) {
   }
 
   const RunRecord run =
-      options.realtime ? run_realtime(scenario, run_options).record : run_closed_loop(scenario, run_options);
+      options.realtime ? run_realtime(scenario, run_options) : run_closed_loop(scenario, run_options);
   if (const std::string late = lateness(scenario, run); !late.empty()) spdlog::warn(late);
 
   const std::string log = log_csv(run.steps);

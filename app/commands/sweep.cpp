@@ -10,6 +10,7 @@
 #include "app/commands/scenario_options.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
+#include "app/report/draw_pages.hpp"
 #include "app/sweep/sweep_report.hpp"
 #include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
@@ -85,8 +86,16 @@ SweepResults results_of(const nlohmann::json& description, const std::vector<Tri
   results.files["trials.csv"] = std::move(files.trials_csv);
   results.files["traces.jsonl"] = std::move(files.traces_jsonl);
   results.files["summary.json"] = results.summary.dump(2) + "\n";
-  results.files["report.html"] = sweep_report_html(results.sweep, shard, interrupted, against);
+  results.files[report_json_name] = report_text(sweep_report(results.sweep, against));
   return results;
+}
+
+void write(const SweepResults& results, WorkFolder& folder, bool finished,
+           const std::filesystem::path& output, bool quiet) {
+  WorkResults files = folder.begin_results();
+  for (const auto& [name, contents] : results.files) files.write(name, contents);
+  draw_page_or_warn(files.path(), output.string(), quiet);
+  folder.commit_results(std::move(files), finished);
 }
 
 void check(const SweepCommandOptions& options) {
@@ -135,7 +144,7 @@ int run_sweep_command(const SweepCommandOptions& options) {
   const SweepResults results =
       results_of(description, records, sweep.shard, interrupted, other, options.against.string());
   // A finished folder keeps the comparison it has, unless another is asked for.
-  if (!finished_before || other) folder.write_results(results.files, !interrupted);
+  if (!finished_before || other) write(results, folder, !interrupted, options.output, options.common.quiet);
   write_json_results(options.common, nlohmann::json(results.summary));
   say(results.sweep, results.against ? &*results.against : nullptr, options.output, options.common.quiet);
   if (interrupted) {
@@ -152,7 +161,7 @@ int run_merge(const MergeOptions& options) {
   WorkFolder folder(options.output, {shards.description, {}}, false, options.common.overwrite());
   const SweepResults results =
       results_of(shards.description, records, {}, false, other, options.against.string());
-  folder.write_results(results.files, true);
+  write(results, folder, true, options.output, options.common.quiet);
   write_json_results(options.common, nlohmann::json(results.summary));
   say(results.sweep, results.against ? &*results.against : nullptr, options.output, options.common.quiet);
   return exit_done;

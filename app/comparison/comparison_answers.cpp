@@ -13,6 +13,8 @@
 namespace ballservo {
 namespace {
 
+using nlohmann::ordered_json;
+
 constexpr std::size_t most_rows = 24;
 
 std::string fit_words(const FitMethod& one_step) {
@@ -73,20 +75,6 @@ std::string second_look(const ComparisonResults& results) {
       "the same points.",
       enough_next_step_px, percent(mean(rates)), percent(*std::min_element(rates.begin(), rates.end())),
       percent(*std::max_element(rates.begin(), rates.end())));
-}
-
-void add_questions(Page& page) {
-  page.paragraph("Two questions are asked, and they are not the same:");
-  page.bullets(
-      {"Is one step enough? Asked of a condition, about accuracy: yes, where stepping on would move the ball "
-       "by less than a tenth of the error (medians), or where a paired test (Wilcoxon's, p below 0.01) "
-       "cannot tell which of the two fits is nearer to the truth: then it is \"yes, as far as these frames "
-       "tell\". It does not say that the error is small.",
-       fmt::format(
-           "Does one step break? Asked of a frame, about agreement: yes, where its centre or its radius lies "
-           "more than {:g} px from the converged fit's. Where the error itself is larger than that, a step "
-           "may break and nothing is lost; and one that never breaks may be wrong.",
-           break_px)});
 }
 
 std::string with_interval(double value, const ConfidenceInterval& interval) {
@@ -155,48 +143,42 @@ std::string range_of(const ComparisonResults& results, const Sweep& sweep) {
                      results.conditions[sweep.conditions.back()].swept_value);
 }
 
-void add_named_conditions(Page& page, const ComparisonResults& results,
-                          const std::vector<std::size_t>& pairs) {
-  std::vector<std::pair<std::string, std::string>> rows;
+/// Of each condition that has a name of its own: what is shown, and the answers.
+ordered_json named_conditions(const ComparisonResults& results, const std::vector<std::size_t>& pairs) {
+  ordered_json rows = ordered_json::array();
   for (std::size_t c = 0; c < results.conditions.size() && rows.size() < most_rows; ++c) {
     if (!results.conditions[c].swept_key.empty()) continue;
     for (const std::size_t pair : pairs)
-      rows.emplace_back(pair == pairs.front() ? results.conditions[c].words : "",
-                        answer_of(results, c, pair));
+      rows.push_back({pair == pairs.front() ? results.conditions[c].words : "", answer_of(results, c, pair)});
   }
-  if (rows.empty()) return;
-  page.heading("Is one step enough for ...", 3);
-  page.key_values(rows);
+  return rows;
 }
 
-void add_sweeps(Page& page, const ComparisonResults& results, const std::vector<std::size_t>& pairs) {
-  PageTable table;
-  table.heading = {"varied, one at a time"};
-  for (const std::size_t pair : pairs)
-    table.heading.push_back(fit_words(*results.methods[converged_pairs(results.methods)[pair].a]));
-  table.number_columns.assign(table.heading.size(), false);
+ordered_json along_sweeps(const ComparisonResults& results, const std::vector<std::size_t>& pairs) {
+  ordered_json rows = ordered_json::array();
   for (const Sweep& sweep : sweeps_of(results)) {
-    std::vector<std::string> row{range_of(results, sweep)};
+    ordered_json row{range_of(results, sweep)};
     for (const std::size_t pair : pairs) row.push_back(along(results, sweep, pair));
-    table.rows.push_back(std::move(row));
+    rows.push_back(std::move(row));
   }
-  if (table.rows.empty()) return;
-  page.heading("... and where one thing is different", 3);
-  page.table(table);
+  return rows;
+}
+
+/// How far chance alone moves a median.
+std::string repeated_words(const ComparisonResults& results, std::size_t pair) {
   const std::vector<std::size_t> repeated = repeated_setting(results);
-  if (repeated.empty()) return;
+  if (repeated.empty()) return "";
   std::string medians;
-  const std::size_t m = converged_pairs(results.methods)[pairs.front()].a;
+  const std::size_t m = converged_pairs(results.methods)[pair].a;
   for (const std::size_t c : repeated) {
     const MethodStatistics& s = results.summaries[c].methods[m];
     medians +=
         (medians.empty() ? "" : ", ") + fmt::format("{} ({} frames)", figure(s.position_median_mm), s.frames);
   }
-  page.paragraph(fmt::format(
+  return fmt::format(
       "One setting stands here {} times, each time on frames of its own: {}. The medians of {} there, {} mm, "
-      "differ by chance alone: so far may those of "
-      "other conditions be off, too, and a verdict with them.",
-      repeated.size(), in_words(results, repeated), results.methods[m]->name, medians));
+      "differ by chance alone: so far may those of other conditions be off, too, and a verdict with them.",
+      repeated.size(), in_words(results, repeated), results.methods[m]->name, medians);
 }
 
 }  // namespace
@@ -212,41 +194,20 @@ std::vector<std::size_t> one_step_pairs(const MethodList& methods) {
   return places;
 }
 
-void add_answers(Page& page, const ComparisonResults& results) {
+nlohmann::ordered_json comparison_answers(const ComparisonResults& results) {
   const std::vector<std::size_t> pairs = one_step_pairs(results.methods);
-  if (pairs.empty()) return;
-  add_questions(page);
+  ordered_json fits = ordered_json::array(), whole = ordered_json::array();
   for (const std::size_t pair : pairs) {
+    fits.push_back(fit_words(*results.methods[converged_pairs(results.methods)[pair].a]));
     const std::string text = overall(results, pair);
-    if (!text.empty()) page.note(text);
+    if (!text.empty()) whole.push_back(text);
   }
-  const std::string look = second_look(results);
-  if (!look.empty()) page.paragraph(look);
-  add_named_conditions(page, results, pairs);
-  add_sweeps(page, results, pairs);
-}
-
-void add_claims(Page& page, const std::vector<PaperClaim>& claims) {
-  if (claims.empty()) return;
-  page.heading("The paper's claims");
-  page.paragraph(std::string("The paper is ") + the_paper + ".");
-  PageTable verdicts, measured;
-  verdicts.heading = {"the paper says", "verdict"};
-  measured.heading = {"the paper says", "measured here", "shown by"};
-  verdicts.number_columns = measured.number_columns = {false, false, false};
-  for (const PaperClaim& claim : claims) {
-    verdicts.rows.push_back({claim.says, claim.verdict});
-    measured.rows.push_back({claim.says, claim.measured, claim.shown_by});
-  }
-  page.table(verdicts);
-  page.paragraph(
-      "Q_c, the paper's quality of a circle that a region's boundary votes for, is c_max r_max / (N_votes "
-      "N_points): the part of the votes (random triples of boundary pixels) that fell into the fullest cell "
-      "of centres, times the part of the boundary pixels in the fullest cell of radii. The rounder the "
-      "region, the larger.");
-  page.begin_details("What was measured for each, and what shows it");
-  page.table(measured);
-  page.end_details();
+  return {{"fits", fits},
+          {"overall", whole},
+          {"second_look", second_look(results)},
+          {"conditions", named_conditions(results, pairs)},
+          {"sweeps", along_sweeps(results, pairs)},
+          {"repeated", pairs.empty() ? "" : repeated_words(results, pairs.front())}};
 }
 
 }  // namespace ballservo

@@ -1,7 +1,10 @@
-// A comparison told in plain words: tables, plots, an example of every condition, the worst frames.
+// What the page of a comparison is drawn from, beside its tables.
 #pragma once
 
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "app/comparison/comparison.hpp"
 #include "app/comparison/paper_claims.hpp"
@@ -17,10 +20,16 @@ struct ComparisonReportText {
   bool claims_wanted = false;  ///< the paper's claims are to be looked at one by one
 };
 
-/// report.html of a comparison. `show` draws examples and the worst frames again; empty where the pictures
-/// are not at hand, and the page says so. `claims`: the paper's, if they were looked at.
-std::string comparison_report_html(const ComparisonResults& results, const ShowFrame& show,
-                                   const ComparisonReportText& text, const std::vector<PaperClaim>& claims);
+/// Takes a file of the results.
+using WriteFile = std::function<void(const std::string& name, std::string_view contents)>;
+
+/// The contents of report.json, what the page is drawn from beside the tables: answers in sentences,
+/// certificates, curves. `show` draws examples and the worst frames again, whose pictures go to `write`;
+/// empty where the pictures are not at hand, and the page says so. `claims`: the paper's, if they were looked
+/// at.
+nlohmann::ordered_json comparison_report(const ComparisonResults& results, const ShowFrame& show,
+                                         const WriteFile& write, const ComparisonReportText& text,
+                                         const std::vector<PaperClaim>& claims);
 
 /// The error table and the table of pairs as LaTeX (booktabs).
 std::string comparison_tables_tex(const ComparisonResults& results);

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "app/experiment/run_record.hpp"
-#include "app/experiment/run_robot.hpp"
 #include "app/scenario/scenario.hpp"
+#include "servo/simulation/robot/sonar_ring.hpp"
 
 namespace ballservo {
 

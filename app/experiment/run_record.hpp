@@ -34,6 +34,7 @@ struct StepRecord {
 struct FrameRecord {
   int frame = 0;
   double time_s = 0;                    ///< of the middle of the exposure
+  double arrived_s = 0;                 ///< when the controller could hear of it
   std::optional<OutlineEllipse> truth;  ///< the ball's outline as it is
   double visible_fraction = 0;
   std::optional<Eigen::Vector3d> truth_p_CB;
@@ -88,9 +89,16 @@ struct RunTiming {
   std::optional<RealtimeTiming> realtime;
 };
 
+/// What the drive was told.
+struct DriveCommand {
+  double time_s = 0;
+  Twist2 twist;
+};
+
 struct RunRecord {
   std::vector<StepRecord> steps;
   std::vector<FrameRecord> frames;
+  std::vector<DriveCommand> commands;
   std::string tracks_csv;
   std::vector<KeyFrame> key_frames;
   RunSummary summary;

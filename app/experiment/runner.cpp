@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 
-#include "app/experiment/collision_cause.hpp"
-#include "app/experiment/control_loop.hpp"
 #include "app/experiment/picture_keeper.hpp"
-#include "app/io/ball_rows.hpp"
+#include "app/experiment/run_recorder.hpp"
+#include "app/loop/threaded_loop.hpp"
+#include "calibration/base/fault.hpp"
 
 namespace ballservo {
 
@@ -42,59 +41,66 @@ std::string gain_warning(const Scenario& scenario) {
       scenario.law.gain_per_s, limit_per_s, rate_hz, delay_s);
 }
 
+namespace {
+
+/// A scenario's ports and observers. Made in its place: they refer to each other.
+class SimulatedRun {
+ public:
+  SimulatedRun(const Scenario& scenario, const RunOptions& options, const ControllerOptions& controller)
+      : options_(options),
+        robot_(scenario.world, scenario.robot, options.seed),
+        camera_(scenario, options.seed, options.perception == PerceptionLevel::image || options.on_picture,
+                [this](double time_s) { return robot_.at(time_s); }),
+        perception_(make_perception(scenario, options.perception, options.seed, options.colors, camera_)),
+        controller_(controller, options.laws.make(scenario.law, controller.goal)),
+        recorder_(scenario, robot_, camera_, options.rule),
+        pictures_(scenario, [this](const cv::Mat& picture) {
+          if (options_.on_picture) options_.on_picture(picture, recorder_.record(), robot_.firings());
+        }) {}
+
+  /// `loop` runs the ports until it is told to stop.
+  template <typename RunLoop>
+  RunRecord run(bool realtime, const RunLoop& loop) {
+    bool interrupted = false;
+    loop(LoopPorts{camera_, *perception_, robot_, controller_, {&recorder_, &pictures_}}, [&](double time_s) {
+      interrupted = options_.go_on && !options_.go_on(time_s);
+      return !interrupted && !recorder_.over();
+    });
+    RunRecord run = recorder_.finish(interrupted, realtime);
+    run.tracks_csv = perception_->tracks_csv();
+    run.key_frames = pictures_.finish();
+    return run;
+  }
+
+ private:
+  const RunOptions& options_;
+  SimulatedRobot robot_;
+  SimulatedCamera camera_;
+  std::unique_ptr<SimulatedPerception> perception_;
+  Controller controller_;
+  RunRecorder recorder_;
+  PictureKeeper pictures_;
+};
+
+}  // namespace
+
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
-  RunCamera camera(scenario, options);
-  RunRobot robot(scenario, options.seed);
-  ControlLoop control(scenario, controller_options(scenario), options.rule);
-  PictureKeeper pictures(scenario);
-  std::deque<SeenFrame> on_the_way;  // seen, but not yet heard of by the control loop
-  std::vector<FrameRecord> frames;
-  std::string tracks = ball_rows_header();
-  bool interrupted = false;
+  return SimulatedRun(scenario, options, controller_options(scenario))
+      .run(false, [](const LoopPorts& ports, const GoOn& go_on) {
+        SteppedClock clock;
+        run_loop(ports, clock, go_on);
+      });
+}
 
-  for (long step = 0; !control.over() && !interrupted;) {
-    const double step_s = static_cast<double>(step) / scenario.control_rate_hz;
-
-    // The sonars and the camera, whenever a firing or an instant of an exposure is due before the next
-    // control step.
-    if (robot.next_sonar_s() <= std::min(step_s, camera.next_s())) {
-      robot.advance_to(robot.next_sonar_s());
-      robot.fire_sonar();
-      continue;
-    }
-    if (camera.next_s() <= step_s) {
-      robot.advance_to(camera.next_s());
-      if (auto frame = camera.expose(camera.next_s(), robot.pose(), tracks)) {
-        const auto& steps = control.record().steps;
-        pictures.take(frame->record, steps.empty() ? ControlState::search : steps.back().control.state,
-                      frame->picture);
-        if (options.on_picture && !frame->picture.empty())
-          options.on_picture(frame->picture, control.record(), robot.firings());
-        frame->picture.release();
-        frames.push_back(frame->record);
-        on_the_way.push_back(std::move(*frame));
-      }
-      continue;
-    }
-
-    // The control step: hear of what has arrived, decide, command.
-    robot.advance_to(step_s);
-    for (; !on_the_way.empty() && on_the_way.front().arrives_s <= step_s; on_the_way.pop_front())
-      control.hear(on_the_way.front());
-    robot.listen([&control](const SonarReading& reading) { control.hear(reading); });
-    robot.command(control.step(robot.view()));
-    ++step;
-    interrupted = options.go_on && !options.go_on(step_s);
+RunRecord run_realtime(const Scenario& scenario, const RunOptions& options) {
+  if (options.on_picture) {
+    throw InputError("on_picture", "a film on the wall clock", "none: drawing it would hold the camera up");
   }
-
-  RunRecord run = control.finish(interrupted);
-  run.frames = std::move(frames);
-  run.tracks_csv = std::move(tracks);
-  run.key_frames = pictures.finish();
-  if (!control.touched().empty()) {
-    run.summary.collision_cause = collision_cause(scenario, {control.touched(), run.steps, robot.firings()});
-  }
-  return run;
+  return SimulatedRun(scenario, options, for_threads(controller_options(scenario)))
+      .run(true, [](const LoopPorts& ports, const GoOn& go_on) {
+        WallClock clock;
+        run_threaded_loop(ports, clock, go_on);
+      });
 }
 
 }  // namespace ballservo

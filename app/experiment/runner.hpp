@@ -1,4 +1,4 @@
-// One closed-loop run: camera -> perception -> law -> robot, each at its own rate, in simulated time.
+// A closed-loop run of a scenario: the loop of app/loop around a simulated camera and a simulated robot.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "app/experiment/ball_sight.hpp"
 #include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_record.hpp"
+#include "app/experiment/simulated_perception.hpp"
+#include "app/loop/loop_observer.hpp"
 #include "app/scenario/scenario.hpp"
 #include "calibration/color/color_table.hpp"
 #include "servo/control/controller.hpp"
+#include "servo/features/builtin_laws.hpp"
 #include "servo/simulation/robot/sonar_ring.hpp"
 
 namespace ballservo {
@@ -28,20 +30,27 @@ struct RunOptions {
   PerceptionLevel perception = PerceptionLevel::image;
   std::uint64_t seed = 0;
   std::shared_ptr<const ColorTable> colors;  ///< the scenario's, for level image; may be empty at the others
+  LawCatalog laws = builtin_laws();  ///< among which the scenario's law is
   ReachedRule rule;
   /// Receives each camera frame's picture (with what was measured drawn in), the record and the sonars'
   /// firings so far, for videos; frames are rendered for it at any level of perception. May be empty.
   std::function<void(const cv::Mat& picture, const RunRecord& so_far,
                      const std::vector<SonarFiring>& firings)>
       on_picture;
-  /// Called at each control step with the simulated time; the run stops as `interrupted` where it says false.
+  /// Called at each control step with the run's time; the run stops as `interrupted` where it says false.
   std::function<bool(double time_s)> go_on;
 };
 
-/// Runs to the end: the judge's word, or `go_on`. A reached run ends `rule.hold_s` after it settled, plus a
-/// tail of `rule.tail_s`. The record is the same for the same scenario and seed, `timing` apart, at any
-/// number of threads. Throws InputError where the options do not fit the scenario (level image without
-/// colours, or without the target's class among them).
+/// Runs in simulated time to the end: the judge's word, or `go_on`. A reached run ends `rule.hold_s` after it
+/// settled, plus a tail of `rule.tail_s`. The record is the same for the same scenario and seed, `timing`
+/// apart, at any number of threads. Throws InputError where the options do not fit the scenario (level image
+/// without colours, or without the target's class among them).
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options);
+
+/// The same on the wall clock, by run_threaded_loop: the camera's thread renders (where there are pictures)
+/// and looks, and what it saw arrives when the camera's latency has passed, or later where it took longer.
+/// Not the same twice; `timing.realtime` is filled in. Throws InputError for `on_picture` too, which is not
+/// to be had here, and Refusal where a thread cannot be started.
+RunRecord run_realtime(const Scenario& scenario, const RunOptions& options);
 
 }  // namespace ballservo

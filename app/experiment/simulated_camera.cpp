@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ballservo {
 
-SimulatedCamera::SimulatedCamera(const Scenario& scenario, std::uint64_t seed, bool with_pictures)
-    : scenario_(scenario), seed_(seed), faults_(scenario.camera.faults, seed) {
+SimulatedCamera::SimulatedCamera(const Scenario& scenario, std::uint64_t seed, bool with_pictures,
+                                 RobotAt robot)
+    : scenario_(scenario), seed_(seed), robot_(std::move(robot)), faults_(scenario.camera.faults, seed) {
   if (with_pictures) {
     renderer_ =
         std::make_unique<CameraRenderer>(scenario.camera.camera, scenario.world, scenario.camera.sensor);
@@ -18,42 +20,51 @@ SimulatedCamera::SimulatedCamera(const Scenario& scenario, std::uint64_t seed, b
   }
 }
 
-double SimulatedCamera::start_s() const { return static_cast<double>(frame_) / scenario_.camera.rate_hz; }
-
-double SimulatedCamera::next_s() const {
-  return start_s() + scenario_.camera.exposure_s * instants_[next_instant_].share;
+std::optional<CameraFrame> SimulatedCamera::take(Clock& clock, double until_s) {
+  skip_to(clock.now_s() - 0.5 / scenario_.camera.rate_hz);
+  const auto next_s = [this] {
+    return next_start_s() + scenario_.camera.exposure_s * instants_[next_instant_].share;
+  };
+  while (next_s() <= until_s) {
+    clock.sleep_until(next_s());
+    if (auto frame = expose(robot_(clock.now_s()))) return frame;
+  }
+  return std::nullopt;
 }
 
-long SimulatedCamera::skip_to(double time_s) {
-  if (next_instant_ != 0) return 0;
-  const long first = frame_;
-  frame_ = std::max(first, static_cast<long>(std::ceil(time_s * scenario_.camera.rate_hz - 1e-9)));
-  return frame_ - first;
+/// Leaves out the frames that should have begun before that time, the one under way apart.
+void SimulatedCamera::skip_to(double time_s) {
+  if (next_instant_ != 0) return;
+  const long due = static_cast<long>(std::ceil(time_s * scenario_.camera.rate_hz - 1e-9));
+  skipped_ += std::max(0L, due - frame_);
+  frame_ = std::max(frame_, due);
 }
 
-std::optional<ExposedFrame> SimulatedCamera::expose(double time_s, const Pose2& robot) {
-  const CameraView view{scenario_.X_WC(robot), time_s};
+/// Takes an instant of the exposure. The frame, where this was its last one and it was not dropped.
+std::optional<CameraFrame> SimulatedCamera::expose(const RobotTruth& robot) {
+  const CameraSettings& camera = scenario_.camera;
+  const CameraView view{scenario_.X_WC(robot.pose), robot.time_s};
   const Instant& instant = instants_[next_instant_];
   if (instant.rendered) views_.push_back(view);
-  if (instant.share == 0.5) {
-    middle_ = view;
-    middle_robot_ = robot;
-  }
+  if (instant.share == 0.5) truth_ = {view, robot.pose, {}, faults_.level(view.time_s)};
   if (++next_instant_ < instants_.size()) return std::nullopt;
-  std::optional<ExposedFrame> exposed;
-  if (!faults_.drops(middle_.time_s)) {
-    exposed = {frame_, start_s(), middle_, middle_robot_, faults_.level(middle_.time_s), {}};
+
+  CameraFrame frame{frame_, truth_.view.time_s,
+                    std::max(truth_.view.time_s + camera.latency_s, next_start_s() + camera.exposure_s)};
+  const bool dropped = faults_.drops(frame.time_s);
+  if (!dropped) {
+    truth_.target = ball_truth(camera.camera, scenario_.world, truth_.view, scenario_.target);
     if (renderer_) {
-      SensorOptions sensor = scenario_.camera.sensor;
-      sensor.gain *= exposed->level;
-      exposed->picture =
+      SensorOptions sensor = camera.sensor;
+      sensor.gain *= truth_.level;
+      frame.bgr =
           ballservo::expose(renderer_->radiance(views_), sensor, seed_, static_cast<std::uint64_t>(frame_));
     }
   }
   views_.clear();
   next_instant_ = 0;
   ++frame_;
-  return exposed;
+  return dropped ? std::nullopt : std::make_optional(std::move(frame));
 }
 
 }  // namespace ballservo

@@ -1,45 +1,48 @@
-// The camera of a scenario: when it exposes, which of its frames arrive, and what their pictures show.
+// The camera of a scenario: when it exposes, which of its frames arrive, what their pictures show, and what
+// is true of them.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
-#include <opencv2/core.hpp>
-#include <optional>
 #include <vector>
 
+#include "app/experiment/simulated_robot.hpp"
+#include "app/loop/ports.hpp"
 #include "app/scenario/scenario.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
+#include "servo/simulation/rendering/truth.hpp"
 
 namespace ballservo {
 
-/// A frame whose exposure is over.
-struct ExposedFrame {
-  long frame = 0;
-  double start_s = 0;  ///< of the exposure
-  /// In the middle of the exposure: where the camera was and when; where the robot was.
-  CameraView middle;
+/// In the middle of an exposure: where the camera was and when, where the robot was, and what was true of the
+/// target.
+struct ExposureTruth {
+  CameraView view;
   Pose2 robot;
+  BallTruth target;
   double level = 1;  ///< factor that a fault puts on the light
-  cv::Mat picture;   ///< 8-bit BGR; empty where none is rendered
 };
 
-/// Frame k is exposed from k / rate on. The same scenario, seed and poses give the same frames.
-class SimulatedCamera {
+/// Frame k is exposed from k / rate on. The same scenario, seed and poses give the same frames. On the wall
+/// clock, frames that should have begun while the one before was still being rendered are left out.
+class SimulatedCamera final : public FrameSource {
  public:
+  /// Where the robot is at a time, or shortly after it.
+  using RobotAt = std::function<RobotTruth(double time_s)>;
+
   /// `scenario` must outlive the camera.
-  SimulatedCamera(const Scenario& scenario, std::uint64_t seed, bool with_pictures);
+  SimulatedCamera(const Scenario& scenario, std::uint64_t seed, bool with_pictures, RobotAt robot);
 
-  /// Of the exposure under way, or the next one.
-  long frame() const { return frame_; }
-  /// When the next instant of an exposure is due (s).
-  double next_s() const;
+  std::optional<CameraFrame> take(Clock& clock, double until_s) override;
 
-  /// Takes that instant, at `time_s`, with the robot where it is then. The frame, where this was its last
-  /// instant and was not dropped.
-  std::optional<ExposedFrame> expose(double time_s, const Pose2& robot);
-
-  /// Leaves out the frames that should have begun before that time, the one under way apart; how many.
-  long skip_to(double time_s);
+  /// Of the frame last taken; for the thread that took it.
+  const ExposureTruth& truth() const { return truth_; }
+  /// The frame that is exposed next, and when that begins (s).
+  long next_frame() const { return frame_; }
+  double next_start_s() const { return static_cast<double>(frame_) / scenario_.camera.rate_hz; }
+  /// Frames left out so far.
+  long skipped() const { return skipped_; }
 
  private:
   /// An instant of the exposure, in shares of it; the middle is looked at even where it is not one of those
@@ -48,18 +51,19 @@ class SimulatedCamera {
     double share = 0.5;
     bool rendered = true;
   };
-  double start_s() const;
+  void skip_to(double time_s);
+  std::optional<CameraFrame> expose(const RobotTruth& robot);
 
   const Scenario& scenario_;
   std::uint64_t seed_;
+  RobotAt robot_;
   std::unique_ptr<CameraRenderer> renderer_;  // where pictures are needed
   CameraFaults faults_;
   std::vector<Instant> instants_;
-  long frame_ = 0;
+  long frame_ = 0, skipped_ = 0;
+  std::vector<CameraView> views_;  // of the exposure under way
   std::size_t next_instant_ = 0;
-  std::vector<CameraView> views_;
-  CameraView middle_;
-  Pose2 middle_robot_;
+  ExposureTruth truth_;
 };
 
 }  // namespace ballservo

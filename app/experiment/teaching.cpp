@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "app/experiment/run_camera.hpp"
 #include "calibration/base/fault.hpp"
 #include "servo/simulation/world/collision.hpp"
 
@@ -43,21 +42,20 @@ void check_clear(const Scenario& there) {
 TaughtTarget teach_target(const Scenario& scenario, const TeachOptions& options) {
   const Scenario there = at_the_goal(scenario);
   check_clear(there);
-  RunOptions run;
-  run.perception = options.perception;
-  run.seed = options.seed;
-  run.colors = options.colors;
-  RunCamera camera(there, run);
-  const double radius_m = there.goal().ball_radius_m;
+  SimulatedCamera camera(there, options.seed, options.perception == PerceptionLevel::image,
+                         [&there](double time_s) {
+                           return RobotTruth{time_s, there.robot.pose, {}};
+                         });
+  const auto perception = make_perception(there, options.perception, options.seed, options.colors, camera);
+  SteppedClock clock;
   std::vector<Eigen::Vector3d> seen;
-  std::string rows;
   for (int frame = 0; frame < options.frames;) {
     if (options.progress) options.progress(frame);
-    const auto exposed = camera.expose(camera.next_s(), there.robot.pose, rows);
+    const auto exposed = camera.take(clock, camera.next_start_s() + there.camera.exposure_s);
     if (!exposed) continue;
     ++frame;
-    const BallMeasurement& measurement = exposed->record.measurement;
-    if (measurement.state == TrackState::confirmed) seen.push_back(measurement.p_CB / radius_m);
+    const BallMeasurement ball = perception->look(*exposed).ball;
+    if (ball.state == TrackState::confirmed) seen.push_back(ball.p_CB / there.goal().ball_radius_m);
   }
   if (2 * seen.size() < static_cast<std::size_t>(options.frames)) {
     throw Refusal(

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "app/experiment/runner.hpp"
+#include "app/experiment/simulated_perception.hpp"
 #include "app/scenario/scenario.hpp"
 #include "app/scenario/taught_target.hpp"
 

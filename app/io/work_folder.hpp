@@ -35,6 +35,8 @@ class WorkResults {
   /// Results that are not the same each time (wall-clock figures), left out of the manifest.
   void write_untracked(const std::string& name, std::string_view contents);
   void append_untracked(const std::string& name, std::string_view piece);
+  /// Where they lie until then.
+  const std::filesystem::path& path() const { return folder_.path(); }
 
  private:
   friend class WorkFolder;

@@ -1,14 +1,15 @@
-# What `cmake --install` and CPack hand to others: the program, the four libraries with their headers, and a CMake
+# What `cmake --install` and CPack hand to others: the program, the libraries with their headers, and a CMake
 # package. Users of the libraries need Eigen and OpenCV's core; everything else stays inside the shared libraries.
 include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ballservo)
 
 install(TARGETS ballservo RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(TARGETS base camera color circles pictures camera_files calibration perception control servo simulation EXPORT ballservoTargets
+install(TARGETS base camera color circles pictures camera_files calibration perception control servo loop simulation EXPORT ballservoTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-foreach(folder calibration perception servo)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ballservo
+foreach(folder calibration perception servo app/loop)
+  cmake_path(GET folder PARENT_PATH parent)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ballservo/${parent}
           FILES_MATCHING PATTERN "*.hpp")
 endforeach()
 install(EXPORT ballservoTargets NAMESPACE ballservo:: DESTINATION ${package_dir})
@@ -33,7 +34,8 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS
-    ${PROJECT_BINARY_DIR}/calibration ${PROJECT_BINARY_DIR}/perception ${PROJECT_BINARY_DIR}/servo)
+    ${PROJECT_BINARY_DIR}/calibration ${PROJECT_BINARY_DIR}/perception ${PROJECT_BINARY_DIR}/servo
+    ${PROJECT_BINARY_DIR}/app)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-matplotlib, python3-jinja2")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libeigen3-dev, libopencv-dev")
 include(CPack)

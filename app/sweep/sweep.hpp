@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "app/experiment/ball_sight.hpp"
+#include "app/experiment/simulated_perception.hpp"
 #include "app/io/work_folder.hpp"
 #include "app/sweep/trial.hpp"
 

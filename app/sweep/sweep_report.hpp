@@ -1,4 +1,4 @@
-// report.html of a sweep.
+// What the page of a sweep is drawn from, beside trials.csv, traces.jsonl and summary.json.
 #pragma once
 
 #include <string>
@@ -7,11 +7,9 @@
 
 namespace ballservo {
 
-/// One page, loading nothing from the network: how many reached and why the others did not, all ways from
-/// above, distributions, what depends on what a seed draws, the worst trials with the commands that show
-/// them, and where given the comparison with another sweep.
-std::string sweep_report_html(const Sweep& sweep, const Shard& shard, bool interrupted,
-                              const SweepComparison* against);
+/// The contents of report.json: what depends on what a seed draws, and the worst trials with the commands
+/// that show them again.
+nlohmann::ordered_json sweep_report(const Sweep& sweep, const SweepComparison* against);
 
 /// The command that runs one seed of a sweep again, with a film: for pasting into a shell.
 std::string trial_command(const nlohmann::json& description, std::uint64_t seed);

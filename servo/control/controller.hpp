@@ -96,6 +96,8 @@ class Controller {
   /// without a law.
   Controller(const ControllerOptions& options, std::unique_ptr<Law> law);
 
+  const ControllerOptions& options() const { return options_; }
+
   /// A frame's word on the ball, which arrived at that time (else: in time for the next step, which looks at
   /// it).
   void see(const BallMeasurement& measurement, double arrived_s = std::numeric_limits<double>::infinity());

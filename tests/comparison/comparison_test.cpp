@@ -6,13 +6,13 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <opencv2/imgcodecs.hpp>
 
 #include "app/comparison/comparison_report.hpp"
 #include "app/comparison/comparison_tables.hpp"
 #include "app/comparison/pictures/plan_pictures.hpp"
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "calibration/base/fault.hpp"
-#include "tests/report/markup_check.hpp"
 
 namespace ballservo {
 namespace {
@@ -257,17 +257,34 @@ TEST(Comparison, ShardsTogetherAreTheWhole) {
   EXPECT_EQ(run(book, 1).files, tiny(1).files);
 }
 
-TEST(Comparison, ReportIsAWholePageThatLoadsNothing) {
+TEST(Comparison, TheReportHoldsAnswersAndNamesEachPictureThatItWrites) {
   const ShowFrame show = [](std::size_t condition, int frame) {
     return show_frame(plan(), condition, frame);
   };
-  const std::string html = comparison_report_html(tiny(1), show, {"<tiny>.yaml", "{}", true, false},
-                                                  {{"<says>", "much", "holds", "a plot"}});
-  EXPECT_EQ(test::markup_fault(html), "");
-  EXPECT_EQ(html.find("http"), std::string::npos);
-  EXPECT_NE(html.find("&lt;tiny&gt;"), std::string::npos);
-  const std::string tex = comparison_tables_tex(tiny(1));
-  EXPECT_NE(tex.find("sphere\\_one\\_step"), std::string::npos);
+  std::map<std::string, std::string> pictures;
+  const WriteFile write = [&](const std::string& name, std::string_view bytes) {
+    pictures.emplace(name, bytes);
+  };
+  const auto report = comparison_report(tiny(1), show, write, {"<tiny>.yaml", "{}", true, false},
+                                        {{"<says>", "much", "holds", "a plot"}});
+  std::size_t named = 0;
+  for (const auto& kind : report["photos"]) {
+    for (const auto& frame : kind["frames"]) {
+      const std::string& bytes = pictures[frame["file"]];
+      EXPECT_FALSE(cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), cv::IMREAD_COLOR).empty());
+      ++named;
+    }
+  }
+  EXPECT_EQ(named, pictures.size());
+  EXPECT_GT(named, 2u);
+  EXPECT_EQ(report["conditions"].size(), plan().conditions.size());
+  EXPECT_EQ(report["answers"]["fits"].size(), 2u);
+  EXPECT_EQ(report["claims"][0]["says"], "<says>");
+  EXPECT_TRUE(comparison_report(tiny(1), {}, write, {}, {})["photos"].empty());
+}
+
+TEST(Comparison, TablesInLatexEscapeTheNames) {
+  EXPECT_NE(comparison_tables_tex(tiny(1)).find("sphere\\_one\\_step"), std::string::npos);
 }
 
 // What the others were at work on is left half drawn, and must not be noted.

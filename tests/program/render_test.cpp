@@ -1,7 +1,7 @@
 // Rendered pictures against the frames of a run whose robot stands.
 #include <opencv2/core.hpp>
 
-#include "app/experiment/run_camera.hpp"
+#include "app/experiment/simulated_camera.hpp"
 #include "calibration/base/numbers.hpp"
 #include "tests/program/program_run.hpp"
 
@@ -28,20 +28,17 @@ TEST_F(Render, PicturesAreTheFramesOfARunWhoseRobotStands) {
   ASSERT_EQ(ending.code, 0) << ending.messages;
 
   const Scenario scenario = load_scenario(file, sets, seed);
-  RunOptions options;
-  options.perception = PerceptionLevel::geometric;
-  options.seed = seed;
-  options.on_picture = [](const auto&...) {};
-  RunCamera camera(scenario, options);
+  SimulatedCamera camera(scenario, seed, true, [&](double time_s) {
+    return RobotTruth{time_s, scenario.robot.pose, {}};
+  });
+  SteppedClock clock;
   std::set<std::string> expected{"out", "camera.yaml", "truth.csv"};
-  std::string rows, truth = contents("out/truth.csv");
-  while (camera.next_s() < 0.5) {
-    const auto frame = camera.expose(camera.next_s(), scenario.robot.pose, rows);
-    if (!frame) continue;
-    const std::string name = "frame_000" + std::to_string(frame->record.frame) + ".png";
+  std::string truth = contents("out/truth.csv");
+  while (const auto frame = camera.take(clock, 0.5)) {
+    const std::string name = "frame_000" + std::to_string(frame->number) + ".png";
     expected.insert(name);
-    EXPECT_EQ(cv::norm(frame->picture, read_color_image(dir / "out" / name), cv::NORM_INF), 0) << name;
-    EXPECT_THAT(truth, testing::HasSubstr(number_text(frame->record.truth_p_CB->z()))) << name;
+    EXPECT_EQ(cv::norm(frame->bgr, read_color_image(dir / "out" / name), cv::NORM_INF), 0) << name;
+    EXPECT_THAT(truth, testing::HasSubstr(number_text(camera.truth().target.p_CB.z()))) << name;
   }
   EXPECT_EQ(names(), expected);
   EXPECT_EQ(expected.count("frame_0001.png"), 0u);

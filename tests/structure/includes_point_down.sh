@@ -44,10 +44,12 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
     room("servo/simulation/rendering", simulated " servo/simulation/world")
     room("servo/simulation/robot", simulated " servo/simulation/world servo/simulation/rendering")
 
+    room("app/loop", seen " perception perception/tracking servo/motion servo/avoidance servo/control")
+
     all = "calibration/pictures calibration/camera/files calibration/boards calibration/ball calibration/teaching " \
           seen " perception perception/tracking " \
           simulated " servo/features servo/simulation/world servo/simulation/rendering servo/simulation/robot " \
-          "app app/io app/scenario app/experiment app/sweep app/report app/comparison app/commands"
+          "app app/io app/loop app/scenario app/experiment app/sweep app/report app/comparison app/commands"
     room("app", all)
     room("app/io", all)
     room("app/scenario", all)

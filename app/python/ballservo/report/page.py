@@ -115,9 +115,9 @@ def map_axes(title, x_range, y_range, x_label="", y_label="", width=480):
     return plot
 
 
-def legend(plot, columns=3):
+def legend(plot, columns=3, below=0.16):
     """The series' names below the drawing, where they hide nothing."""
-    plot.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=columns)
+    plot.legend(loc="upper center", bbox_to_anchor=(0.5, -below), ncol=columns)
 
 
 def curve(plot, x, y, name=None, **style):

@@ -1,5 +1,5 @@
 // The floor as pictures show it beside the floor as it is.
-#include "app/experiment/floor_sight.hpp"
+#include "app/loop/floor_detection.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,7 @@
 
 #include "servo/avoidance/floor_fan.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
+#include "servo/simulation/robot/floor_sensor.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 
 namespace ballservo {
@@ -23,9 +24,10 @@ void compare(std::uint64_t seed, Agreement& agreement) {
   const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / "clutter.yaml", {}, seed);
   const CameraSettings& camera = scenario.camera;
   CameraRenderer renderer(camera.camera, scenario.world, camera.sensor);
-  const auto image = make_image_floor_sight(scenario);
-  const auto exact = make_geometric_floor_sight(scenario, seed, true);
-  const FloorFan fan(camera.camera, camera.mount, 1.8);
+  FloorDetection detection(camera.camera, camera.mount, scenario.avoidance.grid.start_clear_m);
+  const FloorSensor exact(scenario.world, camera.camera, camera.mount, floor_reach_m, 0.0,
+                          scenario.target_ball().name);
+  const FloorFan fan(camera.camera, camera.mount, floor_reach_m);
   for (int frame = 0; frame < 2; ++frame) {
     Pose2 pose = scenario.robot.pose;
     pose.x_m += 0.5 * frame * std::cos(pose.yaw_rad);
@@ -34,8 +36,8 @@ void compare(std::uint64_t seed, Agreement& agreement) {
     const cv::Mat picture =
         expose(renderer.radiance({view}), camera.sensor, seed, static_cast<std::uint64_t>(frame));
     const auto ball = ball_truth(camera.camera, scenario.world, view, scenario.target).outline;
-    const FloorInput input{frame, 0, pose, &picture, ball};
-    const FloorScan seen = image->look(input), truth = exact->look(input);
+    const FloorScan seen = detection.look(picture, 0, ball),
+                    truth = exact.scan(pose, 0, seed, static_cast<std::uint64_t>(frame));
     ASSERT_EQ(seen.count, truth.count);
     for (std::size_t k = 0; k < seen.count; ++k) {
       const FloorRay &a = seen.rays[k], &b = truth.rays[k];
@@ -50,7 +52,7 @@ void compare(std::uint64_t seed, Agreement& agreement) {
   }
 }
 
-TEST(FloorSight, PicturesShowWhatGeometrySays) {
+TEST(FloorDetection, PicturesShowWhatGeometrySays) {
   Agreement agreement;
   for (std::uint64_t seed = 9000; seed < 9040; ++seed) compare(seed, agreement);
   const int stands = agreement.both + agreement.missed, bare = agreement.bare + agreement.false_alarms;
@@ -72,7 +74,7 @@ TEST(FloorSight, PicturesShowWhatGeometrySays) {
 }
 
 // In the loop: a low step across the way, into which the robot drives without (see Obstacles.LowThings...).
-TEST(FloorSight, ALowStepThatNoSonarHearsIsNotDrivenInto) {
+TEST(FloorDetection, ALowStepThatNoSonarHearsIsNotDrivenInto) {
   const std::vector<std::string> sets{
       "obstacles=[{type: box, name: step, position: {x_m: 1.5, y_m: 0}, size: {x_m: 0.2, y_m: 3, z_m: "
       "0.05}}]",

@@ -1,47 +1,52 @@
-#include "app/experiment/control_loop.hpp"
+#include "app/experiment/run_recorder.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <variant>
 
-#include "app/experiment/cpu_clock.hpp"
+#include "app/experiment/collision_cause.hpp"
 #include "app/scenario/time_optimal.hpp"
 #include "servo/simulation/rendering/scene.hpp"
 
 namespace ballservo {
 
-ControlLoop::ControlLoop(const Scenario& scenario, const ControllerOptions& controller,
+RunRecorder::RunRecorder(const Scenario& scenario, const SimulatedRobot& robot, const SimulatedCamera& camera,
                          const ReachedRule& rule)
     : scenario_(scenario),
-      controller_(controller, builtin_laws().make(scenario.law, controller.goal)),
+      robot_(robot),
+      camera_(camera),
       judge_(scenario.duration_s, !std::holds_alternative<StaticMotion>(scenario.target_ball().motion),
              rule) {
   run_.steps.reserve(static_cast<std::size_t>(std::min(scenario.duration_s * scenario.control_rate_hz, 1e4)) +
                      2);
 }
 
-void ControlLoop::hear(const SeenFrame& frame) {
-  // The robot stamps a frame with its arrival less the latency that it believes.
-  BallMeasurement heard_of = frame.record.measurement;
-  heard_of.time_s -= scenario_.believed.latency_error_s;
-  controller_.see(heard_of, frame.arrives_s);
-  if (frame.floor.count > 0) {
-    FloorScan floor = frame.floor;
-    floor.time_s = heard_of.time_s;
-    controller_.see(floor);
-  }
-  perception_ms_ = frame.perception_ms;
-  heard_ = true;
+void RunRecorder::frame(const FrameEvent& event) {
+  const BallTruth& target = camera_.truth().target;
+  FrameRecord record;
+  record.frame = static_cast<int>(event.frame.number);
+  record.time_s = event.frame.time_s;
+  record.arrived_s = event.arrived_s;
+  record.truth = target.outline;
+  record.truth_p_CB = target.p_CB;
+  record.visible_fraction = target.visible_fraction;
+  record.measurement = event.percept.ball;
+  record.measured = event.percept.outline;
+  run_.frames.push_back(record);
+  wall_.frame_age_ms.push_back((event.arrived_s - event.frame.time_s) * 1e3);
+  if (event.arrived_s > event.frame.arrives_s) ++wall_.frames_late;
 }
 
 /// What is true at a control step, whatever the robot believes.
-StepRecord ControlLoop::observe(const RobotView& robot) const {
+StepRecord RunRecorder::observe(const StepEvent& event) const {
+  const RobotTruth& robot = robot_.when_read();
   StepRecord record;
-  record.step = static_cast<long>(run_.steps.size());
+  record.step = event.step;
   record.time_s = robot.time_s;
   record.pose = robot.pose;
   record.twist = robot.twist;
-  record.odometry = robot.odometry;
+  record.odometry = event.robot.odometry;
+  record.control = event.control;
   record.p_WB = scenario_.target_ball().p_WB(record.time_s);
   const Eigen::Vector2d p_RB = in_robot_frame(record.pose, record.p_WB.head<2>());
   record.range_m = p_RB.norm();
@@ -66,7 +71,7 @@ StepRecord ControlLoop::observe(const RobotView& robot) const {
 /// What the robot has run into; empty: nothing. Touching the target is none of it (the judge counts that),
 /// nor is a ball that lies under the sonars' beam; any other ball is a thing like others, unless it came to a
 /// robot at rest.
-std::string ControlLoop::collided_with(const ContactReport& contacts, const Twist2& twist) const {
+std::string RunRecorder::collided_with(const ContactReport& contacts, const Twist2& twist) const {
   if (contacts.collision()) return contacts.nearest;
   const bool moves = std::abs(twist.v_mps) >= 1e-3 || std::abs(twist.w_radps) >= 1e-3;
   if (!contacts.ball_contact() || !moves || contacts.nearest_ball == scenario_.target_ball().name) return "";
@@ -74,32 +79,43 @@ std::string ControlLoop::collided_with(const ContactReport& contacts, const Twis
   return ball != nullptr && ball->sonar ? contacts.nearest_ball : "";
 }
 
-Twist2 ControlLoop::step(const RobotView& robot) {
-  StepRecord record = observe(robot);
+void RunRecorder::step(const StepEvent& event) {
+  StepRecord record = observe(event);
   const ContactReport contacts =
-      find_contacts(scenario_.world, scenario_.robot.footprint, robot.pose, robot.time_s);
+      find_contacts(scenario_.world, scenario_.robot.footprint, record.pose, record.time_s);
   record.clearance_m = contacts.clearance_m;
   record.ball_clearance_m = contacts.ball_clearance_m;
 
-  const double before_s = thread_cpu_s();
-  record.control = controller_.step(robot.time_s, robot.odometry, robot.measured_twist);
-  const double control_us = (thread_cpu_s() - before_s) * 1e6;
-  run_.timing.control_us.push_back(control_us);
-  if (heard_) run_.timing.image_to_command_ms.push_back(perception_ms_ + control_us * 1e-3);
-  heard_ = false;
+  run_.timing.control_us.push_back(event.control_s * 1e6);
+  if (std::isfinite(event.perception_s))
+    run_.timing.image_to_command_ms.push_back((event.perception_s + event.control_s) * 1e3);
+  if (!run_.steps.empty())
+    wall_.control_period_ms.push_back((record.time_s - run_.steps.back().time_s) * 1e3);
+  wall_.steps_skipped += event.skipped;
 
-  const std::string touched = collided_with(contacts, robot.twist);
+  const std::string touched = collided_with(contacts, record.twist);
   judge_.look(record, touched);
   if (touched_.empty()) touched_ = touched;
   run_.steps.push_back(record);
-  return record.control.command;
 }
 
-RunRecord ControlLoop::finish(bool interrupted) {
+void RunRecorder::guard_looked(double time_s) {
+  wall_.guard_period_ms.push_back((time_s - guard_looked_s_) * 1e3);
+  guard_looked_s_ = time_s;
+}
+
+RunRecord RunRecorder::finish(bool interrupted, bool realtime) {
   run_.summary = judge_.summary(run_.steps, interrupted && !judge_.over());
   run_.summary.time_optimal_s =
       time_optimal_s(scenario_.robot.pose, scenario_.target_ball().p_WB(0).head<2>(),
                      scenario_.target_distance_m, scenario_.robot.limits);
+  if (!touched_.empty())
+    run_.summary.collision_cause = collision_cause(scenario_, {touched_, run_.steps, robot_.firings()});
+  run_.commands = robot_.commands();
+  if (realtime) {
+    wall_.frames_skipped = camera_.skipped();
+    run_.timing.realtime = std::move(wall_);
+  }
   return std::move(run_);
 }
 

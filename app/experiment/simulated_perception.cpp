@@ -1,0 +1,196 @@
+#include "app/experiment/simulated_perception.hpp"
+
+#include <optional>
+
+#include "app/io/ball_rows.hpp"
+#include "app/loop/image_perception.hpp"
+#include "calibration/base/fault.hpp"
+#include "servo/simulation/robot/floor_sensor.hpp"
+#include "servo/simulation/robot/geometric_ball_sensor.hpp"
+
+namespace ballservo {
+
+std::string_view perception_level_name(PerceptionLevel level) {
+  switch (level) {
+    case PerceptionLevel::image:
+      return "image";
+    case PerceptionLevel::geometric:
+      return "geometric";
+    case PerceptionLevel::truth:
+      break;
+  }
+  return "truth";
+}
+
+PerceptionLevel parse_perception_level(const std::string& text) {
+  for (const PerceptionLevel level :
+       {PerceptionLevel::image, PerceptionLevel::geometric, PerceptionLevel::truth}) {
+    if (text == perception_level_name(level)) return level;
+  }
+  throw InputError("--perception", text, "image, geometric or truth");
+}
+
+SimulatedPerception::SimulatedPerception() : tracks_csv_(ball_rows_header()) {}
+
+namespace {
+
+constexpr const char* source_name = "camera";
+
+bool looks_at_floor(const Scenario& scenario) {
+  return scenario.avoidance.type != AvoidanceOptions::Type::none && scenario.avoidance.floor;
+}
+
+double believed_radius_m(const Scenario& scenario) {
+  return scenario.target_ball().radius_m() * scenario.believed.diameter_scale;
+}
+
+/// The robot stamps a frame with its arrival less the latency that it believes.
+void stamp_as_believed(const Scenario& scenario, Percept& percept) {
+  percept.ball.time_s -= scenario.believed.latency_error_s;
+  percept.floor.time_s = percept.ball.time_s;
+}
+
+class RenderedPerception final : public SimulatedPerception {
+ public:
+  RenderedPerception(const Scenario& scenario, Tracker tracker, const TargetOptions& target)
+      : scenario_(scenario), perception_(std::move(tracker), target, floor_detection(scenario)) {}
+
+  Percept look(const CameraFrame& frame) override {
+    Percept percept = perception_.look(frame);
+    for (const Track& track : perception_.tracks()) {
+      tracks_csv_ += ball_row({source_name, static_cast<int>(frame.number), frame.time_s, track.id,
+                               class_name(track.color_class), track_state_name(track.state)},
+                              track.ball);
+    }
+    stamp_as_believed(scenario_, percept);
+    return percept;
+  }
+
+ private:
+  static std::optional<FloorDetection> floor_detection(const Scenario& scenario) {
+    if (!looks_at_floor(scenario)) return std::nullopt;
+    return FloorDetection(scenario.believed.camera(scenario.camera.camera), scenario.goal().mount,
+                          scenario.avoidance.grid.start_clear_m);
+  }
+  const std::string& class_name(ClassIndex color_class) const {
+    const ColorTable& colors = perception_.tracker().detector().colors();
+    return colors.classes.at(static_cast<std::size_t>(color_class) - 1).name;
+  }
+
+  const Scenario& scenario_;
+  ImagePerception perception_;
+};
+
+class GeometricPerception final : public SimulatedPerception {
+ public:
+  GeometricPerception(const Scenario& scenario, const GeometricSensorOptions& sensor, std::uint64_t seed,
+                      const SimulatedCamera& camera)
+      : scenario_(scenario),
+        camera_(camera),
+        believed_camera_(scenario.believed.camera(scenario.camera.camera)),
+        seed_(seed),
+        sensor_(scenario.camera.camera, sensor, seed) {
+    constexpr double edge_sigma_px = 1.5;
+    if (looks_at_floor(scenario)) {
+      floor_.emplace(scenario.world, scenario.camera.camera, scenario.camera.mount, floor_reach_m,
+                     sensor.exact ? 0.0 : edge_sigma_px, scenario.target_ball().name);
+    }
+  }
+
+  Percept look(const CameraFrame& frame) override {
+    const ExposureTruth& truth = camera_.truth();
+    const bool shows_colors = CameraFaults::shows_colors(truth.level);
+    BallTruth target = truth.target;
+    if (!shows_colors) target.visible_fraction = 0;
+    Percept percept;
+    const double diameter_m = scenario_.target_ball().diameter_m;
+    percept.ball =
+        sensor_.measure(target, diameter_m, frame.time_s, static_cast<std::uint64_t>(frame.number));
+    if (percept.ball.state != TrackState::none) believe(percept);
+    if (percept.ball.state != TrackState::none) note(frame, percept, target.visible_fraction);
+    if (floor_ && shows_colors) {
+      percept.floor =
+          floor_->scan(truth.robot, frame.time_s, seed_, static_cast<std::uint64_t>(frame.number));
+    }
+    stamp_as_believed(scenario_, percept);
+    return percept;
+  }
+
+ private:
+  /// The ball's outline, and the place that it has by the camera and the diameter that are believed.
+  void believe(Percept& percept) const {
+    const Camera& camera = scenario_.camera.camera;
+    const double radius_m = scenario_.target_ball().radius_m();
+    percept.outline = project_sphere(camera, percept.ball.p_CB, radius_m);
+    if (!scenario_.believed.see_elsewhere()) return;
+    const auto outline = project_outline(camera, percept.ball.p_CB, radius_m, 32);
+    const auto p_CB = sphere_from_outline(believed_camera_, outline, believed_radius_m(scenario_));
+    if (p_CB) {
+      percept.ball.p_CB = *p_CB;
+    } else {
+      percept.ball.state = TrackState::none;
+    }
+  }
+
+  void note(const CameraFrame& frame, const Percept& percept, double quality) {
+    BallObservation ball;
+    if (percept.outline) ball.outline = *percept.outline;
+    ball.position = BallPosition{percept.ball.p_CB, percept.ball.covariance_m2};
+    ball.quality = quality;
+    tracks_csv_ += ball_row({source_name, static_cast<int>(frame.number), frame.time_s, 1,
+                             scenario_.target_ball().class_name, track_state_name(percept.ball.state)},
+                            ball);
+  }
+
+  const Scenario& scenario_;
+  const SimulatedCamera& camera_;
+  Camera believed_camera_;
+  std::uint64_t seed_;
+  GeometricBallSensor sensor_;
+  std::optional<FloorSensor> floor_;
+};
+
+std::unique_ptr<SimulatedPerception> make_rendered(const Scenario& scenario, std::uint64_t seed,
+                                                   std::shared_ptr<const ColorTable> colors) {
+  const Ball& target = scenario.target_ball();
+  if (!colors) {
+    throw InputError(scenario.file.string() + ": colors", "nothing",
+                     "a colours file, which perception from images needs");
+  }
+  const auto target_class = colors->find(target.class_name);
+  if (!target_class) {
+    std::string known = "one of the colours file's classes:";
+    for (const ColorClass& color : colors->classes) known += " " + color.name;
+    throw InputError("balls: class of " + target.name, target.class_name, known);
+  }
+  DetectorOptions detector;
+  detector.seed = seed;
+  detector.radii.resize(colors->classes.size());
+  for (const Ball& ball : scenario.world.balls) {
+    if (const auto color_class = colors->find(ball.class_name))
+      detector.radii[*color_class - 1u].radius_m = ball.radius_m();
+  }
+  detector.radii[*target_class - 1u].radius_m = believed_radius_m(scenario);
+  TrackerOptions tracker;
+  tracker.fixed_colors = scenario.fixed_colors;
+  const ServoGoal goal = scenario.goal();
+  const TargetOptions selected{*target_class, goal.mount, goal.desired_p_RB().z(),
+                               target.heights_m().second - target.position_m.z()};
+  const auto rays = std::make_shared<RayTable>(scenario.believed.camera(scenario.camera.camera));
+  return std::make_unique<RenderedPerception>(
+      scenario, Tracker(Detector(rays, std::move(colors), detector), tracker), selected);
+}
+
+}  // namespace
+
+std::unique_ptr<SimulatedPerception> make_perception(const Scenario& scenario, PerceptionLevel level,
+                                                     std::uint64_t seed,
+                                                     std::shared_ptr<const ColorTable> colors,
+                                                     const SimulatedCamera& camera) {
+  if (level == PerceptionLevel::image) return make_rendered(scenario, seed, std::move(colors));
+  GeometricSensorOptions sensor = scenario.geometric;
+  sensor.exact = level == PerceptionLevel::truth;
+  return std::make_unique<GeometricPerception>(scenario, sensor, seed, camera);
+}
+
+}  // namespace ballservo

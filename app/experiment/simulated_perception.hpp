@@ -1,0 +1,43 @@
+// The three levels at which a run sees its ball.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "app/experiment/simulated_camera.hpp"
+#include "app/loop/ports.hpp"
+#include "app/scenario/scenario.hpp"
+#include "calibration/color/color_table.hpp"
+
+namespace ballservo {
+
+/// image: rendered frames through detector and tracker. geometric: the true centre with the errors of a fit
+/// to its outline. truth: the true centre.
+enum class PerceptionLevel { image, geometric, truth };
+std::string_view perception_level_name(PerceptionLevel level);
+/// The level of that name; InputError about `--perception` otherwise.
+PerceptionLevel parse_perception_level(const std::string& text);
+
+/// Perception that notes all balls that it knows of, in the form of tracks.csv.
+class SimulatedPerception : public BallPerception {
+ public:
+  const std::string& tracks_csv() const { return tracks_csv_; }
+
+ protected:
+  SimulatedPerception();
+  std::string tracks_csv_;
+};
+
+/// What the run's options and the scenario ask for, as the robot believes camera, ball and latency to be:
+/// measurements are stamped with a frame's arrival less the latency that is believed.
+///   colors   for level image, where they must hold the target's class; may be null at the others
+///   camera   whose frames are looked at; the levels without pictures ask it for their truth
+/// Throws InputError for level image without colours, or with colours that do not hold the target's class (it
+/// names those that are there). `scenario` and `camera` must outlive it.
+std::unique_ptr<SimulatedPerception> make_perception(const Scenario& scenario, PerceptionLevel level,
+                                                     std::uint64_t seed,
+                                                     std::shared_ptr<const ColorTable> colors,
+                                                     const SimulatedCamera& camera);
+
+}  // namespace ballservo

@@ -1,0 +1,58 @@
+// A scenario's robot: its drive, what its odometry makes of the way, and its sonars.
+#pragma once
+
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "app/experiment/run_record.hpp"
+#include "app/loop/ports.hpp"
+#include "app/scenario/scenario.hpp"
+#include "servo/simulation/robot/unicycle_robot.hpp"
+
+namespace ballservo {
+
+/// The robot as it truly is at one instant.
+struct RobotTruth {
+  double time_s = 0;
+  Pose2 pose;
+  Twist2 twist;
+};
+
+/// Whoever looks at it moves it on to then, its sonars fire on the way. Loop and camera may do so from two
+/// threads.
+class SimulatedRobot final : public Robot {
+ public:
+  /// `world` must outlive the robot.
+  SimulatedRobot(const World& world, const RobotSettings& settings, std::uint64_t seed);
+
+  RobotState read(double now_s) override;
+  void command(const Twist2& twist, double now_s) override;
+  bool has_sonars() const override { return sonar_.has_value(); }
+  void listen(const std::function<void(const SonarReading&)>& hear) override;
+
+  /// The truth then, or at the latest time that anybody has looked.
+  RobotTruth at(double now_s);
+  /// What was true at the last `read`; for its thread.
+  const RobotTruth& when_read() const { return when_read_; }
+  /// The drive; not while other threads may look at the robot.
+  const UnicycleRobot& drive() const { return drive_; }
+
+  /// All that the sonars have said, and all that the drive was told; not while other threads may look at the
+  /// robot.
+  const std::vector<SonarFiring>& firings() const { return firings_; }
+  const std::vector<DriveCommand>& commands() const { return commands_; }
+
+ private:
+  void move_on(double now_s);
+
+  std::mutex mutex_;
+  UnicycleRobot drive_;
+  Odometry odometry_;
+  std::optional<SonarRing> sonar_;
+  RobotTruth when_read_;
+  std::vector<SonarFiring> firings_;
+  std::vector<DriveCommand> commands_;
+};
+
+}  // namespace ballservo

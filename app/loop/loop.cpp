@@ -1,0 +1,93 @@
+#include "app/loop/loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/loop/cpu_clock.hpp"
+#include "calibration/base/fault.hpp"
+
+namespace ballservo {
+
+namespace {
+constexpr std::size_t frames_on_the_way = 64;  // more than any latency holds; the oldest go
+}
+
+void run_loop(const LoopPorts& ports, Clock& clock, const GoOn& go_on) {
+  Loop loop(ports, clock);
+  const RestAtEnd rest(ports.robot, clock);
+  loop.run(go_on, [&](double step_s) {
+    while (loop.see(step_s) && clock.now_s() < step_s) {
+    }
+    clock.sleep_until(step_s);
+    return true;
+  });
+}
+
+Loop::Loop(const LoopPorts& ports, Clock& clock)
+    : ports_(ports), clock_(clock), on_the_way_(frames_on_the_way) {
+  if (ports.controller.avoidance() != nullptr && !ports.robot.has_sonars()) {
+    throw InputError("avoidance", "a robot without sonars",
+                     "none: guard and shield let nothing pass that no sonar has shown to be free");
+  }
+}
+
+bool Loop::see(double until_s) {
+  auto frame = ports_.camera.take(clock_, until_s);
+  if (!frame) return false;
+  const double before_s = thread_cpu_s();
+  Seen seen{ports_.perception.look(*frame)};
+  seen.perception_s = thread_cpu_s() - before_s;
+  seen.arrived_s = std::max(frame->arrives_s, clock_.now_s());
+  for (LoopObserver* each : ports_.observers)
+    each->frame({*frame, seen.percept, seen.arrived_s, seen.perception_s});
+  on_the_way_.put(std::move(seen));
+  return true;
+}
+
+void Loop::run(const GoOn& go_on, const std::function<bool(double step_s)>& until_step) {
+  const double rate_hz = ports_.controller.options().rate_hz;
+  for (long tick = 0, last = -1;; last = tick++) {
+    // What could not be done in time is left out.
+    tick = std::max(tick, static_cast<long>(std::floor(clock_.now_s() * rate_hz)));
+    if (!until_step(static_cast<double>(tick) / rate_hz) || !go_on(step(tick - last - 1))) return;
+  }
+}
+
+/// Processor time of perception for the newest frame; NaN where none has arrived.
+double Loop::hear(double now_s) {
+  double perception_s = std::nan("");
+  while (const auto seen = on_the_way_.take([&](const Seen& s) { return s.arrived_s <= now_s; })) {
+    ports_.controller.see(seen->percept.ball, seen->arrived_s);
+    if (seen->percept.floor.count > 0) ports_.controller.see(seen->percept.floor);
+    perception_s = seen->perception_s;
+  }
+  ports_.robot.listen([this](const SonarReading& reading) { ports_.controller.hear(reading); });
+  return perception_s;
+}
+
+/// The controller's half: hears of what has arrived, decides, commands. The time of the step.
+double Loop::step(long skipped) {
+  const RobotState robot = ports_.robot.read(clock_.now_s());
+  const double perception_s = hear(robot.time_s);
+  const double before_s = thread_cpu_s();
+  const ControlOutput control = ports_.controller.step(robot.time_s, robot.odometry, robot.twist);
+  const double control_s = thread_cpu_s() - before_s;
+  ports_.robot.command(control.command, clock_.now_s());
+
+  const StepEvent event{steps_++, robot, control, control_s, perception_s, skipped};
+  for (LoopObserver* each : ports_.observers) each->step(event);
+  if (control.state != state_) {
+    for (LoopObserver* each : ports_.observers) each->transition(event, state_);
+    state_ = control.state;
+  }
+  return robot.time_s;
+}
+
+RestAtEnd::~RestAtEnd() {
+  try {
+    robot_.command({}, clock_.now_s());
+  } catch (...) {  // NOLINT: nobody is left to hear of it
+  }
+}
+
+}  // namespace ballservo
