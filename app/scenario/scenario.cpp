@@ -67,11 +67,7 @@ void declare(OptionVisitor& v, Varied& varied) {
 void declare_vary(OptionVisitor& v, std::vector<Varied>& all) {
   v.entries("vary", "KEY.PATH", [&](const std::string& key) {
     Varied varied{key, false, {}};
-    if (v.without_fault([&] {
-          v.map(
-              key, [&] { declare(v, varied); }, required);
-        }))
-      all.push_back(varied);
+    if (v.without_fault([&] { v.map(key, required, [&] { declare(v, varied); }); })) all.push_back(varied);
   });
 }
 
@@ -117,7 +113,7 @@ void declare_camera(OptionVisitor& v, Draft& draft) {
   declare(v, camera.sensor);
   v.number("white_balance_k", camera.white_balance_k,
            NumberRange::within(min_temperature_k, max_temperature_k, "K"), "colour temperature of white");
-  v.list("faults", 0, [&](std::size_t) { declare(v, camera.faults.emplace_back()); });
+  v.list("faults", [&](std::size_t) { declare(v, camera.faults.emplace_back()); });
   draft.ok.camera_ok =
       v.without_fault([&] { v.text("file", draft.camera_file, "its calibration", required); });
 }
@@ -169,7 +165,7 @@ void declare_robot(OptionVisitor& v, RobotSettings& robot) {
            "the drive's true accelerations over those of `limits`");
   v.part("odometry", robot.odometry);
   v.maybe("sonar", robot.sonar, [&](const std::string& key, SonarOptions& sonar) { v.part(key, sonar); });
-  v.list("faults", 0, [&](std::size_t) { declare_sonar_fault(v, robot.sonar_faults); });
+  v.list("faults", [&](std::size_t) { declare_sonar_fault(v, robot.sonar_faults); });
   v.require(robot.sonar_faults.empty() || robot.sonar, "faults", "faults of sonars that the robot has not",
             "robot.sonar beside it");
 }
@@ -214,17 +210,11 @@ void declare(OptionVisitor& v, Draft& draft) {
   v.number("duration_s", scenario.duration_s, NumberRange::above(0, 3600, "s"), "of the run");
   v.text("colors", draft.colors, "file of colours, which perception from pictures needs", otherwise("none"));
   v.boolean("fixed_colors", scenario.fixed_colors, "true: colours as taught, whatever the light does");
-  v.map(
-      "camera", [&] { declare_camera(v, draft); }, required);
-  draft.ok.robot_ok = v.without_fault([&] {
-    v.map(
-        "robot", [&] { declare_robot(v, scenario.robot); }, required);
-  });
+  v.map("camera", required, [&] { declare_camera(v, draft); });
+  draft.ok.robot_ok =
+      v.without_fault([&] { v.map("robot", required, [&] { declare_robot(v, scenario.robot); }); });
   declare(v, draft.world, scenario.camera.white_balance_k, scenario.duration_s);
-  draft.ok.target_ok = v.without_fault([&] {
-    v.map(
-        "target", [&] { declare_target(v, draft); }, required);
-  });
+  draft.ok.target_ok = v.without_fault([&] { v.map("target", required, [&] { declare_target(v, draft); }); });
   v.map("law", [&] { declare(v, scenario.law, draft.laws.names()); });
   v.map("control", [&] {
     v.number("rate_hz", scenario.control_rate_hz, NumberRange::above(0, 1000, "Hz"), "control steps");

@@ -81,19 +81,15 @@ void declare_obstacle(OptionVisitor& v, const std::string& type, Obstacle& obsta
   v.text("name", obstacle.name, "for messages and reports", otherwise("its type and number"));
   Eigen::Vector2d p_m(0, 0);
   double bottom_m = 0, height_m = 0;
-  v.map(
-      "position", [&] { declare_position(v, p_m); }, required);
+  v.map("position", required, [&] { declare_position(v, p_m); });
   v.number("bottom_m", bottom_m, NumberRange::within(0, 20, "m"), "its lower edge over the floor");
   v.only_if(type == "box", "type: box", [&] {
     BoxShape box;
-    v.map(
-        "size",
-        [&] {
-          v.number("x_m", box.size_m.x(), size_m(20), "along its own x axis", required);
-          v.number("y_m", box.size_m.y(), size_m(20), "along its own y axis", required);
-          v.number("z_m", box.size_m.z(), size_m(20), "height", required);
-        },
-        required);
+    v.map("size", required, [&] {
+      v.number("x_m", box.size_m.x(), size_m(20), "along its own x axis", required);
+      v.number("y_m", box.size_m.y(), size_m(20), "along its own y axis", required);
+      v.number("z_m", box.size_m.z(), size_m(20), "height", required);
+    });
     obstacle.shape = box;
     height_m = box.size_m.z();
   });
@@ -118,7 +114,7 @@ void declare_obstacle(OptionVisitor& v, const std::string& type, Obstacle& obsta
 }
 
 void declare_obstacles(OptionVisitor& v, WorldOptions& options) {
-  v.list("obstacles", 0, [&](std::size_t item) {
+  v.list("obstacles", [&](std::size_t item) {
     std::string type;
     const bool type_ok = v.without_fault([&] {
       v.choice("type", type, {"box", "cylinder", "disc", "scatter"}, "scatter: things that the seed strews",
@@ -145,20 +141,16 @@ void declare_obstacles(OptionVisitor& v, WorldOptions& options) {
 
 void declare(OptionVisitor& v, LinearMotion& motion) {
   motion.duration_s = 3600;
-  v.map(
-      "velocity",
-      [&] {
-        v.number("x_mps", motion.velocity_mps.x(), speed_mps, "velocity", required);
-        v.number("y_mps", motion.velocity_mps.y(), speed_mps, "velocity", required);
-      },
-      required);
+  v.map("velocity", required, [&] {
+    v.number("x_mps", motion.velocity_mps.x(), speed_mps, "velocity", required);
+    v.number("y_mps", motion.velocity_mps.y(), speed_mps, "velocity", required);
+  });
   v.number("start_s", motion.start_s, run_s, "rests before");
   v.number("duration_s", motion.duration_s, run_s, "moves for so long");
 }
 
 void declare(OptionVisitor& v, CircleMotion& motion) {
-  v.map(
-      "center", [&] { declare_position(v, motion.center_m); }, required);
+  v.map("center", required, [&] { declare_position(v, motion.center_m); });
   v.number("rate_radps", motion.rate_radps, NumberRange::within(-10, 10, "rad/s"), "counter-clockwise",
            required);
 }
@@ -166,19 +158,16 @@ void declare(OptionVisitor& v, CircleMotion& motion) {
 /// From `motion`'s one point, at 0 s, on.
 void declare(OptionVisitor& v, WaypointMotion& motion) {
   const double start_z_m = motion.points.front().position_m.z();
-  v.list(
-      "points", 0,
-      [&](std::size_t) {
-        WaypointMotion::Point point{0, {0, 0, start_z_m}};
-        v.number("time_s", point.time_s, NumberRange::above(0, 3600, "s"), "when it is there", required);
-        v.require(point.time_s > motion.points.back().time_s, "time_s", number_text(point.time_s),
-                  "a time after the point before (the start is at 0 s)");
-        v.number("x_m", point.position_m.x(), place_m, "of its centre", required);
-        v.number("y_m", point.position_m.y(), place_m, "of its centre", required);
-        v.number("z_m", point.position_m.z(), place_m, "of its centre", otherwise("as at the start"));
-        motion.points.push_back(point);
-      },
-      required);
+  v.list("points", 0, required, [&](std::size_t) {
+    WaypointMotion::Point point{0, {0, 0, start_z_m}};
+    v.number("time_s", point.time_s, NumberRange::above(0, 3600, "s"), "when it is there", required);
+    v.require(point.time_s > motion.points.back().time_s, "time_s", number_text(point.time_s),
+              "a time after the point before (the start is at 0 s)");
+    v.number("x_m", point.position_m.x(), place_m, "of its centre", required);
+    v.number("y_m", point.position_m.y(), place_m, "of its centre", required);
+    v.number("z_m", point.position_m.z(), place_m, "of its centre", otherwise("as at the start"));
+    motion.points.push_back(point);
+  });
 }
 
 void declare(OptionVisitor& v, RollingMotion& motion) {
@@ -240,15 +229,12 @@ void declare_ball(OptionVisitor& v, Ball& ball, WorldOptions& options, double du
   v.require(is_class_name(ball.class_name) || !v.present("class", true), "class", ball.class_name,
             "1 to 64 of a-z, 0-9 and _, beginning with a letter");
   v.number("diameter_m", ball.diameter_m, size_m(2), "its diameter", required);
-  v.map(
-      "position",
-      [&] {
-        ball.position_m.z() = ball.diameter_m / 2;
-        v.number("x_m", ball.position_m.x(), place_m, "of its centre at 0 s", required);
-        v.number("y_m", ball.position_m.y(), place_m, "of its centre at 0 s", required);
-        v.number("z_m", ball.position_m.z(), place_m, "of its centre at 0 s", otherwise("its radius"));
-      },
-      required);
+  v.map("position", required, [&] {
+    ball.position_m.z() = ball.diameter_m / 2;
+    v.number("x_m", ball.position_m.x(), place_m, "of its centre at 0 s", required);
+    v.number("y_m", ball.position_m.y(), place_m, "of its centre at 0 s", required);
+    v.number("z_m", ball.position_m.z(), place_m, "of its centre at 0 s", otherwise("its radius"));
+  });
   v.map("motion", [&] { declare_motion(v, ball, options, duration_s); });
   v.boolean("sonar", ball.sonar, "whether a sonar echoes from it");
   const auto by_class = color_from_word(ball.class_name);
@@ -261,24 +247,21 @@ void declare_ball(OptionVisitor& v, Ball& ball, WorldOptions& options, double du
 
 void declare_balls(OptionVisitor& v, WorldOptions& options, double duration_s) {
   std::set<std::string> names;
-  v.list(
-      "balls", 0,
-      [&](std::size_t) {
-        Ball ball;
-        options.ball_ok.push_back(v.without_fault([&] {
-          declare_ball(v, ball, options, duration_s);
-          v.require(ball.name.empty() || names.insert(ball.name).second, "name", ball.name,
-                    "a name that no other ball has");
-        }));
-        options.world.balls.push_back(std::move(ball));
-      },
-      required);
+  v.list("balls", 0, required, [&](std::size_t) {
+    Ball ball;
+    options.ball_ok.push_back(v.without_fault([&] {
+      declare_ball(v, ball, options, duration_s);
+      v.require(ball.name.empty() || names.insert(ball.name).second, "name", ball.name,
+                "a name that no other ball has");
+    }));
+    options.world.balls.push_back(std::move(ball));
+  });
 }
 
 /// How a light changes: each entry as the one before where it says nothing.
 void declare_changes(OptionVisitor& v, LightCourse& course) {
   LightKey key{0, course.white_balance_k, 1};
-  v.list("changes", 0, [&](std::size_t) {
+  v.list("changes", [&](std::size_t) {
     const double before_s = key.time_s;
     v.number("time_s", key.time_s, run_s, "linear from one entry to the next, at once where two share a time",
              required);
@@ -304,14 +287,11 @@ void declare_light(OptionVisitor& v, World& world, double white_balance_k) {
            otherwise("a warm room's"));
   declare_changes(v, light.course);
   v.only_if(type == "point", "type: point", [&] {
-    v.map(
-        "position",
-        [&] {
-          v.number("x_m", light.position_m.x(), place_m, "of the lamp", required);
-          v.number("y_m", light.position_m.y(), place_m, "of the lamp", required);
-          v.number("z_m", light.position_m.z(), NumberRange::within(0.1, 20, "m"), "of the lamp", required);
-        },
-        required);
+    v.map("position", required, [&] {
+      v.number("x_m", light.position_m.x(), place_m, "of the lamp", required);
+      v.number("y_m", light.position_m.y(), place_m, "of the lamp", required);
+      v.number("z_m", light.position_m.z(), NumberRange::within(0.1, 20, "m"), "of the lamp", required);
+    });
     v.number("radius_m", light.radius_m, NumberRange::within(0, 2, "m"), "of the lamp: makes shadows soft");
   });
   if (type == "point") {
@@ -341,7 +321,7 @@ void add_usual_lights(World& world) {
 void declare_lights(OptionVisitor& v, World& world, double white_balance_k) {
   world.ambient = Rgb::Zero();
   std::size_t count = 0;
-  v.list("lights", 0, [&](std::size_t item) {
+  v.list("lights", [&](std::size_t item) {
     declare_light(v, world, white_balance_k);
     count = item + 1;
   });

@@ -40,10 +40,13 @@ std::optional<Value> fallback_of(const Option& option, const Value* value) {
 }  // namespace
 
 void OptionReader::option(const Option& o) {
-  const auto low = static_cast<long long>(o.range.low), high = static_cast<long long>(o.range.high);
   std::visit(Overloaded{
                  [&](double* value) { *value = node_.number(o.key, o.range, fallback_of(o, value)); },
-                 [&](long long* value) { *value = node_.integer(o.key, low, high, fallback_of(o, value)); },
+                 [&](long long* value) {
+                   const auto low = static_cast<long long>(o.range.low),
+                              high = static_cast<long long>(o.range.high);
+                   *value = node_.integer(o.key, low, high, fallback_of(o, value));
+                 },
                  [&](bool* value) { *value = node_.boolean(o.key, fallback_of(o, value)); },
                  [&](std::string* value) {
                    *value = o.choices.empty() ? node_.text(o.key, fallback_of(o, value))
@@ -67,17 +70,16 @@ void OptionReader::below(const YamlNode& node, const Body& body) {
   node_ = above;
 }
 
-void OptionReader::map(Text key, const Body& body, const Fallback& fallback) {
+void OptionReader::map(Text key, const Fallback& fallback, const Body& body) {
   below(node_.map(key, fallback.required), body);
 }
 
-void OptionReader::list(Text key, std::size_t, const std::function<void(std::size_t)>& item,
-                        const Fallback& fallback) {
+void OptionReader::list(Text key, std::size_t, const Fallback& fallback, const Item& item) {
   const std::vector<YamlNode> items = node_.list(key, fallback.required);
   for (std::size_t i = 0; i < items.size(); ++i) below(items[i], [&] { item(i); });
 }
 
-void OptionReader::entries(Text key, Text, const std::function<void(Text)>& entry) {
+void OptionReader::entries(Text key, Text, const Entry& entry) {
   const YamlNode node = node_.map(key, false);
   below(node, [&] {
     for (const std::string& name : node.keys()) entry(name);
@@ -121,8 +123,7 @@ void OptionChecker::below(std::string place, const Body& body) {
   place_ = std::move(place);
 }
 
-void OptionChecker::list(Text key, std::size_t count, const std::function<void(std::size_t)>& item,
-                         const Fallback&) {
+void OptionChecker::list(Text key, std::size_t count, const Fallback&, const Item& item) {
   for (std::size_t i = 0; i < count; ++i) below(fmt::format("{}[{}]", path(key), i), [&] { item(i); });
 }
 
@@ -163,12 +164,11 @@ void OptionLister::option(const Option& o) {
   rows_.push_back(std::move(row));
 }
 
-void OptionLister::list(Text key, std::size_t, const std::function<void(std::size_t)>& item,
-                        const Fallback&) {
+void OptionLister::list(Text key, std::size_t, const Fallback&, const Item& item) {
   below(path(key) + "[]", [&] { item(0); });
 }
 
-void OptionLister::entries(Text key, Text example, const std::function<void(Text)>& entry) {
+void OptionLister::entries(Text key, Text example, const Entry& entry) {
   below(path(key), [&] { entry(example); });
 }
 

@@ -60,16 +60,19 @@ class OptionVisitor {
   using Text = const std::string&;
   using Range = const NumberRange&;
   using Body = std::function<void()>;
+  using Item = std::function<void(std::size_t)>;
+  using Entry = std::function<void(Text)>;
   virtual ~OptionVisitor() = default;
 
   virtual void option(const Option& option) = 0;
   /// What `body` declares lies in a map below `key`.
-  virtual void map(Text key, const Body& body, const Fallback& fallback = {}) = 0;
+  virtual void map(Text key, const Fallback& fallback, const Body& body) = 0;
+  void map(Text key, const Body& body) { map(key, Fallback{}, body); }
   /// Each item of the list below `key` is a map that `item` declares; the struct holds `count` of them.
-  virtual void list(Text key, std::size_t count, const std::function<void(std::size_t)>& item,
-                    const Fallback& fallback = {}) = 0;
+  virtual void list(Text key, std::size_t count, const Fallback& fallback, const Item& item) = 0;
+  void list(Text key, const Item& item) { list(key, 0, {}, item); }
   /// Of a map whose keys are the user's own, such as `example`: `entry` declares what lies at each.
-  virtual void entries(Text key, Text example, const std::function<void(Text)>& entry) = 0;
+  virtual void entries(Text key, Text example, const Entry& entry) = 0;
   /// Whether a key is there; `now`: whether the struct has its value already.
   virtual bool present(Text key, bool now) = 0;
   /// The keys that `body` declares are known only if `holds`; `condition` says when that is: "type: rolling".
@@ -114,8 +117,7 @@ class OptionVisitor {
   /// Options that have a `declare` of their own.
   template <class Options>
   void part(Text key, Options& options, const Fallback& fallback = {}) {
-    map(
-        key, [&] { declare(*this, options); }, fallback);
+    map(key, fallback, [&] { declare(*this, options); });
   }
   /// `declare_it(key, value)` declares a value that may be missing.
   template <class Value, class Declare>
@@ -154,9 +156,9 @@ class OptionReader : public OptionVisitor {
   OptionReader(StrictYaml& yaml, YamlNode node) : yaml_(yaml), node_(std::move(node)) {}
 
   void option(const Option& option) override;
-  void map(Text key, const Body& body, const Fallback& fallback) override;
-  void list(Text key, std::size_t, const std::function<void(std::size_t)>& item, const Fallback&) override;
-  void entries(Text key, Text, const std::function<void(Text)>& entry) override;
+  void map(Text key, const Fallback& fallback, const Body& body) override;
+  void list(Text key, std::size_t, const Fallback&, const Item& item) override;
+  void entries(Text key, Text, const Entry& entry) override;
   bool present(Text key, bool) override { return node_.has(key); }
   void only_if(bool holds, Text, const Body& body) override;
   void require(bool holds, Text key, Text found, Text allowed) override;
@@ -175,10 +177,9 @@ class OptionChecker : public OptionVisitor {
   OptionChecker(FaultList& faults, std::string place) : faults_(faults), place_(std::move(place)) {}
 
   void option(const Option& option) override;
-  void map(Text key, const Body& body, const Fallback&) override { below(path(key), body); }
-  void list(Text key, std::size_t count, const std::function<void(std::size_t)>& item,
-            const Fallback&) override;
-  void entries(Text, Text, const std::function<void(Text)>&) override {}
+  void map(Text key, const Fallback&, const Body& body) override { below(path(key), body); }
+  void list(Text key, std::size_t count, const Fallback&, const Item& item) override;
+  void entries(Text, Text, const Entry&) override {}
   bool present(Text, bool now) override { return now; }
   void only_if(bool holds, Text, const Body& body) override;
   void require(bool holds, Text key, Text found, Text allowed) override;
@@ -221,8 +222,8 @@ class OptionLister : public OptionChecker {
   const std::vector<OptionRow>& rows() const { return rows_; }
 
   void option(const Option& option) override;
-  void list(Text key, std::size_t, const std::function<void(std::size_t)>& item, const Fallback&) override;
-  void entries(Text key, Text example, const std::function<void(Text)>& entry) override;
+  void list(Text key, std::size_t, const Fallback&, const Item& item) override;
+  void entries(Text key, Text example, const Entry& entry) override;
   bool present(Text, bool) override { return true; }
   void only_if(bool, Text condition, const Body& body) override;
   void require(bool, Text, Text, Text) override {}

@@ -10,6 +10,7 @@
 
 #include <cmath>
 
+#include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {

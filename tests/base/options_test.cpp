@@ -60,7 +60,7 @@ void declare(OptionVisitor& v, Sample& s) {
   });
   v.map("part", [&] { declare(v, s.part); });
   v.maybe("thing", s.thing, [&](const std::string& key, Thing& thing) { v.part(key, thing); });
-  v.list("things", s.things.size(), [&](std::size_t i) {
+  v.list("things", s.things.size(), {}, [&](std::size_t i) {
     if (i == s.things.size()) s.things.emplace_back();
     declare(v, s.things[i]);
   });

@@ -20,7 +20,7 @@ inline void add_paths(const nlohmann::json& value, const std::string& path, std:
       add_paths(child, path.empty() ? key : path + "." + key, paths);
   } else if (items) {
     for (const auto& child : value) add_paths(child, path + "[]", paths);
-  } else {
+  } else if (!value.is_array() || !value.empty()) {
     paths.insert(path);
   }
 }
@@ -55,8 +55,9 @@ inline std::vector<std::string> values_outside(const OptionRow& row) {
   if (number || std::holds_alternative<long long*>(option.value)) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     values.emplace_back("text");
-    if (range.low > -infinity) values.push_back(number_text(range.low - (range.low_open ? 0 : 1)));
-    if (range.high < infinity) values.push_back(number_text(range.high + (range.high_open ? 0 : 1)));
+    const double low = range.low - (range.low_open ? 0 : 1), high = range.high + (range.high_open ? 0 : 1);
+    if (low > -infinity && !range.contains(low)) values.push_back(number_text(low));
+    if (high < infinity && !range.contains(high)) values.push_back(number_text(high));
   }
   if (std::holds_alternative<bool*>(option.value)) values.emplace_back("3");
   if (!option.choices.empty()) values.emplace_back("no_such_choice");

@@ -91,14 +91,11 @@ void declare(OptionVisitor& v, PlanFile& plan) {
   v.integer("frames", plan.defaults.condition.frames, 1, most_frames, "pictures of each condition");
   v.map("defaults", [&] { declare(v, plan.defaults); });
   const bool designed = v.present("design", false);
-  v.list(
-      "conditions", 0,
-      [&](std::size_t) {
-        PlanCondition& condition = plan.conditions.emplace_back(PlanCondition{plan.defaults.condition});
-        v.text("name", condition.condition.name, "1 to 64 of a-z, 0-9 and _", required);
-        declare(v, condition);
-      },
-      designed ? Fallback{} : required);
+  v.list("conditions", 0, designed ? Fallback{} : required, [&](std::size_t) {
+    PlanCondition& condition = plan.conditions.emplace_back(PlanCondition{plan.defaults.condition});
+    v.text("name", condition.condition.name, "1 to 64 of a-z, 0-9 and _", required);
+    declare(v, condition);
+  });
   v.require(!plan.conditions.empty() || !v.present("conditions", false), "conditions", "none",
             "at least one condition");
   v.require(static_cast<double>(plan.conditions.size()) <= most_conditions, "conditions",

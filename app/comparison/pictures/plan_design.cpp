@@ -105,14 +105,11 @@ void declare(OptionVisitor& v, PlanDesign& design, const ComparisonCondition& ba
     const NumberRange range = number ? number->range : NumberRange::any("");
     const bool right = v.without_fault([&] {
       v.only_if(random, "type: random", [&] {
-        v.map(
-            key,
-            [&] {
-              varied.log = v.present("log_uniform", false);
-              declare_ends(v, "log_uniform", range, varied);
-              declare_ends(v, "uniform", range, varied);
-            },
-            required);
+        v.map(key, required, [&] {
+          varied.log = v.present("log_uniform", false);
+          declare_ends(v, "log_uniform", range, varied);
+          declare_ends(v, "uniform", range, varied);
+        });
       });
       v.only_if(!random, "type: one_at_a_time, grid", [&] {
         v.numbers(key, varied.values, range, 0, "values of the condition's number KEY", required);
