@@ -12,6 +12,7 @@
 #include "app/io/board_pictures.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/report/camera_report.hpp"
+#include "app/report/draw_pages.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
@@ -166,25 +167,20 @@ void print_camera(const BoardCalibration& result) {
   for (const std::string& advice : calibration_advice(result)) fmt::print("next: {}\n", advice);
 }
 
-void write_report(const OutputFolder& folder, const Boards& boards, const BoardCalibration& result,
-                  double max_pixels) {
+CameraReportInput report_input(const Boards& boards, const BoardCalibration& result, double max_pixels) {
   CameraReportInput input;
   input.calibration = &result;
   input.views = boards.views;
-  input.looked_at = boards.pictures.all.size();
-  for (std::size_t i = 0; i < boards.used.size(); ++i) {
+  input.overlay = [&boards, &result, max_pixels](std::size_t view) {
     throw_if_interrupted();
-    const BoardPicture& picture = *boards.used[i];
-    cv::Mat overlay = board_overlay(picture.picture(max_pixels), boards.views[i], result.corners[i]);
-    write_image(folder.path() / fmt::format("board_{:02}.png", i + 1), overlay);
-    const double shrink = static_cast<double>(overlay_width_px) / overlay.cols;
-    if (shrink < 1) cv::resize(overlay, overlay, {}, shrink, shrink, cv::INTER_AREA);
-    input.overlays.push_back(overlay);
-    if (!picture.remark.empty()) input.remarks.push_back(picture.name() + ": " + picture.remark);
-  }
+    return board_overlay(boards.used[view]->picture(max_pixels), boards.views[view], result.corners[view]);
+  };
+  input.looked_at = boards.pictures.all.size();
+  for (const BoardPicture* picture : boards.used)
+    if (!picture->remark.empty()) input.remarks.push_back(picture->name() + ": " + picture->remark);
   for (const BoardPicture& picture : boards.pictures.all)
     if (!picture.rejected.empty()) input.rejected.emplace_back(picture.name(), picture.rejected);
-  folder.write("report.html", camera_report_html(input));
+  return input;
 }
 
 int calibrate_camera(const CalibrateCameraOptions& options) {
@@ -210,7 +206,9 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
 
   camera_file.write(camera_file_text(result.camera, format, options.output.stem().string()));
   covariance_file.write(camera_covariance_text(result.camera, result.covariance.parameters));
-  if (report) write_report(*report, boards, result, options.common.max_pixels);
+  if (report)
+    write_report(*report, camera_report(report_input(boards, result, options.common.max_pixels), *report),
+                 options.common.quiet);
   camera_file.commit();
   covariance_file.commit();
   if (report) report->commit();

@@ -7,7 +7,8 @@
 
 #include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
-#include "app/report/difference_report.hpp"
+#include "app/report/draw_pages.hpp"
+#include "calibration/ball/camera_difference.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_file.hpp"
@@ -21,6 +22,47 @@ struct CalibrateDiffOptions {
   CameraDifferenceOptions comparison;
   std::filesystem::path report;
 };
+
+/// Two camera files, as the user named them, and what came of comparing them.
+struct ComparedCameras {
+  std::string name_a, name_b;
+  bool known_a = false, known_b = false;  ///< whether the covariance of its parameters was found
+  ImageSize size;
+  CameraDifferenceOptions options;
+  CameraDifference difference;
+};
+
+/// Differences that chance alone would exceed less often than this are more than the uncertainties allow.
+constexpr double least_chance = 0.01;
+
+/// Draws tell no more than a thousandth.
+std::string percent(double chance) {
+  return chance < 1e-3 ? "less than 0.1 %" : fmt::format("{:.3g} %", 100 * chance);
+}
+
+/// What the uncertainties say of the difference, in words.
+std::string uncertainty_verdict(const ComparedCameras& compared) {
+  const CameraDifference& d = compared.difference;
+  if (!compared.known_a && !compared.known_b)
+    return "How uncertain the two calibrations are is not known (no .covariance.json beside the files), so "
+           "whether the difference means anything cannot be said.";
+  if (!d.ball_sigma_rms_m)
+    return "The calibrations are so uncertain that what it does to the ball cannot be computed.";
+  if (!d.chance)
+    return fmt::format(
+        "Only {}'s uncertainty is known: the difference is {:.1f} times what it alone lets expect at the "
+        "ball "
+        "(RMS over the picture). Whether it is more than both allow cannot be said.",
+        compared.known_a ? compared.name_a : compared.name_b, *d.sigmas_rms);
+  const std::string expected = fmt::format(
+      "at the ball it is {:.1f} times its sigma (RMS over the picture), and as much or more happens "
+      "by chance in {} of such pairs",
+      *d.sigmas_rms, percent(*d.chance));
+  if (*d.chance >= least_chance)
+    return "The difference is within what the calibrations' uncertainties allow: " + expected + ".";
+  return "The difference is more than the calibrations' uncertainties allow: " + expected +
+         ". Either the camera changed in between (focus, zoom, a knock), or a lens model does not fit.";
+}
 
 struct CameraFile {
   std::optional<Camera> camera;
@@ -113,7 +155,11 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
   compared.options.seed = options.common.seed;
   compared.difference = compare_cameras(*a.camera, a.covariance, *b.camera, b.covariance, compared.options);
   if (report) {
-    report->write("report.html", difference_page(compared));
+    nlohmann::ordered_json page = results_json(compared);
+    page["page"] = "difference";
+    page["columns"] = compared.difference.columns;
+    page["verdict"] = uncertainty_verdict(compared);
+    write_report(*report, page, options.common.quiet);
     report->commit();
   }
   write_json_results(options.common, results_json(compared));

@@ -60,8 +60,10 @@ void keep_notable(std::vector<NotableFrame>& kept, const NotableFrame& frame) {
 // What a report shows the worst frames of.
 class NotableFrames {
  public:
-  explicit NotableFrames(const MethodList& methods) : subject_(place_of(methods, "sphere_one_step")) {
-    if (!subject_) subject_ = place_of(methods, "paper_one_step");
+  explicit NotableFrames(const MethodList& methods) {
+    for (const char* name : {"sphere_one_step", "detect_sphere", "paper_one_step"}) {
+      if (!subject_) subject_ = place_of(methods, name);
+    }
     for (const MethodPair& pair : converged_pairs(methods)) {
       if (methods[pair.a]->name.find("one_step") != std::string::npos) pairs_.push_back(pair);
     }

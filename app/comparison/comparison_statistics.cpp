@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +13,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kept_differences = 400;
+constexpr double chi2_95_of_3 = 7.815;  // of 3 degrees of freedom
 
 double largest(const std::vector<double>& values) {
   return values.empty() ? nan : *std::max_element(values.begin(), values.end());
@@ -28,24 +30,40 @@ class Errors {
  public:
   void add(const std::optional<MethodFit>& fit, const FrameTruth& truth) {
     ++frames_;
-    if (fit) times_.push_back(fit->time_us);
-    if (!fit || !at_the_ball(*fit, truth)) return;
+    balls_ += truth.has_ball ? 1 : 0;
+    const bool found = fit && at_the_ball(*fit, truth);
+    if (truth.has_ball && !truth.outline) truth_known_ = false;
+    if (fit) {
+      times_.push_back(fit->time_us);
+      false_balls_ += fit->others + (found ? 0 : 1);
+    }
+    if (!found) return;
     ++found_;
     if (fit->iterations) iterations_.push_back(*fit->iterations);
     if (fit->converged) unconverged_.push_back(*fit->converged ? 0 : 1);
     if (truth.outline) {
       centers_.push_back((fit->outline.center_px - truth.outline->center_px).norm());
       radii_.push_back(fit->outline.radius_px - truth.outline->radius_px);
+      radius_sizes_.push_back(std::abs(radii_.back()));
     }
-    if (truth.p_CB) add_position(1000 * (fit->p_C - *truth.p_CB), truth);
+    if (!truth.p_CB) return;
+    const Eigen::Vector3d error_m = fit->p_C - *truth.p_CB;
+    add_position(1000 * error_m, truth);
+    if (!fit->covariance_m2) return;
+    nees_.push_back(error_m.dot(fit->covariance_m2->ldlt().solve(error_m)));
+    inside_95_.push_back(nees_.back() < chi2_95_of_3 ? 1 : 0);
   }
 
   MethodStatistics statistics(std::uint64_t seed, const std::string& purpose) const {
     MethodStatistics s;
     s.frames = frames_;
     s.found = found_;
-    s.failed = frames_ - found_;
-    s.found_ci95 = wilson_ci95(found_, frames_);
+    s.failed = balls_ - found_;
+    s.found_ci95 = wilson_ci95(found_, balls_);
+    s.false_balls = truth_known_ ? false_balls_ : nan;
+    s.radius_median_px = median(radius_sizes_);
+    s.nees_mean = mean(nees_);
+    s.inside_95 = mean(inside_95_);
     s.center_rms_px = root_mean_square(centers_);
     s.center_median_px = median(centers_);
     s.radius_bias_px = mean(radii_);
@@ -91,9 +109,10 @@ class Errors {
     s.rms_over_bound_ci95.high /= s.bound_rms_mm;
   }
 
-  int frames_ = 0, found_ = 0;
-  std::vector<double> centers_, radii_, positions_, depths_, x_, y_, outward_, times_, iterations_,
-      unconverged_, bounds_mm_, bounded_mm_;
+  int frames_ = 0, balls_ = 0, found_ = 0, false_balls_ = 0;
+  bool truth_known_ = true;
+  std::vector<double> centers_, radii_, radius_sizes_, nees_, inside_95_, positions_, depths_, x_, y_,
+      outward_, times_, iterations_, unconverged_, bounds_mm_, bounded_mm_;
 };
 
 // The differences of two fits, frame by frame.

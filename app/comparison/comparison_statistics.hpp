@@ -17,7 +17,7 @@ namespace ballservo {
 struct MethodStatistics {
   int frames = 0;
   int found = 0;   ///< frames with an answer at the ball, see at_the_ball
-  int failed = 0;  ///< the others: no answer, or one elsewhere
+  int failed = 0;  ///< of the other frames those that have a ball: no answer, or one elsewhere
   double center_rms_px, radius_bias_px, radius_rms_px;
   double position_median_mm, position_p90_mm, position_rms_mm;
   double depth_bias_mm;    ///< mean error of Z
@@ -33,6 +33,11 @@ struct MethodStatistics {
   double bound_rms_mm, rms_over_bound;  ///< of the frames found that have a bound
   ConfidenceInterval rms_over_bound_ci95;
   double iterations_median, unconverged;  ///< of the fits that say so; share that did not converge
+  double radius_median_px;                ///< of the absolute errors
+  double false_balls;                     ///< answers elsewhere, others of a detector; NaN without a truth
+  /// Of the squared Mahalanobis distance of the position, where a method states its covariance: 3 where that
+  /// is true; and the share of positions inside the 95 % ellipsoid.
+  double nees_mean, inside_95;
 };
 
 /// Two methods that are held against each other frame by frame, over the frames in which both found the ball.

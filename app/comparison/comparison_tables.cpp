@@ -27,7 +27,8 @@ std::string compare_csv_header() {
          "position_p90_mm,position_rms_mm,depth_bias_mm,lateral_bias_mm,"
          "found_low,found_high,center_median_px,position_median_low_mm,position_median_high_mm,"
          "depth_spread_mm,depth_rms_mm,lateral_spread_mm,charged_median_mm,bound_rms_mm,rms_over_bound,"
-         "rms_over_bound_low,rms_over_bound_high,iterations_median,unconverged\n";
+         "rms_over_bound_low,rms_over_bound_high,iterations_median,unconverged,"
+         "radius_median_px,false_balls,false_per_1000,nees_mean,inside_95\n";
 }
 
 std::string compare_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
@@ -39,10 +40,26 @@ std::string compare_csv_rows(const ConditionInfo& info, const ConditionSummary& 
             std::to_string(s.found) + ',' + std::to_string(s.failed);
     rows += cells({s.center_rms_px, s.radius_bias_px, s.radius_rms_px, s.position_median_mm,
                    s.position_p90_mm, s.position_rms_mm, s.depth_bias_mm, s.lateral_bias_mm});
-    rows += cells({s.found_ci95.low, s.found_ci95.high, s.center_median_px, s.position_median_ci95_mm.low,
-                   s.position_median_ci95_mm.high, s.depth_spread_mm, s.depth_rms_mm, s.lateral_spread_mm,
-                   s.charged_median_mm, s.bound_rms_mm, s.rms_over_bound, s.rms_over_bound_ci95.low,
-                   s.rms_over_bound_ci95.high, s.iterations_median, s.unconverged});
+    rows += cells({s.found_ci95.low,
+                   s.found_ci95.high,
+                   s.center_median_px,
+                   s.position_median_ci95_mm.low,
+                   s.position_median_ci95_mm.high,
+                   s.depth_spread_mm,
+                   s.depth_rms_mm,
+                   s.lateral_spread_mm,
+                   s.charged_median_mm,
+                   s.bound_rms_mm,
+                   s.rms_over_bound,
+                   s.rms_over_bound_ci95.low,
+                   s.rms_over_bound_ci95.high,
+                   s.iterations_median,
+                   s.unconverged,
+                   s.radius_median_px,
+                   s.false_balls,
+                   1000 * s.false_balls / s.frames,
+                   s.nees_mean,
+                   s.inside_95});
     rows += '\n';
   }
   return rows;
@@ -102,7 +119,8 @@ std::string timing_csv_rows(const ConditionInfo& info, const ConditionSummary& s
 
 std::string fits_csv_header() {
   return "condition,source,frame,method,found,cx_px,cy_px,r_px,x_m,y_m,z_m,iterations,residual_px,"
-         "step_px,arc,condition_number,converged,next_step_px\n";
+         "step_px,arc,condition_number,converged,next_step_px,others,"
+         "sxx_m2,sxy_m2,sxz_m2,syy_m2,syz_m2,szz_m2\n";
 }
 
 std::string fits_csv_rows(const ConditionInfo& info, const ComparisonRecord& record,
@@ -114,13 +132,20 @@ std::string fits_csv_rows(const ConditionInfo& info, const ComparisonRecord& rec
     const auto& fit = record.fits[m];
     rows += place + methods[m]->name + (fit && at_the_ball(*fit, record.truth) ? ",1" : ",0");
     if (!fit) {
-      rows += ",,,,,,,,,,,,,\n";
+      rows += ",,,,,,,,,,,,,,,,,,,,\n";
       continue;
     }
     rows += cells({fit->outline.center_px.x(), fit->outline.center_px.y(), fit->outline.radius_px,
                    fit->p_C.x(), fit->p_C.y(), fit->p_C.z()});
     rows += cell(fit->iterations) + cell(fit->residual_px) + cell(fit->step_px) + cell(fit->arc) +
-            cell(fit->condition) + cell(fit->converged) + cell(fit->next_step_px) + '\n';
+            cell(fit->condition) + cell(fit->converged) + cell(fit->next_step_px) + ',' +
+            std::to_string(fit->others);
+    if (const auto& s = fit->covariance_m2) {
+      rows += cells({(*s)(0, 0), (*s)(0, 1), (*s)(0, 2), (*s)(1, 1), (*s)(1, 2), (*s)(2, 2)});
+    } else {
+      rows += ",,,,,,";
+    }
+    rows += '\n';
   }
   return rows;
 }

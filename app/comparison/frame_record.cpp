@@ -1,8 +1,11 @@
 #include "app/comparison/frame_record.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+
+#include "app/comparison/found.hpp"
 
 namespace ballservo {
 namespace {
@@ -36,12 +39,22 @@ Eigen::Vector3d vector_from(const json& value) {
   return {number_from(value.at(0)), number_from(value.at(1)), number_from(value.at(2))};
 }
 
+json covariance_json(const std::optional<Eigen::Matrix3d>& covariance) {
+  if (!covariance) return {};
+  return std::vector<double>(covariance->data(), covariance->data() + 9);
+}
+std::optional<Eigen::Matrix3d> covariance_from(const json& value) {
+  if (value.is_null()) return std::nullopt;
+  const auto values = value.get<std::array<double, 9>>();
+  return Eigen::Map<const Eigen::Matrix3d>(values.data());
+}
+
 json fit_json(const MethodFit& fit) {
   return json::array({outline_json(fit.outline), vector_json(fit.p_C), optional_number(fit.iterations),
                       optional_number(fit.residual_px), optional_number(fit.step_px),
                       optional_number(fit.arc), optional_number(fit.condition),
-                      optional_number(fit.converged), number(fit.time_us),
-                      optional_number(fit.next_step_px)});
+                      optional_number(fit.converged), number(fit.time_us), optional_number(fit.next_step_px),
+                      fit.others, covariance_json(fit.covariance_m2)});
 }
 
 MethodFit fit_from(const json& value) {
@@ -56,14 +69,15 @@ MethodFit fit_from(const json& value) {
   if (const auto converged = optional_from(value.at(7))) fit.converged = *converged != 0;
   fit.time_us = number_from(value.at(8));
   fit.next_step_px = optional_from(value.at(9));
+  fit.others = value.at(10).get<int>();
+  fit.covariance_m2 = covariance_from(value.at(11));
   return fit;
 }
 
 }  // namespace
 
 bool at_the_ball(const MethodFit& fit, const FrameTruth& truth) {
-  return !truth.outline ||
-         (fit.outline.center_px - truth.outline->center_px).norm() < 0.5 * truth.outline->radius_px;
+  return truth.outline ? is_found(fit.outline, *truth.outline) : truth.has_ball;
 }
 
 double apart_px(const MethodFit& a, const MethodFit& b) {
@@ -82,6 +96,7 @@ json to_json(const ComparisonRecord& record) {
                 {"bound_depth", optional_number(truth.bound_depth_m)},
                 {"passes", record.passes},
                 {"fits", std::move(fits)}};
+  if (!truth.has_ball) value["no_ball"] = true;
   if (truth.outline) value["outline"] = outline_json(*truth.outline);
   if (truth.p_CB) value["p_CB"] = vector_json(*truth.p_CB);
   if (record.facts) value["vote"] = {record.facts->votes, record.facts->points, record.facts->quality};
@@ -93,6 +108,7 @@ ComparisonRecord comparison_record_from_json(const json& value) {
   FrameTruth& truth = record.truth;
   truth.source = value.at("source").get<std::string>();
   truth.frame = value.at("frame").get<int>();
+  truth.has_ball = !value.contains("no_ball");
   truth.visible_fraction = optional_from(value.at("visible"));
   truth.bound_m = optional_from(value.at("bound"));
   truth.bound_depth_m = optional_from(value.at("bound_depth"));

@@ -15,6 +15,7 @@ namespace ballservo {
 struct FrameTruth {
   std::string source = "rendered";
   int frame = 0;
+  bool has_ball = true;  ///< false: whatever is reported is false
   std::optional<OutlineEllipse> outline;
   std::optional<Eigen::Vector3d> p_CB;  ///< m
   std::optional<double> visible_fraction;
@@ -35,9 +36,8 @@ struct ComparisonRecord {
   std::vector<std::optional<MethodFit>> fits;
 };
 
-/// Whether an answer is at the ball at all: its centre within half the true radius of the true centre. A
-/// method that locked onto something else has not found the ball, however well it fits that. Where no truth
-/// is known every answer counts.
+/// Whether an answer has found the ball (see is_found). A method that locked onto something else has not,
+/// however well it fits that. Where no circle is known every answer counts; where there is no ball, none.
 bool at_the_ball(const MethodFit& fit, const FrameTruth& truth);
 
 /// How far two answers lie apart in the picture (px): their centres or their radii, whichever is more.

@@ -42,10 +42,7 @@ bool OutcomeJudge::within(const StepRecord& step) const {
 void OutcomeJudge::end(Outcome outcome, std::string text) {
   if (over_) return;
   over_ = true;
-  if (!outcome_) {
-    outcome_ = outcome;
-    text_ = std::move(text);
-  }
+  if (!ending_) ending_ = Ending{outcome, std::move(text)};
 }
 
 void OutcomeJudge::look(const StepRecord& step, const std::string& collision) {
@@ -64,16 +61,16 @@ void OutcomeJudge::look(const StepRecord& step, const std::string& collision) {
     within_since_s_.reset();
   else if (!within_since_s_)
     within_since_s_ = t;
-  if (!ball_moves_ && !outcome_ && within_since_s_ && t - *within_since_s_ >= rule_.hold_s - 1e-9) {
-    outcome_ = Outcome::reached;
-    text_ = fmt::format("the robot reached the ball: it settled at {:.2f} s and held for {} s",
-                        *within_since_s_, rule_.hold_s);
+  if (!ball_moves_ && !ending_ && within_since_s_ && t - *within_since_s_ >= rule_.hold_s - 1e-9) {
+    ending_ = Ending{Outcome::reached,
+                     fmt::format("the robot reached the ball: it settled at {:.2f} s and held for {} s",
+                                 *within_since_s_, rule_.hold_s)};
     reached_s_ = t;
     settled_s_ = within_since_s_;
   }
 
   if (!collision.empty()) {
-    outcome_.reset();  // whatever was reached before
+    ending_.reset();  // whatever was reached before
     touched_ = collision;
     end(Outcome::collision, fmt::format("the robot touched {} at {:.2f} s", collision, t));
   } else if (hit) {
@@ -92,8 +89,12 @@ void OutcomeJudge::look(const StepRecord& step, const std::string& collision) {
 
 RunSummary OutcomeJudge::summary(const std::vector<StepRecord>& steps, bool interrupted) const {
   RunSummary summary;
-  summary.outcome = interrupted ? Outcome::interrupted : outcome_.value_or(Outcome::timeout);
-  summary.outcome_text = interrupted ? "the run was interrupted" : text_;
+  summary.outcome = ending_ ? ending_->outcome : Outcome::timeout;
+  if (ending_) summary.outcome_text = ending_->text;
+  if (interrupted) {
+    summary.outcome = Outcome::interrupted;
+    summary.outcome_text = "the run was interrupted";
+  }
   summary.steps = static_cast<long>(steps.size());
   summary.ball_contacts = ball_contacts_;
   if (!touched_.empty()) summary.collision_cause = "none_broken";

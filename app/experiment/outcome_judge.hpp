@@ -31,6 +31,10 @@ class OutcomeJudge {
   RunSummary summary(const std::vector<StepRecord>& steps, bool interrupted) const;
 
  private:
+  struct Ending {
+    Outcome outcome;
+    std::string text;  // one sentence for people
+  };
   bool within(const StepRecord& step) const;
   void end(Outcome outcome, std::string text);
 
@@ -38,8 +42,8 @@ class OutcomeJudge {
   bool ball_moves_;
   ReachedRule rule_;
   bool over_ = false;
-  std::optional<Outcome> outcome_;
-  std::string text_, touched_;
+  std::optional<Ending> ending_;  // while it is not over: reached, and staying for a while
+  std::string touched_;
   std::optional<double> within_since_s_, reached_s_, settled_s_, fault_since_s_;
   int ball_contacts_ = 0;
   bool touches_ball_ = false;

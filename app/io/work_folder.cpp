@@ -161,14 +161,6 @@ void WorkFolder::commit_results(WorkResults&& results, bool finished) {
   if (finished && journal_) journal_->remove();
 }
 
-void WorkFolder::write_results(const std::map<std::string, std::string>& results, bool finished,
-                               const std::map<std::string, std::string>& untracked) {
-  WorkResults all = begin_results();
-  for (const auto& [name, contents] : results) all.write(name, contents);
-  for (const auto& [name, contents] : untracked) all.write_untracked(name, contents);
-  commit_results(std::move(all), finished);
-}
-
 MergeableShards read_shards(const std::vector<fs::path>& folders) {
   FaultList faults;
   MergeableShards merge;

@@ -72,10 +72,6 @@ class WorkFolder {
   /// resumed.
   void commit_results(WorkResults&& results, bool finished);
 
-  /// All at once; `untracked` as for WorkResults::write_untracked.
-  void write_results(const std::map<std::string, std::string>& results, bool finished,
-                     const std::map<std::string, std::string>& untracked = {});
-
  private:
   std::filesystem::path target_;
   WorkJob job_;

@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ballservo)
 
 install(TARGETS ballservo RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(TARGETS base camera color circles pictures camera_files calibration perception control servo loop simulation EXPORT ballservoTargets
+install(TARGETS base camera color circles pictures camera_files calibration perception control servo loop visp_adapters simulation EXPORT ballservoTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(folder calibration perception servo app/loop)
   cmake_path(GET folder PARENT_PATH parent)

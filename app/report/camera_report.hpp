@@ -1,30 +1,31 @@
-// The page of `calibrate camera`: how far a calibration can be trusted, in pictures and plain words.
+// What the page of `calibrate camera` is drawn from: how far a calibration can be trusted.
 #pragma once
 
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "calibration/base/output.hpp"
 #include "calibration/boards/board_calibration.hpp"
 
 namespace ballservo {
 
-inline constexpr int overlay_width_px = 800;
-
 struct CameraReportInput {
   const BoardCalibration* calibration = nullptr;
-  std::vector<BoardView> views;   ///< as they were calibrated from
-  std::vector<cv::Mat> overlays;  ///< of each view, by `board_overlay`, at most `overlay_width_px` wide
+  std::vector<BoardView> views;                               ///< as they were calibrated from
+  std::function<cv::Mat(std::size_t view)> overlay;           ///< of each view, by `board_overlay`
   std::vector<std::pair<std::string, std::string>> rejected;  ///< picture and reason
   std::vector<std::string> remarks;                           ///< on pictures that are used
   std::size_t looked_at = 0;                                  ///< pictures in all
 };
 
-/// One HTML file that loads nothing: the figures, what to do next, coverage and residuals over the picture,
-/// residuals by radius, the error at the ball as a heat map at three distances, each board with its residuals
-/// enlarged, the rejected pictures with their reasons.
-std::string camera_report_html(const CameraReportInput& input);
+/// Writes the boards' overlays into the folder, and returns the contents of report.json: the figures, what to
+/// do next, corners and residuals, the error at the ball over the picture at three distances, the rejected
+/// pictures.
+nlohmann::ordered_json camera_report(const CameraReportInput& input, const OutputFolder& folder);
 
 /// The corners as found, joined in their order (red: set aside), and their residuals 50 times enlarged.
 cv::Mat board_overlay(const cv::Mat& picture, const BoardView& view, const CornerResiduals& corners);

@@ -70,23 +70,21 @@ int spawn(const fs::path& package, const std::vector<fs::path>& folders, Child& 
 
 /// What the child says until it ends, or "interrupted".
 std::string listen(const Child& child, bool quiet) {
-  constexpr int said_after_ms = 2000;
+  constexpr int look_ms = 100, said_after_looks = 20;  // another thread may take the signal: poll would go on
   constexpr std::size_t most_bytes = 100000;
   const bool interrupted_before = interrupt_requested();  // an interrupted run's page is drawn nevertheless
   std::string text;
-  bool say = !quiet;
+  int looks = 0;
   while (true) {
     if (interrupt_requested() && !interrupted_before) {
       kill(child.id, SIGKILL);
       return "interrupted";
     }
     pollfd ready{child.messages, POLLIN, 0};
-    const int events = poll(&ready, 1, say ? said_after_ms : 200);
-    if (events == 0 && say) {
-      fmt::print(stderr, "ballservo: drawing report.html\n");
-      say = false;
+    if (poll(&ready, 1, look_ms) <= 0) {
+      if (++looks == said_after_looks && !quiet) fmt::print(stderr, "ballservo: drawing report.html\n");
+      continue;
     }
-    if (events <= 0) continue;
     std::array<char, 4096> piece{};
     const ssize_t count = read(child.messages, piece.data(), piece.size());
     if (count <= 0) return text;

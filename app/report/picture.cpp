@@ -61,21 +61,6 @@ std::string ascii(const std::string& text) {
 
 }  // namespace
 
-std::string base64(std::string_view bytes) {
-  constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = (group << 8) | (k < left ? static_cast<std::uint8_t>(bytes[i + k]) : 0u);
-    }
-    for (std::size_t k = 0; k < 4; ++k) text += k <= left ? digits[(group >> (18 - 6 * k)) & 63] : '=';
-  }
-  return text;
-}
-
 cv::Mat viewable(const cv::Mat& picture) {
   if (picture.empty()) return {};
   const cv::Mat bytes = to_bytes(picture);
@@ -104,12 +89,6 @@ std::string picture_bytes(const cv::Mat& picture, PictureFormat format, int jpeg
   std::vector<std::uint8_t> bytes;
   cv::imencode(jpeg ? ".jpg" : ".png", viewable(picture), bytes, parameters);
   return {bytes.begin(), bytes.end()};
-}
-
-std::string picture_data_uri(const cv::Mat& picture, PictureFormat format, int jpeg_quality) {
-  const char* kind = format == PictureFormat::jpeg ? "jpeg" : "png";
-  return std::string("data:image/") + kind + ";base64," +
-         base64(picture_bytes(picture, format, jpeg_quality));
 }
 
 cv::Mat labelled_grid(const std::vector<std::pair<std::string, cv::Mat>>& pictures, int columns) {

@@ -1,9 +1,8 @@
-// Pictures for pages and previews: as data URIs, side by side with their names, and numbers as colours.
+// Pictures for pages and previews: as files, side by side with their names, and numbers as colours.
 #pragma once
 
 #include <opencv2/core.hpp>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,12 +13,6 @@ enum class PictureFormat { png, jpeg };
 /// The contents of a picture file, of a picture of 1, 3 (BGR) or 4 channels of any depth (8 bits as they are,
 /// others as `viewable` shows them). Throws std::invalid_argument for an empty picture.
 std::string picture_bytes(const cv::Mat& picture, PictureFormat format, int jpeg_quality = 88);
-
-/// Base 64 (RFC 4648, section 4, with padding).
-std::string base64(std::string_view bytes);
-
-/// "data:image/png;base64,..." of such a picture.
-std::string picture_data_uri(const cv::Mat& picture, PictureFormat format, int jpeg_quality = 88);
 
 /// 8-bit BGR for looking at: grey spread over the channels, alpha dropped, other depths scaled from their
 /// finite range to 0..255.

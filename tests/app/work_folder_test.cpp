@@ -57,9 +57,16 @@ class Work : public testing::Test {
   static WorkJob job(const std::string& scenario, Shard shard = {}) {
     return {{{"command", "sweep"}, {"scenario", scenario}}, shard};
   }
+  static void write_results(WorkFolder& folder, const std::map<std::string, std::string>& results,
+                            bool finished, const std::map<std::string, std::string>& untracked = {}) {
+    WorkResults all = folder.begin_results();
+    for (const auto& [name, contents] : results) all.write(name, contents);
+    for (const auto& [name, contents] : untracked) all.write_untracked(name, contents);
+    folder.commit_results(std::move(all), finished);
+  }
   void finish(const std::string& folder, const WorkJob& work, const std::string& result) const {
     WorkFolder open(dir / folder, work, false, Overwrite::refuse);
-    open.write_results({{"trials.csv", result}}, true);
+    write_results(open, {{"trials.csv", result}}, true);
   }
   std::string contents(const std::filesystem::path& file) const { return read_file_bytes(file, 1u << 20); }
 
@@ -173,10 +180,10 @@ TEST_F(Work, AFolderIsResumedByItsOwnJobOnly) {
   {
     WorkFolder again(dir / "out", job("x"), true, Overwrite::refuse);
     EXPECT_EQ(again.journal().size(), 1u);
-    again.write_results({{"trials.csv", "part\n"}}, false);
+    write_results(again, {{"trials.csv", "part\n"}}, false);
     EXPECT_EQ(contents(dir / "out/trials.csv"), "part\n");
     EXPECT_FALSE(std::filesystem::exists(dir / "out/manifest.json"));
-    again.write_results({{"trials.csv", "whole\n"}}, true, {{"timing.json", "{}"}});
+    write_results(again, {{"trials.csv", "whole\n"}}, true, {{"timing.json", "{}"}});
   }
   EXPECT_EQ(contents(dir / "out/trials.csv"), "whole\n");
   EXPECT_FALSE(std::filesystem::exists(dir / "out/unfinished.journal"));

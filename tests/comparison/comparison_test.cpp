@@ -10,6 +10,7 @@
 
 #include "app/comparison/comparison_report.hpp"
 #include "app/comparison/comparison_tables.hpp"
+#include "app/comparison/found.hpp"
 #include "app/comparison/pictures/plan_pictures.hpp"
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "calibration/base/fault.hpp"
@@ -121,6 +122,72 @@ TEST(ComparisonStatistics, StateKnownErrors) {
   EXPECT_TRUE(std::isnan(none.center_rms_px));
 }
 
+TEST(Found, IsWithinAFifthOfTheRadius) {
+  const OutlineEllipse truth{{100, 100}, 30};
+  EXPECT_TRUE(is_found({{105.9, 100}, 30}, truth));
+  EXPECT_FALSE(is_found({{106.1, 100}, 30}, truth));
+  EXPECT_TRUE(is_found({{100, 100}, 35.9}, truth));
+  EXPECT_FALSE(is_found({{100, 100}, 36.1}, truth));
+  EXPECT_FALSE(is_found({{100, 100}, 23.9}, truth));
+}
+
+// Whatever is not at the ball is a false ball; a frame without a ball cannot fail.
+TEST(ComparisonStatistics, CountFalseBalls) {
+  std::vector<ComparisonRecord> frames = known_errors();
+  frames[0].fits[0]->others = 2;
+  ComparisonRecord empty;
+  empty.truth.has_ball = false;
+  empty.fits = {MethodFit{}, {}};
+  empty.fits[0]->others = 1;
+  frames.push_back(empty);
+  const ConditionSummary summary = summarize(frames, two_methods);
+  EXPECT_EQ(summary.methods[0].false_balls, 2 + 1 + 2);
+  EXPECT_EQ(summary.methods[0].found, 1);
+  EXPECT_EQ(summary.methods[0].failed, 1);
+  EXPECT_EQ(summary.methods[1].false_balls, 0);
+  EXPECT_EQ(summary.methods[1].failed, 2);
+  frames[0].truth.outline.reset();
+  EXPECT_TRUE(std::isnan(summarize(frames, two_methods).methods[0].false_balls));
+}
+
+TEST(ComparisonStatistics, HoldPositionsAgainstTheirCovariance) {
+  std::vector<ComparisonRecord> frames(2, known_errors()[0]);  // 0.6, 0.8 and 2 mm off
+  frames[0].fits[0]->covariance_m2 = 1e-6 * Eigen::Vector3d(0.36, 0.64, 4).asDiagonal().toDenseMatrix();
+  frames[1].fits[0]->covariance_m2 = 1e-6 * Eigen::Vector3d(0.36, 0.64, 0.4).asDiagonal().toDenseMatrix();
+  const MethodStatistics s = summarize(frames, two_methods).methods[0];
+  EXPECT_NEAR(s.nees_mean, (3 + 12) / 2.0, 1e-9);
+  EXPECT_EQ(s.inside_95, 0.5);
+  EXPECT_TRUE(std::isnan(summarize(known_errors(), two_methods).methods[0].nees_mean));
+}
+
+// Of all that a detector reports the nearest at the ball counts, its best where none is.
+TEST(WholeDetectors, AreCountedByWhatIsNearestToTheBall) {
+  const auto circle = [](double x, double r) {
+    MethodFit fit;
+    fit.outline = {{x, 100}, r};
+    return fit;
+  };
+  FitMethod detector;
+  detector.detect = [&](MethodScene&) {
+    return std::vector<MethodFit>{circle(160, 30), circle(104, 30), circle(101, 60), circle(102, 30)};
+  };
+  CameraParameters parameters;
+  parameters.size = {64, 48};
+  parameters.fx_px = parameters.fy_px = 60;
+  DetectorSetup setup{
+      std::make_shared<const RayTable>(Camera(parameters)), std::make_shared<ColorTable>(), {}};
+  setup.options.radii = {{0.035, 0}};
+  const cv::Mat bgr(48, 64, CV_8UC3, cv::Scalar(0, 0, 0));
+  MethodScene scene(bgr, setup, {});
+  FrameTruth truth;
+  truth.outline = OutlineEllipse{{100, 100}, 30};
+  const auto counted = [&] { return *run_methods(scene, {&detector}, truth).front(); };
+  EXPECT_EQ(counted().outline.center_px.x(), 102);
+  EXPECT_EQ(counted().others, 3);
+  truth.outline->center_px.x() = 500;
+  EXPECT_EQ(counted().outline.center_px.x(), 160);
+}
+
 TEST(ComparisonStatistics, APairBreaksByCentreOrByRadius) {
   std::vector<ComparisonRecord> frames;
   for (int k = 0; k < 40; ++k) {
@@ -152,9 +219,9 @@ TEST(ComparisonTables, LeaveUnknownCellsEmpty) {
   const ConditionSummary summary = summarize(frames, two_methods);
   EXPECT_NE(compare_csv_rows(info, summary, two_methods).find("known,paper_one_step,2,0,2,,,,,,,,,"),
             std::string::npos);
-  EXPECT_NE(
-      fits_csv_rows(info, frames[0], two_methods).find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,,\n"),
-      std::string::npos);
+  EXPECT_NE(fits_csv_rows(info, frames[0], two_methods)
+                .find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,,,,,,,,,\n"),
+            std::string::npos);
   EXPECT_NE(fits_csv_rows(info, frames[1], two_methods).find("known,rendered,1,vote,0,200,104,31"),
             std::string::npos);
 }
@@ -189,9 +256,13 @@ TEST(ComparisonRecord, ComesBackAsItWas) {
   record.facts = VoteFacts{57, 120, 0.21};
   record.fits[0]->converged = true;
   record.fits[0]->arc = 0.1 + 0.2;
+  record.fits[0]->others = 3;
+  record.fits[0]->covariance_m2 = Eigen::Matrix3d::Identity() * 1e-6;
   record.fits[0]->p_C.x() = std::nan("");
   const ComparisonRecord back = comparison_record_from_json(nlohmann::json::parse(to_json(record).dump()));
   EXPECT_EQ(to_json(back), to_json(record));
+  EXPECT_EQ(back.fits[0]->others, 3);
+  EXPECT_EQ(*back.fits[0]->covariance_m2, *record.fits[0]->covariance_m2);
   EXPECT_EQ(*back.fits[0]->arc, 0.1 + 0.2);
   EXPECT_TRUE(std::isnan(back.fits[0]->p_C.x()));
   EXPECT_FALSE(back.fits[1]);

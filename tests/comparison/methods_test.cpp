@@ -7,7 +7,7 @@
 #include <set>
 
 #include "app/comparison/estimators/algebraic_circles.hpp"
-#include "app/comparison/estimators/vpdot2_peer.hpp"
+#include "app/comparison/estimators/peers.hpp"
 #include "calibration/base/random.hpp"
 
 namespace ballservo {

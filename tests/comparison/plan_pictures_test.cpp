@@ -30,13 +30,13 @@ TEST(PlanPictures, MisjudgeTheCameraByItsCovariance) {
       "plan.yaml", folder.path());
   PlanPictures source(plan);
   source.prepare({1, 1});
-  EXPECT_EQ(source.picture(0, 0).rays->camera().parameters().fx_px, 200);
+  EXPECT_EQ(source.picture(0, 0).detector.rays->camera().parameters().fx_px, 200);
   EXPECT_TRUE(source.picture(0, 0).truth.bound_m);
   double squares = 0;
   constexpr int frames = 14;
   for (int k = 0; k < frames; ++k) {
     const ComparisonPicture picture = source.picture(1, k);
-    const double off = picture.rays->camera().parameters().fx_px - 200;
+    const double off = picture.detector.rays->camera().parameters().fx_px - 200;
     squares += off * off / frames;
     EXPECT_FALSE(picture.truth.bound_m);  // the bound knows the camera
   }

@@ -2,11 +2,15 @@
 import csv
 import json
 import math
+import signal
+import subprocess
 import sys
+import time
 import unittest
+from pathlib import Path
 from unittest import mock
 
-from pages import HOSTILE, ROOT, SCRATCH, PageTest, drawn, main, program, titles
+from pages import HOSTILE, PROGRAM, ROOT, SCRATCH, PageTest, drawn, main, program, titles
 
 SCENARIO = ROOT / "data/scenarios/static_ball.yaml"
 REACHED, SEEN = SCRATCH / "reached", SCRATCH / "seen"
@@ -131,11 +135,25 @@ class ReportCommand(PageTest):
         self.addCleanup((SCRATCH / "matplotlibrc").unlink)
         folder = self.copy(REACHED)
         before = (folder / "report.html").read_bytes()
-        self.assertEqual(program("report", folder, PYTHONPATH=str(SCRATCH)).stderr, "")
+        self.assertEqual(program("report", folder, "--quiet", PYTHONPATH=str(SCRATCH)).stderr, "")
         self.assertEqual((folder / "report.html").read_bytes(), before)
 
+    def test_an_interrupt_ends_it_cleanly(self):
+        folders = [self.copy(REACHED) for _ in range(8)]
+        for folder in folders:
+            (folder / "report.html").write_text("as it was")
+        for after_s in (0, 0.4):
+            drawing = subprocess.Popen([PROGRAM, "report", *folders], stderr=subprocess.PIPE, text=True)
+            while not Path(f"/proc/{drawing.pid}/task/{drawing.pid}/children").read_text():
+                time.sleep(0.01)
+            time.sleep(after_s)
+            drawing.send_signal(signal.SIGINT)
+            self.assertEqual((drawing.communicate()[1].splitlines()[-1], drawing.returncode),
+                             ("ballservo: interrupted", 130))
+            self.assertEqual((folders[-1] / "report.html").read_text(), "as it was")
+
     def test_needs_no_home(self):
-        self.assertEqual(program("report", self.copy(REACHED), HOME="/nowhere").stderr, "")
+        self.assertEqual(program("report", self.copy(REACHED), "--quiet", HOME="/nowhere").stderr, "")
 
     def test_without_matplotlib_a_run_stands_without_a_page(self):
         folder = SCRATCH / "undrawn"

@@ -1,15 +1,14 @@
-// A small closed loop for the controller's tests: exact unicycle, delays, a ball as a point, noise as asked
-// for.
+// The closed loop for the controller's tests: exact unicycle, delays, a ball as a point, noise as asked for.
 #pragma once
 
 #include <cmath>
-#include <deque>
 #include <functional>
 #include <vector>
 
+#include "app/loop/loop.hpp"
 #include "calibration/base/random.hpp"
-#include "servo/control/controller.hpp"
 #include "servo/features/builtin_laws.hpp"
+#include "servo/simulation/robot/unicycle_robot.hpp"
 
 namespace ballservo::test {
 
@@ -32,78 +31,79 @@ struct DriveStep {
   ControlOutput output;
 };
 
+/// Everything that is plugged into the loop of a drive, and what is left of it.
+class PointDrive final : public FrameSource, public BallPerception, public Robot, public LoopObserver {
+ public:
+  explicit PointDrive(const DriveSetup& setup)
+      : setup_(setup), robot_(setup.start, setup.controller.limits, setup.controller.actuation_delay_s) {}
+
+  RobotState read(double now_s) override {
+    robot_.advance_to(now_s);
+    return {now_s, robot_.pose(), robot_.twist()};
+  }
+  void command(const Twist2& twist, double) override { robot_.command(twist); }
+
+  std::optional<CameraFrame> take(Clock& clock, double until_s) override {
+    for (double due_s; (due_s = static_cast<double>(frames_) / setup_.camera_hz) <= until_s;) {
+      clock.sleep_until(due_s);
+      robot_.advance_to(due_s);
+      CameraFrame frame{frames_++, due_s, due_s + setup_.controller.latency_s};
+      if (setup_.frames(due_s)) return frame;
+    }
+    return std::nullopt;
+  }
+
+  Percept look(const CameraFrame& frame) override {
+    const ServoGoal& goal = setup_.controller.goal;
+    const Eigen::Vector2d ball = setup_.ball(frame.time_s);
+    Percept percept;
+    BallMeasurement& seen = percept.ball;
+    seen.time_s = frame.time_s;
+    seen.p_CB = (X_WR(robot_.pose()) * goal.mount.X_RC()).inverse() *
+                Eigen::Vector3d(ball.x(), ball.y(), goal.ball_height_m);
+    const bool in_view =
+        std::abs(std::atan2(seen.p_CB.x(), seen.p_CB.z())) < 0.5 * setup_.field_of_view_rad &&
+        seen.p_CB.z() > 0;
+    seen_in_a_row_ = in_view && setup_.visible(frame.time_s) ? seen_in_a_row_ + 1 : 0;
+    if (seen_in_a_row_ == 0) return percept;
+    seen.state = seen_in_a_row_ < 3 ? TrackState::tentative : TrackState::confirmed;
+    const double rho = seen.p_CB.norm(), radius_px = 480 * goal.ball_height_m / rho;
+    const double depth_sigma = rho * setup_.pixel_noise / radius_px,
+                 side_sigma = rho * setup_.pixel_noise / 480;
+    const Eigen::Vector3d ray = seen.p_CB / rho;
+    seen.covariance_m2 = side_sigma * side_sigma * Eigen::Matrix3d::Identity() +
+                         depth_sigma * depth_sigma * ray * ray.transpose();
+    for (int axis = 0; axis < 3; ++axis) seen.p_CB[axis] += side_sigma * standard_normal(engine_);
+    seen.p_CB += depth_sigma * standard_normal(engine_) * ray;
+    return percept;
+  }
+
+  void step(const StepEvent& event) override {
+    const Eigen::Vector2d p_RB = in_robot_frame(event.robot.odometry, setup_.ball(event.robot.time_s));
+    steps.push_back({event.robot.time_s, p_RB.norm() - setup_.controller.goal.distance_m,
+                     std::atan2(p_RB.y(), p_RB.x()), event.robot.twist, event.control});
+  }
+
+  std::vector<DriveStep> steps;
+
+ private:
+  const DriveSetup& setup_;
+  UnicycleRobot robot_;
+  RandomEngine engine_ = random_stream(0, "drive");
+  long frames_ = 0;
+  int seen_in_a_row_ = 0;
+};
+
 /// Every control step of a run.
 inline std::vector<DriveStep> drive(const DriveSetup& setup) {
   ControllerOptions options = setup.controller;
   options.turn_gain_per_s = setup.law.gain_per_s;
   Controller controller(options, builtin_laws().make(setup.law, options.goal));
-  Pose2 pose = setup.start;
-  Twist2 twist;
-  struct Late {
-    double at_s;
-    BallMeasurement frame;
-  };
-  std::deque<Late> on_the_way;
-  std::deque<std::pair<double, Twist2>> commands;
-  std::vector<DriveStep> steps;
-  Twist2 acting;
-  RandomEngine engine = random_stream(0, "drive");
-  const double tick_s = 0.001;
-  long next_frame = 0, next_step = 0;
-  int seen_in_a_row = 0;
-  for (long tick = 0; tick * tick_s < setup.duration_s; ++tick) {
-    const double t = static_cast<double>(tick) * tick_s;
-    const Eigen::Vector2d ball = setup.ball(t);
-    const Eigen::Vector2d p_RB = in_robot_frame(pose, ball);
-    if (t >= static_cast<double>(next_frame) / setup.camera_hz) {
-      ++next_frame;
-      BallMeasurement frame;
-      frame.time_s = t;
-      frame.p_CB = (X_WR(pose) * options.goal.mount.X_RC()).inverse() *
-                   Eigen::Vector3d(ball.x(), ball.y(), options.goal.ball_height_m);
-      const bool in_view =
-          std::abs(std::atan2(frame.p_CB.x(), frame.p_CB.z())) < 0.5 * setup.field_of_view_rad &&
-          frame.p_CB.z() > 0;
-      const bool seen = in_view && setup.visible(t);
-      seen_in_a_row = seen ? seen_in_a_row + 1 : 0;
-      if (seen) {
-        frame.state = seen_in_a_row < 3 ? TrackState::tentative : TrackState::confirmed;
-        const double rho = frame.p_CB.norm(), radius_px = 480 * options.goal.ball_height_m / rho;
-        const double depth_sigma = rho * setup.pixel_noise / radius_px,
-                     side_sigma = rho * setup.pixel_noise / 480;
-        const Eigen::Vector3d ray = frame.p_CB / rho;
-        frame.covariance_m2 = side_sigma * side_sigma * Eigen::Matrix3d::Identity() +
-                              depth_sigma * depth_sigma * ray * ray.transpose();
-        for (int axis = 0; axis < 3; ++axis) frame.p_CB[axis] += side_sigma * standard_normal(engine);
-        frame.p_CB += depth_sigma * standard_normal(engine) * ray;
-      }
-      if (setup.frames(t)) on_the_way.push_back({t + options.latency_s, frame});
-    }
-    if (t >= static_cast<double>(next_step) / options.rate_hz) {
-      ++next_step;
-      while (!on_the_way.empty() && on_the_way.front().at_s <= t) {
-        controller.see(on_the_way.front().frame);
-        on_the_way.pop_front();
-      }
-      DriveStep step;
-      step.time_s = t;
-      step.output = controller.step(t, pose, twist);
-      step.range_error_m = p_RB.norm() - options.goal.distance_m;
-      step.bearing_rad = std::atan2(p_RB.y(), p_RB.x());
-      step.twist = twist;
-      steps.push_back(step);
-      commands.emplace_back(t + options.actuation_delay_s, step.output.command);
-    }
-    while (!commands.empty() && commands.front().first <= t + 1e-12) {
-      acting = commands.front().second;
-      commands.pop_front();
-    }
-    const Twist2 before = twist;
-    twist = limit_acceleration(twist, acting, options.limits, tick_s);
-    pose =
-        integrate(pose, {0.5 * (before.v_mps + twist.v_mps), 0.5 * (before.w_radps + twist.w_radps)}, tick_s);
-  }
-  return steps;
+  PointDrive all(setup);
+  SteppedClock clock;
+  run_loop({all, all, all, controller, {&all}}, clock,
+           [&](double time_s) { return time_s + 1 / options.rate_hz < setup.duration_s; });
+  return std::move(all.steps);
 }
 
 /// The start of the stretch, up to the end, in which the robot stays within 10 mm and 0.5 degrees and 5 mm/s;

@@ -1,9 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <map>
 
 #include "servo/features/builtin_laws.hpp"
-#include "servo/features/feature_law.hpp"
 #include "tests/servo/random_scene.hpp"
 
 namespace ballservo {
@@ -15,16 +16,143 @@ using test::random_p_RB;
 
 constexpr int scenes = 300;
 
-std::unique_ptr<FeatureLaw> feature_law(const LawOptions& options, const ServoGoal& goal) {
-  return std::unique_ptr<FeatureLaw>(dynamic_cast<FeatureLaw*>(builtin_laws().make(options, goal).release()));
+/// A law as derived on paper: errors, their derivative by time per (v, w) for a ball that rests, and by the
+/// ball's place. Independent of ViSP and of the features' classes.
+struct ClosedForm {
+  std::function<Eigen::Vector2d(const Eigen::Vector3d& p_CB)> errors;
+  std::function<Eigen::Matrix2d(const Eigen::Vector3d& p_CB)> robot_jacobian;
+  std::function<Eigen::Matrix<double, 2, 3>(const Eigen::Vector3d& p_CB)> ball_jacobian;
+
+  Eigen::Vector2d command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB, double gain_per_s) const {
+    return robot_jacobian(p_CB).inverse() * (-gain_per_s * errors(p_CB) - ball_jacobian(p_CB) * v_CB);
+  }
+};
+
+Eigen::Matrix2d matrix(double a, double b, double c, double d) {
+  Eigen::Matrix2d m;
+  m << a, b, c, d;
+  return m;
+}
+
+ClosedForm cone_form(const ServoGoal& goal) {
+  const Eigen::Matrix3d R = goal.mount.X_RC().linear();
+  const double l = goal.mount.forward_m;
+  const Eigen::Vector3d q0 = R * goal.desired_p_CB();
+  return {[=](const Eigen::Vector3d& p) {
+            const Eigen::Vector3d q = R * p;
+            return Eigen::Vector2d(std::log(q.norm() / q0.norm()),
+                                   wrap_angle(std::atan2(q.y(), q.x()) - std::atan2(q0.y(), q0.x())));
+          },
+          [=](const Eigen::Vector3d& p) {
+            const Eigen::Vector3d q = R * p;
+            const double a = q.x(), b = q.y(), rho2 = q.squaredNorm(), r2 = a * a + b * b;
+            return matrix(-a / rho2, -l * b / rho2, b / r2, -(1 + l * a / r2));
+          },
+          [=](const Eigen::Vector3d& p) {
+            const Eigen::Vector3d q = R * p;
+            const double r2 = q.head<2>().squaredNorm();
+            Eigen::Matrix<double, 2, 3> by_q;
+            by_q << q.transpose() / q.squaredNorm(), -q.y() / r2, q.x() / r2, 0;
+            return Eigen::Matrix<double, 2, 3>(by_q * R);
+          }};
+}
+
+ClosedForm visp_form(const ServoGoal& goal) {
+  const Eigen::Vector3d p0 = goal.desired_p_CB();
+  const double l = goal.mount.forward_m;
+  const double sine = std::sin(goal.mount.pitch_down_rad), cosine = std::cos(goal.mount.pitch_down_rad);
+  return {[=](const Eigen::Vector3d& p) {
+            return Eigen::Vector2d(p.x() / p.z() - p0.x() / p0.z(), std::log(p.z() / p0.z()));
+          },
+          [=](const Eigen::Vector3d& p) {
+            const double x = p.x() / p.z(), y = p.y() / p.z(), z = p.z();
+            return matrix(cosine * x / z, (1 + x * x) * cosine - y * sine + l / z, -cosine / z, -x * cosine);
+          },
+          [=](const Eigen::Vector3d& p) {
+            Eigen::Matrix<double, 2, 3> L;
+            L << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 0, 1 / p.z();
+            return L;
+          }};
+}
+
+ClosedForm sphere_form(const ServoGoal& goal) {
+  const Eigen::Matrix3d R = goal.mount.X_RC().linear();
+  const double l = goal.mount.forward_m, radius_m = goal.ball_radius_m;
+  const Eigen::Vector3d q0 = R * goal.desired_p_CB();
+  return {[=](const Eigen::Vector3d& p) { return Eigen::Vector2d((R * p - q0).head<2>() / radius_m); },
+          [=](const Eigen::Vector3d& p) {
+            const Eigen::Vector3d q = R * p;
+            return Eigen::Matrix2d(matrix(-1, q.y(), 0, -(q.x() + l)) / radius_m);
+          },
+          [=](const Eigen::Vector3d&) { return Eigen::Matrix<double, 2, 3>(R.topRows<2>() / radius_m); }};
+}
+
+ClosedForm pose_form(const ServoGoal& goal) {
+  const Eigen::Isometry3d X_RC = goal.mount.X_RC();
+  const Eigen::Vector3d p0 = goal.desired_p_RB();
+  return {[=](const Eigen::Vector3d& p_CB) {
+            const Eigen::Vector3d p = X_RC * p_CB;
+            return Eigen::Vector2d(p.head<2>().norm() - p0.head<2>().norm(),
+                                   wrap_angle(std::atan2(p.y(), p.x()) - std::atan2(p0.y(), p0.x())));
+          },
+          [=](const Eigen::Vector3d& p_CB) {
+            const Eigen::Vector3d p = X_RC * p_CB;
+            const double r2 = p.head<2>().squaredNorm();
+            return matrix(-p.x() / std::sqrt(r2), 0, p.y() / r2, -1);
+          },
+          [=](const Eigen::Vector3d& p_CB) {
+            const Eigen::Vector3d p = X_RC * p_CB;
+            const double r2 = p.head<2>().squaredNorm(), r = std::sqrt(r2);
+            Eigen::Matrix<double, 2, 3> by_p_RB;
+            by_p_RB << p.x() / r, p.y() / r, 0, -p.y() / r2, p.x() / r2, 0;
+            return Eigen::Matrix<double, 2, 3>(by_p_RB * X_RC.linear());
+          }};
+}
+
+ClosedForm closed_form(const std::string& name, const ServoGoal& goal) {
+  if (name == "cone") return cone_form(goal);
+  if (name == "visp") return visp_form(goal);
+  if (name == "sphere") return sphere_form(goal);
+  if (name == "pose") return pose_form(goal);
+  throw std::invalid_argument("no closed form of law " + name);
+}
+
+Eigen::Vector2d errors_of(Law& law, const Eigen::Vector3d& p_CB) {
+  const auto output = law.command(p_CB, {0, 0, 0});
+  return output ? Eigen::Vector2d(output->error_1, output->error_2)
+                : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+}
+
+Eigen::Vector3d random_v_CB(RandomEngine& engine, const ServoGoal& goal) {
+  return goal.mount.X_RC().linear().transpose() *
+         Eigen::Vector3d(uniform(engine, -0.3, 0.3), uniform(engine, -0.3, 0.3), 0);
 }
 
 class EveryLaw : public testing::TestWithParam<std::string> {
  protected:
-  std::unique_ptr<FeatureLaw> law(const ServoGoal& goal, double gain_per_s = 1.0) const {
-    return feature_law({GetParam(), gain_per_s}, goal);
+  std::unique_ptr<Law> law(const ServoGoal& goal, double gain_per_s = 1.0) const {
+    return builtin_laws().make({GetParam(), gain_per_s}, goal);
   }
 };
+
+TEST_P(EveryLaw, CommandsWhatTheClosedFormDoes) {
+  RandomEngine engine = random_stream(7, "closed_form");
+  for (int i = 0; i < scenes; ++i) {
+    const ServoGoal goal = random_goal(engine);
+    const double gain = uniform(engine, 0.3, 3.0);
+    const Eigen::Vector3d p_CB = in_camera(goal, {}, random_p_RB(engine, goal));
+    const ClosedForm form = closed_form(GetParam(), goal);
+    for (const Eigen::Vector3d& v_CB : {Eigen::Vector3d(0, 0, 0), random_v_CB(engine, goal)}) {
+      const Eigen::Vector2d u = form.command(p_CB, v_CB, gain);
+      const auto output = law(goal, gain)->command(p_CB, v_CB);
+      ASSERT_TRUE(output);
+      EXPECT_NEAR(output->twist.v_mps, u.x(), 1e-11 * (1 + u.norm())) << "scene " << i;
+      EXPECT_NEAR(output->twist.w_radps, u.y(), 1e-11 * (1 + u.norm())) << "scene " << i;
+      EXPECT_NEAR((errors_of(*law(goal), p_CB) - form.errors(p_CB)).norm(), 0,
+                  1e-13 * (1 + form.errors(p_CB).norm()));
+    }
+  }
+}
 
 TEST_P(EveryLaw, AsksForNothingAtTheGoal) {
   RandomEngine engine = random_stream(1, "goal");
@@ -45,15 +173,15 @@ TEST_P(EveryLaw, RobotJacobianIsTheDerivativeOfTheErrorsAlongTheRobotsMotion) {
     const ServoGoal goal = random_goal(engine);
     const Eigen::Vector3d p_WB = random_p_RB(engine, goal);
     const auto a_law = law(goal);
-    const auto J = a_law->robot_jacobian(in_camera(goal, {}, p_WB));
-    ASSERT_TRUE(J);
+    const Eigen::Matrix2d J = closed_form(GetParam(), goal).robot_jacobian(in_camera(goal, {}, p_WB));
     const double h = 1e-5;
     const Twist2 directions[2] = {{1, 0}, {0, 1}};
     for (int column = 0; column < 2; ++column) {
-      const auto after = a_law->errors(in_camera(goal, integrate({}, directions[column], h), p_WB));
-      const auto before = a_law->errors(in_camera(goal, integrate({}, directions[column], -h), p_WB));
-      const Eigen::Vector2d difference = (*after - *before) / (2 * h);
-      EXPECT_NEAR((J->col(column) - difference).norm(), 0, 1e-7 * (1 + J->norm())) << "scene " << i;
+      const Eigen::Vector2d difference =
+          (errors_of(*a_law, in_camera(goal, integrate({}, directions[column], h), p_WB)) -
+           errors_of(*a_law, in_camera(goal, integrate({}, directions[column], -h), p_WB))) /
+          (2 * h);
+      EXPECT_NEAR((J.col(column) - difference).norm(), 0, 1e-7 * (1 + J.norm())) << "scene " << i;
     }
   }
 }
@@ -64,14 +192,13 @@ TEST_P(EveryLaw, BallJacobianIsTheDerivativeOfTheErrorsByTheBallsPlace) {
     const ServoGoal goal = random_goal(engine);
     const Eigen::Vector3d p_CB = in_camera(goal, {}, random_p_RB(engine, goal));
     const auto a_law = law(goal);
-    const auto L = a_law->ball_jacobian(p_CB);
-    ASSERT_TRUE(L);
+    const auto L = closed_form(GetParam(), goal).ball_jacobian(p_CB);
     const double h = 1e-6;
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3d step = h * Eigen::Vector3d::Unit(axis);
       const Eigen::Vector2d difference =
-          (*a_law->errors(p_CB + step) - *a_law->errors(p_CB - step)) / (2 * h);
-      EXPECT_NEAR((L->col(axis) - difference).norm(), 0, 1e-6 * (1 + L->norm())) << "scene " << i;
+          (errors_of(*a_law, p_CB + step) - errors_of(*a_law, p_CB - step)) / (2 * h);
+      EXPECT_NEAR((L.col(axis) - difference).norm(), 0, 1e-6 * (1 + L.norm())) << "scene " << i;
     }
   }
 }
@@ -88,9 +215,9 @@ TEST_P(EveryLaw, ErrorsDecayAtTheGain) {
     const Eigen::Vector3d v_CB = goal.mount.X_RC().linear().transpose() * v_W;
     const auto output = a_law->command(p_CB, v_CB);
     ASSERT_TRUE(output);
-    const Eigen::Vector2d e = *a_law->errors(p_CB);
+    const Eigen::Vector2d e = errors_of(*a_law, p_CB);
     const auto at = [&](double t) {
-      return *a_law->errors(in_camera(goal, integrate({}, output->twist, t), p_WB + t * v_W));
+      return errors_of(*a_law, in_camera(goal, integrate({}, output->twist, t), p_WB + t * v_W));
     };
     const Eigen::Vector2d rate = (at(h) - at(-h)) / (2 * h);
     EXPECT_NEAR((rate + gain * e).norm(), 0, 1e-4 * (1 + gain * e.norm())) << "scene " << i;
@@ -174,35 +301,41 @@ TEST_P(EveryLaw, StopsWhereItWasTaughtWhateverDiameterAndFocalLengthItBelieves) 
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, testing::ValuesIn(builtin_laws().names()),
-                         [](const auto& tested) { return tested.param; });
-
-// What vpServo's own matrices give is the closed form of visp_law.hpp.
-TEST(VispLaw, IsTheClosedForm) {
-  RandomEngine engine = random_stream(7, "closed_form");
+TEST_P(EveryLaw, IsSingularExactlyAbeamOfTheAxle) {
+  RandomEngine engine = random_stream(11, "determinant");
   for (int i = 0; i < scenes; ++i) {
     const ServoGoal goal = random_goal(engine);
-    LawOptions options;
-    options.name = "visp";
-    options.gain_per_s = 0.7;
-    const auto law = feature_law(options, goal);
     const Eigen::Vector3d p = in_camera(goal, {}, random_p_RB(engine, goal));
-    const double x = p.x() / p.z(), y = p.y() / p.z(), z = p.z(), l = goal.mount.forward_m;
-    const double s = std::sin(goal.mount.pitch_down_rad), c = std::cos(goal.mount.pitch_down_rad);
-    Eigen::Matrix2d J;
-    J << c * x / z, (1 + x * x) * c - y * s + l / z,  //
-        -c / z, -x * c;
-    EXPECT_NEAR((*law->robot_jacobian(p) - J).norm(), 0, 1e-12 * J.norm());
-    EXPECT_NEAR(J.determinant(), c * ahead_of_axle_m(goal.mount, p) / (z * z), 1e-12 * J.squaredNorm());
-    const Eigen::Vector3d desired = goal.desired_p_CB();
-    const Eigen::Vector2d e(x - desired.x() / desired.z(), std::log(z / desired.z()));
-    const Eigen::Vector2d u = -0.7 * J.inverse() * e;
-    const auto output = law->command(p, {0, 0, 0});
-    ASSERT_TRUE(output);
-    EXPECT_NEAR(output->twist.v_mps, u.x(), 1e-9 * (1 + u.norm()));
-    EXPECT_NEAR(output->twist.w_radps, u.y(), 1e-9 * (1 + u.norm()));
+    const double ahead_m = ahead_of_axle_m(goal.mount, p), range_m = (goal.mount.X_RC() * p).head<2>().norm();
+    const std::map<std::string, double> determinants{
+        {"cone", ahead_m / p.squaredNorm()},
+        {"visp", std::cos(goal.mount.pitch_down_rad) * ahead_m / (p.z() * p.z())},
+        {"sphere", ahead_m / (goal.ball_radius_m * goal.ball_radius_m)},
+        {"pose", ahead_m / range_m}};
+    const Eigen::Matrix2d J = closed_form(GetParam(), goal).robot_jacobian(p);
+    EXPECT_NEAR(J.determinant(), determinants.at(GetParam()), 1e-12 * J.squaredNorm());
   }
 }
+
+TEST_P(EveryLaw, PrintsNothing) {
+  RandomEngine engine = random_stream(12, "silent");
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < scenes; ++i) {
+    const ServoGoal goal = random_goal(engine);
+    const auto a_law = law(goal);
+    for (int step = 0; step < 3; ++step) {
+      a_law->command(in_camera(goal, {}, random_p_RB(engine, goal)), random_v_CB(engine, goal));
+      a_law->command({uniform(engine, -2, 2), uniform(engine, -2, 2), uniform(engine, -2, 2)}, {0, 0, 0});
+      a_law->command({0, 0, uniform(engine, -1e-3, 1e-3)}, {0, 0, 0});
+    }
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, testing::ValuesIn(builtin_laws().names()),
+                         [](const auto& tested) { return tested.param; });
 
 TEST(ConeLaw, DependsOnTheDirectionAndTheRatioOfDistancesAlone) {
   // The same picture of a ball of twice the size: all lengths doubled but the lever arm's, which is 0 here.
@@ -212,11 +345,11 @@ TEST(ConeLaw, DependsOnTheDirectionAndTheRatioOfDistancesAlone) {
   twice.distance_m *= 2;
   twice.mount.up_m *= 2;
   twice.ball_height_m *= 2;
-  const auto law = feature_law({}, goal), law_of_twice = feature_law({}, twice);
+  const auto law = builtin_laws().make({}, goal), law_of_twice = builtin_laws().make({}, twice);
   RandomEngine engine = random_stream(8, "scale");
   for (int i = 0; i < scenes; ++i) {
     const Eigen::Vector3d p_CB = in_camera(goal, {}, random_p_RB(engine, goal));
-    EXPECT_NEAR((*law->errors(p_CB) - *law_of_twice->errors(2 * p_CB)).norm(), 0, 1e-12);
+    EXPECT_NEAR((errors_of(*law, p_CB) - errors_of(*law_of_twice, 2 * p_CB)).norm(), 0, 1e-12);
   }
 }
 

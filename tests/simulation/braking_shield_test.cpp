@@ -10,7 +10,6 @@ namespace {
 
 using test::random_world;
 using test::RecklessDriver;
-using test::ShieldedOptions;
 using test::ShieldedRobot;
 
 struct Tally {
@@ -19,10 +18,10 @@ struct Tally {
 };
 
 /// A run of a reckless driver; false at the first broken promise.
-bool run(const ShieldedOptions& options, std::uint64_t seed, int steps, Tally& tally) {
+bool run(double actuation_delay_s, std::uint64_t seed, int steps, Tally& tally) {
   RandomEngine engine = random_stream(seed, "shield");
-  const World world = random_world(engine, options.avoidance.grid.start_clear_m);
-  ShieldedRobot robot(world, options, seed);
+  const World world = random_world(engine, OccupancyGridOptions{}.start_clear_m);
+  ShieldedRobot robot(world, actuation_delay_s, seed);
   RecklessDriver driver(engine);
   Twist2 last;
   for (int k = 0; k < steps; ++k) {
@@ -50,9 +49,8 @@ bool run(const ShieldedOptions& options, std::uint64_t seed, int steps, Tally& t
 TEST(BrakingShield, EveryCommandThatPassesCanBrakeClearAndNoSpeedIsRaised) {
   Tally tally;
   EXPECT_TRUE(rc::check("brakes clear", [&tally](std::uint64_t seed) {
-    ShieldedOptions options;
-    options.actuation_delay_s = 0.01 * static_cast<double>(seed % 12);
-    RC_ASSERT(run(options, seed, 1000, tally));
+    const double actuation_delay_s = 0.01 * static_cast<double>(seed % 12);
+    RC_ASSERT(run(actuation_delay_s, seed, 1000, tally));
   }));
   EXPECT_GE(tally.steps, 100000);
   EXPECT_GT(tally.passed, tally.steps / 10) << "a shield that lets nothing pass proves nothing";

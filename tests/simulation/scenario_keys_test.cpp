@@ -65,10 +65,9 @@ TEST(ScenarioKeys, WhatIsOutsideIsRefusedWithItsPlace) {
   for (const OptionRow& row : scenario_keys()) {
     if (row.path.rfind("vary.", 0) == 0) continue;
     for (const std::string& value : test::values_outside(row)) {
-      const std::string faults = faults_of(test::with_value(static_ball(), row, value));
-      EXPECT_THAT(faults,
-                  testing::ContainsRegex("scenario.yaml:1: [a-zA-Z0-9_.]*[^\n]*: found [^\n]+; allowed: "));
-      EXPECT_THAT(faults, HasSubstr(":1: " + test::of_first_item(row.path) + ": found ")) << value;
+      EXPECT_THAT(faults_of(test::with_value(static_ball(), row, value)),
+                  HasSubstr("scenario.yaml:1: " + test::of_first_item(row.path) + ": found "))
+          << value;
     }
   }
 }

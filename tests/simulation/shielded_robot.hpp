@@ -3,11 +3,9 @@
 
 #include <cmath>
 
+#include "app/experiment/simulated_robot.hpp"
 #include "calibration/base/random.hpp"
 #include "servo/avoidance/avoidance.hpp"
-#include "servo/simulation/robot/odometry.hpp"
-#include "servo/simulation/robot/sonar_ring.hpp"
-#include "servo/simulation/robot/unicycle_robot.hpp"
 #include "servo/simulation/world/collision.hpp"
 
 namespace ballservo::test {
@@ -39,89 +37,71 @@ inline World random_world(RandomEngine& engine, double clear_m) {
   return world;
 }
 
-struct ShieldedOptions {
-  double excess = 1;  ///< of odometry's error over its bound
-  double actuation_delay_s = 0.05;
-  SonarOptions sonar;
-  std::vector<SonarFault> faults;
-  AvoidanceOptions avoidance;
-};
-
-/// Drive, odometry, sonars, memory and shield, stepped together at 50 Hz.
+/// The simulated robot with memory and shield, stepped together at 50 Hz. No loop: it has no camera, no law
+/// and no goal.
 class ShieldedRobot {
  public:
-  ShieldedRobot(const World& world, const ShieldedOptions& options, std::uint64_t seed)
+  ShieldedRobot(const World& world, double actuation_delay_s, std::uint64_t seed)
       : world_(world),
-        options_(options),
-        drive_({}, limits, options.actuation_delay_s),
-        odometry_({stated_bound, options.excess}, {}, seed),
-        ring_(world, options.sonar, options.faults, seed),
-        avoidance_(with_bound(options.avoidance), limits, 0.02),
+        actuation_delay_s_(actuation_delay_s),
+        robot_(world, settings(actuation_delay_s), seed),
+        avoidance_(avoidance(), limits, period_s),
         poses_(300),
-        predictor_(limits, options.actuation_delay_s, 300) {}
+        predictor_(limits, actuation_delay_s, 300) {}
 
   /// One control step: the verdict on `command`, which is then carried out.
   ShieldVerdict step(const Twist2& command) {
-    const double time_s = 0.02 * static_cast<double>(steps_++);
-    while (ring_.next_s() <= time_s) {
-      advance(ring_.next_s());
-      ring_.fire(drive_.pose());
-    }
-    advance(time_s);
-    poses_.add(time_s, odometry_.pose());
-    ring_.deliver(time_s, [this](const SonarReading& reading) { avoidance_.hear(reading); });
-    avoidance_.see_frame(time_s);
-    avoidance_.update(time_s, odometry_.pose(), poses_);
-    const RobotMotion acts =
-        predictor_.predict(time_s, {odometry_.pose(), odometry_.measure(drive_.twist())});
-    const ShieldVerdict verdict = avoidance_.check(time_s, command, acts);
-    predictor_.add_command(time_s, verdict.command);
-    drive_.command(verdict.command);
+    const RobotState now = robot_.read(period_s * static_cast<double>(steps_++));
+    poses_.add(now.time_s, now.odometry);
+    robot_.listen([this](const SonarReading& reading) { avoidance_.hear(reading); });
+    avoidance_.see_frame(now.time_s);
+    avoidance_.update(now.time_s, now.odometry, poses_);
+    const RobotMotion acts = predictor_.predict(now.time_s, {now.odometry, now.twist});
+    const ShieldVerdict verdict = avoidance_.check(now.time_s, command, acts);
+    predictor_.add_command(now.time_s, verdict.command);
+    robot_.command(verdict.command, now.time_s);
     return verdict;
   }
 
   /// Whether the true robot, if it is told to stand still from the next step on, comes to rest without
   /// touching anything; and whether it does now.
   bool brakes_clear() const {
-    UnicycleRobot copy = drive_;
-    const double now_s = drive_.time_s();
-    copy.advance_to(now_s + 0.02);
+    UnicycleRobot copy = robot_.drive();
+    const double next_s = copy.time_s() + period_s;
+    copy.advance_to(next_s);
     copy.command({});
-    for (double time_s = now_s + 0.02;; time_s += 0.04) {
+    for (double time_s = next_s;; time_s += 0.04) {
       copy.advance_to(time_s);
       if (find_contacts(world_, pioneer_3dx_footprint, copy.pose(), time_s).collision()) return false;
-      if (time_s > now_s + 0.02 + options_.actuation_delay_s && copy.twist().v_mps == 0 &&
-          copy.twist().w_radps == 0) {
+      if (time_s > next_s + actuation_delay_s_ && copy.twist().v_mps == 0 && copy.twist().w_radps == 0) {
         return true;
       }
     }
   }
 
-  ContactReport contacts() const {
-    return find_contacts(world_, pioneer_3dx_footprint, drive_.pose(), drive_.time_s());
-  }
-  const Pose2& pose() const { return drive_.pose(); }
-  const Twist2& twist() const { return drive_.twist(); }
-  const Avoidance& avoidance() const { return avoidance_; }
-  double time_s() const { return drive_.time_s(); }
+  const Pose2& pose() const { return robot_.drive().pose(); }
+  const Twist2& twist() const { return robot_.drive().twist(); }
 
   static constexpr UnicycleLimits limits{};
+  static constexpr double period_s = 0.02;
 
  private:
-  static AvoidanceOptions with_bound(AvoidanceOptions options) {
+  static RobotSettings settings(double actuation_delay_s) {
+    RobotSettings settings;
+    settings.actuation_delay_s = actuation_delay_s;
+    settings.odometry = {stated_bound, 1};
+    settings.sonar = SonarOptions{};
+    return settings;
+  }
+  static AvoidanceOptions avoidance() {
+    AvoidanceOptions options;
     options.grid.odometry = stated_bound;
     return options;
   }
-  void advance(double time_s) {
-    drive_.advance_to(time_s);
-    odometry_.move(drive_.pose());
-  }
 
   const World& world_;
-  ShieldedOptions options_;
-  UnicycleRobot drive_;
-  Odometry odometry_;
-  SonarRing ring_;
+  double actuation_delay_s_;
+  SimulatedRobot robot_;
   Avoidance avoidance_;
   PoseHistory poses_;
   MotionPredictor predictor_;

@@ -46,10 +46,12 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
 
     room("app/loop", seen " perception perception/tracking servo/motion servo/avoidance servo/control")
 
+    room("app/loop/visp", "app/loop " base " servo/motion")
+
     all = "calibration/pictures calibration/camera/files calibration/boards calibration/ball calibration/teaching " \
           seen " perception perception/tracking " \
           simulated " servo/features servo/simulation/world servo/simulation/rendering servo/simulation/robot " \
-          "app app/io app/loop app/scenario app/experiment app/sweep app/report app/comparison app/commands"
+          "app app/io app/loop app/loop/visp app/scenario app/experiment app/sweep app/report app/comparison app/commands"
     room("app", all)
     room("app/io", all)
     room("app/scenario", all)

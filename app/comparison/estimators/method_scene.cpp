@@ -57,30 +57,30 @@ std::vector<BoundaryPoint> boundary_of(const RayTable& rays, const DetectionStag
 
 }  // namespace
 
-MethodScene::MethodScene(const cv::Mat& bgr, Detector& detector, const MethodTask& task)
+MethodScene::MethodScene(const cv::Mat& bgr, const DetectorSetup& setup, const MethodTask& task)
     : bgr_(bgr),
-      detector_(detector),
+      setup_(setup),
+      detector_(setup.rays, setup.colors, setup.options),
       task_(task),
-      radius_m_(detector.fitter().radius_of(task.color_class).radius_m),
+      radius_m_(detector_.fitter().radius_of(task.color_class).radius_m),
       start_(task.start) {
   DetectionStages stages;
   const Stopwatch detection;
-  const std::vector<BallObservation>& balls = detector.detect(bgr, {}, &stages);
+  const std::vector<BallObservation>& balls = detector_.detect(bgr, {}, &stages);
   detection_us_ = detection.us();
   // The best of the class, or the one that is meant.
   const auto distance = [&](const BallObservation& b) {
     return task.near_px ? (b.outline.center_px - *task.near_px).norm() : 0;
   };
-  auto ball = balls.end();
-  for (auto it = balls.begin(); it != balls.end(); ++it) {
-    if (it->color_class != task.color_class) continue;
-    if (ball == balls.end() || distance(*it) < distance(*ball)) ball = it;
+  const BallObservation* ball = nullptr;
+  for (const BallObservation& seen : balls) {
+    if (seen.color_class == task.color_class && (!ball || distance(seen) < distance(*ball))) ball = &seen;
   }
-  if (ball == balls.end()) return;
+  if (!ball) return;
   vote_ = ball->vote;
   if (start_ || !vote_) return;
   start_ = UndistortedCircle{vote_->center_px, vote_->radius_px};
-  boundary_ = boundary_of(detector.rays(), stages, *vote_);
+  boundary_ = boundary_of(rays(), stages, *vote_);
 }
 
 std::optional<BallObservation> MethodScene::refine(BallFit fit, RefinementInput& input) {
@@ -114,8 +114,51 @@ const std::optional<MethodScene::Edges>& MethodScene::edges() {
   return edges_;
 }
 
-double MethodScene::points_us(MethodPoints points) const {
-  return points == MethodPoints::ring ? ring_us_ : points == MethodPoints::edges ? edges_us_ : 0;
+double MethodScene::shared_us(MethodPoints points) const {
+  switch (points) {
+    case MethodPoints::detection:
+      return detection_us_;
+    case MethodPoints::ring:
+      return ring_us_;
+    case MethodPoints::edges:
+      return edges_us_;
+    default:
+      return 0;
+  }
+}
+
+void MethodScene::prepare(MethodPoints points) {
+  if (points == MethodPoints::ring) ring();
+  if (points == MethodPoints::edges) edges();
+  if (points == MethodPoints::sphere_detector) whole_detector(BallFit::sphere);
+  if (points == MethodPoints::paper_detector) whole_detector(BallFit::paper);
+}
+
+Detector& MethodScene::whole_detector(BallFit fit) {
+  const auto known = whole_.find(fit);
+  if (known != whole_.end()) return known->second;
+  DetectorOptions options = setup_.options;
+  options.fit = fit;
+  Detector& made = whole_.try_emplace(fit, setup_.rays, setup_.colors, options).first->second;
+  for (const cv::Mat& bgr : setup_.seen_before) made.detect(bgr);
+  return made;
+}
+
+std::vector<MethodFit> MethodScene::detections(BallFit fit) {
+  std::vector<MethodFit> fits;
+  for (const BallObservation& ball : whole_detector(fit).detect(bgr_)) {
+    if (ball.color_class != task_.color_class) continue;
+    MethodFit found;
+    found.outline = ball.outline;
+    found.p_C = position(ball.position ? ball.position->p_C : Eigen::Vector3d(0, 0, 0));
+    if (ball.position) found.covariance_m2 = ball.position->covariance_m2;
+    found.residual_px = ball.residual_px;
+    found.step_px = ball.step_px;
+    found.next_step_px = ball.next_step_px;
+    found.arc = ball.support.arc;
+    fits.push_back(found);
+  }
+  return fits;
 }
 
 // A ball of unknown diameter may stand anywhere along its ray.

@@ -1,6 +1,8 @@
 // What every method of a comparison is handed: a picture, a starting circle, and the points around it.
 #pragma once
 
+#include <map>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -8,7 +10,7 @@
 
 #include "app/comparison/estimators/converged_fits.hpp"
 #include "app/comparison/estimators/methods.hpp"
-#include "app/comparison/estimators/peer_settings.hpp"
+#include "app/comparison/estimators/peers.hpp"
 #include "perception/detector.hpp"
 
 namespace ballservo {
@@ -29,11 +31,19 @@ struct MethodTask {
   std::optional<UndistortedCircle> start;
 };
 
-/// One picture for all methods. The ball is the detector's best of the task's class; its radius must be among
-/// the detector's options.
+/// What the detectors of one picture are made of; the ball's radius must be among the options.
+struct DetectorSetup {
+  std::shared_ptr<const RayTable> rays;
+  std::shared_ptr<const ColorTable> colors;
+  DetectorOptions options;
+  /// What a whole detector is shown first: it learns the camera's response from the balls that it sees.
+  std::vector<cv::Mat> seen_before{};
+};
+
+/// One picture for all methods. The ball is the detector's best of the task's class.
 class MethodScene {
  public:
-  MethodScene(const cv::Mat& bgr, Detector& detector, const MethodTask& task);
+  MethodScene(const cv::Mat& bgr, const DetectorSetup& setup, const MethodTask& task);
 
   const cv::Mat& bgr() const { return bgr_; }
   const MethodTask& task() const { return task_; }
@@ -44,7 +54,10 @@ class MethodScene {
 
   /// What the votes said of the detector's own ball, whatever the methods start from.
   const std::optional<CircleEstimate>& vote() const { return vote_; }
-  double detection_us() const { return detection_us_; }
+  /// Every ball of the task's class that a detector with the given fit reports, best first.
+  std::vector<MethodFit> detections(BallFit fit);
+  /// Makes what methods share, so that their own time is theirs alone.
+  void prepare(MethodPoints points);
   /// Where the fits start: the votes' circle, or the task's. Nothing: no ball was found, and none was told.
   const std::optional<UndistortedCircle>& start() const { return start_; }
 
@@ -57,8 +70,8 @@ class MethodScene {
     int passes = 1;  ///< how often they were measured: again after a long step
   };
   const std::optional<Edges>& edges();
-  /// How long the choice of the points took.
-  double points_us(MethodPoints points) const;
+  /// How long the detection, or the choice of the points, took.
+  double shared_us(MethodPoints points) const;
 
   /// What a circle of the undistorted picture, a cone, or a circle in the picture as given, says of the ball.
   std::optional<MethodFit> from_circle(const UndistortedCircle& circle) const;
@@ -67,12 +80,15 @@ class MethodScene {
 
  private:
   Eigen::Vector3d position(const Eigen::Vector3d& p_C) const;
+  Detector& whole_detector(BallFit fit);
   std::optional<BallObservation> refine(BallFit fit, RefinementInput& input);
 
   const cv::Mat& bgr_;
-  Detector& detector_;
+  const DetectorSetup& setup_;
+  Detector detector_;
   MethodTask task_;
   double radius_m_ = 0;
+  std::map<BallFit, Detector> whole_;
   std::optional<CircleEstimate> vote_;
   double detection_us_ = 0, ring_us_ = 0, edges_us_ = 0;
   std::optional<UndistortedCircle> start_;

@@ -15,6 +15,7 @@
 namespace ballservo {
 
 class MethodScene;
+struct FrameTruth;
 
 /// What a method says of the ball in one picture. What only fits know is left open by the others.
 struct MethodFit {
@@ -27,18 +28,24 @@ struct MethodFit {
   std::optional<double> arc;           ///< of the outline, has points of weight (0 to 1)
   std::optional<double> condition;     ///< of the weighted Jacobian
   std::optional<bool> converged;
+  /// Of p_C (m^2), where the method states how sure it is.
+  std::optional<Eigen::Matrix3d> covariance_m2;
+  int others = 0;      ///< balls that a whole detector reports beside this one
   double time_us = 0;  ///< from the picture and the starting circle; vote: from the picture
 };
 
-/// Which points a method shares with others: their choice is part of every one's time.
-enum class MethodPoints { none, ring, edges };
+/// What a method shares with others: the detection or the points around the starting circle, which are part
+/// of every one's time; or a detector that has seen pictures before, which is not.
+enum class MethodPoints { none, detection, ring, edges, sphere_detector, paper_detector };
 
 struct FitMethod {
   std::string name;
   std::string minimises;  ///< what it does, in a phrase, for the report
   MethodPoints points = MethodPoints::none;
   bool is_peer = false;  ///< somebody else's recipe, that starts from the picture alone
+  /// One of the two: an estimate of the one ball, or of a whole detector everything that it reports.
   std::function<std::optional<MethodFit>(MethodScene&)> fit;
+  std::function<std::vector<MethodFit>(MethodScene&)> detect{};
 };
 
 /// Every method there is. Pointers into the list stay valid.
@@ -50,7 +57,10 @@ using MethodList = std::vector<const FitMethod*>;
 /// Where a method stands in a list; nothing where it does not.
 std::optional<std::size_t> place_of(const MethodList& methods, std::string_view name);
 
-/// The answer of each method asked for, in their order; nothing where a method has none.
-std::vector<std::optional<MethodFit>> run_methods(MethodScene& scene, const MethodList& methods);
+/// The answer of each method asked for, in their order; nothing where a method has none. Of what a whole
+/// detector reports the one that is at the ball and nearest to its centre, else its best; `truth` serves this
+/// choice alone.
+std::vector<std::optional<MethodFit>> run_methods(MethodScene& scene, const MethodList& methods,
+                                                  const FrameTruth& truth);
 
 }  // namespace ballservo

@@ -8,6 +8,7 @@ namespace ballservo {
 std::vector<OutlineEllipse> HoughGradient::find(const cv::Mat& bgr) {
   cv::cvtColor(bgr, grey_, cv::COLOR_BGR2GRAY);
   cv::GaussianBlur(grey_, grey_, {5, 5}, 1.2);
+  circles_.clear();  // HoughCircles leaves what it was given where it finds nothing
   const bool plain = settings_.mode == HoughMode::gradient;
   cv::HoughCircles(grey_, circles_, plain ? cv::HOUGH_GRADIENT : cv::HOUGH_GRADIENT_ALT, plain ? 1 : 1.5,
                    std::max(1.0, radius_px_), settings_.edges, settings_.support,

@@ -8,6 +8,27 @@
 namespace ballservo {
 namespace {
 
+// The small grids that each peer's settings are chosen from.
+const std::vector<HoughSettings>& hough_grid(HoughMode mode) {
+  constexpr HoughMode plain = HoughMode::gradient, alt = HoughMode::gradient_alt;
+  static const std::vector<HoughSettings> of_plain{{plain, 100, 20}, {plain, 100, 12}, {plain, 100, 30},
+                                                   {plain, 50, 20},  {plain, 50, 30},  {plain, 200, 12}};
+  static const std::vector<HoughSettings> of_alt{{alt, 300, 0.8}, {alt, 300, 0.6}, {alt, 150, 0.8},
+                                                 {alt, 150, 0.5}, {alt, 80, 0.8},  {alt, 80, 0.5}};
+  return mode == plain ? of_plain : of_alt;
+}
+
+const std::vector<HsvSettings>& hsv_grid() {
+  static const std::vector<HsvSettings> grid{{120, 30}, {80, 30}, {50, 20}, {160, 30}, {120, 60}, {80, 15}};
+  return grid;
+}
+
+const std::vector<VpDot2Settings>& vpdot2_grid() {
+  static const std::vector<VpDot2Settings> grid{
+      {true, 0.65, {120, 30}}, {true, 0, {80, 30}}, {true, 0, {50, 20}}, {false, 0.65, {}}};
+  return grid;
+}
+
 using Answer = std::optional<OutlineEllipse>;
 
 struct Score {
@@ -77,6 +98,11 @@ PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const Metho
           return p.task.click_px ? vpdot2_blob(p.bgr, p.task.hue, *p.task.click_px, s) : Answer();
         });
   return chosen;
+}
+
+bool has_tuned_peers(const MethodList& methods) {
+  return std::any_of(methods.begin(), methods.end(),
+                     [](const FitMethod* method) { return method->is_peer && method->fit; });
 }
 
 }  // namespace ballservo

@@ -13,11 +13,13 @@ struct TuningPicture {
   cv::Mat bgr;
   FrameTruth truth;
   MethodTask task;
-  Camera camera;
 };
 
 /// For each peer among the methods the setting that finds the ball in most of the pictures and, among those,
 /// errs least: the mean of centre and radius errors (px). The first of the grid where nothing finds anything.
 PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const MethodList& methods);
+
+/// Whether any of the methods has settings to tune.
+bool has_tuned_peers(const MethodList& methods);
 
 }  // namespace ballservo

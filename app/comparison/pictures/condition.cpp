@@ -18,11 +18,34 @@ std::string occlusion_words(const ComparisonCondition& condition) {
                      sides[static_cast<std::size_t>(condition.occlusion_side)]);
 }
 
+// Painter and look; nothing for the lab's pictures.
+std::string picture_words(const ComparisonCondition& condition) {
+  if (condition.painter == Painter::lab) return "";
+  std::string text = condition.painter == Painter::room ? ", in a room" : ", painted";
+  if (condition.look.half_shade) text += ", half of it in shade";
+  if (condition.look.highlight) text += ", glossy";
+  if (condition.look.marbled) text += ", marbled";
+  if (condition.look.contact_shadow) text += ", contact shadow";
+  if (condition.at_border) text += ", half outside the picture";
+  return text;
+}
+
 }  // namespace
 
 void declare(OptionVisitor& v, ComparisonCondition& c) {
   const NumberRange share = NumberRange::within(0, 1, ""), start_px = NumberRange::within(0, 50, "px");
   v.integer("frames", c.frames, 1, 1000000000, "pictures of the condition");
+  if (v.present("pictures", false)) {
+    v.map("pictures", [&] {
+      v.one_of("type", c.painter,
+               {{"lab", Painter::lab}, {"room", Painter::room}, {"painted", Painter::painted}},
+               "rendered in a lab, rendered in a room, or painted without the renderer", required);
+      v.boolean("half_shade", c.look.half_shade, "painted: half of the ball lies in shade");
+      v.boolean("highlight", c.look.highlight, "painted: a glossy ball");
+      v.boolean("marbled", c.look.marbled, "painted: a marbled ball");
+      v.boolean("contact_shadow", c.look.contact_shadow, "painted: a shadow where it touches the floor");
+    });
+  }
   v.number("depth_m", c.depth_m, NumberRange::above(0, 100, "m"), "distance Z");
   v.number("off_axis_rad", c.off_axis_rad, NumberRange::within(0, 1.2, "rad"), "angle off the axis");
   v.number("occlusion", c.occlusion, NumberRange::within(0, 0.8, ""), "hidden part of the disc");
@@ -49,6 +72,10 @@ void declare(OptionVisitor& v, ComparisonCondition& c) {
   v.number("ring_clutter", c.ring_clutter, NumberRange::within(0, 20, "boxes"), "edges across the outline");
   v.number("same_color", c.same_color, NumberRange::within(0, 20, "things"), "things of the ball's colour");
   v.boolean("touching", c.touching, "a bar of the ball's colour touches it");
+  bool no_ball = !c.has_ball;
+  v.boolean("no_ball", no_ball, "room and painted: only what may be taken for a ball");
+  c.has_ball = !no_ball;
+  v.boolean("at_border", c.at_border, "room and painted: the ball's centre lies near the picture's border");
   v.maybe("start", c.start, [&](const std::string& key, StartError& start) {
     v.map(key, [&] {
       v.number("center_px", start.center_px, start_px, "start's error, centre: sigma, from the truth");
@@ -107,6 +134,8 @@ std::string in_words(const ComparisonCondition& condition) {
   say(condition.ring_clutter > 0, fmt::format("{:g} boxes across its outline", condition.ring_clutter));
   say(condition.same_color > 0, fmt::format("{:g} things of its colour", condition.same_color));
   say(condition.touching, "a bar of its colour touches it");
+  text += picture_words(condition);
+  say(!condition.has_ball, "without the ball");
   if (condition.start)
     say(true, fmt::format("fits start off the truth by {:g} px, radius {:g} px (sigma)",
                           condition.start->center_px, condition.start->radius_px));

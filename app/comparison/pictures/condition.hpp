@@ -13,6 +13,17 @@
 
 namespace ballservo {
 
+/// Who draws the pictures. `lab` renders a ball near the optical axis before textured walls and boxes, where
+/// all else stays as it is while one thing is varied. `room` renders one anywhere near the middle, among 40
+/// things of all colours, lit from any side up to 100 degrees from the camera. `painted` paints it without
+/// the renderer, so that no figure leans on what only the renderer does.
+enum class Painter { lab, room, painted };
+
+/// How a painted ball looks.
+struct PaintedLook {
+  bool half_shade = false, highlight = false, marbled = false, contact_shadow = false;
+};
+
 /// What stands behind the ball: textured walls and boxes, or walls of one colour.
 enum class ComparisonBackground { clutter, plain };
 
@@ -28,6 +39,10 @@ struct StartError {
 struct ComparisonCondition {
   std::string name;  ///< 1 to 64 of a-z, 0-9 and _
   int frames = 20;
+  Painter painter = Painter::lab;
+  PaintedLook look;        ///< painted pictures only
+  bool has_ball = true;    ///< room and painted: false shows only what may be taken for a ball
+  bool at_border = false;  ///< room and painted: the ball's centre lies near the picture's border
   Camera camera{CameraParameters{LensModel::pinhole, {640, 480}, 857, 857, 319.5, 239.5, {}}};
   double resolution = 1;  ///< the picture's size and focal length, as a multiple of the camera's
   /// The camera's own covariance, where its file has one; `calibration_sigmas` times it is what the

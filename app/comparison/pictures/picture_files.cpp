@@ -242,12 +242,12 @@ ComparisonPicture PictureFiles::picture(std::size_t condition, int frame) const 
   ComparisonPicture picture;
   picture.truth = row.truth;
   picture.bgr = read_color_image(row.file, options_.max_pixels);
-  picture.rays = rays_of(picture.bgr);
-  picture.colors = colors_;
+  picture.detector.rays = rays_of(picture.bgr);
+  picture.detector.colors = colors_;
   // Without a camera a position would mean nothing.
   const double radius_m = rays_ ? options_.diameter_m / 2 : 0;
-  picture.options.radii.assign(std::max<std::size_t>(1, colors_->classes.size()), {radius_m, 0});
-  picture.options.seed = options_.seed;
+  picture.detector.options.radii.assign(std::max<std::size_t>(1, colors_->classes.size()), {radius_m, 0});
+  picture.detector.options.seed = options_.seed;
   MethodTask& task = picture.task;
   task.color_class = row.color_class;
   task.loss = options_.loss;
@@ -259,7 +259,7 @@ ComparisonPicture PictureFiles::picture(std::size_t condition, int frame) const 
   task.near_px = task.click_px = ball.center_px;
   task.expected_radius_px = ball.radius_px;
   if (options_.start_at_truth) {
-    task.start = undistorted_circle(picture.rays->camera(), ball);
+    task.start = undistorted_circle(picture.detector.rays->camera(), ball);
     if (task.start) {
       const double sigma_px = std::max(vote_center_px, vote_center_part * ball.radius_px);
       for (double& coordinate : task.start->center_px) coordinate += sigma_px * standard_normal(engine);

@@ -9,8 +9,6 @@
 
 #include "app/comparison/estimators/method_scene.hpp"
 #include "app/comparison/frame_record.hpp"
-#include "calibration/camera/ray_table.hpp"
-#include "perception/detector_options.hpp"
 
 namespace ballservo {
 
@@ -29,9 +27,7 @@ struct ConditionInfo {
 struct ComparisonPicture {
   FrameTruth truth;
   cv::Mat bgr;
-  std::shared_ptr<const RayTable> rays;  ///< of the camera that the methods are told
-  std::shared_ptr<const ColorTable> colors;
-  DetectorOptions options;
+  DetectorSetup detector;  ///< its rays are of the camera that the methods are told
   MethodTask task;
 };
 

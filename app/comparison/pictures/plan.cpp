@@ -108,7 +108,6 @@ void declare(OptionVisitor& v, PlanFile& plan) {
 // Gives a condition the camera that its `node` names; its covariance stands beside its file.
 void set_camera(ComparisonCondition& condition, const PlanCamera& plan, YamlNode node,
                 const std::filesystem::path& folder, FaultList& faults) {
-  YamlNode map = node.map("camera");
   condition.covariance.reset();
   try {
     if (!plan.file.empty()) {
@@ -124,11 +123,12 @@ void set_camera(ComparisonCondition& condition, const PlanCamera& plan, YamlNode
     parameters.cy_px = (plan.height_px - 1) / 2.0;
     parameters.model = plan.model;
     std::copy(plan.coefficients.begin(), plan.coefficients.end(), parameters.coefficients.begin());
-    condition.camera = Camera(parameters, map.place());
+    condition.camera = Camera(parameters, node.place("camera"));
   } catch (const InputError& error) {
     if (plan.file.empty()) return;  // a number that has its fault already
+    const std::string place = node.map("camera").place("file");
     for (const Fault& fault : error.faults())
-      faults.add(map.place("file") + ": " + fault.place, fault.found, fault.allowed);
+      faults.add(place + ": " + fault.place, fault.found, fault.allowed);
   }
 }
 
@@ -173,8 +173,10 @@ void finish_condition(const std::string& place, FaultList& faults, std::set<std:
     }
   }
   if (const std::string reason = why_not_rendered(condition); !reason.empty()) {
-    faults.add(place, reason + " (" + condition.name + ")",
-               "a ball that is wholly in the picture and in front of the camera");
+    faults.add(
+        place, reason + " (" + condition.name + ")",
+        "a ball that is wholly in the picture and in front of the camera, and settings that its painter "
+        "knows");
   }
 }
 
@@ -199,8 +201,9 @@ ComparisonPlan read_plan(const std::string& text, const std::string& name,
     finish_condition(node.place(), faults, names, condition);
     plan.conditions.push_back(std::move(condition));
   };
-  const std::vector<YamlNode> nodes = root.list("conditions");
-  if (static_cast<double>(nodes.size()) > most_conditions) file.conditions.clear();
+  if (static_cast<double>(file.conditions.size()) > most_conditions) file.conditions.clear();
+  const std::vector<YamlNode> nodes =
+      file.conditions.empty() ? std::vector<YamlNode>{} : root.list("conditions");
   for (std::size_t k = 0; k < file.conditions.size(); ++k) {
     auto& [condition, camera] = file.conditions[k];
     condition.camera = defaults.camera;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <opencv2/imgproc.hpp>
@@ -11,7 +12,7 @@
 
 #include "app/comparison/estimators/peer_tuning.hpp"
 #include "app/comparison/estimators/position_bound.hpp"
-#include "app/comparison/pictures/rendered_frame.hpp"
+#include "app/comparison/pictures/painters.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 
@@ -43,6 +44,24 @@ std::shared_ptr<const ColorTable> learn_color(const ComparisonCondition& conditi
   LearnOptions options;
   options.regions.seed = seed;
   return std::make_shared<const ColorTable>(learn_classes(pictures, {request}, options).table);
+}
+
+// What a room's or a painted ball's colour is: its own channel well above the others. A camera's response
+// brings the channels nearer to each other. How well colours can be learnt is not asked of these pictures.
+std::shared_ptr<const ColorTable> dominant_color(const ComparisonCondition& condition) {
+  const BallChannels channels(own_channel(condition.ball_color));
+  const int tenths = condition.sensor.gamma > 1 ? 13 : 19;
+  auto table = std::make_shared<ColorTable>();
+  table->classes.emplace_back();
+  table->classes.back().name = condition.ball_color;
+  for (int entry = 0; entry < ColorTable::entries; ++entry) {
+    const std::array<int, 3> rgb{entry >> 12, (entry >> 6) & 63, entry & 63};
+    const int own = rgb[static_cast<std::size_t>(channels.own)];
+    const int other = std::max(rgb[static_cast<std::size_t>(channels.other_1)],
+                               rgb[static_cast<std::size_t>(channels.other_2)]);
+    if (own > 7 && 10 * own > tenths * other) table->table[static_cast<std::size_t>(entry)] = 1;
+  }
+  return table;
 }
 
 // As OpenCV counts it, of a colour word's reflectance.
@@ -77,6 +96,10 @@ Camera misjudged(const ComparisonCondition& condition, RandomEngine& engine) {
 FrameTruth truth_of(const ComparisonCondition& condition, const RenderedFrame& rendered, int frame) {
   FrameTruth truth;
   truth.frame = frame;
+  if (!condition.has_ball) {
+    truth.has_ball = false;
+    return truth;
+  }
   truth.outline = rendered.truth.outline;
   truth.p_CB = rendered.truth.p_CB;
   truth.visible_fraction = rendered.truth.visible_fraction;
@@ -94,8 +117,9 @@ FrameTruth truth_of(const ComparisonCondition& condition, const RenderedFrame& r
 }  // namespace
 
 PlanPictures::PlanPictures(const ComparisonPlan& plan) : plan_(plan), setups_(plan.conditions.size()) {
-  peers_asked_ = std::any_of(plan.methods.begin(), plan.methods.end(),
-                             [](const FitMethod* method) { return method->is_peer; });
+  peers_asked_ = has_tuned_peers(plan.methods);
+  detectors_asked_ = std::any_of(plan.methods.begin(), plan.methods.end(),
+                                 [](const FitMethod* method) { return method->detect && !method->is_peer; });
   for (const ComparisonCondition& condition : plan.conditions) {
     ConditionInfo info;
     info.name = condition.name;
@@ -113,21 +137,22 @@ PlanPictures::PlanPictures(const ComparisonPlan& plan) : plan_(plan), setups_(pl
 
 void PlanPictures::prepare(const std::vector<char>& needed) {
   // Colours look alike as long as finish and response do.
-  std::map<std::tuple<std::string, Pattern, double, double>, std::shared_ptr<const ColorTable>> tables;
+  std::map<std::tuple<bool, std::string, Pattern, double, double>, std::shared_ptr<const ColorTable>> tables;
   std::map<std::vector<double>, std::shared_ptr<const RayTable>> cameras;
   for (std::size_t c = 0; c < setups_.size(); ++c) {
     if (!needed[c]) continue;
     const ComparisonCondition& condition = plan_.conditions[c];
-    auto& table =
-        tables[{condition.ball_color, condition.ball_pattern, condition.sensor.gain, condition.sensor.gamma}];
-    if (!table) table = learn_color(condition, plan_.seed);
+    const bool lab = condition.painter == Painter::lab;
+    auto& table = tables[{lab, condition.ball_color, condition.ball_pattern, condition.sensor.gain,
+                          condition.sensor.gamma}];
+    if (!table) table = lab ? learn_color(condition, plan_.seed) : dominant_color(condition);
     setups_[c].colors = table;
-    setups_[c].hue = hue_of(condition.ball_color);
+    setups_[c].hue = lab ? hue_of(condition.ball_color) : 60 * own_channel(condition.ball_color);
     auto& rays = cameras[camera_numbers(condition.camera)];
     if (!rays) rays = std::make_shared<const RayTable>(condition.camera);
     setups_[c].rays = rays;
   }
-  if (!peers_asked_) return;
+  if (!peers_asked_ && !detectors_asked_) return;
   tbb::parallel_for(std::size_t{0}, setups_.size(), [&](std::size_t c) {
     if (!needed[c]) return;
     const ComparisonCondition& condition = plan_.conditions[c];
@@ -138,9 +163,12 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
       FrameTruth truth;
       truth.frame = k;
       truth.outline = rendered.truth.outline;
-      pictures.push_back({rendered.bgr, truth, task(c, truth), condition.camera});
+      pictures.push_back({rendered.bgr, truth, task(c, truth)});
     }
-    setups_[c].peers = tuned_peers(pictures, plan_.methods);
+    if (peers_asked_) setups_[c].peers = tuned_peers(pictures, plan_.methods);
+    if (detectors_asked_) {
+      for (const TuningPicture& shown : pictures) setups_[c].seen_before.push_back(shown.bgr);
+    }
   });
 }
 
@@ -153,6 +181,7 @@ MethodTask PlanPictures::task(std::size_t index, const FrameTruth& truth) const 
   task.loss = plan_.loss;
   task.peers = setups_[index].peers;
   task.hue = setups_[index].hue;
+  task.expected_radius_px = condition.radius_m() / condition.depth_m * condition.camera.focal_px();
   if (!truth.outline) return task;
   const double radius_px = truth.outline->radius_px;
   task.expected_radius_px = radius_px;
@@ -178,15 +207,16 @@ ComparisonPicture PlanPictures::picture(std::size_t index, int frame) const {
   ComparisonPicture picture;
   picture.truth = truth_of(condition, rendered, frame);
   picture.bgr = rendered.bgr;
-  picture.colors = setup.colors;
-  picture.rays = setup.rays;
+  picture.detector.colors = setup.colors;
+  picture.detector.rays = setup.rays;
+  picture.detector.seen_before = setup.seen_before;
   if (condition.calibration_sigmas > 0) {
     RandomEngine engine =
         random_stream(plan_.seed, "calibration/" + condition.name, static_cast<std::uint64_t>(frame));
-    picture.rays = std::make_shared<const RayTable>(misjudged(condition, engine));
+    picture.detector.rays = std::make_shared<const RayTable>(misjudged(condition, engine));
   }
-  picture.options.radii = {{condition.radius_m(), 0}};
-  picture.options.seed = plan_.seed;
+  picture.detector.options.radii = {{condition.radius_m(), 0}};
+  picture.detector.options.seed = plan_.seed;
   picture.task = task(index, picture.truth);
   return picture;
 }

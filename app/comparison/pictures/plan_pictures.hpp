@@ -10,7 +10,8 @@
 namespace ballservo {
 
 /// The plan must outlive the source. Each ball colour is learnt, as a user would, from teaching pictures
-/// rendered for it; each peer is set up for its condition on three frames that are not measured.
+/// rendered for it; each peer is set up for its condition on three frames that are not measured,
+/// and whole detectors have seen them before.
 class PlanPictures : public PictureSource {
  public:
   explicit PlanPictures(const ComparisonPlan& plan);
@@ -25,12 +26,13 @@ class PlanPictures : public PictureSource {
     std::shared_ptr<const RayTable> rays;
     std::shared_ptr<const ColorTable> colors;
     PeerSettings peers;
+    std::vector<cv::Mat> seen_before;  // by whole detectors
     int hue = 0;
   };
   MethodTask task(std::size_t condition, const FrameTruth& truth) const;
 
   const ComparisonPlan& plan_;
-  bool peers_asked_ = false;
+  bool peers_asked_ = false, detectors_asked_ = false;
   std::vector<ConditionInfo> infos_;
   std::vector<Setup> setups_;
 };

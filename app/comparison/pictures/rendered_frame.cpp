@@ -4,17 +4,84 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
-#include "calibration/base/random.hpp"
-#include "servo/simulation/rendering/camera_renderer.hpp"
+#include "app/comparison/pictures/painters.hpp"
 
 namespace ballservo {
 namespace {
 
-constexpr double margin_px = 10;  // the ring around the outline must lie in the picture too
-constexpr double jitter_px = 1.5, jitter_depth = 0.02;
+// A pixel of the border, and a ball whose centre lies near it.
+Eigen::Vector3d border_place(const ComparisonCondition& condition, double depth_m, RandomEngine& engine) {
+  const Camera& camera = condition.camera;
+  const double radius_px = condition.radius_m() / depth_m * camera.focal_px();
+  const double beyond_px = uniform(engine, -0.1, 0.1) * radius_px;
+  const double width = camera.size().width_px, height = camera.size().height_px;
+  const double u = uniform(engine, 0.15, 0.85) * width, v = uniform(engine, 0.15, 0.85) * height;
+  const std::array<Eigen::Vector2d, 4> places{
+      Eigen::Vector2d(-beyond_px, v), Eigen::Vector2d(width - 1 + beyond_px, v),
+      Eigen::Vector2d(u, -beyond_px), Eigen::Vector2d(u, height - 1 + beyond_px)};
+  const auto ray = camera.unproject(places[uniform_index(engine, 4)]);
+  if (!ray) throw std::logic_error("a pixel of the border has a ray");
+  return *ray * (depth_m / ray->z());
+}
 
-// The camera looks along the world's x axis, upright.
+// The first setting that the condition's painter would not show; empty if it shows them all.
+std::string not_shown(const ComparisonCondition& c) {
+  const bool lab = c.painter == Painter::lab, painted = c.painter == Painter::painted;
+  const PaintedLook& look = c.look;
+  const std::vector<std::pair<bool, const char*>> settings{
+      {lab && !c.has_ball, "no_ball"},
+      {lab && c.at_border, "at_border"},
+      {!painted && (look.half_shade || look.highlight || look.marbled || look.contact_shadow), "a look"},
+      {painted && c.touching, "touching"},
+      {painted && (c.sensor.shot_noise > 0 || c.sensor.gain != 1), "noise.shot and gain"},
+      {!lab && c.ball_color != "red" && c.ball_color != "green" && c.ball_color != "blue",
+       "the ball's color"},
+      {!lab && c.ball_pattern != Pattern::plain, "the ball's pattern"},
+      {!lab && c.background == ComparisonBackground::plain, "background: plain"},
+      {!lab && c.occlusion_side != OcclusionSide::any, "occlusion_side"},
+      {!lab && c.contrast != 1, "contrast"},
+      {!lab && c.ring_clutter > 0, "ring_clutter"},
+      {!lab && (c.light_level != 1 || c.light_angle_rad), "light"},
+      {!lab && c.motion_blur_px > 0, "motion_blur_px"}};
+  for (const auto& [is_set, name] : settings) {
+    if (is_set) return name;
+  }
+  return "";
+}
+
+}  // namespace
+
+Eigen::Vector3d draw_ball_place(const ComparisonCondition& condition, RandomEngine& engine) {
+  constexpr double margin_px = 12, near_middle = 0.2;
+  const double depth_m = condition.depth_m * uniform(engine, 1 - depth_jitter, 1 + depth_jitter);
+  if (condition.at_border) return border_place(condition, depth_m, engine);
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    const double azimuth = uniform(engine, 0, 2 * M_PI);
+    const double lateral = condition.off_axis_rad > 0
+                               ? std::tan(condition.off_axis_rad) + uniform(engine, -0.004, 0.004)
+                               : near_middle * std::sqrt(uniform01(engine));
+    const Eigen::Vector3d p_CB(depth_m * lateral * std::cos(azimuth), depth_m * lateral * std::sin(azimuth),
+                               depth_m);
+    if (inside_picture(condition, p_CB, margin_px)) return p_CB;
+  }
+  return {0, 0, depth_m};  // a ball so large that it is whole in the middle only
+}
+
+int own_channel(const std::string& ball_color) {
+  return ball_color == "red" ? 0 : ball_color == "green" ? 1 : 2;
+}
+
+bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d& p_CB, double margin_px) {
+  const auto outline = project_outline(condition.camera, p_CB, condition.radius_m(), 64);
+  const ImageSize size = condition.camera.size();
+  return !outline.empty() && std::all_of(outline.begin(), outline.end(), [&](const Eigen::Vector2d& p) {
+    return p.x() >= margin_px && p.y() >= margin_px && p.x() <= size.width_px - 1 - margin_px &&
+           p.y() <= size.height_px - 1 - margin_px;
+  });
+}
+
 Eigen::Isometry3d level_camera(const Eigen::Vector3d& p_WC) {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   X_WC.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -22,34 +89,8 @@ Eigen::Isometry3d level_camera(const Eigen::Vector3d& p_WC) {
   return X_WC;
 }
 
-Eigen::Vector3d ball_place(const ComparisonCondition& condition, double azimuth_rad) {
-  const double lateral = condition.depth_m * std::tan(condition.off_axis_rad);
-  return {lateral * std::cos(azimuth_rad), lateral * std::sin(azimuth_rad), condition.depth_m};
-}
-
-bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d& p_CB, double margin) {
-  const auto outline = project_outline(condition.camera, p_CB, condition.radius_m(), 64);
-  const ImageSize size = condition.camera.size();
-  return !outline.empty() && std::all_of(outline.begin(), outline.end(), [&](const Eigen::Vector2d& p) {
-    return p.x() >= margin && p.y() >= margin && p.x() <= size.width_px - 1 - margin &&
-           p.y() <= size.height_px - 1 - margin;
-  });
-}
-
-// Evenly spread directions off the axis in which the whole ball is in the picture.
-std::vector<double> usable_azimuths(const ComparisonCondition& condition) {
-  constexpr int directions = 72;
-  std::vector<double> usable;
-  for (int k = 0; k < directions; ++k) {
-    const double azimuth = 2 * M_PI * k / directions;
-    if (inside_picture(condition, ball_place(condition, azimuth), margin_px + 3)) usable.push_back(azimuth);
-  }
-  return usable;
-}
-
-// How far from a disc's centre (in radii) a straight edge runs that hides the given fraction of it: the area
-// of a circular segment, (acos d - d sqrt(1 - d^2)) / pi.
-double edge_distance(double hidden_fraction) {
+double hiding_edge_distance(double hidden_fraction) {
+  // The area of a circular segment is (acos d - d sqrt(1 - d^2)) / pi of the disc's.
   double low = -1, high = 1;
   for (int k = 0; k < 60; ++k) {
     const double d = (low + high) / 2;
@@ -59,242 +100,55 @@ double edge_distance(double hidden_fraction) {
   return (low + high) / 2;
 }
 
-Eigen::Vector2d unit_vector(double angle) { return {std::cos(angle), std::sin(angle)}; }
-
-Rgb muted(const Rgb& color, double grey, double share) {
-  return share * color + (1 - share) * Rgb::Constant(grey);
-}
-
-// A colour for the background: any hue but the ball's own, half grey; the nearer to the ball's the less
-// contrast is wanted.
-Rgb background_color(const ComparisonCondition& condition, RandomEngine& engine) {
-  const std::string& ball_color = condition.ball_color;
-  constexpr std::array<const char*, 8> words{"grey", "white", "black",  "cyan",
-                                             "blue", "green", "yellow", "purple"};
-  std::string word;
-  do {
-    word = words[uniform_index(engine, static_cast<std::uint32_t>(words.size()))];
-  } while (word == ball_color);
-  const Rgb color = muted(*color_from_word(word), uniform(engine, 0.1, 0.6), 0.4);
-  return condition.contrast * color + (1 - condition.contrast) * *color_from_word(ball_color);
-}
-
-Texture background_texture(const ComparisonCondition& condition, RandomEngine& engine) {
-  Texture texture;
-  texture.pattern = all_patterns[uniform_index(engine, static_cast<std::uint32_t>(all_patterns.size()))];
-  texture.color = background_color(condition, engine);
-  texture.color_2 = 0.6 * texture.color + 0.4 * background_color(condition, engine);
-  texture.scale_m = uniform(engine, 0.05, 0.4);
-  return texture;
-}
-
-Obstacle box(const Eigen::Vector3d& center, const Eigen::Vector3d& size, double yaw_rad,
-             const Texture& texture) {
-  Obstacle obstacle;
-  obstacle.shape = BoxShape{size};
-  obstacle.center_m = center;
-  obstacle.yaw_rad = yaw_rad;
-  obstacle.material.texture = texture;
-  return obstacle;
-}
-
-// Which side of the ball an occluder hides (picture axes). By chance not the upper one: the lamp hangs there,
-// and a shadow with an edge of its own is another condition than a hidden part.
-Eigen::Vector2d occluder_side(OcclusionSide wanted, RandomEngine& engine) {
-  constexpr std::array<std::array<int, 2>, 4> sides{{{-1, 0}, {1, 0}, {0, 1}, {0, -1}}};
-  const std::size_t drawn = uniform_index(engine, 3);
-  const auto& side = sides[wanted == OcclusionSide::any ? drawn : static_cast<std::size_t>(wanted) - 1];
-  return {side[0], side[1]};
-}
-
-// A card close before the ball whose straight edge hides the wanted part of it.
-Obstacle occluder(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                  const Eigen::Vector3d& p_CB, const Eigen::Vector2d& side, RandomEngine& engine) {
-  const auto outline = project_sphere(condition.camera, p_CB, condition.radius_m());
-  if (!outline) throw std::logic_error("a ball that is in the picture has an outline");
-  const double card_depth = std::max(0.7 * p_CB.z(), p_CB.z() - 4 * condition.radius_m());
-  const Eigen::Vector2d edge_px =
-      outline->center_px + outline->radius_px * edge_distance(condition.occlusion) * side;
-  const auto ray = condition.camera.unproject(edge_px);
-  if (!ray) throw std::logic_error("a pixel of the ball has a ray");
-  const double size_m = 5 * condition.radius_m();
-  Eigen::Vector3d center_C = *ray * (card_depth / ray->z());
-  center_C.head<2>() += 0.5 * size_m * side;
-  Texture texture = background_texture(condition, engine);
-  texture.color = muted(texture.color, 0.35, 0.3);
-  texture.color_2 = muted(texture.color_2, 0.3, 0.3);
-  return box(X_WC * center_C, {0.001, size_m, size_m}, 0, texture);
-}
-
-// Boxes behind the ball.
-void add_clutter(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                 const Eigen::Vector3d& p_CB, RandomEngine& engine, World& world) {
-  constexpr int count = 14;
-  for (int k = 0; k < count; ++k) {
-    const double size = p_CB.z() * uniform(engine, 0.05, 0.25);
-    const Eigen::Vector3d center_C{p_CB.x() + p_CB.z() * uniform(engine, -0.7, 0.7),
-                                   p_CB.y() + p_CB.z() * uniform(engine, -0.5, 0.5),
-                                   p_CB.z() * uniform(engine, 1.5, 1.9)};
-    const double width = size * uniform(engine, 0.4, 1.6), height = size * uniform(engine, 0.4, 1.6);
-    const double yaw_rad = uniform(engine, -0.6, 0.6);
-    world.obstacles.push_back(
-        box(X_WC * center_C, {0.3 * size, width, height}, yaw_rad, background_texture(condition, engine)));
-  }
-}
-
-// Boxes right behind the ball whose outlines cross its own.
-void add_ring_clutter(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                      const Eigen::Vector3d& p_CB, RandomEngine& engine, World& world) {
-  const double r = condition.radius_m(), behind = p_CB.z() + 1.3 * r;
-  const double scale = behind / p_CB.z();
-  for (int k = 0; k < static_cast<int>(condition.ring_clutter); ++k) {
-    const Eigen::Vector2d place = p_CB.head<2>() * scale + r * scale * uniform(engine, 0.8, 1.15) *
-                                                               unit_vector(uniform(engine, 0, 2 * M_PI));
-    const Eigen::Vector3d size(0.002, uniform(engine, 0.3, 0.9) * r, uniform(engine, 0.3, 0.9) * r);
-    const double depth = behind + 0.02 * r * k;  // one before the other, never in one place
-    world.obstacles.push_back(box(X_WC * Eigen::Vector3d(place.x(), place.y(), depth), size, 0,
-                                  background_texture(condition, engine)));
-  }
-}
-
-Texture near_color(const ComparisonCondition& condition, double low, double high, RandomEngine& engine) {
-  Texture texture;
-  texture.color = *color_from_word(condition.ball_color) * uniform(engine, low, high);
-  return texture;
-}
-
-// Boxes of nearly the ball's colour, clear of it in the picture, and a bar of it that touches it.
-void add_same_color(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                    const Eigen::Vector3d& p_CB, RandomEngine& engine, World& world) {
-  const double z = p_CB.z(), r = condition.radius_m();
-  for (int k = 0; k < static_cast<int>(condition.same_color); ++k) {
-    const double side = r * uniform(engine, 0.7, 2), depth = z * uniform(engine, 1.15, 1.4);
-    const double apart = uniform(engine, 1.2 * r + 1.5 * side, 6 * r + 3 * side);
-    const Eigen::Vector2d place = p_CB.head<2>() + apart * unit_vector(uniform(engine, 0, 2 * M_PI));
-    world.obstacles.push_back(
-        box(X_WC * (depth / z * Eigen::Vector3d(place.x(), place.y(), z)),
-            {0.3 * side, side * uniform(engine, 0.5, 1.5), side * uniform(engine, 0.5, 1.5)},
-            uniform(engine, -0.6, 0.6), near_color(condition, 0.7, 1.1, engine)));
-  }
-  if (!condition.touching) return;
-  const double width = r * uniform(engine, 0.4, 1.2), length = r * uniform(engine, 3, 6);
-  const double shift = uniform(engine, 0.88, 0.98) * r + width / 2;
-  const double side = uniform01(engine) < 0.5 ? -1 : 1;
-  const double scale = (z + r) / z;
-  const Eigen::Vector3d center(p_CB.x() + side * shift, p_CB.y() + uniform(engine, -0.3, 0.3) * length, z);
-  world.obstacles.push_back(box(X_WC * (scale * center), {0.002, scale * width, scale * length}, 0,
-                                near_color(condition, 0.85, 1.1, engine)));
-}
-
-// The camera's places while it is exposed: along a line in the picture's plane, the middle one at its own.
-std::vector<CameraView> exposure_views(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                                       double depth_m, RandomEngine& engine) {
-  if (!(condition.motion_blur_px > 0)) return {{X_WC, 0}};
-  const Eigen::Vector2d way = unit_vector(uniform(engine, 0, 2 * M_PI)) * condition.motion_blur_px * depth_m /
-                              condition.camera.focal_px();
-  std::vector<CameraView> views;
-  for (int k = 0; k < motion_views; ++k) {
-    const double part = (k + 0.5) / motion_views - 0.5;
-    CameraView view{X_WC, 0};
-    view.X_WC.translation() += X_WC.linear() * Eigen::Vector3d(part * way.x(), part * way.y(), 0);
-    views.push_back(view);
-  }
-  return views;
-}
-
-// Twice as far from the centre as the outline goes.
 cv::Rect neighbourhood(const OutlineEllipse& ball) {
   const int reach = static_cast<int>(2 * ball.radius_px) + 20;
   return {static_cast<int>(ball.center_px.x()) - reach, static_cast<int>(ball.center_px.y()) - reach,
           2 * reach, 2 * reach};
 }
 
-}  // namespace
+void expose_frame(const cv::Mat& light, const SensorOptions& sensor, std::uint64_t seed,
+                  std::uint64_t noise_frame, bool has_bound, RenderedFrame& frame) {
+  frame.bgr = expose(light, sensor, seed, noise_frame);
+  if (!has_bound) return;
+  SensorOptions noiseless = sensor;
+  noiseless.read_noise = noiseless.shot_noise = 0;
+  frame.clean_bgr = expose(light, noiseless, 0, 0);
+}
+
+Eigen::Vector3d place_off_axis(const ComparisonCondition& condition, double azimuth_rad) {
+  const double lateral = condition.depth_m * std::tan(condition.off_axis_rad);
+  return {lateral * std::cos(azimuth_rad), lateral * std::sin(azimuth_rad), condition.depth_m};
+}
+
+std::vector<double> usable_azimuths(const ComparisonCondition& condition) {
+  constexpr int directions = 72;
+  constexpr double margin_px = 10;  // the ring around the outline must lie in the picture too
+  std::vector<double> usable;
+  for (int k = 0; k < directions; ++k) {
+    const double azimuth = 2 * M_PI * k / directions;
+    if (inside_picture(condition, place_off_axis(condition, azimuth), margin_px + 3))
+      usable.push_back(azimuth);
+  }
+  return usable;
+}
 
 std::string why_not_rendered(const ComparisonCondition& condition) {
-  if (!(condition.depth_m * (1 - jitter_depth) > 1.05 * condition.radius_m())) {
+  if (const std::string name = not_shown(condition); !name.empty())
+    return name + ", which pictures of this type do not show";
+  if (!(condition.depth_m * (1 - depth_jitter) > 1.05 * condition.radius_m()))
     return "a camera inside the ball or touching it";
-  }
-  if (usable_azimuths(condition).empty()) return "a ball that is partly or wholly outside the picture";
+  if (!condition.at_border && usable_azimuths(condition).empty())
+    return "a ball that is partly or wholly outside the picture";
   return "";
 }
 
 RenderedFrame render_comparison_frame(const ComparisonCondition& condition, std::uint64_t seed, int frame) {
-  RandomEngine engine =
-      random_stream(seed, "comparison/" + condition.name, static_cast<std::uint64_t>(frame));
-  const std::vector<double> azimuths = usable_azimuths(condition);
-  if (azimuths.empty()) throw std::invalid_argument("the condition cannot be rendered: " + condition.name);
-  const double azimuth = azimuths[uniform_index(engine, static_cast<std::uint32_t>(azimuths.size()))];
-  Eigen::Vector3d p_CB = ball_place(condition, azimuth);
-  p_CB *= uniform(engine, 1 - jitter_depth, 1 + jitter_depth);
-  const double m_per_px = p_CB.z() / condition.camera.focal_px();
-  p_CB.x() += uniform(engine, -jitter_px, jitter_px) * m_per_px;
-  p_CB.y() += uniform(engine, -jitter_px, jitter_px) * m_per_px;
-
-  const double lateral = std::max(2.0, 3 * p_CB.head<2>().norm());
-  const double height = 4 + 2 * lateral;
-  const Eigen::Isometry3d X_WC = level_camera(
-      {0, uniform(engine, -0.5, 0.5) * lateral, height / 2 + uniform(engine, -0.4, 0.4) * lateral});
-  World world;
-  world.room = {-1 - p_CB.z(), 2 * p_CB.z() + 1.5, -2 * lateral - 2, 2 * lateral + 2, height, {}, {}, {}};
-  world.room.wall.texture = background_texture(condition, engine);
-  world.room.floor.texture = background_texture(condition, engine);
-
-  Ball ball;
-  ball.name = ball.class_name = condition.ball_color;
-  ball.diameter_m = condition.diameter_m;
-  ball.material.texture.color = *color_from_word(condition.ball_color);
-  ball.material.texture.pattern = condition.ball_pattern;
-  ball.material.texture.color_2 = 0.6 * ball.material.texture.color;
-  ball.material.texture.scale_m = 0.4 * condition.diameter_m;
-  ball.material.specular = 0.15;
-  ball.position_m = X_WC * p_CB;
-  world.balls.push_back(ball);
-
-  if (condition.background == ComparisonBackground::plain) {
-    world.room.wall.texture.pattern = world.room.floor.texture.pattern = Pattern::plain;
-  } else {
-    add_clutter(condition, X_WC, p_CB, engine, world);
-  }
-
-  // A lamp from the camera's side, above, as bright at the ball wherever it hangs.
-  Eigen::Vector3d to_lamp_C(uniform(engine, -0.7, 0.7), uniform(engine, -0.9, -0.4),
-                            uniform(engine, -0.9, -0.4));
-  if (condition.light_angle_rad) {
-    const Eigen::Vector2d across = to_lamp_C.head<2>().normalized() * std::sin(*condition.light_angle_rad);
-    to_lamp_C = {across.x(), across.y(), -std::cos(*condition.light_angle_rad)};
-  }
-  if (condition.occlusion > 0) {
-    const Eigen::Vector2d side = occluder_side(condition.occlusion_side, engine);
-    world.obstacles.push_back(occluder(condition, X_WC, p_CB, side, engine));
-    if (side.x() != 0) to_lamp_C.x() = -side.x() * std::abs(to_lamp_C.x());
-    if (side.y() != 0) to_lamp_C.y() = -side.y() * std::abs(to_lamp_C.y());
-  }
-  Light lamp;
-  lamp.position_m = ball.position_m + X_WC.linear() * to_lamp_C;
-  lamp.intensity = Rgb::Constant(condition.light_level * uniform(engine, 0.5, 0.7) * to_lamp_C.squaredNorm());
-  world.lights.push_back(lamp);
-  world.ambient = Rgb::Constant(condition.light_level * uniform(engine, 0.55, 0.7));
-  add_ring_clutter(condition, X_WC, p_CB, engine, world);
-  add_same_color(condition, X_WC, p_CB, engine, world);
-
-  const std::vector<CameraView> views = exposure_views(condition, X_WC, p_CB.z(), engine);
-  const CameraView middle{X_WC, 0};
-  RenderedFrame rendered;
-  rendered.truth = ball_truth(condition.camera, world, middle).front();
-  const bool has_bound = views.size() == 1 && condition.sensor.gamma == 1 && rendered.truth.outline;
-  if (has_bound && condition.occlusion > 0)
-    rendered.unhidden =
-        unhidden_pixels(condition.camera, world, middle, 0, neighbourhood(*rendered.truth.outline));
-  const CameraRenderer renderer(condition.camera, std::move(world), condition.sensor);
-  const cv::Mat light = renderer.radiance(views);
-  rendered.bgr = expose(light, condition.sensor, engine(), static_cast<std::uint64_t>(frame));
-  if (has_bound) {
-    SensorOptions noiseless = condition.sensor;
-    noiseless.read_noise = noiseless.shot_noise = 0;
-    rendered.clean_bgr = expose(light, noiseless, 0, 0);
-  }
-  return rendered;
+  const bool lab = condition.painter == Painter::lab;
+  RandomEngine engine = random_stream(seed, (lab ? "comparison/" : "accuracy/") + condition.name,
+                                      static_cast<std::uint64_t>(frame));
+  if (lab) return lab_frame(condition, engine, frame);
+  return condition.painter == Painter::room ? room_frame(condition, engine)
+                                            : painted_frame(condition, engine);
 }
 
 }  // namespace ballservo

@@ -1,20 +1,9 @@
 """python3 -m ballservo.report DIR...: draws report.html into each folder, from the files in it. Exit: 0 done, 2 not."""
 import importlib
-import os
 import sys
-import tempfile
 from pathlib import Path
 
 PAGES = ("run", "sweep", "comparison", "camera", "difference", "demo")
-
-
-def prepare_matplotlib():
-    """Gives matplotlib a folder for its list of fonts where the user's home cannot hold one."""
-    if "MPLCONFIGDIR" in os.environ:
-        return
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    if not os.access(home if home.exists() else home.parent, os.W_OK):
-        os.environ["MPLCONFIGDIR"] = str(Path(tempfile.gettempdir()) / f"ballservo-matplotlib-{os.getuid()}")
 
 
 def draw(folder):
@@ -33,7 +22,6 @@ def draw(folder):
 
 
 def main(folders):
-    prepare_matplotlib()
     try:
         for folder in folders:
             draw(Path(folder))

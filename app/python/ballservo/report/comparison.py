@@ -191,7 +191,8 @@ def sweep_distances(data, sweep, names, values):
 
 def roc_figure(data):
     """How well rules tell breaks, of the fits that break often enough."""
-    drawn = [c for c in data.facts["certificates"]["fits"] if c["rules"][0]["breaks"] >= data.facts["certificates"]["fewest"]]
+    certificates = data.facts["certificates"]
+    drawn = [fit for fit in certificates["fits"] if fit["rules"][0]["breaks"] >= certificates["fewest"]]
     if not drawn:
         return None
     plot = axes("How well the rules tell breaks", "false alarms (% of the frames that do not break)",
@@ -207,7 +208,7 @@ def roc_figure(data):
     legend(plot, 2)
     return drawing(plot, "Up and to the left is better. next_step: by the length of the step that would follow; bend: by this "
                    "step's squared; logistic: by four things together. Fits with fewer than "
-                   f"{data.facts['certificates']['fewest']} breaks are left out.")
+                   f"{certificates['fewest']} breaks are left out.")
 
 
 def certificate_rows(facts):

@@ -20,7 +20,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 # Okabe and Ito's palette ("Color universal design", 2008): told apart by colour-blind readers too.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888")
 INK = "#1d2126"  # becomes the page's text colour, which follows the reader's light or dark system
-MAP_COLORS = "inferno"
+MAP_COLORS = "viridis"
 PHONE_PX = 520  # a wider drawing is scrolled on a phone, not shrunk
 
 matplotlib.rcdefaults()
@@ -73,7 +73,9 @@ def numbers(rows, column):
 def text_of(value, decimals=2, unit="", scale=1.0):
     """"1.23 mm", or "-" where nothing is known."""
     value = number(value) * scale
-    return f"{value:.{decimals}f} {unit}".rstrip() if math.isfinite(value) else "-"
+    if not math.isfinite(value):
+        return "-"
+    return f"{round(value, decimals) + 0.0:.{decimals}f} {unit}".rstrip()  # a rounded zero has no sign
 
 
 def figure_text(value):
@@ -134,14 +136,24 @@ def goal_line(plot, value, text="", vertical=False):
                   fontsize=9, alpha=0.8, va="top" if vertical else "bottom", ha="left" if vertical else "right")
 
 
+def enlargement(lengths, longest):
+    """1, 2 or 5 times a power of ten: the largest by which these lengths stay below the longest."""
+    largest = np.nanmax(lengths)
+    if not largest > 0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(longest / largest))
+    return next(power * digit for digit in (5, 2, 1) if digit == 1 or power * digit * largest <= longest)
+
+
 def heat_map(title, unit, size_px, columns, values, high=None, width=480):
     """Values at the nodes of a grid over a picture, row by row; NaN stays without colour."""
     plot = map_axes(title, (-0.5, size_px[0] - 0.5), (size_px[1] - 0.5, -0.5), "u (px)", "v (px)", width)
     grid = np.reshape(drawable(values), (-1, columns))
-    image = plot.pcolormesh(np.linspace(-0.5, size_px[0] - 0.5, columns),
-                            np.linspace(-0.5, size_px[1] - 0.5, len(grid)), grid, cmap=MAP_COLORS, vmin=0,
-                            vmax=high, shading="nearest")
-    plot.figure.colorbar(image, ax=plot, label=unit, shrink=0.8)
+    high = high or np.nanmax(grid, initial=0) or 1
+    image = plot.pcolormesh(np.linspace(0, size_px[0] - 1, columns), np.linspace(0, size_px[1] - 1, len(grid)), grid,
+                            cmap=MAP_COLORS, vmin=0, vmax=high, shading="nearest")
+    plot.figure.colorbar(image, ax=plot, label=unit, shrink=0.8,
+                         extend="max" if np.nanmax(grid, initial=0) > 1.0001 * high else "neither")
     plot.grid(False)
     return plot
 

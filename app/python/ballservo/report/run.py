@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .page import (COLORS, INK, axes, curve, drawing, goal_line, legend, map_axes, numbers, photo, read_json, read_rows,
+from .page import (COLORS, axes, curve, drawing, goal_line, legend, map_axes, numbers, photo, read_json, read_rows,
                    render, text_of)
 from .floor import draw_obstacles, draw_robot, draw_room
 
@@ -13,7 +13,8 @@ MOMENTS = 7  # footprints along the path
 
 
 def page(folder):
-    facts, summary, log = read_json(folder / "report.json"), read_json(folder / "summary.json"), read_rows(folder / "log.csv")
+    facts, summary = read_json(folder / "report.json"), read_json(folder / "summary.json")
+    log = read_rows(folder / "log.csv")
     return render(
         "run.html", title=facts["title"], law=facts["law"],
         subtitle=f"One closed-loop run: law {facts['law']}, perception {facts['perception']}",
@@ -48,8 +49,7 @@ def key_figures(s):
 def top_view(facts, log):
     room, ball = facts["room_m"], np.reshape(facts["ball"]["path_m"], (-1, 2))
     path = np.column_stack([numbers(log, "x_m"), numbers(log, "y_m")])
-    low = np.maximum(np.min(np.vstack([path, ball, [room[:2]] if not log else path]), axis=0) - 0.8, np.array(room[:2]) - 0.1)
-    high = np.minimum(np.max(np.vstack([path, ball, [room[2:]] if not log else path]), axis=0) + 0.8, np.array(room[2:]) + 0.1)
+    low, high = shown_floor(room, np.vstack([path, ball]))
     plot = map_axes("From above", (low[0], high[0]), (low[1], high[1]), "x (m)", "y (m)", 520)
     draw_room(plot, room)
     draw_obstacles(plot, facts["obstacles"])
@@ -65,6 +65,14 @@ def top_view(facts, log):
         plot.annotate("start", path[0], (0, 22), textcoords="offset points", ha="center", fontsize=10)
     return drawing(plot, "Robot path (with its footprint at seven moments), ball, and the circle of the desired distance "
                    "around it (dashed).")
+
+
+def shown_floor(room, points, margin_m=0.8):
+    """The floor around these points, within the walls: its low and high corner."""
+    walls = np.reshape(room, (2, 2)) + [[-0.1], [0.1]]
+    if len(points) == 0:
+        return walls
+    return np.maximum(points.min(axis=0) - margin_m, walls[0]), np.minimum(points.max(axis=0) + margin_m, walls[1])
 
 
 def draw_ball(plot, center, radius_m, distance_m):
@@ -99,9 +107,10 @@ def error_plots(facts, summary, log):
     limit_mm, limit_deg = 1e3 * facts["reached"]["range_m"], math.degrees(facts["reached"]["bearing_rad"])
     plots = [whole(time, range_mm, "Distance error", "range error (mm)"),
              whole(time, bearing_deg, "Bearing error", "bearing (deg)")]
-    if summary["settled_s"] is not None:
-        plots += [ending(time, range_mm, limit_mm, summary["settled_s"], "Distance error at the end", "range error (mm)"),
-                  ending(time, bearing_deg, limit_deg, summary["settled_s"], "Bearing error at the end", "bearing (deg)")]
+    settled_s = summary["settled_s"]
+    if settled_s is not None:
+        plots += [ending(time, range_mm, limit_mm, settled_s, "Distance error at the end", "range error (mm)"),
+                  ending(time, bearing_deg, limit_deg, settled_s, "Bearing error at the end", "bearing (deg)")]
     return plots + [own_errors(facts, log), clearance(log)]
 
 

@@ -1,0 +1,128 @@
+#include "app/comparison/estimators/peers.hpp"
+
+#include <fmt/format.h>
+#include <visp3/blob/vpDot2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "app/comparison/estimators/method_scene.hpp"
+
+namespace ballservo {
+namespace {
+
+vpImage<unsigned char> visp_picture(const cv::Mat& grey) {
+  vpImage<unsigned char> picture(static_cast<unsigned>(grey.rows), static_cast<unsigned>(grey.cols));
+  for (int v = 0; v < grey.rows; ++v) std::copy_n(grey.ptr(v), grey.cols, picture[static_cast<unsigned>(v)]);
+  return picture;
+}
+
+std::string in_words(const HoughSettings& settings) {
+  return fmt::format("param1 {:g}, param2 {:g}", settings.edges, settings.support);
+}
+
+std::string in_words(const HsvSettings& settings) {
+  return fmt::format("saturation from {:g}, value from {:g}", settings.least_saturation,
+                     settings.least_value);
+}
+
+std::string in_words(const VpDot2Settings& settings) {
+  const std::string picture =
+      settings.mask ? "mask of hue, " + in_words(settings.hsv) : std::string("grey picture");
+  return fmt::format("{}; ellipsoid shape precision {:g}", picture, settings.roundness);
+}
+
+// The first of the list, or the one that is meant.
+std::optional<MethodFit> chosen(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
+  if (found.empty()) return std::nullopt;
+  const auto& near_px = scene.task().near_px;
+  if (!near_px) return scene.from_picture_circle(found.front());
+  return scene.from_picture_circle(
+      *std::min_element(found.begin(), found.end(), [&](const OutlineEllipse& a, const OutlineEllipse& b) {
+        return (a.center_px - *near_px).norm() < (b.center_px - *near_px).norm();
+      }));
+}
+
+std::optional<MethodFit> hough(MethodScene& scene, const HoughSettings& settings) {
+  const auto& radius_px = scene.task().expected_radius_px;
+  if (!radius_px) return std::nullopt;
+  return chosen(scene, HoughGradient(*radius_px, settings).find(scene.bgr()));
+}
+
+std::vector<MethodFit> all_of(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
+  std::vector<MethodFit> fits;
+  for (const OutlineEllipse& circle : found) {
+    if (const auto fit = scene.from_picture_circle(circle)) fits.push_back(*fit);
+  }
+  return fits;
+}
+
+}  // namespace
+
+std::optional<MethodFit> fit_hough_gradient(MethodScene& scene) {
+  return hough(scene, scene.task().peers.hough);
+}
+
+std::optional<MethodFit> fit_hough_gradient_alt(MethodScene& scene) {
+  return hough(scene, scene.task().peers.hough_alt);
+}
+
+std::optional<MethodFit> fit_hsv_contour(MethodScene& scene) {
+  std::vector<OutlineEllipse> found = HsvContour(scene.task().hue, scene.task().peers.hsv).find(scene.bgr());
+  std::stable_sort(found.begin(), found.end(), [](const OutlineEllipse& a, const OutlineEllipse& b) {
+    return a.radius_px > b.radius_px;
+  });
+  return chosen(scene, found);
+}
+
+std::optional<MethodFit> fit_vpdot2(MethodScene& scene) {
+  const MethodTask& task = scene.task();
+  if (!task.click_px) return std::nullopt;
+  const auto blob = vpdot2_blob(scene.bgr(), task.hue, *task.click_px, task.peers.vpdot2);
+  return blob ? scene.from_picture_circle(*blob) : std::nullopt;
+}
+
+std::vector<MethodFit> detect_hough_gradient(MethodScene& scene) {
+  const auto& radius_px = scene.task().expected_radius_px;
+  if (!radius_px) return {};
+  return all_of(scene, HoughGradient(*radius_px, PeerSettings{}.hough).find(scene.bgr()));
+}
+
+std::vector<MethodFit> detect_hsv_contour(MethodScene& scene) {
+  return all_of(scene, HsvContour(scene.task().hue, PeerSettings{}.hsv).find(scene.bgr()));
+}
+
+std::optional<OutlineEllipse> vpdot2_blob(const cv::Mat& bgr, int hue, const Eigen::Vector2d& click_px,
+                                          const VpDot2Settings& settings) {
+  cv::Mat grey;
+  if (settings.mask) {
+    grey = hsv_mask(bgr, hue, settings.hsv);
+  } else {
+    cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  }
+  const int u = static_cast<int>(std::lround(click_px.x())), v = static_cast<int>(std::lround(click_px.y()));
+  if (u < 0 || v < 0 || u >= grey.cols || v >= grey.rows) return std::nullopt;
+  if (settings.mask && grey.at<unsigned char>(v, u) == 0) return std::nullopt;
+  try {
+    vpDot2 dot;
+    dot.setGraphics(false);
+    dot.setComputeMoments(true);
+    dot.setEllipsoidShapePrecision(settings.roundness);
+    dot.initTracking(visp_picture(grey), vpImagePoint(v, u));
+    const OutlineEllipse blob{{dot.getCog().get_u(), dot.getCog().get_v()},
+                              std::sqrt(std::max(0.0, dot.getArea()) / M_PI)};
+    if (!blob.center_px.allFinite() || !(blob.radius_px > 0)) return std::nullopt;
+    return blob;
+  } catch (const vpException&) {  // no blob that it would track
+    return std::nullopt;
+  }
+}
+
+std::string in_words(const PeerSettings& settings) {
+  return "hough_gradient: " + in_words(settings.hough) +
+         "; hough_gradient_alt: " + in_words(settings.hough_alt) +
+         "; hsv_contour: " + in_words(settings.hsv) + "; vpdot2: " + in_words(settings.vpdot2);
+}
+
+}  // namespace ballservo

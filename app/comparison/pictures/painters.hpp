@@ -1,0 +1,56 @@
+// The three painters of a comparison's frames, and what they share.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "app/comparison/pictures/rendered_frame.hpp"
+#include "calibration/base/random.hpp"
+#include "servo/simulation/rendering/sensor.hpp"
+
+namespace ballservo {
+
+/// All chance comes from the engine. The `frame` number seeds the lab's sensor noise, too.
+RenderedFrame lab_frame(const ComparisonCondition& condition, RandomEngine& engine, int frame);
+RenderedFrame room_frame(const ComparisonCondition& condition, RandomEngine& engine);
+RenderedFrame painted_frame(const ComparisonCondition& condition, RandomEngine& engine);
+
+/// In every painter's frames the ball's depth is the condition's, more or less by up to this part of it.
+inline constexpr double depth_jitter = 0.02;
+
+/// A ball at the condition's depth and angle off the axis, in a direction (rad) of the picture.
+Eigen::Vector3d place_off_axis(const ComparisonCondition& condition, double azimuth_rad);
+
+/// Evenly spread directions (rad, of the picture) off the axis in which the whole ball is in the picture.
+std::vector<double> usable_azimuths(const ComparisonCondition& condition);
+
+/// Channels of a picture of a red, green or blue ball, red 0: the ball's own, and the other two.
+struct BallChannels {
+  int own, other_1, other_2;
+  explicit BallChannels(int own_channel)
+      : own(own_channel), other_1(own == 0 ? 1 : 0), other_2(own == 2 ? 1 : 2) {}
+};
+/// 0, 1 or 2 for "red", "green", "blue".
+int own_channel(const std::string& ball_color);
+
+/// Where the ball stands (m, camera frame) in a room or painted picture: off the axis as the condition says,
+/// within 0.2 rad of it where that says 0, or at the picture's border.
+Eigen::Vector3d draw_ball_place(const ComparisonCondition& condition, RandomEngine& engine);
+
+/// The whole outline lies at least `margin_px` inside the picture.
+bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d& p_CB, double margin_px);
+
+/// A camera at `p_WC` (m) that looks along the world's x axis, upright.
+Eigen::Isometry3d level_camera(const Eigen::Vector3d& p_WC);
+
+/// How far from a disc's centre (in radii) a straight edge runs that hides the given fraction of it.
+double hiding_edge_distance(double hidden_fraction);
+
+/// Twice as far from the centre as the outline goes (px): enough of what hides the ball for the bound.
+cv::Rect neighbourhood(const OutlineEllipse& ball);
+
+/// Adds the picture of `light` with noise from (seed, noise_frame), and for the bound the one without.
+void expose_frame(const cv::Mat& light, const SensorOptions& sensor, std::uint64_t seed,
+                  std::uint64_t noise_frame, bool has_bound, RenderedFrame& frame);
+
+}  // namespace ballservo
