@@ -91,24 +91,6 @@ void check_not_a_source_folder(const std::filesystem::path& folder, const std::v
   }
 }
 
-void warn_of_repeated_names(const std::vector<std::string>& sources) {
-  const std::vector<std::string> repeated = repeated_names(sources);
-  if (repeated.empty()) return;
-  spdlog::warn(
-      "several inputs are called {}{}: `source` names a file without its folders, so that their rows can be "
-      "told "
-      "apart by their order alone",
-      repeated.front(), repeated.size() > 1 ? fmt::format(", and so are {} more", repeated.size() - 1) : "");
-}
-
-void warn_of_missing_pictures(const FrameSequence& sequence, long read) {
-  constexpr double counts_are_true_to = 0.02;  // of a container's, which may be estimates
-  if (static_cast<double>(read + 1) >= (1 - counts_are_true_to) * static_cast<double>(sequence.length()))
-    return;
-  spdlog::warn("{}: {} pictures could be read, of some {} that it should have: it is cut off or damaged",
-               sequence.name(), read, sequence.length());
-}
-
 std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors) {
   if (text.empty()) return {};
   FaultList faults;

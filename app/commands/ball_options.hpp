@@ -30,12 +30,6 @@ void check_not_an_input(const std::filesystem::path& output, const BallOptions& 
 /// would replace each other.
 void check_not_a_source_folder(const std::filesystem::path& folder, const std::vector<std::string>& sources);
 
-/// Warns where several inputs have one file name, which is all that the rows say of where a ball was.
-void warn_of_repeated_names(const std::vector<std::string>& sources);
-
-/// Warns where a sequence ended after `read` pictures although it should have clearly more.
-void warn_of_missing_pictures(const FrameSequence& sequence, long read);
-
 /// The radii of the classes from METRES[+-SIGMA] (all classes) or NAME=METRES[+-SIGMA],... ; empty for an
 /// empty text. Throws InputError naming every fault: not a number, not above 0, an unknown class, a class
 /// named twice.

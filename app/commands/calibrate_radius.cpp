@@ -57,24 +57,16 @@ std::map<std::string, Distance> read_distances(const fs::path& file) {
   const CsvTable table = read_csv(file, {"source", "distance_m"}, {"sigma_m"});
   std::map<std::string, Distance> distances;
   FaultList faults;
-  const auto cell = [&](std::size_t row, const std::string& column) {
-    const int index = table.column(column);
-    return index < 0 ? std::string() : table.rows[row][static_cast<std::size_t>(index)];
-  };
-  const auto number = [&](std::size_t row, const std::string& column, const NumberRange& range) {
-    const auto value = parse_number(cell(row, column));
-    if (value && range.contains(*value)) return *value;
-    faults.add(table.place(row, column), "\"" + cell(row, column) + "\"", range.to_text());
-    return 0.0;
-  };
-  for (std::size_t row = 0; row < table.rows.size(); ++row) {
-    Distance distance{number(row, "distance_m", NumberRange::within(1e-3, 1000, "m")), 0};
-    if (!cell(row, "sigma_m").empty())
-      distance.sigma_m = number(row, "sigma_m", NumberRange::within(0, 1000, "m"));
-    const std::string source = cell(row, "source");
-    if (source.empty()) faults.add(table.place(row, "source"), "nothing", "a picture's name without folders");
+  const NumberRange range = NumberRange::within(1e-3, 1000, "m"), sigmas = NumberRange::within(0, 1000, "m");
+  for (std::size_t k = 0; k < table.rows.size(); ++k) {
+    const CsvRow row(table, k, faults);
+    const std::string& source = row.text("source");
+    if (source.empty()) row.fault("source", "nothing", "a picture's name without folders");
+    if (row.text("distance_m").empty()) row.fault("distance_m", "nothing", range.to_text());
+    const Distance distance{row.number("distance_m", range).value_or(0),
+                            row.number("sigma_m", sigmas).value_or(0)};
     if (!distances.emplace(source, distance).second)
-      faults.add(table.place(row, "source"), source + " a second time", "each picture once");
+      row.fault("source", source + " a second time", "each picture once");
   }
   if (table.rows.empty()) faults.add(file.string(), "no rows", "a row for each picture");
   faults.throw_if_any();

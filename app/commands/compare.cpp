@@ -6,13 +6,13 @@
 #include <thread>
 
 #include "app/commands/command.hpp"
+#include "app/commands/work_options.hpp"
 #include "app/comparison/comparison_archive.hpp"
 #include "app/comparison/comparison_json.hpp"
 #include "app/comparison/comparison_report.hpp"
 #include "app/comparison/pictures/picture_files.hpp"
 #include "app/comparison/pictures/plan_pictures.hpp"
 #include "app/io/interrupt.hpp"
-#include "app/io/noted_lines.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/work_folder.hpp"
 #include "app/report/draw_pages.hpp"
@@ -28,25 +28,18 @@ constexpr double most_core_hours = 24, most_disk_bytes = 10e9;
 // A condition's errors are held in memory, about 3 kB a frame with all methods.
 constexpr int most_frames_a_condition = 100000;
 
-// What `compare merge` needs of a part; times in the notes differ between runs.
+// What `compare merge` needs of a part: the setting, and the journal, whose times differ between runs.
 constexpr const char *setting_name = "comparison.json", *notes_name = "notes.jsonl";
 constexpr const char* summary_name = "summary.json";  // what --json writes
-constexpr std::size_t max_summary_bytes = std::size_t{1} << 28;
+constexpr std::size_t max_file_bytes = std::size_t{1} << 28;
 constexpr const char* claims_key = "claims:paper";
 
 struct CompareOptions {
   CommonOptions common;
-  std::filesystem::path plan, output;
-  std::string shard = "1/1";
-  bool resume = false;
+  WorkOptions work;
+  std::filesystem::path plan;
   PictureFilesOptions pictures;
   std::string start = "vote";
-};
-
-struct MergeOptions {
-  CommonOptions common;
-  std::vector<std::string> folders;
-  std::filesystem::path output;
 };
 
 int threads_of(const CommonOptions& common) {
@@ -99,30 +92,8 @@ nlohmann::json job_description(const ComparisonPlan& plan) {
           {"cameras_sha256", sha256_hex(cameras.dump())}};
 }
 
-// A run, whatever its pictures are.
-struct ComparisonJob {
-  PictureSource& source;
-  nlohmann::json description;
-  MethodList methods;
-  std::uint64_t seed = 0;
-  ComparisonReportText text;
-  const ComparisonPlan* plan = nullptr;  ///< where there is one
-};
-
-// The contents of the folder, but for what has rows for every frame.
-std::map<std::string, std::string> result_files(const ComparisonResults& results,
-                                                const std::vector<PaperClaim>& claims,
-                                                const std::string& setting) {
-  std::map<std::string, std::string> files = results.files;
-  files["tables.tex"] = comparison_tables_tex(results);
-  files[setting_name] = setting;
-  files[summary_name] = comparison_json(results).dump(2) + "\n";
-  if (!claims.empty()) files["claims.csv"] = claims_csv(claims);
-  return files;
-}
-
-std::vector<PaperClaim> claims_of(const ComparisonResults& results, const UnitNotes& notes) {
-  const std::optional<std::string> noted = notes.find(claims_key);
+std::vector<PaperClaim> claims_of(const ComparisonResults& results, const Journal& journal) {
+  const std::optional<std::string> noted = journal.find(claims_key);
   if (!noted) return {};
   try {
     return paper_claims(results, paper_measurements_from_json(nlohmann::json::parse(*noted)));
@@ -131,86 +102,81 @@ std::vector<PaperClaim> claims_of(const ComparisonResults& results, const UnitNo
   }
 }
 
-// What a part hands to `compare merge`.
-void write_notes(const std::vector<ConditionInfo>& conditions, const std::vector<ComparisonUnit>& units,
-                 const UnitNotes& notes, WorkResults& files) {
-  files.append_untracked(notes_name, "");
-  const auto copy = [&](const std::string& key) {
-    if (const auto value = notes.find(key)) files.append_untracked(notes_name, note_line(key, *value));
+// Adds up what the folder's journal holds and writes the results; a part keeps its journal.
+void write_results(const ComparisonSetting& setting, const ShowFrame& show, const Shard& shard,
+                   const CommonOptions& common, const std::filesystem::path& output, WorkFolder& folder) {
+  const ComparisonResults results = collect_results(
+      setting.conditions, setting.methods, comparison_units(setting.conditions, shard), folder.journal(),
+      setting.seed, [&](const std::string& name, std::string_view rows) { folder.write(name, rows); });
+  const std::vector<PaperClaim> claims = claims_of(results, folder.journal());
+  for (const auto& [name, contents] : results.files) folder.write(name, contents);
+  folder.write("tables.tex", comparison_tables_tex(results));
+  folder.write(setting_name, comparison_setting_text(setting));
+  folder.write(summary_name, comparison_json(results).dump(2) + "\n");
+  if (!claims.empty()) folder.write("claims.csv", claims_csv(claims));
+  for (const auto& [name, contents] : results.timing_files) folder.write_varying(name, contents);
+  const WriteFile write = [&](const std::string& name, std::string_view bytes) {
+    folder.write_varying(name, bytes);
   };
-  copy(claims_key);
-  for (const ConditionInfo& info : conditions) copy(settings_key(info));
-  for (const ComparisonUnit& unit : units) copy(unit.key);
+  write(report_json_name, report_text(comparison_report(results, show, write, setting.text, claims)));
+  draw_page_or_warn(folder.staging(), output.string(), common.quiet);
+  folder.commit_finished(shard.is_whole() ? "" : notes_name);
+  write_json_results(common, comparison_json(results));
 }
 
-int run_job(const ComparisonJob& job, const CompareOptions& options, const Shard& shard) {
-  WorkFolder folder(options.output, {job.description, shard}, options.resume, options.common.overwrite());
+// A run, whatever its pictures are; `plan` where there is one.
+int run_job(PictureSource& source, const nlohmann::json& description, ComparisonSetting setting,
+            const ComparisonPlan* plan, const CompareOptions& options) {
+  const Shard shard = parse_shard(options.work.shard);
+  WorkFolder folder(options.work.output, {description, shard}, options.work.resume,
+                    options.common.overwrite());
   if (folder.already_finished()) {
-    spdlog::info("compare: {} is finished already", options.output.string());
-    if (!options.common.json.empty()) {
-      write_json_results(options.common, nlohmann::json::parse(read_file_bytes(options.output / summary_name,
-                                                                               max_summary_bytes)));
-    }
+    spdlog::info("compare: {} is finished already", options.work.output.string());
+    if (!options.common.json.empty())
+      write_json_results(options.common, nlohmann::json::parse(read_file_bytes(
+                                             options.work.output / summary_name, max_file_bytes)));
     return exit_done;
   }
   cv::setNumThreads(1);  // the work is shared out by frames
-  const std::vector<ComparisonUnit> units = comparison_units(job.source.conditions(), shard);
+  setting.conditions = source.conditions();
+  const std::vector<ComparisonUnit> units = comparison_units(setting.conditions, shard);
   long frames = 0;
   for (const ComparisonUnit& unit : units) frames += unit.frames;
-  WorkJournal& journal = folder.journal();
-  const UnitNotes notes{[&](const std::string& key) { return journal.find(key); },
-                        [&](const std::string& key, const std::string& value) { journal.add(key, value); }};
+  Journal& journal = folder.journal();
   try {
-    if (job.text.claims_wanted && shard.index == 1 && !journal.has(claims_key)) {
+    if (setting.text.claims_wanted && shard.index == 1 && !journal.has(claims_key)) {
       spdlog::info("compare: looking at what the paper says of votes, classes and times");
-      journal.add(claims_key, to_json(measure_paper_claims(*job.plan)).dump());
+      journal.add(claims_key, to_json(measure_paper_claims(*plan)).dump());
     }
     Progress progress("compare", frames, options.common.quiet);
-    run_units(job.source, job.methods, units, notes, options.common.threads, [&](long done) {
+    run_units(source, setting.methods, units, journal, options.common.threads, [&](long done) {
       throw_if_interrupted();
       progress.step(done);
     });
   } catch (const Interrupted&) {
     spdlog::warn("compare: interrupted; what was finished is kept in {}: go on with --resume",
-                 options.output.string());
+                 options.work.output.string());
     throw;
   }
-  WorkResults files = folder.begin_results();
-  const ComparisonResults results =
-      collect_results(job.source.conditions(), job.methods, units, notes, job.seed,
-                      [&](const std::string& name, std::string_view rows) { files.append(name, rows); });
-  const std::vector<PaperClaim> claims = claims_of(results, notes);
-  const std::string setting =
-      comparison_setting_text(job.source.conditions(), job.methods, job.seed, job.text);
-  for (const auto& [name, contents] : result_files(results, claims, setting)) files.write(name, contents);
-  for (const auto& [name, contents] : results.timing_files) files.write_untracked(name, contents);
   const ShowFrame show = [&](std::size_t condition, int frame) {
-    const ComparisonPicture picture = job.source.picture(condition, frame);
+    const ComparisonPicture picture = source.picture(condition, frame);
     return ShownPicture{picture.bgr, picture.truth.outline};
   };
-  const WriteFile write = [&](const std::string& name, std::string_view bytes) {
-    files.write_untracked(name, bytes);
-  };
-  write(report_json_name, report_text(comparison_report(results, show, write, job.text, claims)));
-  draw_page_or_warn(files.path(), options.output.string(), options.common.quiet);
-  if (!shard.is_whole()) write_notes(job.source.conditions(), units, notes, files);
-  folder.commit_results(std::move(files), true);
-  write_json_results(options.common, comparison_json(results));
+  write_results(setting, show, shard, options.common, options.work.output, folder);
   return exit_done;
 }
 
 int compare_plan(const CompareOptions& options) {
   FaultList faults;
   ComparisonPlan plan;
-  Shard shard;
   faults.collect([&] { plan = read_comparison_plan(options.plan); });
-  faults.collect([&] { shard = parse_shard(options.shard); });
+  faults.collect([&] { parse_shard(options.work.shard); });
   faults.throw_if_any();
   plan.seed += options.common.seed;
   check_size(plan, options);
   PlanPictures source(plan);
   const ComparisonReportText text{options.plan.filename().string(), plan.text, true, plan.paper_claims};
-  return run_job({source, job_description(plan), plan.methods, plan.seed, text, &plan}, options, shard);
+  return run_job(source, job_description(plan), {{}, plan.methods, plan.seed, text}, &plan, options);
 }
 
 int compare_pictures(CompareOptions options) {
@@ -221,8 +187,7 @@ int compare_pictures(CompareOptions options) {
                "a table of the pictures' balls: source,cx_px,cy_px,r_px,... (cells may be empty)");
   if (options.start != "vote" && options.start != "truth")
     faults.add("--start", options.start, "vote or truth");
-  Shard shard;
-  faults.collect([&] { shard = parse_shard(options.shard); });
+  faults.collect([&] { parse_shard(options.work.shard); });
   faults.throw_if_any();
   options.pictures.start_at_truth = options.start == "truth";
   options.pictures.seed = options.common.seed;
@@ -237,12 +202,12 @@ int compare_pictures(CompareOptions options) {
                               (options.pictures.camera.empty() ? ", no camera" : ", with a camera") +
                               (options.pictures.diameter_m > 0 ? ", diameter known" : ", diameter not known");
   const ComparisonReportText text{options.pictures.folder.filename().string() + "/", setting, false, false};
-  return run_job({source, description, methods, options.common.seed, text, nullptr}, options, shard);
+  return run_job(source, description, {{}, methods, options.common.seed, text}, nullptr, options);
 }
 
 int run_compare(const CompareOptions& options) {
   FaultList faults;
-  if (options.output.empty()) faults.add("--output", "nothing", "a folder for the results");
+  if (options.work.output.empty()) faults.add("--output", "nothing", "a folder for the results");
   if (options.plan.empty() && options.pictures.folder.empty())
     faults.add("PLAN", "nothing", "a plan (YAML), or --images and --truth");
   faults.throw_if_any();
@@ -268,56 +233,19 @@ std::optional<ComparisonPlan> plan_of(const ComparisonSetting& setting) {
 }
 
 int run_merge(const MergeOptions& options) {
-  if (options.output.empty()) throw InputError("--output", "nothing", "a folder for the results");
-  std::vector<std::filesystem::path> paths(options.folders.begin(), options.folders.end());
-  const MergeableShards parts = read_shards(paths);
-  if (parts.shards.size() == 1)
-    throw InputError(parts.shards.front().folder.string(), "a whole comparison",
+  const MergeableShards parts = read_shards(options.folders);
+  if (parts.folders.size() == 1)
+    throw InputError(parts.folders.front().string(), "a whole comparison",
                      "the parts of one, as --shard makes them");
-  constexpr std::size_t most_setting_bytes = std::size_t{1} << 28;
-  std::vector<NoteFile> parts_notes;
-  std::string setting_text;
-  for (const FinishedShard& part : parts.shards) {
-    parts_notes.emplace_back(part.folder / notes_name);
-    setting_text = read_file_bytes(part.folder / setting_name, most_setting_bytes);
-  }
-  const ComparisonSetting setting = read_comparison_setting(setting_text, setting_name);
-  const UnitNotes notes{[&](const std::string& key) {
-                          std::optional<std::string> value;
-                          for (const NoteFile& part : parts_notes) {
-                            if (!value) value = part.find(key);
-                          }
-                          return value;
-                        },
-                        [](const std::string&, const std::string&) {}};
-  OutputFolder folder(options.output, options.common.overwrite());
-  const ComparisonResults results = collect_results(
-      setting.conditions, setting.methods, comparison_units(setting.conditions), notes, setting.seed,
-      [&](const std::string& name, std::string_view rows) { folder.append(name, rows); });
-  const std::vector<PaperClaim> claims = claims_of(results, notes);
-  for (const auto& [name, contents] : result_files(results, claims, setting_text))
-    folder.write(name, contents);
-  for (const auto& [name, contents] : results.timing_files) folder.write(name, contents);
+  const ComparisonSetting setting = read_comparison_setting(
+      read_file_bytes(parts.folders.front() / setting_name, max_file_bytes), setting_name);
+  WorkFolder folder(options.output, {parts.description, {}}, false, options.common.overwrite());
+  for (const std::filesystem::path& part : parts.folders) folder.journal().add_part(part / notes_name);
   const std::optional<ComparisonPlan> plan = plan_of(setting);
   ShowFrame show;
   if (plan) show = [&](std::size_t condition, int frame) { return show_frame(*plan, condition, frame); };
-  const WriteFile write = [&](const std::string& name, std::string_view bytes) { folder.write(name, bytes); };
-  write_report(folder, comparison_report(results, show, write, setting.text, claims), options.common.quiet);
-  folder.commit();
-  write_json_results(options.common, comparison_json(results));
+  write_results(setting, show, {}, options.common, options.output, folder);
   return exit_done;
-}
-
-void add_merge_command(CLI::App& compare, Action& action) {
-  auto options = std::make_shared<MergeOptions>();
-  CLI::App* command = compare.add_subcommand("merge", "Put the parts of a comparison together");
-  command->footer(
-      "Example: ballservo compare merge part_1 part_2 part_3 -o whole\n"
-      "gives the tables of the whole, the same bytes as in one run.");
-  command->add_option("DIR", options->folders, "Folders of all parts (--shard I/N)")->required();
-  command->add_option("-o,--output", options->output, "Folder for the results")->type_name("DIR");
-  add_common_options(*command, options->common);
-  command->callback([&action, options] { action = [options] { return run_merge(*options); }; });
 }
 
 }  // namespace
@@ -352,14 +280,14 @@ void add_compare_command(CLI::App& program, Action& action) {
       ->add_option("--start", options->start,
                    "Where the fits start: vote (needs --colors), or truth, displaced as votes err")
       ->capture_default_str();
-  command->add_option("-o,--output", options->output, "Folder for the results; required")->type_name("DIR");
-  command->add_option("--shard", options->shard, "Run only part I of N (I from 1)")
-      ->type_name("I/N")
-      ->capture_default_str();
-  command->add_flag("--resume", options->resume, "Go on with what an earlier run left in the folder");
+  add_work_options(*command, options->work);
   add_keys_flag(*command, "plan", plan_keys);
   add_common_options(*command, options->common);
-  add_merge_command(*command, action);
+  CLI::App* merge = add_merge_command(*command, action, run_merge);
+  merge->description("Put the parts of a comparison together");
+  merge->footer(
+      "Example: ballservo compare merge part_1 part_2 part_3 -o whole\n"
+      "gives the tables of the whole, the same bytes as in one run.");
   command->callback([&action, options, command] {
     if (!command->get_subcommands().empty()) return;
     action = [options] { return run_compare(*options); };

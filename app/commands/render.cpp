@@ -9,10 +9,10 @@
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
 #include "app/experiment/simulated_camera.hpp"
-#include "app/io/ball_rows.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/scenario/scenario.hpp"
+#include "calibration/base/csv_table.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/camera/files/camera_file.hpp"
@@ -35,11 +35,8 @@ constexpr const char* truth_header =
 std::string truth_row(const std::string& source, const BallTruth& truth) {
   const auto outline =
       truth.outline.value_or(OutlineEllipse{Eigen::Vector2d::Constant(std::nan("")), std::nan("")});
-  return fmt::format("{},0,{},{},{},{},{},{},{},{},{}\n", csv_cell(source), csv_cell(truth.name),
-                     csv_cell(truth.class_name), number_text(outline.center_px.x()),
-                     number_text(outline.center_px.y()), number_text(outline.radius_px),
-                     number_text(truth.p_CB.x()), number_text(truth.p_CB.y()), number_text(truth.p_CB.z()),
-                     number_text(truth.visible_fraction));
+  return csv_row(source, 0, truth.name, truth.class_name, outline.center_px.x(), outline.center_px.y(),
+                 outline.radius_px, truth.p_CB.x(), truth.p_CB.y(), truth.p_CB.z(), truth.visible_fraction);
 }
 
 /// The pictures that the truth of an earlier run names; none where there is no such file. A user's own truth

@@ -8,6 +8,7 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/scenario_options.hpp"
+#include "app/commands/work_options.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/report/draw_pages.hpp"
@@ -23,17 +24,11 @@ constexpr int max_trials = 1000000;
 
 struct SweepCommandOptions {
   CommonOptions common;
-  std::filesystem::path scenario, output, against;
+  WorkOptions work;
+  std::filesystem::path scenario, against;
   std::vector<std::string> sets;
-  std::string perception = "geometric", shard = "1/1";
+  std::string perception = "geometric";
   int trials = 0;
-  bool resume = false;
-};
-
-struct MergeOptions {
-  CommonOptions common;
-  std::vector<std::filesystem::path> folders;
-  std::filesystem::path output, against;
 };
 
 /// The other sweep's folder and what it holds; nothing where none was named.
@@ -66,44 +61,44 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
   }
 }
 
-/// The results of a sweep or of a part, from its records.
-struct SweepResults {
-  Sweep sweep;
-  std::optional<SweepComparison> against;
-  nlohmann::ordered_json summary;
-  std::map<std::string, std::string> files;
+/// What has become of a sweep or a part, with the other that it is compared with.
+struct SweepOutcome {
+  const Sweep& sweep;
+  Shard shard;
+  bool interrupted = false;
+  const std::optional<Sweep>& other;
+  std::filesystem::path other_name;
 };
 
-SweepResults results_of(const nlohmann::json& description, const std::vector<TrialRecord>& records,
-                        const Shard& shard, bool interrupted, const std::optional<Sweep>& other,
-                        const std::string& other_name) {
-  SweepFiles files = sweep_files(description, records);
-  SweepResults results;
-  results.sweep = {description, parse_trials(files.trials_csv, "trials.csv"), files.traces_jsonl};
-  if (other) results.against = compare_sweeps(results.sweep, *other, other_name);
-  const SweepComparison* against = results.against ? &*results.against : nullptr;
-  results.summary = sweep_summary_json(results.sweep, shard, interrupted, against);
-  results.files["trials.csv"] = std::move(files.trials_csv);
-  results.files["traces.jsonl"] = std::move(files.traces_jsonl);
-  results.files["summary.json"] = results.summary.dump(2) + "\n";
-  results.files[report_json_name] = report_text(sweep_report(results.sweep, against));
-  return results;
-}
-
-void write(const SweepResults& results, WorkFolder& folder, bool finished,
-           const std::filesystem::path& output, bool quiet) {
-  WorkResults files = folder.begin_results();
-  for (const auto& [name, contents] : results.files) files.write(name, contents);
-  draw_page_or_warn(files.path(), output.string(), quiet);
-  folder.commit_results(std::move(files), finished);
+/// Writes the results into `folder`, unless that is null, and says what they are.
+void finish(const SweepOutcome& outcome, const CommonOptions& common, const std::filesystem::path& output,
+            WorkFolder* folder) {
+  const auto& [sweep, shard, interrupted, other, other_name] = outcome;
+  std::optional<SweepComparison> comparison;
+  if (other) comparison = compare_sweeps(sweep, *other, other_name.string());
+  const SweepComparison* against = comparison ? &*comparison : nullptr;
+  const nlohmann::ordered_json summary = sweep_summary_json(sweep, shard, interrupted, against);
+  if (folder) {
+    folder->write("trials.csv", sweep.trials_csv);
+    folder->write("traces.jsonl", sweep.traces_jsonl);
+    folder->write("summary.json", summary.dump(2) + "\n");
+    folder->write(report_json_name, report_text(sweep_report(sweep, against)));
+    draw_page_or_warn(folder->staging(), output.string(), common.quiet);
+    if (interrupted)
+      folder->commit_unfinished();
+    else
+      folder->commit_finished();
+  }
+  write_json_results(common, nlohmann::json(summary));
+  say(sweep, against, output, common.quiet);
 }
 
 void check(const SweepCommandOptions& options) {
   FaultList faults;
   if (options.scenario.empty()) faults.add("SCENARIO", "nothing", "a scenario file");
-  if (options.output.empty()) faults.add("-o", "nothing", "a folder for the results");
+  if (options.work.output.empty()) faults.add("-o", "nothing", "a folder for the results");
   if (options.trials == 0) faults.add("--trials", "nothing", "how many runs");
-  faults.collect([&] { parse_shard(options.shard); });
+  faults.collect([&] { parse_shard(options.work.shard); });
   faults.collect([&] { parse_perception_level(options.perception); });
   faults.throw_if_any();
 }
@@ -117,74 +112,46 @@ int run_sweep_command(const SweepCommandOptions& options) {
   sweep.perception = parse_perception_level(options.perception);
   sweep.first_seed = options.common.seed;
   sweep.trials = options.trials;
-  sweep.shard = parse_shard(options.shard);
+  sweep.shard = parse_shard(options.work.shard);
   sweep.threads = options.common.threads;
   const nlohmann::json description = sweep_description(sweep);
   const std::string gain = description.at("gain_warning");
   if (!gain.empty()) spdlog::warn(gain);
   const std::optional<Sweep> other = read_other(options.against);
-  WorkFolder folder(options.output, {description, sweep.shard}, options.resume, options.common.overwrite());
+  WorkFolder folder(options.work.output, {description, sweep.shard}, options.work.resume,
+                    options.common.overwrite());
   const bool finished_before = folder.already_finished();
-  std::vector<TrialRecord> records;
+  Sweep result;
   if (finished_before) {
-    spdlog::info("{} is finished already", options.output.string());
-    records = read_sweep_records({description, {{options.output, sweep.shard}}});
+    spdlog::info("{} is finished already", options.work.output.string());
+    result = read_sweep(options.work.output);
   } else {
     std::optional<Progress> bar;
-    records = run_sweep(
+    result = run_sweep(
         sweep, description, folder.journal(), [] { return !interrupt_requested(); },
         [&](long done, long total) {
           if (!bar) bar.emplace("trials", total, options.common.quiet);
           bar->step(done);
         });
   }
-  long mine = 0;
-  for (long k = 0; k < sweep.trials; ++k) mine += sweep.shard.holds(static_cast<std::size_t>(k)) ? 1 : 0;
-  const bool interrupted = static_cast<long>(records.size()) < mine;
-  const SweepResults results =
-      results_of(description, records, sweep.shard, interrupted, other, options.against.string());
+  const std::size_t mine = seeds_of(sweep).size();
+  const bool interrupted = result.trials.size() < mine;
   // A finished folder keeps the comparison it has, unless another is asked for.
-  if (!finished_before || other) write(results, folder, !interrupted, options.output, options.common.quiet);
-  write_json_results(options.common, nlohmann::json(results.summary));
-  say(results.sweep, results.against ? &*results.against : nullptr, options.output, options.common.quiet);
-  if (interrupted) {
-    fmt::print(stderr, "ballservo: interrupted after {} of {} trials; --resume goes on\n", records.size(),
-               mine);
-  }
-  return interrupted ? exit_interrupted : exit_done;
+  finish({result, sweep.shard, interrupted, other, options.against}, options.common, options.work.output,
+         finished_before && !other ? nullptr : &folder);
+  if (!interrupted) return exit_done;
+  fmt::print(stderr, "ballservo: interrupted after {} of {} trials; --resume goes on\n", result.trials.size(),
+             mine);
+  return exit_interrupted;
 }
 
 int run_merge(const MergeOptions& options) {
   const MergeableShards shards = read_shards(options.folders);
   const std::optional<Sweep> other = read_other(options.against);
-  const std::vector<TrialRecord> records = read_sweep_records(shards);
+  const Sweep sweep = read_sweep(shards);
   WorkFolder folder(options.output, {shards.description, {}}, false, options.common.overwrite());
-  const SweepResults results =
-      results_of(shards.description, records, {}, false, other, options.against.string());
-  write(results, folder, true, options.output, options.common.quiet);
-  write_json_results(options.common, nlohmann::json(results.summary));
-  say(results.sweep, results.against ? &*results.against : nullptr, options.output, options.common.quiet);
+  finish({sweep, {}, false, other, options.against}, options.common, options.output, &folder);
   return exit_done;
-}
-
-void add_merge_command(CLI::App& sweep, Action& action) {
-  auto options = std::make_shared<MergeOptions>();
-  CLI::App* command = sweep.add_subcommand("merge", "Join the parts of a sweep (--shard) into one");
-  command->footer(
-      "Example:\n"
-      "  ballservo sweep merge part_1 part_2 part_3 part_4 -o whole\n"
-      "\n"
-      "The result is what one run without --shard would have written, byte for byte. Parts of different "
-      "sweeps "
-      "are\n"
-      "refused, missing ones named. A whole sweep may be given alone, to compare it --against another.");
-  command->add_option("DIR", options->folders, "Folders of the parts, in any order")->required();
-  command->add_option("-o,--output", options->output, "Folder for the results")->required()->type_name("DIR");
-  command->add_option("--against", options->against, "Folder of another sweep to compare with, seed by seed")
-      ->type_name("DIR");
-  add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
-  add_common_options(*command, options->common);
-  command->callback([options, &action] { action = [options] { return run_merge(*options); }; });
 }
 
 }  // namespace
@@ -211,20 +178,26 @@ void add_sweep_command(CLI::App& program, Action& action) {
       "Exit: 0 done (whatever was found), 2 bad input, 130 interrupted (what was finished is written; "
       "--resume).");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML); required")->type_name("SCENARIO");
-  command->add_option("-o,--output", options->output, "Folder for the results; required")->type_name("DIR");
+  add_work_options(*command, options->work);
   add_integer_option(*command, "--trials", options->trials, 1, max_trials,
                      "How many runs, over all parts; required");
-  command->add_option("--shard", options->shard, "Run only part I of N (I from 1)")
-      ->type_name("I/N")
-      ->capture_default_str();
-  command->add_flag("--resume", options->resume, "Go on with what an earlier run left in the folder");
   add_set_option(*command, options->sets);
   add_perception_option(*command, options->perception);
-  command->add_option("--against", options->against, "Folder of another sweep to compare with, seed by seed")
-      ->type_name("DIR");
+  add_against_option(*command, options->against);
   add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
   add_common_options(*command, options->common);
-  add_merge_command(*command, action);
+  CLI::App* merge = add_merge_command(*command, action, run_merge, [](CLI::App& merging, MergeOptions& of) {
+    add_against_option(merging, of.against);
+  });
+  merge->description("Join the parts of a sweep (--shard) into one");
+  merge->footer(
+      "Example:\n"
+      "  ballservo sweep merge part_1 part_2 part_3 part_4 -o whole\n"
+      "\n"
+      "The result is what one run without --shard would have written, byte for byte. Parts of different "
+      "sweeps "
+      "are\n"
+      "refused, missing ones named. A whole sweep may be given alone, to compare it --against another.");
   command->callback([options, command, &action] {
     if (!command->get_subcommands().empty()) return;
     action = [options] { return run_sweep_command(*options); };

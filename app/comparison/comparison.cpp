@@ -112,12 +112,12 @@ std::vector<ComparisonUnit> comparison_units(const std::vector<ConditionInfo>& c
 }
 
 void run_units(PictureSource& source, const MethodList& methods, const std::vector<ComparisonUnit>& units,
-               const UnitNotes& notes, int threads, const std::function<void(long done)>& progress) {
+               Journal& journal, int threads, const std::function<void(long done)>& progress) {
   std::vector<const ComparisonUnit*> open;
   std::vector<char> needed(source.conditions().size(), 0);
   long done = 0;
   for (const ComparisonUnit& unit : units) {
-    if (notes.find(unit.key)) {
+    if (journal.has(unit.key)) {
       done += unit.frames;
     } else {
       open.push_back(&unit);
@@ -131,14 +131,14 @@ void run_units(PictureSource& source, const MethodList& methods, const std::vect
     source.prepare(needed);
     for (std::size_t c = 0; c < needed.size(); ++c) {
       const std::string key = settings_key(source.conditions()[c]);
-      if (needed[c] && !notes.find(key)) notes.add(key, source.peer_words(c));
+      if (needed[c]) journal.add(key, source.peer_words(c));
     }
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, open.size(), 1), [&](const auto& range) {
       for (std::size_t k = range.begin(); k != range.end(); ++k) {
         const std::string records = run_unit(source, methods, *open[k]);
         // Where another thread has thrown, the loops that draw pictures end early too.
         if (tbb::is_current_task_group_canceling()) return;
-        notes.add(open[k]->key, records);
+        journal.add(open[k]->key, records);
         const std::lock_guard<std::mutex> lock(progress_mutex);
         progress(done += open[k]->frames);
       }
@@ -147,7 +147,7 @@ void run_units(PictureSource& source, const MethodList& methods, const std::vect
 }
 
 ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, const MethodList& methods,
-                                  const std::vector<ComparisonUnit>& units, const UnitNotes& notes,
+                                  const std::vector<ComparisonUnit>& units, const Journal& journal,
                                   std::uint64_t seed, const RowSink& rows) {
   ComparisonResults results;
   results.methods = methods;
@@ -167,7 +167,7 @@ ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, 
     ConditionStatistics statistics(c, info.name, methods, seed);
     for (; next < units.size() && units[next].condition == c; ++next) {
       const ComparisonUnit& unit = units[next];
-      const std::optional<std::string> text = notes.find(unit.key);
+      const std::optional<std::string> text = journal.find(unit.key);
       if (!text) continue;
       int index = unit.first_frame;
       for (ComparisonRecord& record : records_of(unit, *text, methods)) {
@@ -178,7 +178,7 @@ ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, 
         notable.add({c, index++, 0, std::move(record)}, results);
       }
     }
-    results.peer_words.push_back(notes.find(settings_key(info)).value_or(""));
+    results.peer_words.push_back(journal.find(settings_key(info)).value_or(""));
     ConditionSummary summary = statistics.summary();
     files["compare.csv"] += compare_csv_rows(info, summary, methods);
     files["pairs.csv"] += pairs_csv_rows(info, summary, methods);

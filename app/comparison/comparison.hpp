@@ -1,8 +1,8 @@
 // Every estimator on the same pixels: runs methods on a source's pictures and adds up what they said.
 //
-// The work is cut into units of a few frames of one condition. A unit's records are noted as text when it is
-// done, so that a run can be killed, resumed, and split over machines; the figures are computed from the
-// notes, condition by condition, and are the same whoever wrote them.
+// The work is cut into units of a few frames of one condition. A unit's records are noted in a journal when
+// it is done, so that a run can be killed, resumed, and split over machines; the figures are computed from
+// the journal, condition by condition, and are the same whoever wrote it.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +15,7 @@
 #include "app/comparison/certificate.hpp"
 #include "app/comparison/comparison_statistics.hpp"
 #include "app/comparison/pictures/picture_source.hpp"
+#include "app/io/journal.hpp"
 #include "app/io/shard.hpp"
 
 namespace ballservo {
@@ -30,17 +31,11 @@ struct ComparisonUnit {
 std::vector<ComparisonUnit> comparison_units(const std::vector<ConditionInfo>& conditions,
                                              const Shard& shard = {});
 
-/// Where units are noted; both functions are called from several threads.
-struct UnitNotes {
-  std::function<std::optional<std::string>(const std::string& key)> find;
-  std::function<void(const std::string& key, const std::string& records)> add;
-};
-
-/// Runs what is not noted yet on `threads` threads (0: as many as the machine has); the notes are the same at
-/// any number, times apart. `progress` is told how many frames are done (those noted before included), from
-/// one thread at a time, and ends the work by throwing. Throws as PictureSource::prepare does.
+/// Runs what is not noted yet on `threads` threads (0: as many as the machine has); what is noted is the same
+/// at any number, times apart. `progress` is told how many frames are done (those noted before included),
+/// from one thread at a time, and ends the work by throwing. Throws as PictureSource::prepare does.
 void run_units(PictureSource& source, const MethodList& methods, const std::vector<ComparisonUnit>& units,
-               const UnitNotes& notes, int threads, const std::function<void(long done)>& progress);
+               Journal& journal, int threads, const std::function<void(long done)>& progress);
 
 /// A frame worth looking at.
 struct NotableFrame {
@@ -66,10 +61,10 @@ struct ComparisonResults {
 /// Takes the next rows of a CSV file that has some for every frame: fits.csv, frames.csv.
 using RowSink = std::function<void(const std::string& name, std::string_view rows)>;
 
-/// Adds up the units' notes, one at a time. Units that are missing are left out (a shard); damaged ones throw
-/// InputError.
+/// Adds up what is noted of the units, one at a time. Units that are missing are left out (a shard); damaged
+/// ones throw InputError.
 ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, const MethodList& methods,
-                                  const std::vector<ComparisonUnit>& units, const UnitNotes& notes,
+                                  const std::vector<ComparisonUnit>& units, const Journal& journal,
                                   std::uint64_t seed, const RowSink& rows);
 
 /// The key under which the peers' settings of a condition are noted; no unit's key has a colon.

@@ -1,4 +1,4 @@
-// What a part of a comparison hands to `compare merge`: its conditions, methods and notes, as text.
+// What a comparison is about: comparison.json, the same in every part, from which `compare merge` goes on.
 #pragma once
 
 #include <string>
@@ -9,16 +9,14 @@
 
 namespace ballservo {
 
-/// Names the conditions, methods and settings of a run: comparison.json, the same in every part.
-std::string comparison_setting_text(const std::vector<ConditionInfo>& conditions, const MethodList& methods,
-                                    std::uint64_t seed, const ComparisonReportText& text);
-
 struct ComparisonSetting {
   std::vector<ConditionInfo> conditions;
   MethodList methods;
   std::uint64_t seed = 0;
   ComparisonReportText text;
 };
+
+std::string comparison_setting_text(const ComparisonSetting& setting);
 /// Throws InputError naming `place` for anything else than comparison_setting_text writes.
 ComparisonSetting read_comparison_setting(const std::string& text, const std::string& place);
 

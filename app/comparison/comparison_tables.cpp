@@ -2,7 +2,7 @@
 
 #include <initializer_list>
 
-#include "app/io/ball_rows.hpp"
+#include "calibration/base/csv_table.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {

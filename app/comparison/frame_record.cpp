@@ -1,7 +1,6 @@
 #include "app/comparison/frame_record.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,66 +11,82 @@ namespace {
 
 using nlohmann::json;
 
+// The fields of what is noted, in the order of its array.
+template <class Outline, class Use>
+void fields(Outline& outline, const OutlineEllipse&, Use use) {
+  use(outline.center_px.x(), outline.center_px.y(), outline.radius_px);
+}
+template <class Vector, class Use>
+void fields(Vector& v, const Eigen::Vector3d&, Use use) {
+  use(v.x(), v.y(), v.z());
+}
+template <class Matrix, class Use>
+void fields(Matrix& m, const Eigen::Matrix3d&, Use use) {
+  use(m(0, 0), m(1, 0), m(2, 0), m(0, 1), m(1, 1), m(2, 1), m(0, 2), m(1, 2), m(2, 2));
+}
+template <class Fit, class Use>
+void fields(Fit& fit, const MethodFit&, Use use) {
+  use(fit.outline, fit.p_C, fit.iterations, fit.residual_px, fit.step_px, fit.arc, fit.condition,
+      fit.converged, fit.time_us, fit.next_step_px, fit.others, fit.covariance_m2);
+}
+template <class Truth, class Use>
+void fields(Truth& truth, const FrameTruth&, Use use) {
+  use(truth.source, truth.frame, truth.has_ball, truth.outline, truth.p_CB, truth.visible_fraction,
+      truth.bound_m, truth.bound_depth_m);
+}
+template <class Facts, class Use>
+void fields(Facts& facts, const VoteFacts&, Use use) {
+  use(facts.votes, facts.points, facts.quality);
+}
+template <class Record, class Use>
+void fields(Record& record, const ComparisonRecord&, Use use) {
+  use(record.truth, record.facts, record.passes, record.fits);
+}
+
 // NaN and nothing both become null: neither is a number.
-json number(double value) { return std::isfinite(value) ? json(value) : json(); }
+json noted(double value) { return std::isfinite(value) ? json(value) : json(); }
+json noted(int value) { return value; }
+json noted(bool value) { return value; }
+json noted(const std::string& value) { return value; }
 template <class T>
-json optional_number(const std::optional<T>& value) {
-  return value ? number(static_cast<double>(*value)) : json();
+json noted(const T& record);
+template <class T>
+json noted(const std::optional<T>& value) {
+  return value ? noted(*value) : json();
 }
-std::optional<double> optional_from(const json& value) {
-  return value.is_null() ? std::nullopt : std::optional<double>(value.get<double>());
+template <class T>
+json noted(const std::vector<T>& values) {
+  json list = json::array();
+  for (const T& value : values) list.push_back(noted(value));
+  return list;
 }
-double number_from(const json& value) {
-  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
-}
-
-json outline_json(const OutlineEllipse& outline) {
-  return json::array(
-      {number(outline.center_px.x()), number(outline.center_px.y()), number(outline.radius_px)});
-}
-OutlineEllipse outline_from(const json& value) {
-  return {{number_from(value.at(0)), number_from(value.at(1))}, number_from(value.at(2))};
-}
-json vector_json(const Eigen::Vector3d& v) {
-  return json::array({number(v.x()), number(v.y()), number(v.z())});
-}
-Eigen::Vector3d vector_from(const json& value) {
-  return {number_from(value.at(0)), number_from(value.at(1)), number_from(value.at(2))};
+template <class T>
+json noted(const T& record) {
+  json list = json::array();
+  fields(record, record, [&](const auto&... field) { (list.push_back(noted(field)), ...); });
+  return list;
 }
 
-json covariance_json(const std::optional<Eigen::Matrix3d>& covariance) {
-  if (!covariance) return {};
-  return std::vector<double>(covariance->data(), covariance->data() + 9);
+void read(const json& from, double& value) {
+  value = from.is_null() ? std::numeric_limits<double>::quiet_NaN() : from.get<double>();
 }
-std::optional<Eigen::Matrix3d> covariance_from(const json& value) {
-  if (value.is_null()) return std::nullopt;
-  const auto values = value.get<std::array<double, 9>>();
-  return Eigen::Map<const Eigen::Matrix3d>(values.data());
+void read(const json& from, int& value) { from.get_to(value); }
+void read(const json& from, bool& value) { from.get_to(value); }
+void read(const json& from, std::string& value) { from.get_to(value); }
+template <class T>
+void read(const json& from, T& record);
+template <class T>
+void read(const json& from, std::optional<T>& value) {
+  if (!from.is_null()) read(from, value.emplace());
 }
-
-json fit_json(const MethodFit& fit) {
-  return json::array({outline_json(fit.outline), vector_json(fit.p_C), optional_number(fit.iterations),
-                      optional_number(fit.residual_px), optional_number(fit.step_px),
-                      optional_number(fit.arc), optional_number(fit.condition),
-                      optional_number(fit.converged), number(fit.time_us), optional_number(fit.next_step_px),
-                      fit.others, covariance_json(fit.covariance_m2)});
+template <class T>
+void read(const json& from, std::vector<T>& values) {
+  for (const json& item : from) read(item, values.emplace_back());
 }
-
-MethodFit fit_from(const json& value) {
-  MethodFit fit;
-  fit.outline = outline_from(value.at(0));
-  fit.p_C = vector_from(value.at(1));
-  if (!value.at(2).is_null()) fit.iterations = value.at(2).get<int>();
-  fit.residual_px = optional_from(value.at(3));
-  fit.step_px = optional_from(value.at(4));
-  fit.arc = optional_from(value.at(5));
-  fit.condition = optional_from(value.at(6));
-  if (const auto converged = optional_from(value.at(7))) fit.converged = *converged != 0;
-  fit.time_us = number_from(value.at(8));
-  fit.next_step_px = optional_from(value.at(9));
-  fit.others = value.at(10).get<int>();
-  fit.covariance_m2 = covariance_from(value.at(11));
-  return fit;
+template <class T>
+void read(const json& from, T& record) {
+  std::size_t place = 0;
+  fields(record, record, [&](auto&... field) { (read(from.at(place++), field), ...); });
 }
 
 }  // namespace
@@ -85,42 +100,11 @@ double apart_px(const MethodFit& a, const MethodFit& b) {
                   std::abs(a.outline.radius_px - b.outline.radius_px));
 }
 
-json to_json(const ComparisonRecord& record) {
-  const FrameTruth& truth = record.truth;
-  json fits = json::array();
-  for (const auto& fit : record.fits) fits.push_back(fit ? fit_json(*fit) : json());
-  json value = {{"source", truth.source},
-                {"frame", truth.frame},
-                {"visible", optional_number(truth.visible_fraction)},
-                {"bound", optional_number(truth.bound_m)},
-                {"bound_depth", optional_number(truth.bound_depth_m)},
-                {"passes", record.passes},
-                {"fits", std::move(fits)}};
-  if (!truth.has_ball) value["no_ball"] = true;
-  if (truth.outline) value["outline"] = outline_json(*truth.outline);
-  if (truth.p_CB) value["p_CB"] = vector_json(*truth.p_CB);
-  if (record.facts) value["vote"] = {record.facts->votes, record.facts->points, record.facts->quality};
-  return value;
-}
+json to_json(const ComparisonRecord& record) { return noted(record); }
 
 ComparisonRecord comparison_record_from_json(const json& value) {
   ComparisonRecord record;
-  FrameTruth& truth = record.truth;
-  truth.source = value.at("source").get<std::string>();
-  truth.frame = value.at("frame").get<int>();
-  truth.has_ball = !value.contains("no_ball");
-  truth.visible_fraction = optional_from(value.at("visible"));
-  truth.bound_m = optional_from(value.at("bound"));
-  truth.bound_depth_m = optional_from(value.at("bound_depth"));
-  if (value.contains("outline")) truth.outline = outline_from(value.at("outline"));
-  if (value.contains("p_CB")) truth.p_CB = vector_from(value.at("p_CB"));
-  if (value.contains("vote")) {
-    const json& vote = value.at("vote");
-    record.facts = VoteFacts{vote.at(0).get<int>(), vote.at(1).get<int>(), vote.at(2).get<double>()};
-  }
-  record.passes = value.at("passes").get<int>();
-  for (const json& fit : value.at("fits"))
-    record.fits.push_back(fit.is_null() ? std::nullopt : std::optional<MethodFit>(fit_from(fit)));
+  read(value, record);
   return record;
 }
 

@@ -8,7 +8,7 @@
 
 #include "app/comparison/pictures/sweeps.hpp"
 #include "app/comparison/step_verdict.hpp"
-#include "app/io/ball_rows.hpp"
+#include "calibration/base/csv_table.hpp"
 
 namespace ballservo {
 namespace {

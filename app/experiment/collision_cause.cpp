@@ -80,7 +80,7 @@ bool denies(const SonarFiring& firing, const Eigen::Vector2d& p_W, const Occupan
   const SonarMount& mount = pioneer_3dx_sonars[firing.reading.transducer];
   const Eigen::Vector2d away = p_W - in_world_frame(firing.pose, {mount.x_m, mount.y_m});
   const double aside = wrap_angle(std::atan2(away.y(), away.x()) - firing.pose.yaw_rad - mount.heading_rad);
-  return std::abs(aside) <= grid.beam.half_angle_rad - grid.angle_error_rad &&
+  return std::abs(aside) <= grid.beam.half_angle_rad - OccupancyGrid::angle_error_rad &&
          away.norm() <= std::min(firing.reading.range_m - grid.range_error_m, grid.look_range_m);
 }
 
@@ -148,7 +148,7 @@ bool drive_strayed(const Scenario& scenario, const std::vector<StepRecord>& step
     const Pose2 foretold = predictor.predict(from->time_s, {from->pose, from->twist}).pose;
     const double error_m = std::hypot(foretold.x_m - end.pose.x_m, foretold.y_m - end.pose.y_m) +
                            corner_m * std::abs(wrap_angle(foretold.yaw_rad - end.pose.yaw_rad));
-    if (error_m > scenario.avoidance.model_m) return true;
+    if (error_m > drive_model_m) return true;
   }
   return false;
 }

@@ -4,8 +4,7 @@
 
 #include <cmath>
 
-#include "app/io/ball_rows.hpp"
-#include "calibration/base/numbers.hpp"
+#include "calibration/base/csv_table.hpp"
 #include "calibration/base/statistics.hpp"
 
 namespace ballservo {
@@ -17,14 +16,10 @@ std::string log_csv(const std::vector<StepRecord>& steps) {
       "error_2,range_m,bearing_rad,clearance_m,v_intended_mps,w_intended_radps,shield,in_view,hidden\n";
   for (const StepRecord& s : steps) {
     const ControlOutput& c = s.control;
-    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:d},{:d}\n", s.step,
-                       number_text(s.time_s), number_text(s.pose.x_m), number_text(s.pose.y_m),
-                       number_text(s.pose.yaw_rad), number_text(s.twist.v_mps), number_text(s.twist.w_radps),
-                       number_text(c.command.v_mps), number_text(c.command.w_radps),
-                       control_state_name(c.state), csv_cell(c.reason), track_state_name(c.track_state),
-                       number_text(c.error_1), number_text(c.error_2), number_text(s.range_m),
-                       number_text(s.bearing_rad), number_text(s.clearance_m), number_text(c.intended.v_mps),
-                       number_text(c.intended.w_radps), csv_cell(c.shield), s.in_view, s.hidden);
+    csv += csv_row(s.step, s.time_s, s.pose.x_m, s.pose.y_m, s.pose.yaw_rad, s.twist.v_mps, s.twist.w_radps,
+                   c.command.v_mps, c.command.w_radps, control_state_name(c.state), c.reason,
+                   track_state_name(c.track_state), c.error_1, c.error_2, s.range_m, s.bearing_rad,
+                   s.clearance_m, c.intended.v_mps, c.intended.w_radps, c.shield, s.in_view, s.hidden);
   }
   return csv;
 }

@@ -23,8 +23,7 @@ ControllerOptions controller_options(const Scenario& scenario) {
   options.avoidance = scenario.avoidance;
   // A little less than half the picture, so that the ball stays whole in it.
   const double half_width_px = 0.5 * scenario.camera.camera.size().width_px;
-  options.avoidance.steering.half_view_rad =
-      0.9 * std::atan(half_width_px / scenario.camera.camera.focal_px());
+  options.avoidance.half_view_rad = 0.9 * std::atan(half_width_px / scenario.camera.camera.focal_px());
   return options;
 }
 

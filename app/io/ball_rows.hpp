@@ -9,9 +9,6 @@
 
 namespace ballservo {
 
-/// A cell of a CSV file, quoted where it has to be (RFC 4180).
-std::string csv_cell(std::string_view text);
-
 /// The header line, with its newline.
 std::string ball_rows_header();
 

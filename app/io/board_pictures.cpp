@@ -1,13 +1,12 @@
 #include "app/io/board_pictures.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
 #include <map>
 #include <mutex>
-#include <thread>
 
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
@@ -46,22 +45,6 @@ void search_in(BoardPicture& picture, const BoardSearch& search) {
   const std::size_t all = search.board.points().size();
   if (picture.view->size() < all)
     add_remark(picture, fmt::format("{} of the board's {} corners are seen", picture.view->size(), all));
-}
-
-/// Does `work(i)` for every i below `count`, several at a time.
-template <class Work>
-void in_parallel(std::size_t count, int threads, const Work& work) {
-  std::atomic<std::size_t> next{0};
-  const auto worker = [&] {
-    for (std::size_t i = next++; i < count && !interrupt_requested(); i = next++) work(i);
-  };
-  const std::size_t wanted =
-      threads > 0 ? static_cast<std::size_t>(threads) : std::max(1u, std::thread::hardware_concurrency());
-  std::vector<std::thread> workers;
-  for (std::size_t i = 1; i < std::min(wanted, count); ++i) workers.emplace_back(worker);
-  worker();
-  for (std::thread& thread : workers) thread.join();
-  throw_if_interrupted();
 }
 
 double mean_motion_px(const BoardView& a, const BoardView& b) {
@@ -205,25 +188,25 @@ std::vector<BoardPicture> pictures_of_moving_board(FrameSequence& sequence, cons
 BoardPictures find_boards(const std::vector<std::string>& sources, const BoardSearch& search) {
   BoardPictures pictures{list_pictures(sources, search), {}};
   common_size(pictures.all);
-  std::vector<std::exception_ptr> errors(pictures.all.size());
+  std::vector<FaultList> faults_of(pictures.all.size());
   Progress progress("looking for the board", static_cast<long>(pictures.all.size()), search.quiet);
   std::mutex progress_mutex;
   long done = 0;
-  in_parallel(pictures.all.size(), search.threads, [&](std::size_t i) {
-    try {
-      if (!pictures.all[i].view && pictures.all[i].rejected.empty()) search_in(pictures.all[i], search);
-    } catch (...) {
-      errors[i] = std::current_exception();
-    }
-    const std::lock_guard<std::mutex> lock(progress_mutex);
-    progress.step(++done);
-  });
-  FaultList faults;
-  for (const std::exception_ptr& error : errors) {
-    faults.collect([&] {
-      if (error) std::rethrow_exception(error);
+  tbb::task_arena arena(search.threads > 0 ? search.threads : tbb::task_arena::automatic);
+  arena.execute([&] {
+    tbb::parallel_for(std::size_t{0}, pictures.all.size(), [&](std::size_t i) {
+      BoardPicture& picture = pictures.all[i];
+      if (interrupt_requested()) return;
+      faults_of[i].collect([&] {
+        if (!picture.view && picture.rejected.empty()) search_in(picture, search);
+      });
+      const std::lock_guard lock(progress_mutex);
+      progress.step(++done);
     });
-  }
+  });
+  throw_if_interrupted();
+  FaultList faults;
+  for (const FaultList& each : faults_of) faults.collect([&] { each.throw_if_any(); });
   faults.throw_if_any();
   pictures.size = common_size(pictures.all);
   drop_repeated(pictures.all);

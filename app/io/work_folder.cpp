@@ -1,8 +1,5 @@
 #include "app/io/work_folder.hpp"
 
-#include <algorithm>
-#include <optional>
-
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
 
@@ -26,26 +23,26 @@ std::optional<Manifest> read_manifest(const fs::path& folder) {
   if (!fs::is_regular_file(file, error)) return std::nullopt;
   // Deeper than any of ours it is not read, so that no file can exhaust the stack.
   const auto shallow = [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < 32; };
-  const nlohmann::json json =
-      nlohmann::json::parse(read_file_bytes(file, max_manifest_bytes), shallow, false);
-  const auto damaged = [&file]() -> InputError {
-    return {file.string(), "no manifest of a job", "the file as it was written"};
-  };
-  if (!json.is_object() || !json.contains("job") || !json.contains("shard") || !json.contains("sha256") ||
-      !json["job"].is_object() || !json["shard"].is_string() || !json["sha256"].is_object()) {
-    throw damaged();
-  }
   Manifest manifest;
-  manifest.description = json["job"];
-  manifest.shard = parse_shard(json["shard"].get<std::string>(), file.string() + ": shard");
-  for (const auto& [name, hash] : json["sha256"].items()) {
-    const fs::path relative = fs::path(name).lexically_normal();
-    if (!hash.is_string() || relative.is_absolute() || relative.empty() || *relative.begin() == "..") {
-      throw damaged();
-    }
-    manifest.hashes[name] = hash.get<std::string>();
+  try {
+    const auto json = nlohmann::json::parse(read_file_bytes(file, max_manifest_bytes), shallow);
+    manifest.description = json.at("job").get<nlohmann::json::object_t>();
+    manifest.shard = parse_shard(json.at("shard").get<std::string>(), file.string() + ": shard");
+    json.at("sha256").get_to(manifest.hashes);
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(file.string(), "no manifest of a job", "the file as it was written");
+  }
+  for (const auto& entry : manifest.hashes) {
+    const fs::path name = fs::path(entry.first).lexically_normal();
+    if (name.is_absolute() || name.empty() || *name.begin() == "..")
+      throw InputError(file.string(), "a result outside the folder: " + entry.first,
+                       "the file as it was written");
   }
   return manifest;
+}
+
+InputError no_results(const fs::path& folder) {
+  return {folder.string(), "no results of a job", "a folder that a finished job has written"};
 }
 
 nlohmann::json without_places(nlohmann::json description) {
@@ -59,35 +56,30 @@ bool same_job(const nlohmann::json& a, const nlohmann::json& b) {
 
 /// The first key in which two jobs differ, as "scenario_sha256".
 std::string difference(const nlohmann::json& of_a, const nlohmann::json& of_b) {
-  const nlohmann::json a = without_places(of_a), b = without_places(of_b);
-  for (const auto& [key, value] : a.items()) {
-    if (!b.contains(key) || b[key] != value) return key;
-  }
-  for (const auto& [key, value] : b.items()) {
-    if (!a.contains(key)) return key;
+  nlohmann::json a = without_places(of_a), b = without_places(of_b);
+  for (const nlohmann::json& one : {a, b}) {
+    for (const auto& entry : one.items())
+      if (!a.contains(entry.key()) || !b.contains(entry.key()) || a[entry.key()] != b[entry.key()])
+        return entry.key();
   }
   return "nothing";
 }
 
-void check_results(const FinishedShard& shard, const Manifest& manifest, FaultList& faults) {
-  for (const auto& [name, hash] : manifest.hashes) {
-    faults.collect([&, result = name, expected = hash] {
-      const fs::path file = shard.folder / result;
-      if (sha256_of_file(file) != expected) {
+void check_results(const fs::path& folder, const Manifest& manifest, FaultList& faults) {
+  for (const auto& [name, expected] : manifest.hashes) {
+    faults.collect([&, file = folder / name, hash = expected] {
+      if (sha256_of_file(file) != hash)
         throw InputError(file.string(), "not what the job wrote (its checksum differs)",
                          "the file as it was written");
-      }
     });
   }
 }
 
-std::string missing_parts(const std::vector<FinishedShard>& shards, int count) {
+std::string missing_parts(const std::map<int, fs::path>& parts, int count) {
   std::string missing;
   int named = 0;
-  auto next = shards.begin();
   for (int index = 1; index <= count; ++index) {
-    while (next != shards.end() && next->shard.index < index) ++next;
-    if (next != shards.end() && next->shard.index == index) continue;
+    if (parts.count(index) > 0) continue;
     if (++named > 20) return missing + ", ...";
     missing += (missing.empty() ? "" : ", ") + Shard{index, count}.to_text();
   }
@@ -122,104 +114,86 @@ WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite over
                      "--resume to go on with it, --force to begin anew, or another folder");
   }
   // Checks that the folder may be written, and makes it appear.
-  OutputFolder folder(target_, begun ? Overwrite::allow : overwrite);
-  folder.commit();
+  OutputFolder(target_, begun ? Overwrite::allow : overwrite).commit();
   if (!resume) {
     fs::remove(journal_file, error);
     fs::remove(target_ / manifest_name, error);
   }
-  journal_ = std::make_unique<WorkJournal>(journal_file, job_.sha256());
+  journal_ = std::make_unique<Journal>(journal_file, job_.sha256());
 }
 
-void WorkResults::write(const std::string& name, std::string_view contents) {
-  hashes_[name].add(contents);
-  folder_.write(name, contents);
-}
-
-void WorkResults::append(const std::string& name, std::string_view piece) {
+void WorkFolder::write(const std::string& name, std::string_view piece) {
   hashes_[name].add(piece);
-  folder_.append(name, piece);
+  write_varying(name, piece);
 }
 
-void WorkResults::write_untracked(const std::string& name, std::string_view contents) {
-  folder_.write(name, contents);
+void WorkFolder::write_varying(const std::string& name, std::string_view piece) {
+  if (!results_) results_.emplace(target_, Overwrite::allow);
+  results_->append(name, piece);
 }
 
-void WorkResults::append_untracked(const std::string& name, std::string_view piece) {
-  folder_.append(name, piece);
+void WorkFolder::commit_unfinished() {
+  if (results_) results_->commit();
+  results_.reset();
+  hashes_.clear();
 }
 
-void WorkFolder::commit_results(WorkResults&& results, bool finished) {
-  if (finished) {
-    nlohmann::json hashes = nlohmann::json::object();
-    for (auto& [name, hash] : results.hashes_) hashes[name] = hash.hex();
-    const nlohmann::json manifest = {
-        {"job", job_.description}, {"shard", job_.shard.to_text()}, {"sha256", hashes}};
-    results.folder_.write(manifest_name, manifest.dump(2) + "\n");
-  }
-  results.folder_.commit();
-  if (finished && journal_) journal_->remove();
+void WorkFolder::commit_finished(const std::string& keep_journal_as) {
+  nlohmann::json hashes = nlohmann::json::object();
+  for (auto& [name, hash] : hashes_) hashes[name] = hash.hex();
+  const nlohmann::json manifest = {
+      {"job", job_.description}, {"shard", job_.shard.to_text()}, {"sha256", hashes}};
+  write_varying(manifest_name, manifest.dump(2) + "\n");
+  commit_unfinished();
+  const fs::path journal = target_ / journal_name;
+  std::error_code ignored;
+  if (keep_journal_as.empty())
+    fs::remove(journal, ignored);
+  else
+    rename_path(journal, target_ / keep_journal_as, true);
+  journal_.reset();
 }
 
 MergeableShards read_shards(const std::vector<fs::path>& folders) {
   FaultList faults;
-  MergeableShards merge;
   std::optional<Manifest> first;
   fs::path first_folder;
-  for (const fs::path& folder : folders) {
-    faults.collect([&] {
-      const auto manifest = read_manifest(folder);
-      if (!manifest || fs::exists(folder / WorkFolder::journal_name)) {
-        const bool begun = fs::exists(folder / WorkFolder::journal_name);
-        throw InputError(folder.string(), begun ? "an unfinished job" : "no results of a job",
-                         begun ? "a finished one: run its command again with --resume"
-                               : "a folder that a finished job has written");
-      }
-      if (!first) {
-        first = manifest;
-        first_folder = folder;
-      }
-      if (!same_job(manifest->description, first->description)) {
-        throw InputError(folder.string(),
-                         "a part of another job than " + first_folder.string() + " (they differ in " +
-                             difference(first->description, manifest->description) + ")",
-                         "parts of one job");
-      }
-      if (manifest->shard.count != first->shard.count) {
-        throw InputError(
-            folder.string(), "part " + manifest->shard.to_text(),
-            "one of " + std::to_string(first->shard.count) + " parts, like " + first_folder.string());
-      }
-      const auto twin = std::find_if(merge.shards.begin(), merge.shards.end(), [&](const auto& shard) {
-        return shard.shard.index == manifest->shard.index;
-      });
-      if (twin != merge.shards.end()) {
-        throw InputError(folder.string(),
-                         "part " + manifest->shard.to_text() + ", as " + twin->folder.string() + " is",
-                         "each part once");
-      }
-      merge.shards.push_back({folder, manifest->shard});
-      check_results(merge.shards.back(), *manifest, faults);
-    });
-  }
-  std::sort(merge.shards.begin(), merge.shards.end(),
-            [](const auto& a, const auto& b) { return a.shard.index < b.shard.index; });
-  if (first) {
-    const std::string missing = missing_parts(merge.shards, first->shard.count);
-    if (!missing.empty()) faults.add("merge", "parts " + missing + " missing", "all parts of the job");
-    merge.description = first->description;
-  } else if (faults.empty()) {
-    faults.add("merge", "no folders", "the folders of all parts of a job");
-  }
+  std::map<int, fs::path> parts;
+  const auto add = [&](const fs::path& folder) {
+    const auto manifest = read_manifest(folder);
+    if (fs::exists(folder / WorkFolder::journal_name))
+      throw InputError(folder.string(), "an unfinished job",
+                       "a finished one: run its command again with --resume");
+    if (!manifest) throw no_results(folder);
+    if (!first) first = manifest, first_folder = folder;
+    if (!same_job(manifest->description, first->description))
+      throw InputError(folder.string(),
+                       "a part of another job than " + first_folder.string() + " (they differ in " +
+                           difference(first->description, manifest->description) + ")",
+                       "parts of one job");
+    const std::string part = "part " + manifest->shard.to_text();
+    if (manifest->shard.count != first->shard.count)
+      throw InputError(
+          folder.string(), part,
+          "one of " + std::to_string(first->shard.count) + " parts, like " + first_folder.string());
+    const auto [twin, is_new] = parts.emplace(manifest->shard.index, folder);
+    if (!is_new)
+      throw InputError(folder.string(), part + ", as " + twin->second.string() + " is", "each part once");
+    check_results(folder, *manifest, faults);
+  };
+  for (const fs::path& folder : folders) faults.collect([&] { add(folder); });
+  if (folders.empty()) faults.add("merge", "no folders", "the folders of all parts of a job");
+  const std::string missing = first ? missing_parts(parts, first->shard.count) : "";
+  if (!missing.empty()) faults.add("merge", "parts " + missing + " missing", "all parts of the job");
   faults.throw_if_any();
+  MergeableShards merge{first->description, {}};
+  for (const auto& entry : parts) merge.folders.push_back(entry.second);
   return merge;
 }
 
 nlohmann::json read_finished_job(const fs::path& folder) {
   const auto manifest = read_manifest(folder);
-  if (!manifest) {
-    throw InputError(folder.string(), "no results of a job", "a folder that a finished job has written");
-  }
+  if (!manifest) throw no_results(folder);
   return manifest->description;
 }
 

@@ -5,11 +5,13 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "app/io/journal.hpp"
 #include "app/io/shard.hpp"
-#include "app/io/work_journal.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/output.hpp"
 
@@ -26,26 +28,6 @@ struct WorkJob {
   std::string sha256() const;  ///< of description, but for its places, and shard
 };
 
-/// A job's results on their way: none is there before all are (see OutputFolder).
-class WorkResults {
- public:
-  void write(const std::string& name, std::string_view contents);
-  /// Adds to a result that is too long to be held whole.
-  void append(const std::string& name, std::string_view piece);
-  /// Results that are not the same each time (wall-clock figures), left out of the manifest.
-  void write_untracked(const std::string& name, std::string_view contents);
-  void append_untracked(const std::string& name, std::string_view piece);
-  /// Where they lie until then.
-  const std::filesystem::path& path() const { return folder_.path(); }
-
- private:
-  friend class WorkFolder;
-  explicit WorkResults(const std::filesystem::path& target) : folder_(target, Overwrite::allow) {}
-
-  OutputFolder folder_;
-  std::map<std::string, Sha256> hashes_;
-};
-
 /// A folder with, while the job is under way, `unfinished.journal`, and at the end its results and
 /// `manifest.json`: {"job": description, "shard": "I/N", "sha256": {NAME: hash of that result}}.
 class WorkFolder {
@@ -55,7 +37,7 @@ class WorkFolder {
 
   /// Makes the folder if need be. A folder that is not empty is refused, except: with `resume`, this job's
   /// own (its journal is read; or it is finished); with Overwrite::allow (and no `resume`) the job begins
-  /// anew in it. Throws InputError as OutputFolder and WorkJournal do.
+  /// anew in it. Throws InputError as OutputFolder and Journal do.
   WorkFolder(std::filesystem::path target, WorkJob job, bool resume, Overwrite overwrite);
 
   /// The same job has been here before and left its results: there is nothing to do, but they may be written
@@ -63,31 +45,33 @@ class WorkFolder {
   bool already_finished() const { return journal_ == nullptr; }
 
   /// What is done so far; not to be called where the job is already finished.
-  WorkJournal& journal() { return *journal_; }
+  Journal& journal() { return *journal_; }
 
-  /// Results that are written piece by piece, then put in the place of older ones of this job by
-  /// `commit_results`.
-  WorkResults begin_results() const { return WorkResults(target_); }
-  /// `finished` also writes the manifest and removes the journal; without it (interrupted) the folder can be
-  /// resumed.
-  void commit_results(WorkResults&& results, bool finished);
+  /// Adds to a result. None is there before `commit` (see OutputFolder).
+  void write(const std::string& name, std::string_view piece);
+  /// The same of a result that differs each time (wall-clock figures): the manifest leaves it out.
+  void write_varying(const std::string& name, std::string_view piece);
+
+  /// Where the results lie until then; to be asked after the first is written.
+  const std::filesystem::path& staging() const { return results_->path(); }
+
+  /// Puts the results in the place of older ones of this job.
+  void commit_unfinished();
+  /// The same with the manifest; the journal goes, or stays as `keep_journal_as`.
+  void commit_finished(const std::string& keep_journal_as = "");
 
  private:
   std::filesystem::path target_;
   WorkJob job_;
-  std::unique_ptr<WorkJournal> journal_;
-};
-
-/// One finished part of a job.
-struct FinishedShard {
-  std::filesystem::path folder;
-  Shard shard;
+  std::unique_ptr<Journal> journal_;
+  std::optional<OutputFolder> results_;
+  std::map<std::string, Sha256> hashes_;
 };
 
 /// The parts of one job, put together.
 struct MergeableShards {
   nlohmann::json description;
-  std::vector<FinishedShard> shards;  ///< 1 to N, each once
+  std::vector<std::filesystem::path> folders;  ///< of parts 1 to N
 };
 
 /// Reads the folders' manifests. Throws InputError with every fault: no manifest (no result of this program,

@@ -20,7 +20,7 @@ inline constexpr double floor_reach_m = 1.8;
 /// Follows the floor, as it looks close to the robot, outwards along rays.
 class FloorDetection {
  public:
-  /// `start_clear_m`: nothing stands within it of the axle when the run begins (FreeSpaceOptions).
+  /// `start_clear_m`: nothing stands within it of the axle when the run begins (OccupancyGridOptions).
   FloorDetection(const Camera& camera, const CameraMount& mount, double start_clear_m);
 
   /// The scan of a picture taken at that time. `ball`: the target as it was seen, which stands in nobody's

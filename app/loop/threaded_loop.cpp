@@ -21,7 +21,7 @@ double silence_s(double rate_hz) { return std::max(2.0 / rate_hz, 0.04); }
 
 GuardOptions guard_options(const LoopPorts& ports) {
   const ControllerOptions& controller = ports.controller.options();
-  GuardOptions options = controller.avoidance.guard;
+  GuardOptions options;
   options.stale_step_s = silence_s(controller.rate_hz);
   options.sonars = ports.controller.avoidance() != nullptr;
   return options;

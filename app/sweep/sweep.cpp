@@ -1,6 +1,5 @@
 #include "app/sweep/sweep.hpp"
 
-#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -53,6 +52,28 @@ std::vector<std::string> drawn_keys(const nlohmann::json& description) {
   return description.at("drawn").get<std::vector<std::string>>();
 }
 
+/// A finished trial as the journal and the results keep it: its row of trials.csv, then its line of
+/// traces.jsonl, where it has one.
+struct TrialRecord {
+  std::string row, trace;
+};
+
+TrialRecord parse_record(const std::string& text) {
+  const std::size_t end = text.rfind("\n{\"seed\":");
+  if (end == std::string::npos) return {text, ""};
+  return {text.substr(0, end + 1), text.substr(end + 1)};
+}
+
+Sweep join(const nlohmann::json& description, const std::map<std::uint64_t, TrialRecord>& records) {
+  Sweep sweep{description, {}, trials_csv_header(drawn_keys(description)), ""};
+  for (const auto& entry : records) {
+    sweep.trials_csv += entry.second.row;
+    sweep.traces_jsonl += entry.second.trace;
+  }
+  sweep.trials = parse_trials(sweep.trials_csv, "trials.csv");
+  return sweep;
+}
+
 /// Nothing for a run that was cut short.
 std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann::json& description,
                                      std::uint64_t seed, const std::shared_ptr<const ColorTable>& colors,
@@ -90,13 +111,6 @@ std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann
   return TrialRecord{trial_row(trial), trace_line(trace_of(*scenario, run)) + "\n"};
 }
 
-/// The journal keeps a record as its row and its trace, one after the other.
-TrialRecord split_record(const std::string& text) {
-  const std::size_t end = text.rfind("\n{\"seed\":");
-  if (end == std::string::npos) return {text, ""};
-  return {text.substr(0, end + 1), text.substr(end + 1)};
-}
-
 std::shared_ptr<const ColorTable> colors_of(const SweepOptions& options) {
   if (options.perception != PerceptionLevel::image) return nullptr;
   const Scenario scenario = first_scenario(options);
@@ -126,6 +140,15 @@ void check_sweep_description(const nlohmann::json& description, const std::files
 
 }  // namespace
 
+std::vector<std::uint64_t> seeds_of(const SweepOptions& options) {
+  std::vector<std::uint64_t> seeds;
+  for (long k = 0; k < options.trials; ++k) {
+    if (options.shard.holds(static_cast<std::size_t>(k)))
+      seeds.push_back(options.first_seed + static_cast<std::uint64_t>(k));
+  }
+  return seeds;
+}
+
 nlohmann::json sweep_description(const SweepOptions& options) {
   const Scenario scenario = first_scenario(options);
   nlohmann::json hashes;
@@ -153,24 +176,17 @@ nlohmann::json sweep_description(const SweepOptions& options) {
           {"gain_warning", gain_warning(scenario)}};
 }
 
-std::vector<TrialRecord> run_sweep(const SweepOptions& options, const nlohmann::json& description,
-                                   WorkJournal& journal, const std::function<bool()>& go_on,
-                                   const std::function<void(long done, long total)>& progress) {
+Sweep run_sweep(const SweepOptions& options, const nlohmann::json& description, Journal& journal,
+                const std::function<bool()>& go_on,
+                const std::function<void(long done, long total)>& progress) {
   const auto colors = colors_of(options);
-  std::vector<std::uint64_t> mine, missing;
-  for (long k = 0; k < options.trials; ++k) {
-    if (!options.shard.holds(static_cast<std::size_t>(k))) continue;
-    mine.push_back(options.first_seed + static_cast<std::uint64_t>(k));
-    if (!journal.has(std::to_string(mine.back()))) missing.push_back(mine.back());
-  }
+  const std::vector<std::uint64_t> mine = seeds_of(options);
+  std::vector<std::uint64_t> missing;
+  std::copy_if(mine.begin(), mine.end(), std::back_inserter(missing),
+               [&](std::uint64_t seed) { return !journal.has(std::to_string(seed)); });
   std::mutex mutex;
   const long total = static_cast<long>(mine.size());
   long done = total - static_cast<long>(missing.size());
-  // More threads than processors only where they are asked for.
-  std::optional<tbb::global_control> limit;
-  if (options.threads > 0) {
-    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
-  }
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   arena.execute([&] {
     // Trials in the order of their seeds, one at a time to whoever is free: they last differently long.
@@ -185,54 +201,33 @@ std::vector<TrialRecord> run_sweep(const SweepOptions& options, const nlohmann::
       }
     });
   });
-  std::vector<TrialRecord> records;
+  std::map<std::uint64_t, TrialRecord> records;
   for (const std::uint64_t seed : mine) {
-    if (const auto text = journal.find(std::to_string(seed))) records.push_back(split_record(*text));
+    if (const auto text = journal.find(std::to_string(seed))) records[seed] = parse_record(*text);
   }
-  return records;
+  return join(description, records);
 }
 
-SweepFiles sweep_files(const nlohmann::json& description, const std::vector<TrialRecord>& records) {
-  SweepFiles files{trials_csv_header(drawn_keys(description)), ""};
-  for (const TrialRecord& record : records) {
-    files.trials_csv += record.row;
-    files.traces_jsonl += record.trace;
-  }
-  return files;
-}
-
-std::vector<TrialRecord> read_sweep_records(const MergeableShards& shards) {
-  std::map<std::uint64_t, TrialRecord> by_seed;
-  FaultList faults;
-  check_sweep_description(shards.description, shards.shards.front().folder);
-  for (const FinishedShard& shard : shards.shards) {
-    const std::string name = (shard.folder / "trials.csv").string();
-    const std::vector<Trial> trials = parse_trials(read_file_bytes(name, max_trials_bytes), name);
-    for (const Trial& trial : trials) {
-      if (!by_seed.emplace(trial.seed, TrialRecord{trial_row(trial), ""}).second) {
-        faults.add(name, "seed " + std::to_string(trial.seed) + " twice", "each seed once");
-      }
+Sweep read_sweep(const MergeableShards& shards) {
+  std::map<std::uint64_t, TrialRecord> records;
+  check_sweep_description(shards.description, shards.folders.front());
+  for (const std::filesystem::path& folder : shards.folders) {
+    const std::string name = (folder / "trials.csv").string(), traces = (folder / "traces.jsonl").string();
+    for (const Trial& trial : parse_trials(read_file_bytes(name, max_trials_bytes), name)) {
+      if (!records.insert({trial.seed, {trial_row(trial), ""}}).second)
+        throw InputError(name, "seed " + std::to_string(trial.seed) + " twice", "each seed once");
     }
-    std::istringstream lines(read_file_bytes(shard.folder / "traces.jsonl", max_traces_bytes));
+    std::istringstream lines(read_file_bytes(traces, max_traces_bytes));
     for (std::string line; std::getline(lines, line);) {
-      const auto record = by_seed.find(parse_trace(line, (shard.folder / "traces.jsonl").string()).seed);
-      if (record != by_seed.end()) record->second.trace = line + "\n";
+      const auto record = records.find(parse_trace(line, traces).seed);
+      if (record != records.end()) record->second.trace = line + "\n";
     }
   }
-  faults.throw_if_any();
-  std::vector<TrialRecord> records;
-  for (auto& entry : by_seed) records.push_back(std::move(entry.second));
-  return records;
+  return join(shards.description, records);
 }
 
 Sweep read_sweep(const std::filesystem::path& folder) {
-  Sweep sweep;
-  sweep.description = read_finished_job(folder);
-  check_sweep_description(sweep.description, folder);
-  const std::string name = (folder / "trials.csv").string();
-  sweep.trials = parse_trials(read_file_bytes(name, max_trials_bytes), name);
-  sweep.traces_jsonl = read_file_bytes(folder / "traces.jsonl", max_traces_bytes);
-  return sweep;
+  return read_sweep(MergeableShards{read_finished_job(folder), {folder}});
 }
 
 }  // namespace ballservo

@@ -25,41 +25,32 @@ struct SweepOptions {
   int threads = 0;  ///< 0: as many as the machine has
 };
 
+/// The shard's own.
+std::vector<std::uint64_t> seeds_of(const SweepOptions& options);
+
 /// The job that these options are: the scenario as it stands after `sets`, the hashes of its files, seeds,
 /// level of perception; not the shard, not the threads. Throws InputError with the scenario's faults (of the
 /// first seed, where none of the first hundred can be).
 nlohmann::json sweep_description(const SweepOptions& options);
 
-/// A finished trial as the journal and the results keep it.
-struct TrialRecord {
-  std::string row;    ///< of trials.csv, with its line end
-  std::string trace;  ///< of traces.jsonl, with its line end; empty for an infeasible one
-};
-
-/// Runs the shard's trials that the journal does not hold yet and notes them there. Returns all of the
-/// shard's that are finished, in order of their seeds: the same bytes at any number of threads. `go_on` is
-/// asked at each control step, from any thread; once it says false, what is under way is dropped. `progress`
-/// is told how many trials are done, from one thread at a time.
-std::vector<TrialRecord> run_sweep(const SweepOptions& options, const nlohmann::json& description,
-                                   WorkJournal& journal, const std::function<bool()>& go_on,
-                                   const std::function<void(long done, long total)>& progress);
-
-/// The files of a sweep's folder.
-struct SweepFiles {
-  std::string trials_csv, traces_jsonl;
-};
-SweepFiles sweep_files(const nlohmann::json& description, const std::vector<TrialRecord>& records);
-
-/// A sweep as its folder holds it.
+/// A sweep or a part of one, as its folder holds it.
 struct Sweep {
   nlohmann::json description;
   std::vector<Trial> trials;  ///< in order of their seeds
-  std::string traces_jsonl;
+  std::string trials_csv, traces_jsonl;
 };
 
-/// Reads trials and traces of finished folders (the parts of one sweep, or a whole one) and joins them.
-/// Throws InputError for what does not fit together or was not written by a sweep.
-std::vector<TrialRecord> read_sweep_records(const MergeableShards& shards);
+/// Runs the shard's trials that the journal does not hold yet and notes them there. Returns all of the
+/// shard's that are finished: the same bytes at any number of threads. `go_on` is asked at each control step,
+/// from any thread; once it says false, what is under way is dropped. `progress` is told how many trials are
+/// done, from one thread at a time.
+Sweep run_sweep(const SweepOptions& options, const nlohmann::json& description, Journal& journal,
+                const std::function<bool()>& go_on,
+                const std::function<void(long done, long total)>& progress);
+
+/// Joins the results of finished folders: the parts of one sweep, or a whole one. Throws InputError for what
+/// does not fit together or was not written by a sweep.
+Sweep read_sweep(const MergeableShards& shards);
 /// A whole sweep's folder, or a part's.
 Sweep read_sweep(const std::filesystem::path& folder);
 

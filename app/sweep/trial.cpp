@@ -1,14 +1,14 @@
 #include "app/sweep/trial.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "app/io/ball_rows.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {
@@ -44,37 +44,10 @@ const std::vector<std::string>& fixed_columns() {
   return columns;
 }
 
-/// Reads one row's cells, and says where one is not what it should be.
-class RowReader {
- public:
-  RowReader(const CsvTable& table, std::size_t row, FaultList& faults)
-      : table_(table), row_(row), faults_(faults) {}
-
-  const std::string& text(const std::string& column) const {
-    return table_.rows[row_][static_cast<std::size_t>(table_.column(column))];
-  }
-  double number(const std::string& column) const {
-    if (text(column).empty()) return std::numeric_limits<double>::quiet_NaN();
-    const auto value = parse_number(text(column));
-    if (!value) fault(column, "a finite number, or nothing");
-    return value.value_or(0);
-  }
-  long long count(const std::string& column) const {
-    const auto value = parse_integer(text(column));
-    if (!value || *value < 0) fault(column, "a whole number of at least 0");
-    return value.value_or(0);
-  }
-  void fault(const std::string& column, const std::string& allowed) const {
-    faults_.add(table_.place(row_, column), text(column), allowed);
-  }
-
- private:
-  const CsvTable& table_;
-  std::size_t row_;
-  FaultList& faults_;
-};
-
-Trial read_row(const RowReader& row, const std::vector<std::string>& drawn_columns) {
+Trial read_row(const CsvRow& row, const std::vector<std::string>& drawn_columns) {
+  const auto number = [&row](const std::string& column) {
+    return row.number(column, {}).value_or(std::numeric_limits<double>::quiet_NaN());
+  };
   Trial trial;
   trial.scenario_hash = row.text("scenario_hash");
   trial.seed = static_cast<std::uint64_t>(row.count("seed"));
@@ -87,16 +60,15 @@ Trial read_row(const RowReader& row, const std::vector<std::string>& drawn_colum
     trial.summary.outcome = each;
     known = true;
   }
-  if (!known) row.fault("outcome", "infeasible, or an outcome of a run");
+  if (!known) row.fault("outcome", outcome, "infeasible, or an outcome of a run");
   trial.why = row.text("why");
   trial.summary.collision_cause = row.text("collision_cause");
   trial.last_state = row.text("last_state");
   trial.last_reason = row.text("last_reason");
-  for (const std::string& column : drawn_columns) {
-    trial.drawn.emplace_back(column.substr(std::string(drawn_prefix).size()), row.number(column));
-  }
+  for (const std::string& column : drawn_columns)
+    trial.drawn.emplace_back(column.substr(std::string(drawn_prefix).size()), number(column));
   if (!trial.feasible) return trial;
-  for (const NumberColumn& column : number_columns) trial.summary.*column.value = row.number(column.name);
+  for (const NumberColumn& column : number_columns) trial.summary.*column.value = number(column.name);
   trial.summary.lost_events = static_cast<int>(row.count("lost_events"));
   trial.summary.ball_contacts = static_cast<int>(row.count("ball_contacts"));
   trial.summary.steps = static_cast<long>(row.count("steps"));
@@ -142,20 +114,17 @@ std::string trials_csv_header(const std::vector<std::string>& drawn_keys) {
 
 std::string trial_row(const Trial& trial) {
   const RunSummary& s = trial.summary;
-  std::string row = trial.scenario_hash + "," + std::to_string(trial.seed) + "," + trial.outcome_text() +
-                    "," + csv_cell(s.collision_cause);
-  for (const NumberColumn& column : number_columns) {
-    row += "," + (trial.feasible ? number_text(s.*column.value) : "");
-  }
-  if (trial.feasible) {
-    row += "," + std::to_string(s.lost_events) + "," + std::to_string(s.ball_contacts) + "," +
-           std::to_string(s.steps);
-  } else {
-    row += ",,,";
-  }
-  row += "," + csv_cell(trial.last_state) + "," + csv_cell(trial.last_reason) + "," + csv_cell(trial.why);
-  for (const auto& [key, value] : trial.drawn) row += "," + number_text(value);
-  return row + "\n";
+  std::vector<std::string> cells{trial.scenario_hash, csv_cell(trial.seed), trial.outcome_text(),
+                                 csv_cell(s.collision_cause)};
+  const auto measured = [&](const auto& value) { cells.push_back(trial.feasible ? csv_cell(value) : ""); };
+  for (const NumberColumn& column : number_columns) measured(s.*column.value);
+  measured(s.lost_events);
+  measured(s.ball_contacts);
+  measured(s.steps);
+  for (const std::string& text : {trial.last_state, trial.last_reason, trial.why})
+    cells.push_back(csv_cell(text));
+  for (const auto& entry : trial.drawn) cells.push_back(csv_cell(entry.second));
+  return fmt::format("{}\n", fmt::join(cells, ","));
 }
 
 std::vector<Trial> parse_trials(const std::string& csv, const std::string& name) {
@@ -170,7 +139,7 @@ std::vector<Trial> parse_trials(const std::string& csv, const std::string& name)
   FaultList faults;
   std::vector<Trial> trials;
   for (std::size_t row = 0; row < table.rows.size() && faults.faults().size() < 100; ++row) {
-    trials.push_back(read_row(RowReader(table, row, faults), drawn_columns));
+    trials.push_back(read_row(CsvRow(table, row, faults), drawn_columns));
   }
   faults.throw_if_any();
   return trials;

@@ -1,16 +1,10 @@
 #include "calibration/base/checksum.hpp"
 
-#include <fcntl.h>
 #include <openssl/evp.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <stdexcept>
-#include <vector>
 
-#include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
 
 namespace ballservo {
@@ -57,24 +51,11 @@ std::string sha256_hex(std::string_view bytes) {
 }
 
 std::string sha256_of_file(const std::filesystem::path& file) {
-  // Without waiting: a named pipe without a writer would block for ever.
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) throw InputError(file.string(), system_error_text(errno), "a file that can be read");
-  struct stat status {};
-  std::string problem;
-  if (::fstat(descriptor, &status) != 0) problem = system_error_text(errno);
-  if (problem.empty() && !S_ISREG(status.st_mode)) problem = "something that is no regular file";
+  const Descriptor descriptor = open_regular_file(file);
   Sha256 hash;
-  std::vector<char> block(std::size_t{1} << 16);
-  while (problem.empty()) {
-    const ssize_t count = ::read(descriptor, block.data(), block.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) problem = system_error_text(errno);
-    if (count <= 0) break;
-    hash.add({block.data(), static_cast<std::size_t>(count)});
-  }
-  ::close(descriptor);
-  if (!problem.empty()) throw InputError(file.string(), problem, "a file that can be read");
+  std::array<char, std::size_t{1} << 16> block;
+  while (const std::size_t count = read_some(descriptor, file.string(), block.data(), block.size()))
+    hash.add({block.data(), count});
   return hash.hex();
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "calibration/base/numbers.hpp"
 #include "calibration/base/system_file.hpp"
 
 namespace ballservo {
@@ -145,5 +146,42 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
                   const std::vector<std::string>& optional, const CsvLimits& limits) {
   return parse_csv(read_file_bytes(file, limits.bytes), file.string(), required, optional, limits);
 }
+
+const std::string& CsvRow::text(const std::string& column) const {
+  static const std::string nothing;
+  const int index = table_.column(column);
+  return index < 0 ? nothing : table_.rows[row_][static_cast<std::size_t>(index)];
+}
+
+std::optional<double> CsvRow::number(const std::string& column, const NumberRange& range) const {
+  const std::string& cell = text(column);
+  if (cell.empty()) return std::nullopt;
+  const auto value = parse_number(cell);
+  if (value && range.contains(*value)) return value;
+  fault(column, "\"" + cell + "\"", range.to_text());
+  return std::nullopt;
+}
+
+long long CsvRow::count(const std::string& column) const {
+  const auto value = parse_integer(text(column));
+  if (!value || *value < 0) fault(column, "\"" + text(column) + "\"", "a whole number of at least 0");
+  return value.value_or(0);
+}
+
+void CsvRow::fault(const std::string& column, const std::string& found, const std::string& allowed) const {
+  faults_.add(table_.place(row_, column), found, allowed);
+}
+
+std::string csv_cell(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+std::string csv_cell(double value) { return number_text(value); }
 
 }  // namespace ballservo

@@ -5,10 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "calibration/base/fault.hpp"
 
@@ -16,28 +16,6 @@ namespace ballservo {
 namespace {
 
 constexpr const char* writable_place = "a place that can be written, with room on the disk";
-
-/// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  int number() const { return number_; }
-  /// Closes now; false if the system reports a late write error (as network file systems do).
-  bool close() {
-    const int closed = ::close(number_);
-    number_ = -1;
-    return closed == 0;
-  }
-
- private:
-  int number_;
-};
 
 [[noreturn]] void fail(const std::string& place) {
   throw InputError(place, system_error_text(errno), writable_place);
@@ -63,37 +41,44 @@ std::string system_error_text(int error_number) {
   return description ? description : "system error " + std::to_string(error_number);
 }
 
-std::string read_file_bytes(const std::filesystem::path& file, std::size_t max_bytes) {
-  const std::string place = file.string();
+Descriptor::~Descriptor() { close(); }
+
+bool Descriptor::close() { return number_ < 0 || ::close(std::exchange(number_, -1)) == 0; }
+
+Descriptor open_regular_file(const std::filesystem::path& file) {
   // Without waiting: a named pipe without a writer would block for ever.
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) throw InputError(place, system_error_text(errno), "a file that can be read");
+  Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   struct stat status {};
-  std::string bytes, problem;
-  if (::fstat(descriptor, &status) != 0) {
-    problem = system_error_text(errno);
-  } else if (!S_ISREG(status.st_mode)) {
-    problem = S_ISDIR(status.st_mode) ? "a folder" : "something that is no regular file";
-  } else {
-    // One byte beyond the limit tells a file that is too large, also one that grows while it is read.
-    const std::size_t limit = max_bytes + 1;
-    std::size_t size = 0;
-    bytes.resize(std::min(limit, static_cast<std::size_t>(status.st_size) + 1));
-    while (size < limit) {
-      if (size == bytes.size()) bytes.resize(std::min(limit, 2 * bytes.size()));
-      const ssize_t count = ::read(descriptor, bytes.data() + size, bytes.size() - size);
-      if (count < 0 && errno == EINTR) continue;
-      if (count < 0) problem = system_error_text(errno);
-      if (count <= 0) break;
-      size += static_cast<std::size_t>(count);
-    }
-    bytes.resize(size);
-    if (size > max_bytes) problem = fmt::format("more than {} bytes", max_bytes);
+  if (descriptor.number() < 0 || ::fstat(descriptor.number(), &status) != 0)
+    throw InputError(file.string(), system_error_text(errno), "a file that can be read");
+  if (!S_ISREG(status.st_mode))
+    throw InputError(file.string(),
+                     S_ISDIR(status.st_mode) ? "a folder" : "something that is no regular file",
+                     "a regular file");
+  return descriptor;
+}
+
+std::size_t read_some(const Descriptor& descriptor, const std::string& place, char* bytes, std::size_t most) {
+  for (;;) {
+    const ssize_t count = ::read(descriptor.number(), bytes, most);
+    if (count >= 0) return static_cast<std::size_t>(count);
+    if (errno != EINTR) throw InputError(place, system_error_text(errno), "a file that can be read");
   }
-  ::close(descriptor);
-  if (!problem.empty())
-    throw InputError(place, problem, fmt::format("a regular file of at most {} bytes", max_bytes));
-  return bytes;
+}
+
+std::string read_file_bytes(const std::filesystem::path& file, std::size_t max_bytes) {
+  const Descriptor descriptor = open_regular_file(file);
+  std::string bytes;
+  constexpr std::size_t block = std::size_t{1} << 16;
+  for (std::size_t size = 0;;) {
+    bytes.resize(size + block);
+    const std::size_t count = read_some(descriptor, file.string(), bytes.data() + size, block);
+    bytes.resize(size += count);
+    if (size > max_bytes)
+      throw InputError(file.string(), fmt::format("more than {} bytes", max_bytes),
+                       fmt::format("a regular file of at most {} bytes", max_bytes));
+    if (count == 0) return bytes;
+  }
 }
 
 void write_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place) {

@@ -5,8 +5,30 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace ballservo {
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor();
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&&) = delete;
+
+  int number() const { return number_; }  ///< negative: none
+  /// Closes now; false if the system reports a late write error (as network file systems do).
+  bool close();
+
+ private:
+  int number_;
+};
+
+/// Opens a file to be read; InputError if it is missing or not a regular file.
+Descriptor open_regular_file(const std::filesystem::path& file);
+/// Reads at most `most` bytes; 0 at the file's end. InputError about `place`.
+std::size_t read_some(const Descriptor& descriptor, const std::string& place, char* bytes, std::size_t most);
 
 /// The system's words for an error number, in English whatever the locale.
 std::string system_error_text(int error_number);

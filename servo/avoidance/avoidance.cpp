@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "calibration/base/options.hpp"
-#include "servo/motion/option_check.hpp"
 
 namespace ballservo {
 
@@ -22,32 +21,15 @@ std::string_view avoidance_type_name(AvoidanceOptions::Type type) {
 void declare(OptionVisitor& v, AvoidanceOptions& avoidance) {
   v.boolean("creep", avoidance.creep, "slow commands may pass by the rule of creeping away (SAFETY.md)");
   v.boolean("floor", avoidance.floor, "what the camera sees standing on the floor is not free");
-  OccupancyGridOptions& grid = avoidance.grid;
-  v.number("start_clear_m", grid.start_clear_m, NumberRange::within(0, 3, "m"),
-           "nothing stands within this of the axle at the start");
-  v.number("memory_s", grid.memory_s, NumberRange::above(0, 600, "s"),
-           "what was seen free counts so long, in motion");
-  v.number("drift_allowed_m", grid.drift_allowed_m, NumberRange::above(0, 0.5, "m"),
-           "and until odometry may have drifted so far");
-  v.number("look_range_m", grid.look_range_m, NumberRange::within(0.5, 3, "m"),
-           "nothing further off is remembered of a firing");
-}
-
-void AvoidanceOptions::check(FaultList& faults, const std::string& place) const {
-  if (type == Type::none) return;
-  grid.check(faults, place + ".grid");
-  guard.check(faults, place + ".guard");
-  steering.check(faults, place + ".steering");
-  check_not_negative(faults, place + ".model_m", model_m, "m");
+  declare(v, avoidance.grid);
 }
 
 Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s)
     : options_(options),
-      shield_{limits, options.grid.footprint, period_s, options.creep, options.model_m},
-      grid_(options.grid),
-      watch_(options.guard) {
+      shield_{limits, options.grid.footprint, period_s, options.creep},
+      grid_(options.grid) {
   if (options.type == AvoidanceOptions::Type::full) {
-    steering_.emplace(options.steering, limits, options.grid.footprint);
+    steering_.emplace(options.half_view_rad, limits, options.grid.footprint);
   }
 }
 
@@ -76,7 +58,7 @@ ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotM
   SensorStamps stamps = watch_.stamps();
   stamps.frame_s = frame_s_;
   stamps.step_s = now_s;
-  const GuardVerdict allowed = guard(now_s, stamps, options_.guard);
+  const GuardVerdict allowed = guard(now_s, stamps, {});
   Twist2 guarded = command;
   if (!allowed.forward && guarded.v_mps > 0.0) guarded.v_mps = 0.0;
   if (!allowed.backward && guarded.v_mps < 0.0) guarded.v_mps = 0.0;

@@ -21,13 +21,9 @@ struct AvoidanceOptions {
   enum class Type { none, shield, full };
   Type type = Type::none;
   OccupancyGridOptions grid;
-  GuardOptions guard;
-  SteeringOptions steering;
-  bool creep = true;      ///< see ShieldOptions
-  bool floor = true;      ///< what the camera sees standing on the floor is not free
-  double model_m = 0.01;  ///< see ShieldOptions
-
-  void check(FaultList& faults, const std::string& place) const;
+  bool creep = true;            ///< see ShieldOptions
+  bool floor = true;            ///< what the camera sees standing on the floor is not free
+  double half_view_rad = 0.50;  ///< the ball further aside is out of the picture
 };
 
 /// The keys of a scenario's `avoidance` but its type.

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "servo/motion/option_check.hpp"
-
 namespace ballservo {
 
 namespace {
@@ -21,14 +19,9 @@ double corner_m(const Footprint& body) {
 
 }  // namespace
 
-void ShieldOptions::check(FaultList& faults, const std::string& place) const {
-  check_positive(faults, place + ".period_s", period_s, "s");
-  check_not_negative(faults, place + ".model_m", model_m, "m");
-}
-
 Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                       const ShieldOptions& options, FloorCell* blocked) {
-  const double margin_m = options.model_m + 0.5 * spacing_m;
+  const double margin_m = drive_model_m + 0.5 * spacing_m;
   const double corner = corner_m(options.footprint);
 
   // The command's period, then the brake: both speeds fall in proportion, so the robot stays on one arc.

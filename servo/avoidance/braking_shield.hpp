@@ -10,14 +10,15 @@
 
 namespace ballservo {
 
+/// Bound on how far the robot leaves the path that the model of its drive predicts: assumption A6 of
+/// SAFETY.md.
+inline constexpr double drive_model_m = 0.01;
+
 struct ShieldOptions {
   UnicycleLimits limits;
   Footprint footprint;
   double period_s = 0.02;  ///< a command drives at most so long before the next one, or rest, takes over
   bool creep = true;       ///< slow commands may pass by the rule of creeping away (SAFETY.md)
-  double model_m = 0.01;  ///< bound on how far the robot leaves the way that the model of its drive foretells
-
-  void check(FaultList& faults, const std::string& place) const;
 };
 
 /// The verdict's reason where a command passed by the rule of creeping away.

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "servo/motion/option_check.hpp"
-
 namespace ballservo {
 
 namespace {
@@ -15,24 +13,19 @@ constexpr std::int32_t none = std::numeric_limits<std::int32_t>::max();
 constexpr std::int32_t nobody = -1;
 constexpr double far_m = 1.2;  // clearances are measured up to this
 
+// Clearances of the axle. The footprint's half width is 0.21 m, its outermost corner 0.37 m away: nearer than
+// tight_m the robot would touch, from narrow_m on it can turn on the spot.
+constexpr double tight_m = 0.20;             // the axle never goes nearer to a suspected place
+constexpr double wide_m = 0.72;              // nearer than this a way costs a little more than on open floor
+constexpr double look_ahead_m = 1.2;         // length of the headings that are weighed
+constexpr double view_cost_m_per_rad = 0.5;  // of a heading that takes the ball out of the picture
+constexpr double turn_cost_m_per_rad = 0.05;
+constexpr double virtual_radius_m = 0.18, virtual_s = 8.0;  // of what is put where the robot got stuck
+
 }  // namespace
 
-void NavigationFunctionOptions::check(FaultList& faults, const std::string& place) const {
-  check_positive(faults, place + ".tight_m", tight_m, "m");
-  if (!(narrow_m > tight_m && wide_m > narrow_m && wide_m <= 1.0)) {
-    faults.add(place + ".narrow_m", shown_number(narrow_m),
-               "between tight_m and wide_m, which is at most 1 (m)");
-  }
-  check_positive(faults, place + ".look_ahead_m", look_ahead_m, "m");
-  check_not_negative(faults, place + ".view_cost_m_per_rad", view_cost_m_per_rad, "m/rad");
-  check_not_negative(faults, place + ".turn_cost_m_per_rad", turn_cost_m_per_rad, "m/rad");
-  check_positive(faults, place + ".virtual_radius_m", virtual_radius_m, "m");
-  check_positive(faults, place + ".virtual_s", virtual_s, "s");
-}
-
-NavigationFunction::NavigationFunction(const NavigationFunctionOptions& options)
-    : options_(options),
-      clearance_m_(static_cast<std::size_t>(size) * size, static_cast<float>(far_m)),
+NavigationFunction::NavigationFunction()
+    : clearance_m_(static_cast<std::size_t>(size) * size, static_cast<float>(far_m)),
       cost_(static_cast<std::size_t>(size) * size, none),
       next_(static_cast<std::size_t>(size) * size, nobody),
       before_(static_cast<std::size_t>(size) * size, nobody) {
@@ -59,7 +52,7 @@ double NavigationFunction::clearance_at(const Eigen::Vector2d& p_O) const {
 }
 
 void NavigationFunction::add_virtual(double x_m, double y_m, double now_s) {
-  virtual_[next_virtual_] = {x_m, y_m, now_s + options_.virtual_s};
+  virtual_[next_virtual_] = {x_m, y_m, now_s + virtual_s};
   next_virtual_ = (next_virtual_ + 1) % virtual_.size();
 }
 
@@ -75,9 +68,8 @@ void NavigationFunction::measure_clearance(const OccupancyGrid& grid, const Eige
   }
   for (const Virtual& thing : virtual_) {
     if (thing.until_s < now_s) continue;
-    const double r = options_.virtual_radius_m;
-    for (double dx = -r; dx <= r; dx += block_m) {
-      for (double dy = -r; dy <= r; dy += block_m) {
+    for (double dx = -virtual_radius_m; dx <= virtual_radius_m; dx += block_m) {
+      for (double dy = -virtual_radius_m; dy <= virtual_radius_m; dy += block_m) {
         int column, row;
         if (block_of({thing.x_m + dx, thing.y_m + dy}, column, row)) clearance_m_[index(column, row)] = 0.0f;
       }
@@ -114,10 +106,10 @@ bool NavigationFunction::sees(const Eigen::Vector2d& from, const Eigen::Vector2d
 
 bool NavigationFunction::straight(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   const double length = (to - from).norm();
-  const double enough = std::min(options_.narrow_m + 0.06, clearance_at(from) + 0.01);
+  const double enough = std::min(narrow_m + 0.06, clearance_at(from) + 0.01);
   for (double s = 0; s <= length; s += 0.5 * block_m) {
     if (clearance_at(from + (to - from) * (length > 0 ? s / length : 0.0)) <
-        (s < 0.4 ? enough : options_.narrow_m + 0.06))
+        (s < 0.4 ? enough : narrow_m + 0.06))
       return false;
   }
   return true;
@@ -154,7 +146,7 @@ void NavigationFunction::seed(const Eigen::Vector2d& p_OB, double distance_m) {
       const bool border = r == 0 || c == 0 || r == size - 1 || c == size - 1;
       const Eigen::Vector2d p = center(c, r);
       const double away_m = (p - p_OB).norm();
-      if (clearance_m_[index(c, r)] < options_.narrow_m) continue;
+      if (clearance_m_[index(c, r)] < narrow_m) continue;
       if (std::abs(away_m - distance_m) < 0.8 * block_m && sees(p, p_OB)) {
         put(index(c, r), 0);
       } else if (border && !inside) {
@@ -170,9 +162,8 @@ void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
   int robot_column, robot_row;
   const bool robot_inside = block_of(p_OR, robot_column, robot_row);
   const auto price = [this](double clearance_m) {
-    if (clearance_m < options_.narrow_m) return 9.0;
-    if (clearance_m < options_.wide_m)
-      return 1.0 + 1.5 * (options_.wide_m - clearance_m) / (options_.wide_m - options_.narrow_m);
+    if (clearance_m < narrow_m) return 9.0;
+    if (clearance_m < wide_m) return 1.0 + 1.5 * (wide_m - clearance_m) / (wide_m - narrow_m);
     return 1.0;
   };
   std::int32_t stop_at = none;
@@ -184,7 +175,7 @@ void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
       take(cell);
       const int column = static_cast<int>(cell) % size, row = static_cast<int>(cell) / size;
       if (robot_inside && column == robot_column && row == robot_row) {
-        stop_at = now + static_cast<std::int32_t>(1.5 * options_.look_ahead_m / quantum_m);
+        stop_at = now + static_cast<std::int32_t>(1.5 * look_ahead_m / quantum_m);
       }
       for (int dr = -1; dr <= 1; ++dr) {
         for (int dc = -1; dc <= 1; ++dc) {
@@ -196,7 +187,7 @@ void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
           if (cost_[other] <= now + static_cast<std::int32_t>(length / quantum_m)) continue;
           const double clearance_m = clearance_m_[other];
           // Out of a tight place the robot may go, into one it may not.
-          if (clearance_m < options_.tight_m && clearance_m <= static_cast<double>(clearance_m_[cell])) {
+          if (clearance_m < tight_m && clearance_m <= static_cast<double>(clearance_m_[cell])) {
             const bool from_robot =
                 robot_inside && std::abs(c - robot_column) <= 2 && std::abs(r - robot_row) <= 2;
             if (!from_robot) continue;
@@ -239,20 +230,20 @@ std::optional<double> NavigationFunction::heading(const Pose2& pose, double ball
   find_ways();
   constexpr int headings = 72;
   const Eigen::Vector2d p(pose.x_m, pose.y_m);
-  const double enough = std::min(options_.narrow_m, clearance_at(p));
+  const double enough = std::min(narrow_m, clearance_at(p));
   double best_cost = std::numeric_limits<double>::infinity(), best = 0;
   for (int k = 0; k < headings; ++k) {
     const double heading = pose.yaw_rad + 6.283185307179586 * k / headings;
     const Eigen::Vector2d ahead(std::cos(heading), std::sin(heading));
     double way = std::numeric_limits<double>::infinity();
-    for (double s = 0.5 * block_m; s <= options_.look_ahead_m; s += 0.5 * block_m) {
+    for (double s = 0.5 * block_m; s <= look_ahead_m; s += 0.5 * block_m) {
       const Eigen::Vector2d q = p + s * ahead;
-      if (clearance_at(q) < (s < 0.3 ? enough - 0.05 : options_.narrow_m - 0.03)) break;
+      if (clearance_at(q) < (s < 0.3 ? enough - 0.05 : narrow_m - 0.03)) break;
       if (s >= 2.0 * block_m) way = std::min(way, s + cost_at(q));
     }
     const double turn = std::abs(wrap_angle(heading - pose.yaw_rad));
     const double out = std::max(0.0, std::abs(wrap_angle(heading - ball_heading_rad)) - half_view_rad);
-    const double cost = way + options_.view_cost_m_per_rad * out + options_.turn_cost_m_per_rad * turn;
+    const double cost = way + view_cost_m_per_rad * out + turn_cost_m_per_rad * turn;
     if (cost < best_cost) {
       best_cost = cost;
       best = heading;

@@ -11,19 +11,6 @@
 
 namespace ballservo {
 
-struct NavigationFunctionOptions {
-  double tight_m = 0.20;             ///< nearer to a suspected place than this the axle never goes
-  double narrow_m = 0.38;            ///< nearer than this a way costs much more,
-  double wide_m = 0.72;              ///< nearer than this a little
-  double look_ahead_m = 1.2;         ///< length of the headings that are weighed
-  double view_cost_m_per_rad = 0.5;  ///< of a heading that takes the ball out of the picture, beyond its edge
-  double turn_cost_m_per_rad = 0.05;
-  double virtual_radius_m = 0.18;  ///< of what is put where the robot got stuck
-  double virtual_s = 8.0;          ///< and for how long
-
-  void check(FaultList& faults, const std::string& place) const;
-};
-
 /// A navigation function on blocks of the occupancy grid's window (Konolige, "A gradient method for realtime
 /// robot control", IROS 2000): costs of ways by Dijkstra's algorithm from every place at the desired distance
 /// from the ball that sees it. What is unknown may be driven through: the shield knows better. Allocates in
@@ -33,7 +20,10 @@ class NavigationFunction {
   static constexpr double block_m = OccupancyGrid::block * OccupancyGrid::cell_m;
   static constexpr int size = OccupancyGrid::size / OccupancyGrid::block;
 
-  explicit NavigationFunction(const NavigationFunctionOptions& options);
+  /// With less clearance than this (m) a way costs much more than on open floor.
+  static constexpr double narrow_m = 0.38;
+
+  NavigationFunction();
 
   /// Looks anew at what is suspected where; the costs are computed when they are asked for.
   void update(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double distance_m, double ball_gap_m,
@@ -74,7 +64,6 @@ class NavigationFunction {
   void put(std::size_t cell, int cost);
   void take(std::size_t cell);
 
-  NavigationFunctionOptions options_;
   int first_column_ = 0, first_row_ = 0;
   std::vector<float> clearance_m_;           // m
   std::vector<std::int32_t> cost_;           // in quanta; `none` where unknown

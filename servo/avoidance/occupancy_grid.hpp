@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "calibration/base/fault.hpp"
 #include "servo/avoidance/floor_scan.hpp"
 #include "servo/avoidance/sonar.hpp"
 #include "servo/motion/odometry_bound.hpp"
@@ -15,21 +14,20 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 struct OccupancyGridOptions {
   SonarBeam beam;
   OdometryBound odometry;
   double range_error_m = 0.025;   ///< bound on the error of a range, the place of the transducer included
-  double angle_error_rad = 0.01;  ///< taken off the cone's half angle
   double look_range_m = 2.6;      ///< nothing further off is remembered of a firing
   double start_clear_m = 0.70;    ///< at the start nothing stands within this of the axle: an assumption
-  /// What was seen free counts until odometry may have drifted by the larger; the closer the robot passes,
-  /// the less: a second, smaller bound.
-  double drift_allowed_m = 0.04, drift_close_m = 0.012;
-  double memory_s = 45.0;  ///< and so long, counted while the robot moves
+  double drift_allowed_m = 0.04;  ///< what was seen free counts until odometry may have drifted so far
+  double memory_s = 45.0;         ///< and so long, counted while the robot moves
   Footprint footprint;
-
-  void check(FaultList& faults, const std::string& place) const;
 };
+/// What a user can set: the rest follows from the robot.
+void declare(OptionVisitor& v, OccupancyGridOptions& grid);
 
 /// floor(value_m / side_m): index of the square of a grid in which a coordinate lies. Truncation is rounding
 /// down but for negative numbers; std::floor is a call on machines of the baseline.
@@ -60,6 +58,11 @@ class OccupancyGrid {
  public:
   static constexpr double cell_m = 0.03;
   static constexpr int size = 256;  ///< cells along each side: 7.68 m
+
+  static constexpr double angle_error_rad = 0.01;  ///< taken off the beam's half angle
+  /// Less drift than allowed asks for less clearance: where the robot passes close, only what was seen lately
+  /// counts.
+  static constexpr double drift_close_m = 0.012;
 
   /// How far odometry may have drifted since a cell was seen free.
   enum class Drift { allowed, close };
@@ -99,7 +102,7 @@ class OccupancyGrid {
   static double center_m(int index) { return (index + 0.5) * cell_m; }
 
   double drift_m(Drift drift) const {
-    return drift == Drift::allowed ? options_.drift_allowed_m : options_.drift_close_m;
+    return drift == Drift::allowed ? options_.drift_allowed_m : drift_close_m;
   }
 
   /// Whether every cell is free that comes within `margin_m`, and the drift, of the footprint at that pose;

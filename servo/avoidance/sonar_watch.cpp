@@ -2,14 +2,17 @@
 
 #include <cmath>
 
-#include "servo/motion/option_check.hpp"
-
 namespace ballservo {
 
 namespace {
 
 // The transducers that look where the robot goes when it drives ahead, and when it backs up.
 constexpr std::array<std::size_t, 4> ahead{2, 3, 4, 5}, astern{10, 11, 12, 13};
+constexpr double stale_vision_s = 0.2;   // six frames at 30 Hz: stand still without one for so long
+constexpr double silent_array_s = 0.12;  // three firings of an array
+constexpr double old_look_s = 0.7;  // two rounds of an array: no motion into a sector last looked at earlier
+constexpr double late_s = 0.12;     // answers older than this on arrival are not believed
+constexpr int stuck_after = 4;      // equal ranges in a row while the robot moves are not believed
 constexpr double stuck_way_m = 0.05;  // equal ranges mean nothing while the robot rests
 
 /// Older than `age_s`, or of a time that cannot be.
@@ -27,18 +30,9 @@ bool any_old(double now_s, const SensorStamps& stamps, const std::array<std::siz
 
 }  // namespace
 
-void GuardOptions::check(FaultList& faults, const std::string& place) const {
-  check_positive(faults, place + ".stale_vision_s", stale_vision_s, "s");
-  check_positive(faults, place + ".stale_step_s", stale_step_s, "s");
-  check_positive(faults, place + ".silent_array_s", silent_array_s, "s");
-  check_positive(faults, place + ".old_look_s", old_look_s, "s");
-  check_positive(faults, place + ".late_s", late_s, "s");
-  if (stuck_after < 2) faults.add(place + ".stuck_after", std::to_string(stuck_after), "2 or more");
-}
-
 GuardVerdict guard(double now_s, const SensorStamps& stamps, const GuardOptions& options) {
   if (!std::isfinite(now_s)) return {true, false, false, "guard: the clock is not finite"};
-  if (old(now_s, stamps.frame_s, options.stale_vision_s)) {
+  if (old(now_s, stamps.frame_s, stale_vision_s)) {
     return {true, false, false, "guard: no frames from the camera"};
   }
   if (old(now_s, stamps.step_s, options.stale_step_s)) {
@@ -46,13 +40,13 @@ GuardVerdict guard(double now_s, const SensorStamps& stamps, const GuardOptions&
   }
   GuardVerdict verdict;
   if (!options.sonars) return verdict;
-  const bool front_silent = old(now_s, stamps.array_heard_s[0], options.silent_array_s);
-  const bool rear_silent = old(now_s, stamps.array_heard_s[1], options.silent_array_s);
-  if (any_old(now_s, stamps, astern, options.old_look_s) || rear_silent) {
+  const bool front_silent = old(now_s, stamps.array_heard_s[0], silent_array_s);
+  const bool rear_silent = old(now_s, stamps.array_heard_s[1], silent_array_s);
+  if (any_old(now_s, stamps, astern, old_look_s) || rear_silent) {
     verdict.backward = false;
     verdict.reason = "guard: not looked behind for too long";
   }
-  if (any_old(now_s, stamps, ahead, options.old_look_s)) {
+  if (any_old(now_s, stamps, ahead, old_look_s)) {
     verdict.forward = false;
     verdict.reason = "guard: not looked ahead for too long";
   }
@@ -73,7 +67,7 @@ bool SonarWatch::hear(const SonarReading& reading, double now_s, double way) {
   stamps_.array_heard_s[reading.transducer / 8] = now_s;
 
   late_ &= ~bit;
-  if (now_s - reading.fired_s > options_.late_s) {
+  if (now_s - reading.fired_s > late_s) {
     late_ |= bit;
     return false;
   }
@@ -84,7 +78,7 @@ bool SonarWatch::hear(const SonarReading& reading, double now_s, double way) {
     repeat = {reading.range_m, way, 1};
     stuck_ &= ~bit;
   }
-  if (reading.echo && repeat.count >= options_.stuck_after && way - repeat.way > stuck_way_m) stuck_ |= bit;
+  if (reading.echo && repeat.count >= stuck_after && way - repeat.way > stuck_way_m) stuck_ |= bit;
   if ((stuck_ & bit) != 0) return false;
   stamps_.looked_s[reading.transducer] = reading.fired_s;
   return true;

@@ -4,10 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <string>
 #include <string_view>
 
-#include "calibration/base/fault.hpp"
 #include "servo/avoidance/sonar.hpp"
 
 namespace ballservo {
@@ -24,15 +22,8 @@ struct SensorStamps {
 };
 
 struct GuardOptions {
-  double stale_vision_s = 0.2;   ///< without a frame for so long: stand still
-  double stale_step_s = 0.1;     ///< without a step of the controller for so long: stand still
-  bool sonars = true;            ///< false: the robot has none, and nothing is asked of them
-  double silent_array_s = 0.12;  ///< without an answer of an array for so long: no forward motion
-  double old_look_s = 0.7;       ///< into a sector last looked at longer ago: no motion
-  double late_s = 0.12;          ///< answers older than this on arrival are late, and not believed
-  int stuck_after = 4;           ///< equal ranges in a row while the robot moves: stuck, and not believed
-
-  void check(FaultList& faults, const std::string& place) const;
+  double stale_step_s = 0.1;  ///< without a step of the controller for so long: stand still
+  bool sonars = true;         ///< false: the robot has none, and nothing is asked of them
 };
 
 struct GuardVerdict {
@@ -48,8 +39,6 @@ GuardVerdict guard(double now_s, const SensorStamps& stamps, const GuardOptions&
 /// Listens to the sonars and keeps their stamps. Allocates nothing.
 class SonarWatch {
  public:
-  explicit SonarWatch(const GuardOptions& options) : options_(options) {}
-
   /// An answer that arrives now; `way` grows while the robot moves (m of its outermost corner). Returns
   /// whether it is to be believed: it is finite, of a known transducer, neither late nor from the future, and
   /// not stuck.
@@ -65,7 +54,6 @@ class SonarWatch {
     double range_m = -1, way = 0;
     int count = 0;
   };
-  GuardOptions options_;
   SensorStamps stamps_;
   std::array<Repeat, sonar_count> repeats_{};
   std::uint32_t stuck_ = 0, late_ = 0;

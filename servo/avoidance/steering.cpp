@@ -3,35 +3,26 @@
 #include <algorithm>
 #include <cmath>
 
-#include "servo/motion/option_check.hpp"
 #include "servo/motion/speed_envelope.hpp"
 
 namespace ballservo {
 
 namespace {
-constexpr int field_every = 5;     // control steps between two fields
-constexpr double barrier_m = 1.0;  // what is further from the axle does not bound the command
+constexpr int field_every = 5;                       // control steps between two fields
+constexpr double speed_mps = 0.6, turn_radps = 1.0;  // at most, among obstacles
+constexpr double turn_gain_per_s = 2.2;
+constexpr double sharp_rad = 0.7;      // a heading further aside is turned to on the spot
+constexpr double braking_share = 0.6;  // of the drive's deceleration that the barrier counts on
+constexpr double stuck_s = 0.8;        // so long without motion that was wanted: stuck
+constexpr double ball_gap_m = 0.25;    // echoes so near the ball are the ball's
+constexpr double barrier_m = 1.0;      // what is further from the axle does not bound the command
 constexpr double small_turn_rad = 0.30, far_turn_rad = 1.4, back_up_m = 0.25;
 constexpr double recovery_turn_radps = 0.6, recovery_back_mps = 0.15, recovery_s = 2.5;
 constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long gives way to the next
 }  // namespace
 
-void SteeringOptions::check(FaultList& faults, const std::string& place) const {
-  navigation.check(faults, place + ".navigation");
-  check_positive(faults, place + ".speed_mps", speed_mps, "m/s");
-  check_positive(faults, place + ".turn_radps", turn_radps, "rad/s");
-  check_positive(faults, place + ".turn_gain_per_s", turn_gain_per_s, "1/s");
-  check_positive(faults, place + ".sharp_rad", sharp_rad, "rad");
-  check_not_negative(faults, place + ".margin_m", margin_m, "m");
-  if (!(braking_share > 0.0 && braking_share <= 1.0))
-    faults.add(place + ".braking_share", shown_number(braking_share), "a number above 0 and up to 1");
-  check_positive(faults, place + ".half_view_rad", half_view_rad, "rad");
-  check_positive(faults, place + ".stuck_s", stuck_s, "s");
-  check_not_negative(faults, place + ".ball_gap_m", ball_gap_m, "m");
-}
-
-Steering::Steering(const SteeringOptions& options, const UnicycleLimits& limits, const Footprint& footprint)
-    : options_(options), limits_(limits), footprint_(footprint), navigation_(options.navigation) {}
+Steering::Steering(double half_view_rad, const UnicycleLimits& limits, const Footprint& footprint)
+    : half_view_rad_(half_view_rad), limits_(limits), footprint_(footprint) {}
 
 Eigen::Vector2d Steering::open_place(double time_s, const OccupancyGrid& grid, double heading_rad,
                                      double far_m) {
@@ -47,7 +38,7 @@ Eigen::Vector2d Steering::open_place(double time_s, const OccupancyGrid& grid, d
     while (length_m < far_m && navigation_.straight(p, p + (length_m + 0.1) * ahead)) length_m += 0.1;
     // Room to turn there.
     while (length_m > 0.0 &&
-           navigation_.clearance_at(p + length_m * ahead) < options_.navigation.narrow_m + 0.2)
+           navigation_.clearance_at(p + length_m * ahead) < NavigationFunction::narrow_m + 0.2)
       length_m -= 0.1;
     const double score = length_m * (1.0 + 0.5 * std::cos(angle - heading_rad));
     if (score <= best) continue;
@@ -60,7 +51,7 @@ Eigen::Vector2d Steering::open_place(double time_s, const OccupancyGrid& grid, d
 SteeringOutput Steering::steer(const SteeringInput& input, const OccupancyGrid& grid,
                                const ShieldVerdict& last) {
   if (steps_++ % field_every == 0) {
-    navigation_.update(grid, input.p_OB, input.distance_m, options_.ball_gap_m, input.time_s);
+    navigation_.update(grid, input.p_OB, input.distance_m, ball_gap_m, input.time_s);
   }
   if (recovery_ == Recovery::none && is_stuck(input, last)) {
     if (last.blocked && stuck_count_ > 0) {
@@ -84,7 +75,7 @@ SteeringOutput Steering::steer(const SteeringInput& input, const OccupancyGrid& 
     output.command = *input.law;
     output.by_law = true;
     output.reason = "the way is clear: driving by the law";
-    const double excess = std::max(1.0, std::abs(output.command.v_mps) / options_.speed_mps);
+    const double excess = std::max(1.0, std::abs(output.command.v_mps) / speed_mps);
     output.command = {output.command.v_mps / excess, output.command.w_radps / excess};
   } else {
     output = gap(input);
@@ -96,19 +87,17 @@ SteeringOutput Steering::steer(const SteeringInput& input, const OccupancyGrid& 
 SteeringOutput Steering::gap(const SteeringInput& input) {
   SteeringOutput output;
   const Eigen::Vector2d p_OR(input.pose.x_m, input.pose.y_m), to_ball = input.p_OB - p_OR;
-  const auto heading =
-      navigation_.heading(input.pose, std::atan2(to_ball.y(), to_ball.x()), options_.half_view_rad);
+  const auto heading = navigation_.heading(input.pose, std::atan2(to_ball.y(), to_ball.x()), half_view_rad_);
   if (!heading) {
     output.reason = "dead end: no way to the ball";
     return output;
   }
   output.reason = "something is in the way: steering through a gap";
   const double aside = wrap_angle(*heading - input.when_it_acts.pose.yaw_rad);
-  output.command.w_radps =
-      std::clamp(options_.turn_gain_per_s * aside, -options_.turn_radps, options_.turn_radps);
+  output.command.w_radps = std::clamp(turn_gain_per_s * aside, -turn_radps, turn_radps);
   const double clearance_m = std::max(0.0, navigation_.clearance_at(p_OR) - 0.2);
-  const double speed = std::min(options_.speed_mps, 0.25 + 0.7 * clearance_m);
-  output.command.v_mps = speed * std::clamp(1.0 - std::abs(aside) / options_.sharp_rad, 0.0, 1.0);
+  const double speed = std::min(speed_mps, 0.25 + 0.7 * clearance_m);
+  output.command.v_mps = speed * std::clamp(1.0 - std::abs(aside) / sharp_rad, 0.0, 1.0);
   return output;
 }
 
@@ -130,7 +119,7 @@ Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input,
       if (!grid.is_block_suspected(c, r)) continue;
       const Eigen::Vector2d p_O((c + 0.5) * NavigationFunction::block_m,
                                 (r + 0.5) * NavigationFunction::block_m);
-      if ((p_O - input.p_OB).norm() < options_.ball_gap_m) continue;
+      if ((p_O - input.p_OB).norm() < ball_gap_m) continue;
       const Eigen::Vector2d p_R = in_robot_frame(pose, p_O);
       const double away_m = p_R.norm();
       const auto sector = static_cast<std::size_t>((std::atan2(p_R.y(), p_R.x()) + M_PI) * 2.546479) % 16;
@@ -153,19 +142,18 @@ Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input,
     if (gap_m < 1e-6) continue;
     const Eigen::Vector2d n = away / gap_m;
     // A resting point moves by (-v + w y, -w x) in the robot frame; the gap by n times that.
-    const double h_m = gap_m - options_.margin_m;
-    const double closing =
-        h_m > 0.0 ? braking_speed(h_m, limits_.a_max_mps2, options_.braking_share) : 0.5 * h_m;
+    const double h_m = gap_m - margin_m;
+    const double closing = h_m > 0.0 ? braking_speed(h_m, limits_.a_max_mps2, braking_share) : 0.5 * h_m;
     problem.add({{n.x(), n.y() * p.x() - n.x() * p.y()}, closing});
   }
   problem.add({{0, 1}, limits_.w_max_radps});
   problem.add({{0, -1}, limits_.w_max_radps});
   const Eigen::Vector2d p_RB = in_robot_frame(pose, input.p_OB);
   const double bearing = std::atan2(p_RB.y(), p_RB.x());
-  if (std::abs(bearing) < options_.half_view_rad + 0.2) {
+  if (std::abs(bearing) < half_view_rad_ + 0.2) {
     // d bearing / dt = -w + v sin(bearing) / range; outwards it may grow until the edge of the view.
     const double side = bearing < 0.0 ? -1.0 : 1.0;
-    const double inside_rad = options_.half_view_rad - std::abs(bearing);
+    const double inside_rad = half_view_rad_ - std::abs(bearing);
     problem.soft =
         LinearBound{{side * std::sin(bearing) / std::max(p_RB.norm(), 0.1), -side}, 1.5 * inside_rad};
     problem.slack_weight = 0.02;
@@ -189,7 +177,7 @@ bool Steering::is_stuck(const SteeringInput& input, const ShieldVerdict& last) {
       (input.p_OB - Eigen::Vector2d(input.pose.x_m, input.pose.y_m)).norm() < input.distance_m + 0.02;
   if (moves(input.when_it_acts.twist) || moving_s_ < 0.0 || (last.passed && near_goal))
     moving_s_ = input.time_s;
-  return input.time_s - moving_s_ > options_.stuck_s;
+  return input.time_s - moving_s_ > stuck_s;
 }
 
 void Steering::begin(Recovery recovery, const SteeringInput& input) {

@@ -11,21 +11,6 @@
 
 namespace ballservo {
 
-struct SteeringOptions {
-  NavigationFunctionOptions navigation;
-  double speed_mps = 0.6;   ///< among obstacles
-  double turn_radps = 1.0;  ///< at most, while steering by gaps
-  double turn_gain_per_s = 2.2;
-  double sharp_rad = 0.7;       ///< a heading further aside is turned to on the spot
-  double margin_m = 0.10;       ///< the barrier keeps this from what is suspected, if it can
-  double braking_share = 0.6;   ///< of the drive's deceleration that the barrier counts on
-  double half_view_rad = 0.50;  ///< the ball further aside is out of the picture
-  double stuck_s = 0.8;         ///< so long without motion that was wanted: stuck
-  double ball_gap_m = 0.25;     ///< echoes so near the ball are the ball's
-
-  void check(FaultList& faults, const std::string& place) const;
-};
-
 /// What steering is told.
 struct SteeringInput {
   double time_s = 0;
@@ -45,7 +30,12 @@ struct SteeringOutput {
 
 class Steering {
  public:
-  Steering(const SteeringOptions& options, const UnicycleLimits& limits, const Footprint& footprint);
+  /// The barrier keeps this from what is suspected, if it can: a cell of the grid's drift and the block's
+  /// half diagonal.
+  static constexpr double margin_m = 0.10;
+
+  /// `half_view_rad`: the ball further aside is out of the picture.
+  Steering(double half_view_rad, const UnicycleLimits& limits, const Footprint& footprint);
 
   /// `last`: what became of the command before.
   SteeringOutput steer(const SteeringInput& input, const OccupancyGrid& grid, const ShieldVerdict& last);
@@ -69,7 +59,7 @@ class Steering {
   void begin(Recovery recovery, const SteeringInput& input);
   Twist2 keep_clear(const Twist2& wanted, const SteeringInput& input, const OccupancyGrid& grid) const;
 
-  SteeringOptions options_;
+  double half_view_rad_;
   UnicycleLimits limits_;
   Footprint footprint_;
   NavigationFunction navigation_;

@@ -7,44 +7,42 @@
 #include <cmath>
 #include <limits>
 
-#include "servo/motion/option_check.hpp"
-
 namespace ballservo {
 
-void TargetFilterOptions::check(FaultList& faults, const std::string& place) const {
-  check_not_negative(faults, place + ".acceleration_psd_m2ps3", acceleration_psd_m2ps3, "m^2/s^3");
-  check_not_negative(faults, place + ".drift_psd_m2ps", drift_psd_m2ps, "m^2/s");
-  check_not_negative(faults, place + ".speed_sigma_mps", speed_sigma_mps, "m/s");
-  check_not_negative(faults, place + ".model_share", model_share, "m per m");
-  check_positive(faults, place + ".sigma_floor_m", sigma_floor_m, "m");
-  check_positive(faults, place + ".gate_sigmas", gate_sigmas, "sigmas");
-  check_not_negative(faults, place + ".min_speed_mps", min_speed_mps, "m/s");
-  check_positive(faults, place + ".forget_s", forget_s, "s");
-  if (doubts_to_restart < 1)
-    faults.add(place + ".doubts_to_restart", std::to_string(doubts_to_restart), "1 or more");
-}
-
 namespace {
+
 constexpr double never = -std::numeric_limits<double>::infinity();
 constexpr double max_distance_m = 1e3;  // balls further off are no sightings
 constexpr double max_variance_m2 = 1e4;
+
+// White acceleration of the ball in the floor plane (power density q). The filter's time constant is (r /
+// q)^1/4 for sightings of noise density r: 0.36 s at 30 Hz and 10 mm.
+constexpr double acceleration_psd_m2ps3 = 2e-4;
+constexpr double drift_psd_m2ps = 1e-7;  // odometry's drift, as a random walk of the ball in its frame
+constexpr double speed_sigma_mps = 0.3;  // of a ball just seen
+// What the covariances leave out, the camera's calibration above all: per distance along the ray, and in
+// every direction.
+constexpr double model_share = 0.003, sigma_floor_m = 2e-4;
+constexpr double gate_sigmas = 4.0;     // 0.1 % of good sightings lie beyond (chi-square, 3 degrees)
+constexpr double min_speed_mps = 0.03;  // below this, or below three sigma, the ball is taken to rest
+constexpr double forget_s = 1.5;        // without a sighting for so long, the next one starts the filter anew
+
 }  // namespace
 
-TargetFilter::TargetFilter(const TargetFilterOptions& options, const CameraMount& mount)
-    : options_(options), X_RC_(mount.X_RC()), time_s_(never), stamp_s_(never) {}
+TargetFilter::TargetFilter(const CameraMount& mount) : X_RC_(mount.X_RC()), time_s_(never), stamp_s_(never) {}
 
 void TargetFilter::propagate(double dt_s, State& state, Covariance& covariance) const {
   Covariance F = Covariance::Identity();
   F(0, 3) = F(1, 4) = dt_s;
   state = F * state;
-  const double q = options_.acceleration_psd_m2ps3;
+  const double q = acceleration_psd_m2ps3;
   Covariance Q = Covariance::Zero();
   for (int axis = 0; axis < 2; ++axis) {
     Q(axis, axis) = q * dt_s * dt_s * dt_s / 3.0;
     Q(axis, axis + 3) = Q(axis + 3, axis) = q * dt_s * dt_s / 2.0;
     Q(axis + 3, axis + 3) = q * dt_s;
   }
-  for (int axis = 0; axis < 3; ++axis) Q(axis, axis) += options_.drift_psd_m2ps * dt_s;
+  for (int axis = 0; axis < 3; ++axis) Q(axis, axis) += drift_psd_m2ps * dt_s;
   covariance = F * covariance * F.transpose() + Q;
 }
 
@@ -53,7 +51,7 @@ void TargetFilter::start(double time_s, const Eigen::Vector3d& p_OB, const Eigen
   state_.head<3>() = p_OB;
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>() = covariance_m2;
-  covariance_(3, 3) = covariance_(4, 4) = options_.speed_sigma_mps * options_.speed_sigma_mps;
+  covariance_(3, 3) = covariance_(4, 4) = speed_sigma_mps * speed_sigma_mps;
   time_s_ = time_s;
   started_ = true;
   doubts_ = 0;
@@ -68,8 +66,8 @@ TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, co
   }
   // Symmetric, and with the floor that keeps it invertible whatever came in.
   Eigen::Matrix3d R_C = 0.5 * (measurement.covariance_m2 + measurement.covariance_m2.transpose());
-  R_C += options_.sigma_floor_m * options_.sigma_floor_m * Eigen::Matrix3d::Identity() +
-         options_.model_share * options_.model_share * (p_CB * p_CB.transpose());
+  R_C += sigma_floor_m * sigma_floor_m * Eigen::Matrix3d::Identity() +
+         model_share * model_share * (p_CB * p_CB.transpose());
   const Eigen::LLT<Eigen::Matrix3d> positive(R_C);
   if (positive.info() != Eigen::Success) return Update::ignored;
   stamp_s_ = measurement.time_s;
@@ -78,7 +76,7 @@ TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, co
   const Eigen::Vector3d p_OB = X_OC * p_CB;
   const Eigen::Matrix3d R = X_OC.linear() * R_C * X_OC.linear().transpose();
   if (!p_OB.allFinite()) return Update::ignored;
-  if (!started_ || measurement.time_s - time_s_ > options_.forget_s) {
+  if (!started_ || measurement.time_s - time_s_ > forget_s) {
     start(measurement.time_s, p_OB, R);
     return Update::started;
   }
@@ -90,8 +88,8 @@ TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, co
   const Eigen::Matrix3d S = covariance.topLeftCorner<3, 3>() + R;
   const Eigen::LLT<Eigen::Matrix3d> S_llt(S);
   const double distance2 = innovation.dot(S_llt.solve(innovation));
-  if (S_llt.info() != Eigen::Success || !(distance2 <= options_.gate_sigmas * options_.gate_sigmas)) {
-    if (++doubts_ < options_.doubts_to_restart) return Update::doubted;
+  if (S_llt.info() != Eigen::Success || !(distance2 <= gate_sigmas * gate_sigmas)) {
+    if (++doubts_ < doubts_to_restart) return Update::doubted;
     start(measurement.time_s, p_OB, R);
     return Update::started;
   }
@@ -114,7 +112,7 @@ std::optional<TargetEstimate> TargetFilter::predict(double time_s) const {
   Eigen::Vector2d v = state_.tail<2>();
   const double speed = v.norm();
   const double sigma = std::sqrt(std::max(covariance_(3, 3), covariance_(4, 4)));
-  const double threshold = std::max(options_.min_speed_mps, 3.0 * sigma);
+  const double threshold = std::max(min_speed_mps, 3.0 * sigma);
   v *= threshold > 0.0 ? std::clamp((speed - threshold) / (0.5 * threshold), 0.0, 1.0) : 1.0;
 
   State state = state_;

@@ -4,27 +4,11 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "calibration/base/fault.hpp"
 #include "servo/control/ball_measurement.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
-
-struct TargetFilterOptions {
-  double acceleration_psd_m2ps3 =
-      2e-4;                      ///< white acceleration of the ball in the floor plane (power density)
-  double drift_psd_m2ps = 1e-7;  ///< odometry's drift, as a random walk of the ball in its frame
-  double speed_sigma_mps = 0.3;  ///< of a ball just seen
-  double model_share = 0.003;    ///< what covariances leave out: sigma along the ray per distance
-  double sigma_floor_m = 2e-4;   ///< and in every direction
-  double gate_sigmas = 4.0;      ///< sightings further from the prediction are doubted
-  int doubts_to_restart = 3;     ///< so many in a row, and the filter starts anew there
-  double min_speed_mps = 0.03;   ///< below this, or below three sigma, the ball is taken to rest
-  double forget_s = 1.5;         ///< without a sighting for so long, the next one starts the filter anew
-
-  void check(FaultList& faults, const std::string& place) const;
-};
 
 /// The ball as predicted: O is the odometry's frame, in which the robot's pose is X_OR.
 struct TargetEstimate {
@@ -39,7 +23,10 @@ struct TargetEstimate {
 /// nothing.
 class TargetFilter {
  public:
-  TargetFilter(const TargetFilterOptions& options, const CameraMount& mount);
+  explicit TargetFilter(const CameraMount& mount);
+
+  /// So many sightings in a row far from the prediction, and the filter starts anew there.
+  static constexpr int doubts_to_restart = 3;
 
   enum class Update { accepted, started, doubted, ignored };
   /// `pose` is the odometry's at measurement.time_s. Measurements that are no sightings, not finite, or of an
@@ -57,7 +44,6 @@ class TargetFilter {
   void propagate(double dt_s, State& state, Covariance& covariance) const;
   void start(double time_s, const Eigen::Vector3d& p_OB, const Eigen::Matrix3d& covariance_m2);
 
-  TargetFilterOptions options_;
   Eigen::Isometry3d X_RC_;
   bool started_ = false;
   int doubts_ = 0;

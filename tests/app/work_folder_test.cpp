@@ -4,14 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
 #include <sstream>
 
+#include "app/io/journal.hpp"
 #include "app/io/shard.hpp"
-#include "app/io/work_journal.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
 #include "tests/support/test_data.hpp"
@@ -57,16 +58,10 @@ class Work : public testing::Test {
   static WorkJob job(const std::string& scenario, Shard shard = {}) {
     return {{{"command", "sweep"}, {"scenario", scenario}}, shard};
   }
-  static void write_results(WorkFolder& folder, const std::map<std::string, std::string>& results,
-                            bool finished, const std::map<std::string, std::string>& untracked = {}) {
-    WorkResults all = folder.begin_results();
-    for (const auto& [name, contents] : results) all.write(name, contents);
-    for (const auto& [name, contents] : untracked) all.write_untracked(name, contents);
-    folder.commit_results(std::move(all), finished);
-  }
   void finish(const std::string& folder, const WorkJob& work, const std::string& result) const {
     WorkFolder open(dir / folder, work, false, Overwrite::refuse);
-    write_results(open, {{"trials.csv", result}}, true);
+    open.write("trials.csv", result);
+    open.commit_finished();
   }
   std::string contents(const std::filesystem::path& file) const { return read_file_bytes(file, 1u << 20); }
 
@@ -77,14 +72,14 @@ class Work : public testing::Test {
 TEST_F(Work, AJournalKeepsWhatWasNoted) {
   const std::string odd = "1,\"two\"\n\ttab \xc3\xa9";
   {
-    WorkJournal journal(dir / "journal", "job");
+    Journal journal(dir / "journal", "job");
     journal.add("a", odd);
     journal.add("b", "");
     journal.add("a", "another value for a known key");
     EXPECT_EQ(journal.find("a"), odd);  // while it is written, too
     EXPECT_EQ(journal.find("b"), "");
   }
-  WorkJournal again(dir / "journal", "job");
+  Journal again(dir / "journal", "job");
   ASSERT_EQ(again.size(), 2u);
   again.add("later", "more");
   EXPECT_EQ(again.find("later"), "more");
@@ -95,36 +90,51 @@ TEST_F(Work, AJournalKeepsWhatWasNoted) {
   EXPECT_FALSE(again.has("c"));
 }
 
-TEST_F(Work, NotesAreFoundInTheirFile) {
-  const std::string many(3000, 'x');  // lines longer and shorter than what is read at once
-  std::string text;
+TEST_F(Work, AJournalTakesInThoseOfParts) {
+  const std::string many(3000, 'x');
+  for (const int part : {0, 1}) {
+    Journal journal(dir / ("part " + std::to_string(part)), "job");
+    for (int k = part; k < 100; k += 2)
+      journal.add("key " + std::to_string(k), many + "\n" + std::to_string(k));
+  }
+  Journal whole(dir / "whole", "another job");
+  whole.add_part(dir / "part 1");
+  whole.add_part(dir / "part 0");
+  ASSERT_EQ(whole.size(), 100u);
   for (int k = 0; k < 100; ++k)
-    text += note_line("key " + std::to_string(k), many + "\n" + std::to_string(k));
-  std::ofstream(dir / "notes") << text;
-  const NoteFile notes(dir / "notes");
-  for (int k = 0; k < 100; ++k)
-    EXPECT_EQ(notes.find("key " + std::to_string(k)), many + "\n" + std::to_string(k));
-  EXPECT_EQ(notes.find("key 100"), std::nullopt);
-  std::ofstream(dir / "bad") << note_line("a", "b") << "[\"a\",3]\n";
-  EXPECT_THAT(faults_of([&] { NoteFile(dir / "bad"); }), HasSubstr("bad:2"));
-  std::ofstream(dir / "short") << "[\"a\",\"b\"]";
-  EXPECT_THAT(faults_of([&] { NoteFile(dir / "short"); }), HasSubstr("unfinished"));
-  EXPECT_THAT(faults_of([&] { NoteFile(dir / "none"); }), HasSubstr("none"));
+    EXPECT_EQ(whole.find("key " + std::to_string(k)), many + "\n" + std::to_string(k));
+  const std::string first = "[\"ballservo journal 1\",\"job\"]\n";
+  std::ofstream(dir / "bad") << first << "[\"a\",3]\n";
+  EXPECT_THAT(faults_of([&] { whole.add_part(dir / "bad"); }), HasSubstr("bad:2"));
+  std::ofstream(dir / "short") << first << "[\"a\",\"b\"]";
+  EXPECT_THAT(faults_of([&] { whole.add_part(dir / "short"); }), HasSubstr("unfinished"));
+  EXPECT_THAT(faults_of([&] { whole.add_part(dir / "none"); }), HasSubstr("none"));
+  ASSERT_EQ(::mkfifo((dir / "pipe").c_str(), 0600), 0);  // must not be waited for
+  EXPECT_THAT(faults_of([&] { whole.add_part(dir / "pipe"); }), HasSubstr("pipe"));
+  EXPECT_THAT(faults_of([&] { Journal(dir / "pipe", "job"); }), HasSubstr("pipe"));
 }
 
 TEST_F(Work, ResultsWrittenPieceByPieceAreThoseWrittenWhole) {
   finish("whole", job("x"), "one\ntwo\n");
   WorkFolder folder(dir / "pieces", job("x"), false, Overwrite::refuse);
-  WorkResults results = folder.begin_results();
-  for (const char* piece : {"one\n", "", "two\n"}) results.append("trials.csv", piece);
-  folder.commit_results(std::move(results), true);
+  for (const char* piece : {"one\n", "", "two\n"}) folder.write("trials.csv", piece);
+  EXPECT_FALSE(std::filesystem::exists(dir / "pieces/trials.csv"));
+  folder.commit_finished();
   for (const char* name : {"trials.csv", "manifest.json"})
     EXPECT_EQ(contents(dir / "pieces" / name), contents(dir / "whole" / name)) << name;
 }
 
+TEST_F(Work, AFinishedPartKeepsItsJournalWhereItIsAskedTo) {
+  WorkFolder folder(dir / "out", job("x", {1, 2}), false, Overwrite::refuse);
+  folder.journal().add("a", "b");
+  folder.commit_finished("notes.jsonl");
+  EXPECT_FALSE(std::filesystem::exists(dir / "out/unfinished.journal"));
+  EXPECT_EQ(Journal(dir / "out/notes.jsonl", job("x", {1, 2}).sha256()).find("a"), "b");
+}
+
 TEST_F(Work, AJournalCutAnywhereIsAWholeShorterOne) {
   {
-    WorkJournal journal(dir / "journal", "job");
+    Journal journal(dir / "journal", "job");
     for (int k = 0; k < 5; ++k) journal.add("key " + std::to_string(k), "value\n" + std::to_string(k));
   }
   const std::string whole = contents(dir / "journal");
@@ -132,7 +142,7 @@ TEST_F(Work, AJournalCutAnywhereIsAWholeShorterOne) {
   for (std::size_t length = 0; length <= whole.size(); ++length) {
     std::ofstream(dir / "journal", std::ios::trunc) << whole.substr(0, length);
     {
-      WorkJournal journal(dir / "journal", "job");
+      Journal journal(dir / "journal", "job");
       EXPECT_GE(journal.size(), last);
       last = journal.size();
       for (int k = 0; k < 5; ++k) journal.add("key " + std::to_string(k), "value\n" + std::to_string(k));
@@ -145,24 +155,24 @@ TEST_F(Work, AJournalCutAnywhereIsAWholeShorterOne) {
 TEST_F(Work, AJournalSurvivesAKilledProcess) {
   const pid_t child = ::fork();
   if (child == 0) {
-    WorkJournal journal(dir / "journal", "job");
+    Journal journal(dir / "journal", "job");
     for (int k = 0; k < 3; ++k) journal.add(std::to_string(k), "done");
     ::kill(::getpid(), SIGKILL);
   }
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFSIGNALED(status));
-  EXPECT_EQ(WorkJournal(dir / "journal", "job").size(), 3u);
+  EXPECT_EQ(Journal(dir / "journal", "job").size(), 3u);
 }
 
 TEST_F(Work, AJournalRefusesOtherJobsDamageAndASecondProcess) {
-  { WorkJournal(dir / "journal", "job").add("a", "b"); }
-  EXPECT_THAT(faults_of([&] { WorkJournal(dir / "journal", "other"); }), HasSubstr("another job"));
-  const WorkJournal held(dir / "journal", "job");
-  EXPECT_THAT(faults_of([&] { WorkJournal(dir / "journal", "job"); }), HasSubstr("another process"));
+  { Journal(dir / "journal", "job").add("a", "b"); }
+  EXPECT_THAT(faults_of([&] { Journal(dir / "journal", "other"); }), HasSubstr("another job"));
+  const Journal held(dir / "journal", "job");
+  EXPECT_THAT(faults_of([&] { Journal(dir / "journal", "job"); }), HasSubstr("another process"));
   for (const char* bad : {"nonsense\n", "[\"a\",\"b\"]\n", "[[[[[[\n", "[\"ballservo journal 1\",1]\n"}) {
     std::ofstream(dir / "bad", std::ios::trunc) << bad;
-    EXPECT_THAT(faults_of([&] { WorkJournal(dir / "bad", "job"); }), HasSubstr("bad:1: found a damaged line"))
+    EXPECT_THAT(faults_of([&] { Journal(dir / "bad", "job"); }), HasSubstr("bad:1: found a damaged line"))
         << bad;
   }
 }
@@ -180,10 +190,13 @@ TEST_F(Work, AFolderIsResumedByItsOwnJobOnly) {
   {
     WorkFolder again(dir / "out", job("x"), true, Overwrite::refuse);
     EXPECT_EQ(again.journal().size(), 1u);
-    write_results(again, {{"trials.csv", "part\n"}}, false);
+    again.write("trials.csv", "part\n");
+    again.commit_unfinished();
     EXPECT_EQ(contents(dir / "out/trials.csv"), "part\n");
     EXPECT_FALSE(std::filesystem::exists(dir / "out/manifest.json"));
-    write_results(again, {{"trials.csv", "whole\n"}}, true, {{"timing.json", "{}"}});
+    again.write("trials.csv", "whole\n");
+    again.write_varying("timing.json", "{}");
+    again.commit_finished();
   }
   EXPECT_EQ(contents(dir / "out/trials.csv"), "whole\n");
   EXPECT_FALSE(std::filesystem::exists(dir / "out/unfinished.journal"));
@@ -200,8 +213,7 @@ TEST_F(Work, ShardsAreReadInTheirOrder) {
   finish("c", job("x", {3, 3}), "3");
   finish("a", job("x", {1, 3}), "1");
   const MergeableShards merge = read_shards({dir / "b", dir / "c", dir / "a"});
-  ASSERT_EQ(merge.shards.size(), 3u);
-  for (int k = 0; k < 3; ++k) EXPECT_EQ(merge.shards[static_cast<std::size_t>(k)].shard.index, k + 1);
+  EXPECT_EQ(merge.folders, (std::vector{dir / "a", dir / "b", dir / "c"}));
   EXPECT_EQ(merge.description["scenario"], "x");
 }
 

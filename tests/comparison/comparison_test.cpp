@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <opencv2/imgcodecs.hpp>
 
 #include "app/comparison/comparison_report.hpp"
@@ -14,6 +13,7 @@
 #include "app/comparison/pictures/plan_pictures.hpp"
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "calibration/base/fault.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace ballservo {
 namespace {
@@ -33,30 +33,18 @@ const ComparisonPlan& plan() {
   return tiny;
 }
 
-// Notes as a journal keeps them, in memory.
 struct Notebook {
-  std::map<std::string, std::string> items;
-  std::mutex mutex;
-  UnitNotes notes() {
-    return {[this](const std::string& key) -> std::optional<std::string> {
-              const std::lock_guard<std::mutex> lock(mutex);
-              const auto it = items.find(key);
-              return it == items.end() ? std::nullopt : std::optional<std::string>(it->second);
-            },
-            [this](const std::string& key, const std::string& value) {
-              const std::lock_guard<std::mutex> lock(mutex);
-              items.emplace(key, value);
-            }};
-  }
+  test::TemporaryFolder folder;
+  Journal journal{folder.path() / "journal", "job"};
 };
 
 ComparisonResults run(Notebook& book, int threads, const Shard& shard = {}) {
   PlanPictures source(plan());
   const auto units = comparison_units(source.conditions(), shard);
-  run_units(source, plan().methods, units, book.notes(), threads, [](long) {});
+  run_units(source, plan().methods, units, book.journal, threads, [](long) {});
   std::map<std::string, std::string> rows;
   ComparisonResults results =
-      collect_results(source.conditions(), plan().methods, units, book.notes(), plan().seed,
+      collect_results(source.conditions(), plan().methods, units, book.journal, plan().seed,
                       [&](const std::string& name, std::string_view more) { rows[name] += more; });
   results.files.merge(rows);
   return results;
@@ -320,10 +308,10 @@ TEST(Comparison, IsTheSameAtOneAndTwoThreads) { EXPECT_EQ(tiny(1).files, tiny(2)
 TEST(Comparison, ShardsTogetherAreTheWhole) {
   Notebook book;
   run(book, 1, {2, 3});
-  const std::size_t part = book.items.size();
+  const std::size_t part = book.journal.size();
   run(book, 1, {1, 3});
   run(book, 1, {3, 3});
-  EXPECT_GT(book.items.size(), part);
+  EXPECT_GT(book.journal.size(), part);
   // Everything is noted by now: nothing is left to be run.
   EXPECT_EQ(run(book, 1).files, tiny(1).files);
 }
@@ -365,7 +353,7 @@ TEST(Comparison, EndsWhenItIsToldToAndGoesOnAsIfUndisturbed) {
     PlanPictures source(plan());
     Notebook book;
     const auto units = comparison_units(source.conditions());
-    EXPECT_THROW(run_units(source, plan().methods, units, book.notes(), 2,
+    EXPECT_THROW(run_units(source, plan().methods, units, book.journal, 2,
                            [&](long done) {
                              if (done >= stop_after) throw Stop();
                            }),
@@ -391,9 +379,9 @@ TEST(Comparison, TheWorstFramesAreNamedByTheirNumbers) {
       frame.fits = {std::nullopt, fit};
       records.push_back(to_json(frame));
     }
-    book.items[unit.key] = records.dump();
+    book.journal.add(unit.key, records.dump());
   }
-  const ComparisonResults results = collect_results(conditions, two_methods, units, book.notes(), 1,
+  const ComparisonResults results = collect_results(conditions, two_methods, units, book.journal, 1,
                                                     [](const std::string&, std::string_view) {});
   ASSERT_EQ(results.worst.size(), 2u);
   EXPECT_EQ(results.worst[0].index, 12);
@@ -405,8 +393,8 @@ TEST(Comparison, RefusesDamagedNotes) {
   Notebook book;
   PlanPictures source(plan());
   const auto units = comparison_units(source.conditions());
-  for (const ComparisonUnit& unit : units) book.items[unit.key] = "[{\"source\": 3}]";
-  EXPECT_THROW(collect_results(source.conditions(), plan().methods, units, book.notes(), 1,
+  for (const ComparisonUnit& unit : units) book.journal.add(unit.key, "[{\"source\": 3}]");
+  EXPECT_THROW(collect_results(source.conditions(), plan().methods, units, book.journal, 1,
                                [](const std::string&, std::string_view) {}),
                InputError);
 }

@@ -91,9 +91,9 @@ TEST(PictureFiles, SaysEveryFaultAtOnce) {
 TEST(ComparisonArchive, ComesBackAsItWas) {
   const std::vector<ConditionInfo> conditions{{"a", "a ball", 3, "depth_m", "distance", 0.1 + 0.2, true}};
   const MethodList methods{find_fit_method("vote"), find_fit_method("kasa")};
-  const std::string text = comparison_setting_text(conditions, methods, 7, {"x.yaml", "{}", true, true});
+  const std::string text = comparison_setting_text({conditions, methods, 7, {"x.yaml", "{}", true, true}});
   const ComparisonSetting setting = read_comparison_setting(text, "comparison.json");
-  EXPECT_EQ(comparison_setting_text(setting.conditions, setting.methods, setting.seed, setting.text), text);
+  EXPECT_EQ(comparison_setting_text(setting), text);
   EXPECT_THROW(read_comparison_setting("{}", "comparison.json"), InputError);
   EXPECT_THROW(read_comparison_setting(text.substr(0, 40), "comparison.json"), InputError);
 }

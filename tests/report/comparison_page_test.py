@@ -43,8 +43,11 @@ class ComparisonPage(PageTest):
     def test_draws_sweeps(self):
         folder = self.copy(WHOLE)
         self.swept(folder)
+        text = (folder / "compare.csv").read_text()
+        (folder / "compare.csv").write_text(text.replace("vote,6,6,0,", "vote,6,5,1,"))
         html = drawn(folder)
-        for title in ("3-D error against blur (px)", "Way to the converged fit against blur (px)"):
+        for title in ("3-D error against blur (px)", "Balls found against blur (px)",
+                      "Way to the converged fit against blur (px)"):
             self.assertIn(title, titles(html))
         self.assertIn("displaced: vote is that start", html)
 

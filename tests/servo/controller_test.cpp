@@ -258,8 +258,8 @@ TEST(Controller, NamesEveryFaultOfItsOptions) {
   options.limits.a_max_mps2 = std::numeric_limits<double>::quiet_NaN();
   options.turn_gain_per_s = 0;
   options.goal.distance_m = 0;
-  options.filter.gate_sigmas = 0;
-  options.envelope.braking_share = 2;
+  options.command_s = -1;
+  options.actuation_delay_s = 3;
   try {
     Controller controller(options, a_law({}));
     FAIL() << "accepted";

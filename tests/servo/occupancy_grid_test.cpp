@@ -37,7 +37,7 @@ TEST(OccupancyGrid, ACellIsFreeExactlyWhenTheConeHoldsAllOfIt) {
       look_twice(grid, k, 1.4, 0, pose);
       const SonarMount& mount = pioneer_3dx_sonars[k];
       const Eigen::Vector2d apex = in_world_frame(pose, {mount.x_m, mount.y_m});
-      const double half = options.beam.half_angle_rad - options.angle_error_rad;
+      const double half = options.beam.half_angle_rad - OccupancyGrid::angle_error_rad;
       const auto holds = [&](double x, double y, double slack) {
         const double dx = x - apex.x(), dy = y - apex.y(), range = std::hypot(dx, dy);
         const double off = wrap_angle(std::atan2(dy, dx) - yaw - mount.heading_rad);

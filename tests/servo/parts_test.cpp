@@ -14,11 +14,10 @@ namespace ballservo {
 namespace {
 
 const UnicycleLimits limits;
-const EnvelopeOptions envelope;
 
 TEST(SpeedEnvelope, RobotBrakingFromItStopsBeforeTheGoal) {
   for (const double way_m : {0.01, 0.3, 1.0, 2.0}) {
-    const double v = braking_speed(way_m, limits.a_max_mps2, envelope.braking_share);
+    const double v = braking_speed(way_m, limits.a_max_mps2, envelope_braking_share);
     EXPECT_LT(v * v / (2 * limits.a_max_mps2), way_m);
     EXPECT_NEAR(v * v / (2 * 0.85 * limits.a_max_mps2), way_m, 1e-12);
   }
@@ -32,28 +31,28 @@ TEST(SpeedEnvelope, NeverRaisesASpeedAndKeepsTheCurvature) {
     const Twist2 u{uniform(engine, -20, 20), uniform(engine, -20, 20)};
     const double e = uniform(engine, -0.5, 3);
     const Eigen::Vector2d p_RB(0.8 + e, uniform(engine, -1, 1));
-    const Twist2 limited = limit_to_envelope(u, e, p_RB, {0, 0}, limits, envelope);
+    const Twist2 limited = limit_to_envelope(u, e, p_RB, {0, 0}, limits);
     EXPECT_LE(std::abs(limited.v_mps), std::abs(u.v_mps));
     EXPECT_LE(std::abs(limited.w_radps), std::abs(u.w_radps));
     EXPECT_NEAR(limited.v_mps * u.w_radps, limited.w_radps * u.v_mps, 1e-9);
     const double toward = e > 0 ? limited.v_mps : -limited.v_mps;
-    EXPECT_LE(toward, braking_speed(std::abs(e) + envelope.range_slack_m, limits.a_max_mps2, 0.85) + 1e-12);
+    EXPECT_LE(toward, braking_speed(std::abs(e) + range_slack_m, limits.a_max_mps2, 0.85) + 1e-12);
   }
 }
 
 TEST(SpeedEnvelope, LeavesASmallCommandAlone) {
-  const Twist2 limited = limit_to_envelope({0.1, 0.05}, 1.0, {1.8, 0.2}, {0, 0}, limits, envelope);
+  const Twist2 limited = limit_to_envelope({0.1, 0.05}, 1.0, {1.8, 0.2}, {0, 0}, limits);
   EXPECT_EQ(limited.v_mps, 0.1);
   EXPECT_EQ(limited.w_radps, 0.05);
 }
 
 TEST(SpeedEnvelope, LetsTheRobotKeepUpWithABallThatLeaves) {
-  const Twist2 limited = limit_to_envelope({0.5, 0}, 0.0, {0.8, 0}, {0.5, 0}, limits, envelope);
+  const Twist2 limited = limit_to_envelope({0.5, 0}, 0.0, {0.8, 0}, {0.5, 0}, limits);
   EXPECT_EQ(limited.v_mps, 0.5);
 }
 
 TEST(SpeedEnvelope, BacksOffFromABallThatComesFast) {
-  const Twist2 limited = limit_to_envelope({0.2, 0.1}, 0.0, {0.8, 0}, {-0.5, 0}, limits, envelope);
+  const Twist2 limited = limit_to_envelope({0.2, 0.1}, 0.0, {0.8, 0}, {-0.5, 0}, limits);
   EXPECT_LT(limited.v_mps, 0);
 }
 
@@ -121,7 +120,7 @@ BallMeasurement sighting(double time_s, const Eigen::Vector3d& p_CB, double sigm
 
 TEST(TargetFilter, PlacesAnExactSightingWhereTheBallIs) {
   const CameraMount mount;
-  TargetFilter filter({}, mount);
+  TargetFilter filter(mount);
   EXPECT_FALSE(filter.predict(0));
   const Pose2 pose{1.0, -2.0, 0.7};
   const Eigen::Vector3d p_OB(3.0, 0.5, 0.06);
@@ -132,7 +131,7 @@ TEST(TargetFilter, PlacesAnExactSightingWhereTheBallIs) {
 
 TEST(TargetFilter, AveragesARestingBallAndTakesItToRest) {
   const CameraMount mount;
-  TargetFilter filter({}, mount);
+  TargetFilter filter(mount);
   RandomEngine engine = random_stream(3, "rest");
   const Eigen::Vector3d p_CB(0.3, 0.1, 3.0), p_OB = mount.X_RC() * p_CB;
   double moving_steps = 0, square_error = 0;
@@ -151,7 +150,7 @@ TEST(TargetFilter, AveragesARestingBallAndTakesItToRest) {
 
 TEST(TargetFilter, FollowsABallOfConstantVelocityWithoutLag) {
   const CameraMount mount;
-  TargetFilter filter({}, mount);
+  TargetFilter filter(mount);
   for (int k = 0; k < 300; ++k) {
     const double t = k / 30.0;
     filter.update(sighting(t, mount.X_RC().inverse() * Eigen::Vector3d(2 + 0.3 * t, 0.1 * t, 0.06), 0.002),
@@ -163,7 +162,7 @@ TEST(TargetFilter, FollowsABallOfConstantVelocityWithoutLag) {
 }
 
 TEST(TargetFilter, IgnoresWhatIsLateDoubleOrNoSighting) {
-  TargetFilter filter({}, {});
+  TargetFilter filter(CameraMount{});
   const Eigen::Vector3d p(0, 0, 2);
   filter.update(sighting(1.0, p, 0.01), {});
   EXPECT_EQ(filter.update(sighting(1.0, p, 0.01), {}), TargetFilter::Update::ignored);
@@ -178,21 +177,20 @@ TEST(TargetFilter, IgnoresWhatIsLateDoubleOrNoSighting) {
 }
 
 TEST(TargetFilter, DoubtsOneOutlierAndBelievesARow) {
-  TargetFilterOptions options;
-  TargetFilter filter(options, {});
+  TargetFilter filter(CameraMount{});
   const Eigen::Vector3d here(0, 0, 2), there(0.8, 0, 2);
   for (int k = 0; k < 30; ++k) filter.update(sighting(k / 30.0, here, 0.005), {});
   const Eigen::Vector3d before = filter.predict(1.0)->p_OB;
   EXPECT_EQ(filter.update(sighting(1.0, there, 0.005), {}), TargetFilter::Update::doubted);
   EXPECT_NEAR((filter.predict(1.0)->p_OB - before).norm(), 0, 1e-12);
   TargetFilter::Update last = TargetFilter::Update::ignored;
-  for (int k = 1; k < options.doubts_to_restart; ++k)
+  for (int k = 1; k < TargetFilter::doubts_to_restart; ++k)
     last = filter.update(sighting(1.0 + k / 30.0, there, 0.005), {});
   EXPECT_EQ(last, TargetFilter::Update::started);
 }
 
 TEST(TargetFilter, KeepsItsCovariancePositive) {
-  TargetFilter filter({}, {});
+  TargetFilter filter(CameraMount{});
   RandomEngine engine = random_stream(4, "positive");
   for (int k = 0; k < 3000; ++k) {
     const double sigma = std::exp(uniform(engine, -20, 0));

@@ -81,7 +81,7 @@ TEST(Guard, AsksNothingOfSonarsWhereThereAreNone) {
 }
 
 TEST(SonarWatch, BelievesWhatIsInTimeAndNothingElse) {
-  SonarWatch watch(GuardOptions{});
+  SonarWatch watch;
   EXPECT_TRUE(watch.hear({1.0, 3, 2.0, true}, 1.05, 0));
   EXPECT_EQ(watch.stamps().looked_s[3], 1.0);
   EXPECT_FALSE(watch.hear({1.0, 4, 2.0, true}, 1.5, 0));
@@ -95,7 +95,7 @@ TEST(SonarWatch, BelievesWhatIsInTimeAndNothingElse) {
 }
 
 TEST(SonarWatch, FindsAStuckSonarWhileTheRobotMoves) {
-  SonarWatch watch(GuardOptions{});
+  SonarWatch watch;
   for (int k = 0; k < 20; ++k) {
     const double now_s = 0.32 * k;
     EXPECT_TRUE(watch.hear({now_s, 3, 2.0, true}, now_s, 0.0)) << "the robot rests: nothing need change";

@@ -68,8 +68,8 @@ TEST(BarrierQp, RefusesWhatIsNotFinite) {
   EXPECT_FALSE(solve(problem));
 }
 
-/// Space with a wall of echoes across the way at x = 1.2, from y = -0.6 to 0.6.
-OccupancyGrid space_with_wall() {
+/// A grid with a wall of echoes across the way at x = 1.2, from y = -0.6 to 0.6.
+OccupancyGrid grid_with_wall() {
   OccupancyGridOptions options;
   options.start_clear_m = 0.7;
   OccupancyGrid grid(options);
@@ -83,11 +83,11 @@ OccupancyGrid space_with_wall() {
 }
 
 TEST(NavigationFunction, GoesAroundWhatWasHeardAndStraightWhereNothingWas) {
-  const OccupancyGrid wall = space_with_wall();
+  const OccupancyGrid wall = grid_with_wall();
   OccupancyGrid open(OccupancyGridOptions{});
   open.move(0, {});
   const Eigen::Vector2d ball(2.6, 0.0);
-  NavigationFunction field(NavigationFunctionOptions{});
+  NavigationFunction field;
   field.update(open, ball, 0.8, 0.25, 0);
   EXPECT_TRUE(field.straight({0, 0}, {1.8, 0}));
   EXPECT_NEAR(field.heading({}, 0, 0.5).value(), 0, 0.1);
@@ -102,7 +102,7 @@ TEST(NavigationFunction, GoesAroundWhatWasHeardAndStraightWhereNothingWas) {
 TEST(NavigationFunction, WhatBlockedTheWayOnceIsAvoidedForAWhile) {
   OccupancyGrid open(OccupancyGridOptions{});
   open.move(0, {});
-  NavigationFunction field(NavigationFunctionOptions{});
+  NavigationFunction field;
   field.add_virtual(1.0, 0.0, 10.0);
   field.update(open, {2.6, 0.0}, 0.8, 0.25, 11.0);
   EXPECT_FALSE(field.straight({0, 0}, {1.8, 0}));
@@ -111,15 +111,14 @@ TEST(NavigationFunction, WhatBlockedTheWayOnceIsAvoidedForAWhile) {
 }
 
 TEST(Steering, NeverRunsTowardsWhatIsSuspectedFasterThanItCanBrake) {
-  const OccupancyGrid wall = space_with_wall();
-  SteeringOptions options;
-  Steering steering(options, {}, pioneer_3dx_footprint);
+  const OccupancyGrid wall = grid_with_wall();
+  Steering steering(0.5, {}, pioneer_3dx_footprint);
   SteeringInput input;
   input.p_OB = {2.6, 0.0};
   input.law = Twist2{1.2, 0.0};
   const SteeringOutput output = steering.steer(input, wall, {});
   EXPECT_FALSE(output.by_law);
-  const double gap_m = 1.2 - 0.21 - options.margin_m;
+  const double gap_m = 1.2 - 0.21 - Steering::margin_m;
   EXPECT_LE(output.command.v_mps, std::sqrt(2 * 0.3 * gap_m));
   EXPECT_GT(std::abs(output.command.w_radps), 0.05);
 }
@@ -139,7 +138,7 @@ void be_stuck(Steering& steering, const OccupancyGrid& grid, const SteeringInput
 TEST(Steering, WhatBlockedTheWayLongAgoIsNotInTheWayOfALookElsewhere) {
   OccupancyGrid open(OccupancyGridOptions{});
   open.move(0, {});
-  Steering steering({}, {}, pioneer_3dx_footprint);
+  Steering steering(0.5, {}, pioneer_3dx_footprint);
   SteeringInput input;
   input.p_OB = {2.6, 0.0};
   be_stuck(steering, open, input);

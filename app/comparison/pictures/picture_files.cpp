@@ -35,23 +35,10 @@ const std::vector<std::string> optional_columns{"frame", "ball_id", "class", "cx
 }  // namespace
 
 // Cells of one row, by name; faults are collected.
-class PictureFiles::RowReader {
+class PictureFiles::RowReader : public CsvRow {
  public:
-  RowReader(const CsvTable& table, std::size_t row, FaultList& faults)
-      : table_(table), row_(row), faults_(faults) {}
+  using CsvRow::CsvRow;
 
-  std::string text(const std::string& name) const {
-    const int column = table_.column(name);
-    return column < 0 ? "" : table_.rows[row_][static_cast<std::size_t>(column)];
-  }
-  std::optional<double> number(const std::string& name, const NumberRange& range) const {
-    const std::string cell = text(name);
-    if (cell.empty()) return std::nullopt;
-    const auto value = parse_number(cell);
-    if (value && range.contains(*value)) return value;
-    faults_.add(table_.place(row_, name), cell, range.to_text() + ", or nothing");
-    return std::nullopt;
-  }
   // All three or none of them.
   std::optional<Eigen::Vector3d> triple(const std::array<std::string, 3>& names,
                                         const std::array<NumberRange, 3>& ranges) const {
@@ -62,24 +49,17 @@ class PictureFiles::RowReader {
       known += text(names[k]).empty() ? 0 : 1;
     }
     if (known > 0 && known < 3)
-      faults_.add(table_.place(row_, names[0]), "some of " + names[0] + ", " + names[1] + ", " + names[2],
-                  "all three or none");
+      fault(names[0], "some of " + names[0] + ", " + names[1] + ", " + names[2], "all three or none");
     if (!values[0] || !values[1] || !values[2]) return std::nullopt;
     return Eigen::Vector3d(*values[0], *values[1], *values[2]);
   }
-  std::string place(const std::string& name) const { return table_.place(row_, name); }
-
- private:
-  const CsvTable& table_;
-  std::size_t row_;
-  FaultList& faults_;
 };
 
-FrameTruth PictureFiles::read_truth(const RowReader& row, FaultList& faults) {
+FrameTruth PictureFiles::read_truth(const RowReader& row) {
   FrameTruth truth;
   truth.source = row.text("source");
   if (const std::string frame = row.text("frame"); !frame.empty() && parse_integer(frame) != 0)
-    faults.add(row.place("frame"), frame, "0 or nothing: every row is of a still");
+    row.fault("frame", frame, "0 or nothing: every row is of a still");
   const NumberRange px = NumberRange::within(-1e5, 1e5, "px"), m = NumberRange::within(-1e4, 1e4, "m");
   if (const auto circle = row.triple({"cx_px", "cy_px", "r_px"}, {px, px, {0, 1e5, true, false, "px"}}))
     truth.outline = OutlineEllipse{circle->head<2>(), circle->z()};
@@ -125,12 +105,11 @@ PictureFiles::PictureFiles(const PictureFilesOptions& options) : options_(option
   std::map<std::string, std::string> picture_hashes;
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     const RowReader reader(table, r, faults);
-    auto row = read_row(reader, faults);
+    auto row = read_row(reader);
     if (!row) continue;
     const std::string& source = row->truth.source;
     if (!seen.insert({source, reader.text("ball_id"), row->class_name}).second)
-      faults.add(reader.place("ball_id"), source + " again",
-                 "one row for each ball: another ball_id or class");
+      reader.fault("ball_id", source + " again", "one row for each ball: another ball_id or class");
     if (picture_hashes.count(source) == 0)
       faults.collect([&] { picture_hashes[source] = checked_picture_sha256(row->file); });
     keep(std::move(*row));
@@ -165,26 +144,25 @@ std::string PictureFiles::read_colors_and_camera(FaultList& faults) {
 }
 
 // Nothing where there is no such picture.
-std::optional<PictureFiles::Row> PictureFiles::read_row(const RowReader& reader, FaultList& faults) const {
+std::optional<PictureFiles::Row> PictureFiles::read_row(const RowReader& reader) const {
   Row row;
-  row.truth = read_truth(reader, faults);
+  row.truth = read_truth(reader);
   row.class_name = reader.text("class");
   const std::string& source = row.truth.source;
   row.file = options_.folder / source;
   if (source.empty() || source.find('/') != std::string::npos || !fs::is_regular_file(row.file)) {
-    faults.add(reader.place("source"), "'" + source + "'", "a picture in " + options_.folder.string());
+    reader.fault("source", "'" + source + "'", "a picture in " + options_.folder.string());
     return std::nullopt;
   }
   if (options_.start_at_truth && !row.truth.outline)
-    faults.add(reader.place("cx_px"), "nothing",
-               "the ball's circle: with --start truth the fits begin there");
+    reader.fault("cx_px", "nothing", "the ball's circle: with --start truth the fits begin there");
   if (options_.colors.empty()) return row;
   const bool only_one = row.class_name.empty() && colors_->classes.size() == 1;
   const auto known = only_one ? std::optional<ClassIndex>(ClassIndex{1}) : colors_->find(row.class_name);
   if (!known) {
     std::string names;
     for (const ColorClass& c : colors_->classes) names += (names.empty() ? "" : ", ") + c.name;
-    faults.add(reader.place("class"), "'" + row.class_name + "'", "a class of the colours: " + names);
+    reader.fault("class", "'" + row.class_name + "'", "a class of the colours: " + names);
   }
   row.color_class = known.value_or(ClassIndex{1});
   return row;

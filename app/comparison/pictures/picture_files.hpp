@@ -53,8 +53,8 @@ class PictureFiles : public PictureSource {
   };
   class RowReader;
   std::string read_colors_and_camera(FaultList& faults);
-  static FrameTruth read_truth(const RowReader& row, FaultList& faults);
-  std::optional<Row> read_row(const RowReader& reader, FaultList& faults) const;
+  static FrameTruth read_truth(const RowReader& row);
+  std::optional<Row> read_row(const RowReader& reader) const;
   std::string checked_picture_sha256(const std::filesystem::path& file) const;
   void keep(Row row);
   std::shared_ptr<const RayTable> rays_of(const cv::Mat& bgr) const;

@@ -11,11 +11,7 @@ constexpr double own_share = 0.7;  // of the bound: errors that last
 }
 
 void declare(OptionVisitor& v, OdometryOptions& odometry) {
-  const NumberRange share = NumberRange::within(0, 0.2, "");
-  v.number("distance_share", odometry.bound.distance_share, share, "largest error, of the way");
-  v.number("turn_share", odometry.bound.turn_share, share, "largest error, of the turned angle");
-  v.number("turn_per_m_radpm", odometry.bound.turn_per_m_radpm, NumberRange::within(0, 0.2, "rad/m"),
-           "largest veering along the way");
+  declare(v, odometry.bound);
   v.number("excess", odometry.excess, NumberRange::within(0, 100, ""),
            "errors, as a multiple of those bounds; above 1 an assumption is broken");
 }

@@ -18,11 +18,7 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() 
 
 void declare(OptionVisitor& v, SonarOptions& sonar) {
   const NumberRange rate = NumberRange::within(0, 1, "");
-  v.number("min_range_m", sonar.beam.min_range_m, NumberRange::above(0, 1, "m"), "nothing nearer is heard");
-  v.number("max_range_m", sonar.beam.max_range_m, NumberRange::within(1, 10, "m"),
-           "nothing further is heard");
-  v.number("half_angle_rad", sonar.beam.half_angle_rad, NumberRange::within(0.02, 0.7, "rad"),
-           "of the cone in which things echo");
+  declare(v, sonar.beam);
   v.number("height_m", sonar.height_m, NumberRange::above(0, 0.4, "m"),
            "the plane in which all transducers look: what does not cross it has no echo");
   v.number("period_s", sonar.period_s, NumberRange::within(0.005, 1, "s"), "between two firings of an array");

@@ -2,13 +2,15 @@
 import numpy as np
 
 from .page import (COLORS, INK, axes, curve, drawable, drawing, figure_text, goal_line, legend, number, numbers, photo,
-                   read_json, read_rows, render)
+                   read_json, read_rows, render, text_of)
 
-# What a plot has room for; a converged fit has its one step's colour, dashed.
+# What a plot has room for; a converged fit has its one step's colour, dashed, a whole detector its fit's, dash-dotted.
 HEADLINES = {"sphere_one_step": (COLORS[0], "-"), "sphere_converged": (COLORS[0], "--"),
              "paper_one_step": (COLORS[1], "-"), "paper_converged": (COLORS[1], "--"), "vote": (COLORS[2], "-"),
              "hough_gradient": (COLORS[3], "-"), "hough_gradient_alt": (COLORS[4], "-"),
-             "hsv_contour": (COLORS[5], "-"), "vpdot2": (COLORS[6], "-")}
+             "hsv_contour": (COLORS[5], "-"), "vpdot2": (COLORS[6], "-"), "detect_sphere": (COLORS[0], "-."),
+             "detect_paper": (COLORS[1], "-."), "detect_hough_gradient": (COLORS[3], "-."),
+             "detect_hsv_contour": (COLORS[5], "-.")}
 SWEPT_PAIRS = ("paper_one_step", "sphere_one_step", "paper_steps_10_reselect")
 MOST_BARS, MOST_TABLES = 12, 40
 LEAST_PX = 1e-4  # below it two fits are the same for any purpose
@@ -80,12 +82,29 @@ def interval(plot, x, low, high, color):
 def error_figures(data):
     if not data.places:
         return []
-    return [sweep_errors(data, *sweep) for sweep in data.sweeps()] + [error_ellipses(data)]
+    figures = [sweep_errors(data, *sweep) for sweep in data.sweeps()]
+    figures += [sweep_found(data, *sweep) for sweep in data.sweeps() if misses(data, sweep[1])]
+    return figures + [error_ellipses(data)]
+
+
+def misses(data, names):
+    return any(np.any(data.column(method, "failed", names) > 0) for method, _, _ in data.headlines())
+
+
+def sweep_found(data, sweep, names, values):
+    plot = axes(f"Balls found against {sweep['label']}", sweep["label"], "found (% of the frames)", 480, 400,
+                "x" if sweep["log"] else "")
+    for method, color, line in data.headlines():
+        share = data.column(method, "found", names) / data.column(method, "frames", names)
+        curve(plot, values, 100 * share, method, color=color, linestyle=line, marker="o", markersize=3)
+    plot.set_ylim(0, 102)
+    legend(plot)
+    return drawing(plot, "Frames in which the method's answer is at the ball.")
 
 
 def error_bars(data):
     names = data.named[:MOST_BARS]
-    methods = [(method, color) for method, color, line in data.headlines() if line == "-"]
+    methods = [(method, color) for method, color, line in data.headlines() if line != "--"]
     width = min(max(110 * len(names), 480), 1040)
     plot = axes("Error of the ball's centre in 3-D, median", "", "error (mm), log", width, 360, log="y")
     for k, (method, color) in enumerate(methods):
@@ -105,14 +124,14 @@ def sweep_errors(data, sweep, names, values):
     for method, color, line in data.headlines():
         curve(plot, values, data.column(method, "position_median_mm", names), method, color=color, linestyle=line,
               marker="o", markersize=3)
-        if line == "-":
+        if line != "--":
             interval(plot, values, data.column(method, "position_median_low_mm", names),
                      data.column(method, "position_median_high_mm", names), color)
     bound = {condition["name"]: condition["bound_rms_mm"] for condition in data.conditions}
     curve(plot, values, [number(bound[name]) for name in names], "bound (RMS)", color=INK, linestyle="--")
     legend(plot)
     start = " The fits start from the true circle, displaced: vote is that start."
-    return drawing(plot, "Solid: one step. Dashed: converged on the same points."
+    return drawing(plot, "Solid: one step. Dashed: converged on the same points. Dash-dotted: whole detectors."
                    + (start if sweep["key"].startswith("start.") else ""))
 
 
@@ -259,7 +278,8 @@ def error_rows(data, condition):
         rows.append((method, f"{row['found']} of {row['frames']}",
                      with_interval(row, "position_median_mm", "position_median_low_mm", "position_median_high_mm"),
                      *(figure_text(row[name]) for name in ("position_p90_mm", "depth_bias_mm", "depth_spread_mm",
-                       "lateral_spread_mm", "center_rms_px", "radius_bias_px", "rms_over_bound")),
+                       "lateral_spread_mm", "center_rms_px", "radius_bias_px", "rms_over_bound", "nees_mean")),
+                     text_of(row["inside_95"], 1, scale=100), figure_text(row["false_per_1000"]),
                      "most fail" if charged == "-" and row["position_median_mm"] else charged))
     return rows
 

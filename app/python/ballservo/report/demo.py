@@ -19,8 +19,8 @@ def page(folder):
         "simulated robot for the drive. Everything on this page was computed on this machine just now, and every file it "
         "links to lies beside it.",
         value=value, degrees=math.degrees(1), found=found_by_class(detections),
-        detections=cells(detections, DETECTION_COLUMNS), detection_columns=DETECTION_COLUMNS, pairs=cells(read_rows(folder / "compare/pairs.csv"), PAIR_COLUMNS),
-        pair_columns=PAIR_COLUMNS,
+        detections=cells(detections, DETECTION_COLUMNS), detection_columns=DETECTION_COLUMNS,
+        pairs=cells(read_rows(folder / "compare/pairs.csv"), PAIR_COLUMNS), pair_columns=PAIR_COLUMNS,
         boards=[photo(folder / "boards", name, "Corners as found; red: what is left of each, 50 times enlarged.")
                 for name in BOARDS if (folder / "boards" / name).exists()],
         colors=photo(folder / "colors", "smarties_figure.png", "From the photograph to the classes."),

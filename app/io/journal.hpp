@@ -3,49 +3,48 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 
-#include "app/io/noted_lines.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 
-/// One line a finished item, as JSON: ["key","value"]; the first line names the job. Every line is handed to
-/// the system whole, with its line end as the last byte: a line without one was under way when the process
-/// died, and counts as never written. (A machine that loses power may lose lines, too.) One process at a time
-/// works with a journal. Values are kept in the file only. Thread-safe.
-class WorkJournal {
+/// One line a finished item, as JSON: ["key","value"]; the first line names the job. A line without its end was
+/// under way when the process died, and counts as never written. (A machine that loses power may lose whole
+/// lines, too.) Values stay in the file, so that a journal of any length takes no more memory than its keys. One
+/// process at a time works with a journal. Thread-safe.
+class Journal {
  public:
   /// Opens the journal at `file`, or begins one where there is none or an empty one. `job` is a text (a hash)
   /// that two jobs share only if their items mean the same. Throws InputError where the journal is another
   /// job's, is damaged, is in another process' hands, or cannot be written.
-  WorkJournal(std::filesystem::path file, const std::string& job);
-  ~WorkJournal();
-  WorkJournal(const WorkJournal&) = delete;
-  WorkJournal& operator=(const WorkJournal&) = delete;
+  Journal(std::filesystem::path file, const std::string& job);
 
-  /// Whether an item is noted, by an earlier process or this one; and its value, nothing where it is not.
   bool has(const std::string& key) const;
+  /// The value of an item that an earlier process noted, or this one.
   std::optional<std::string> find(const std::string& key) const;
   std::size_t size() const;
 
   /// Notes a finished item. A key that is known already keeps its value. InputError on a full disk.
   void add(const std::string& key, const std::string& value);
-
-  /// Closes and deletes the journal: its job is done.
-  void remove();
+  /// Notes what a finished part's journal holds. InputError for a file that is none, or is not whole.
+  void add_part(const std::filesystem::path& part);
 
  private:
-  void read(const std::string& job);
-  NotePlace append(const std::string& line);
+  struct Place {
+    std::uint64_t offset = 0, bytes = 0;
+  };
+  void append(const std::string& key, const std::string& value);
 
   std::filesystem::path file_;
-  int descriptor_ = -1;
+  Descriptor lock_;
   mutable std::mutex mutex_;
   std::uint64_t end_ = 0;  // of the whole lines
-  std::map<std::string, NotePlace> places_;
+  std::map<std::string, Place> places_;
 };
 
 }  // namespace ballservo

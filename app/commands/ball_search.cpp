@@ -1,0 +1,123 @@
+#include "app/commands/ball_search.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "app/io/interrupt.hpp"
+#include "app/report/picture.hpp"
+#include "app/report/stage_pictures.hpp"
+#include "calibration/pictures/image_file.hpp"
+
+namespace ballservo {
+namespace {
+
+/// Several inputs of one file name, which is all that the rows say of where a ball was.
+void warn_of_repeated_names(const std::vector<std::string>& sources) {
+  const std::vector<std::string> repeated = repeated_names(sources);
+  if (repeated.empty()) return;
+  spdlog::warn(
+      "several inputs are called {}{}: `source` names a file without its folders, so that their rows can be "
+      "told apart by their order alone",
+      repeated.front(), repeated.size() > 1 ? fmt::format(", and so are {} more", repeated.size() - 1) : "");
+}
+
+/// A sequence that ended after `read` pictures although it should have clearly more.
+void warn_of_missing_pictures(const FrameSequence& sequence, long read) {
+  constexpr double counts_are_true_to = 0.02;  // of a container's, which may be estimates
+  if (static_cast<double>(read + 1) >= (1 - counts_are_true_to) * static_cast<double>(sequence.length()))
+    return;
+  spdlog::warn("{}: {} pictures could be read, of some {} that it should have: it is cut off or damaged",
+               sequence.name(), read, sequence.length());
+}
+
+DetectorFactory checked_factory(const BallSearchOptions& options) {
+  check_not_an_input(options.output, options.balls, options.sources);
+  check_not_a_source_folder(options.stages, options.sources);
+  return {options.balls, options.common.seed, options.common.threads};
+}
+
+}  // namespace
+
+void add_ball_search_options(CLI::App& command, BallSearchOptions& options, const std::string& sources_help,
+                             const std::string& output_help, const std::string& stages_help) {
+  command.add_option("SOURCE", options.sources, sources_help)->required();
+  add_ball_options(command, options.balls);
+  command.add_option("-o,--output", options.output, output_help)->type_name("FILE.csv");
+  command.add_option("--stages", options.stages, stages_help)->type_name("DIR");
+}
+
+BallSearch::BallSearch(const BallSearchOptions& options, const std::string& name)
+    : options_(options), factory_(checked_factory(options)) {
+  warn_of_repeated_names(options.sources);
+  sequences_ = open_sources(options.sources, options.fps, options.common.max_pixels);
+  if (!options.output.empty())
+    csv_file_ = std::make_unique<OutputFile>(options.output, options.common.overwrite());
+  if (!options.stages.empty()) stages_.emplace(options.stages, options.common.overwrite());
+  long total = 0;
+  for (const auto& sequence : sequences_) total += sequence->length();
+  progress_ = std::make_unique<Progress>(name, total, options.common.quiet);
+}
+
+void BallSearch::each_sequence(const std::function<void(FrameSequence&)>& follow) {
+  for (const auto& sequence : sequences_) {
+    const long before = pictures_;
+    follow(*sequence);
+    if (interrupted_) return;
+    warn_of_missing_pictures(*sequence, pictures_ - before);
+  }
+}
+
+std::optional<Frame> BallSearch::next(FrameSequence& sequence) {
+  interrupted_ = interrupted_ || interrupt_requested();
+  if (interrupted_) return std::nullopt;
+  std::optional<Frame> frame = sequence.next();
+  if (frame) progress_->step(++pictures_);
+  return frame;
+}
+
+void BallSearch::left_out(const LeftOut& left_out, const Frame& frame) {
+  if (!left_out || left_out_pictures_++ > 0) return;
+  left_out_example_ = fmt::format("{}, frame {}", frame.source, frame.index);
+  if (left_out.regions > 0) left_out_example_ += fmt::format(", {} smaller regions", left_out.regions);
+  if (left_out.shorter_px > 0)
+    left_out_example_ += fmt::format(", runs shorter than {} px", left_out.shorter_px);
+}
+
+void BallSearch::add_row(const Frame& frame, std::optional<int> track_id, ClassIndex color_class,
+                         std::string_view state, const BallObservation& ball) {
+  csv_ += ball_row(
+      {frame.source, frame.index, frame.time_s, track_id, factory_.colors().name_of(color_class), state},
+      factory_.with_total_covariance(ball));
+}
+
+void BallSearch::write_stages(const std::string& name, const Frame& frame, const DetectionStages& stages,
+                              const Detector& detector) const {
+  write_image(stages_->path() / (name + "_stages.png"),
+              labelled_grid(stage_pictures(frame.bgr, stages, detector), 3));
+}
+
+void BallSearch::end() {
+  if (left_out_pictures_ > 0)
+    spdlog::warn(
+        "{} picture{} had more regions of the balls' colours than are searched, and small balls may have "
+        "been "
+        "missed (left out in {}): colours that the background has too? Teach them with --background",
+        left_out_pictures_, left_out_pictures_ == 1 ? "" : "s", left_out_example_);
+  if (stages_) stages_->commit();
+}
+
+int BallSearch::finish(nlohmann::json results, const std::string& summary) const {
+  results["interrupted"] = interrupted_;
+  if (csv_file_) {
+    csv_file_->write(csv_);
+    csv_file_->commit();
+  } else {
+    fmt::print("{}", csv_);
+  }
+  write_json_results(options_.common, results);
+  if (csv_file_ && !options_.common.quiet)
+    fmt::print("{}{}: {}\n", interrupted_ ? "interrupted; " : "", summary, options_.output.string());
+  return interrupted_ ? exit_interrupted : exit_done;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,33 @@
+#include "app/commands/work_options.hpp"
+
+namespace ballservo {
+
+void add_work_options(CLI::App& command, WorkOptions& options) {
+  command.add_option("-o,--output", options.output, "Folder for the results; required")->type_name("DIR");
+  command.add_option("--shard", options.shard, "Run only part I of N (I from 1)")
+      ->type_name("I/N")
+      ->capture_default_str();
+  command.add_flag("--resume", options.resume, "Go on with what an earlier run left in the folder");
+}
+
+CLI::App* add_merge_command(CLI::App& command, Action& action, std::function<int(const MergeOptions&)> merge,
+                            const std::function<void(CLI::App&, MergeOptions&)>& more_options) {
+  auto options = std::make_shared<MergeOptions>();
+  CLI::App* subcommand = command.add_subcommand("merge");
+  subcommand->add_option("DIR", options->folders, "Folders of all parts (--shard I/N), in any order")
+      ->required();
+  subcommand->add_option("-o,--output", options->output, "Folder for the results")
+      ->required()
+      ->type_name("DIR");
+  if (more_options) more_options(*subcommand, *options);
+  add_common_options(*subcommand, options->common);
+  subcommand->callback([&action, options, merge] { action = [options, merge] { return merge(*options); }; });
+  return subcommand;
+}
+
+void add_against_option(CLI::App& command, std::filesystem::path& against) {
+  command.add_option("--against", against, "Folder of another sweep to compare with, seed by seed")
+      ->type_name("DIR");
+}
+
+}  // namespace ballservo

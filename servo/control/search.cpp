@@ -1,0 +1,93 @@
+#include "servo/control/search.hpp"
+
+#include <cmath>
+
+namespace ballservo {
+
+namespace {
+
+constexpr double turn_radps = 0.7;      // 43 frames a radian at 30 Hz
+constexpr double aside_rad = 0.6;       // of the first turn: half a wide picture
+constexpr double whole_turn_rad = 6.8;  // and the ball's width over a full turn
+constexpr double turning_radps = 0.1,
+                 standing_s = 0.8;    // slower for so long: the shield lets it turn no further
+constexpr int most_flips = 2;         // both ways have been tried
+constexpr double excursion_s = 10.0;  // 1.8 m through gaps, at 0.25 to 0.6 m/s, take 3 to 7 s
+constexpr double shortest_excursion_m = 0.4, arrived_m = 0.15;
+constexpr double aside_per_excursion_rad = 0.7;
+
+double distance_m(const Pose2& pose, const Eigen::Vector2d& p_O) {
+  return (p_O - Eigen::Vector2d(pose.x_m, pose.y_m)).norm();
+}
+
+}  // namespace
+
+void Search::start(double time_s, const Pose2& pose) {
+  start_ = pose;
+  last_yaw_rad_ = pose.yaw_rad;
+  resume_turn(time_s);
+}
+
+void Search::note_heading(double yaw_rad, bool searching) {
+  if (searching) turned_rad_ += std::abs(wrap_angle(yaw_rad - last_yaw_rad_));
+  last_yaw_rad_ = yaw_rad;
+}
+
+void Search::begin_turn(double time_s) {
+  turned_rad_ = 0;
+  resume_turn(time_s);
+}
+
+void Search::begin_turn_back(double time_s, double yaw_rad) {
+  begin_turn(time_s);
+  note_ball(wrap_angle(start_.yaw_rad - yaw_rad));
+}
+
+bool Search::turn(double time_s, const Twist2& twist) {
+  const bool looks = turned_rad_ == 0.0 && time_s - turn_since_s_ < look_s;
+  if (looks || std::abs(twist.w_radps) > turning_radps) turning_s_ = time_s;
+  if (time_s - turning_s_ > standing_s) {
+    sign_ = -sign_;
+    ++flips_;
+    turning_s_ = time_s;
+  }
+  // Where a robot is set down, the ball is rather ahead than behind.
+  if (!looked_aside_ && turned_rad_ >= aside_rad) {
+    looked_aside_ = true;
+    turned_rad_ = 0;
+    sign_ = -sign_;
+  }
+  if (turned_rad_ < whole_turn_rad && flips_ < most_flips) return false;
+  flips_ = 0;
+  return true;
+}
+
+Twist2 Search::turn_command(double time_s) const {
+  if (turned_rad_ == 0.0 && time_s - turn_since_s_ < look_s) return {};
+  return {0.0, sign_ * turn_radps};
+}
+
+double Search::next_heading_rad() const {
+  const double side = excursions_ % 2 == 0 ? 1.0 : -1.0;
+  return start_.yaw_rad + side * aside_per_excursion_rad * ((excursions_ + 1) / 2);
+}
+
+void Search::set_out(double time_s, const Pose2& pose, const Eigen::Vector2d& p_O) {
+  ++excursions_;
+  p_OD_ = distance_m(pose, p_O) < shortest_excursion_m ? Eigen::Vector2d(start_.x_m, start_.y_m) : p_O;
+  turned_rad_ = 0;
+  excursion_since_s_ = time_s;
+}
+
+bool Search::arrives(const Pose2& pose, const Twist2& twist, double a_max_mps2) const {
+  return distance_m(pose, p_OD_) < arrived_m + 0.5 * twist.v_mps * twist.v_mps / a_max_mps2;
+}
+
+bool Search::out_of_time(double time_s) const { return time_s - excursion_since_s_ > excursion_s; }
+
+bool Search::misses_ball(double time_s, bool in_view) {
+  if (!in_view) expected_s_ = time_s;
+  return time_s - expected_s_ > look_s;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,149 @@
+#include "servo/control/search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace ballservo {
+namespace {
+
+/// A robot that turns as it is told from step to step, unless something holds it.
+struct Turning {
+  Search search;
+  Pose2 pose;
+  double time_s = 0;
+  double turned_rad = 0, leftmost_rad = 0, rightmost_rad = 0;
+
+  explicit Turning(const Pose2& start = {}) : pose(start) { search.start(0, start); }
+
+  /// One turn, at most so long; whether it came to its end. `held`: the shield lets the robot not turn.
+  bool turn(double at_most_s, bool held = false) {
+    Twist2 twist;
+    for (const double until_s = time_s + at_most_s; time_s < until_s; time_s += 0.02) {
+      search.note_heading(pose.yaw_rad, true);
+      if (search.turn(time_s, twist)) return true;
+      twist = held ? Twist2{} : search.turn_command(time_s);
+      EXPECT_EQ(twist.v_mps, 0);
+      pose.yaw_rad += 0.02 * twist.w_radps;
+      turned_rad += 0.02 * std::abs(twist.w_radps);
+      leftmost_rad = std::max(leftmost_rad, pose.yaw_rad);
+      rightmost_rad = std::min(rightmost_rad, pose.yaw_rad);
+    }
+    return false;
+  }
+};
+
+TEST(Search, LooksBeforeItTurnsThenAsideThenAllAround) {
+  Turning robot;
+  EXPECT_FALSE(robot.turn(Search::look_s - 0.05));
+  EXPECT_EQ(robot.turned_rad, 0);
+  EXPECT_TRUE(robot.turn(60));
+  EXPECT_GT(robot.leftmost_rad, 0.55);
+  EXPECT_LT(robot.leftmost_rad, 0.7) << "a little to one side";
+  EXPECT_GT(robot.leftmost_rad - robot.rightmost_rad, 2 * M_PI) << "then all around, the other way";
+}
+
+TEST(Search, LooksAsideOnlyOnce) {
+  Turning robot;
+  ASSERT_TRUE(robot.turn(60));
+  const double before_rad = robot.pose.yaw_rad;
+  robot.turned_rad = 0;
+  robot.search.begin_turn(robot.time_s);
+  ASSERT_TRUE(robot.turn(60));
+  EXPECT_NEAR(std::abs(robot.pose.yaw_rad - before_rad), robot.turned_rad, 1e-9) << "one way only";
+}
+
+TEST(Search, TurnsTowardsTheSideOnWhichTheBallWasSeen) {
+  for (const double bearing_rad : {-0.4, 0.4}) {
+    Turning robot;
+    robot.search.note_ball(bearing_rad);
+    robot.turn(1.0);
+    EXPECT_GT(robot.pose.yaw_rad * bearing_rad, 0);
+  }
+}
+
+TEST(Search, WhereNoTurnIsPossibleBothWaysAreTriedAndThenItEnds) {
+  Turning robot;
+  bool left = false, right = false, ended = false;
+  for (; robot.time_s < 10 && !ended; robot.time_s += 0.02) {
+    ended = robot.search.turn(robot.time_s, {});
+    const double w_radps = robot.search.turn_command(robot.time_s).w_radps;
+    left |= w_radps > 0;
+    right |= w_radps < 0;
+  }
+  EXPECT_TRUE(ended && left && right);
+  EXPECT_LT(robot.time_s, 2.5);
+  // What could not be turned before may be turned later.
+  robot.search.begin_turn(robot.time_s);
+  EXPECT_TRUE(robot.turn(60));
+  EXPECT_GT(robot.turned_rad, 2 * M_PI);
+}
+
+TEST(Search, ATurnThatWasBrokenOffGoesOnWithoutALook) {
+  Turning robot;
+  robot.turn(3.0);
+  robot.search.resume_turn(robot.time_s);
+  EXPECT_NE(robot.search.turn_command(robot.time_s).w_radps, 0);
+  robot.search.begin_turn(robot.time_s);
+  EXPECT_EQ(robot.search.turn_command(robot.time_s).w_radps, 0);
+}
+
+TEST(Search, ExcursionsLeadToAndFroFurtherAndFurtherFromTheFirstHeading) {
+  const Pose2 start{1, 2, 0.5};
+  Search search;
+  search.start(0, start);
+  double last_rad = -1;
+  int side = 1;
+  for (int k = 0; k < Search::most_excursions; ++k, side = -side) {
+    ASSERT_TRUE(search.may_set_out());
+    const double aside_rad = search.next_heading_rad() - start.yaw_rad;
+    EXPECT_GE(std::abs(aside_rad), last_rad);
+    EXPECT_GE(aside_rad * side, 0) << k;
+    last_rad = std::abs(aside_rad);
+    search.set_out(0, start, {3, 2});
+  }
+  EXPECT_FALSE(search.may_set_out());
+  search.forget_excursions();
+  EXPECT_TRUE(search.may_set_out());
+  EXPECT_EQ(search.next_heading_rad(), start.yaw_rad);
+}
+
+TEST(Search, AnExcursionWithoutAWayLeadsBackToTheStart) {
+  Search search;
+  search.start(0, {1, 2, 0});
+  search.set_out(0, {4, 2, 0}, {4.1, 2});
+  EXPECT_EQ(search.destination(), Eigen::Vector2d(1, 2));
+  search.set_out(0, {4, 2, 0}, {5, 2});
+  EXPECT_EQ(search.destination(), Eigen::Vector2d(5, 2));
+}
+
+TEST(Search, AnExcursionEndsWhereTheBrakeTakesItOrWhenItsTimeIsUp) {
+  Search search;
+  search.start(0, {});
+  search.set_out(2.0, {}, {1.5, 0});
+  EXPECT_FALSE(search.arrives({1.2, 0, 0}, {0, 0}, 0.3));
+  EXPECT_TRUE(search.arrives({1.2, 0, 0}, {0.4, 0}, 0.3)) << "0.27 m of brake";
+  EXPECT_TRUE(search.arrives({1.4, 0, 0}, {0, 0}, 0.3));
+  EXPECT_FALSE(search.out_of_time(11.9));
+  EXPECT_TRUE(search.out_of_time(12.1));
+}
+
+TEST(Search, TurnsBackTowardsWhereItLookedFirst) {
+  for (const double yaw_rad : {-2.0, 2.0}) {
+    Search search;
+    search.start(0, {});
+    search.begin_turn_back(0, yaw_rad);
+    EXPECT_LT(search.turn_command(1.0).w_radps * yaw_rad, 0);
+  }
+}
+
+TEST(Search, MissesABallOnlyWhereItShouldBeSeen) {
+  Search search;
+  search.expect_ball(1.0);
+  EXPECT_FALSE(search.misses_ball(5.0, false));
+  EXPECT_FALSE(search.misses_ball(5.3, true));
+  EXPECT_TRUE(search.misses_ball(5.5, true));
+}
+
+}  // namespace
+}  // namespace ballservo
