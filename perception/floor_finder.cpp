@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
-
 namespace ballservo {
 
 namespace {
@@ -13,35 +10,20 @@ namespace {
 // Of the bins; a Gaussian of 0.7 and one of 2.5 bins.
 constexpr std::array<float, 2> chroma_kernel{0.570F, 0.206F};
 constexpr std::array<float, 7> light_kernel{0.161F, 0.149F, 0.117F, 0.078F, 0.045F, 0.022F, 0.009F};
+// Colours with less than this of the floor's pixels in their bin are not floor, and so are brightnesses.
+constexpr double rare_chroma = 0.004, rare_light = 0.002;
+constexpr double renewal = 0.02;      // of what is known of the floor, by each frame
+constexpr double known_growth = 1.4;  // of what is known to be round, for its shadow
 constexpr int light_bins_an_octave = 8;
 constexpr std::size_t least_run = 2;  // pixels of a path, for an edge
 
 }  // namespace
 
-void FloorFinderOptions::validate() const {
-  FaultList faults;
-  const auto check = [&faults](const char* name, double value, double low, double high, const char* allowed) {
-    if (value >= low && value <= high) return;
-    faults.add(name, std::isfinite(value) ? number_text(value) : "not a finite number", allowed);
-  };
-  check("rare_chroma", rare_chroma, 0, 1, "a number from 0 to 1");
-  check("rare_light", rare_light, 0, 1, "a number from 0 to 1");
-  check("renewal", renewal, 0, 1, "a number from 0 to 1");
-  check("known_growth", known_growth, 1, 10, "a number from 1 to 10");
-  faults.throw_if_any();
-}
-
-FloorFinder::FloorFinder(std::vector<FloorPath> paths, const FloorFinderOptions& options)
-    : paths_(std::move(paths)), options_(options) {
-  options.validate();
-  low_ = {1 << 20, 1 << 20};
+FloorFinder::FloorFinder(std::vector<FloorPath> paths) : paths_(std::move(paths)) {
   for (const FloorPath& path : paths_) {
     samples_.emplace_back(path.pixels.size());
     floor_.emplace_back(path.pixels.size(), 0);
-    for (const cv::Point& p : path.pixels) {
-      low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y)};
-      high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y)};
-    }
+    for (const cv::Point& p : path.pixels) box_ |= cv::Rect(p, cv::Size(1, 1));
   }
   edges_.resize(paths_.size());
   for (std::size_t sum = 0; sum < light_bin_.size(); ++sum) {
@@ -51,12 +33,12 @@ FloorFinder::FloorFinder(std::vector<FloorPath> paths, const FloorFinderOptions&
 }
 
 bool FloorFinder::inside(const cv::Mat& bgr) const {
-  return bgr.type() == CV_8UC3 && low_.x >= 0 && low_.y >= 0 && high_.x < bgr.cols && high_.y < bgr.rows &&
-         bgr.cols > 2 && bgr.rows > 2;
+  return bgr.type() == CV_8UC3 && (box_ & cv::Rect({0, 0}, bgr.size())) == box_ && bgr.cols > 2 &&
+         bgr.rows > 2;
 }
 
 void FloorFinder::sample(const cv::Mat& bgr, const KnownRound* known) {
-  const double known_px = known != nullptr ? known->radius_px * options_.known_growth : 0.0;
+  const double known_px = known != nullptr ? known->radius_px * known_growth : 0.0;
   for (std::size_t k = 0; k < paths_.size(); ++k) {
     for (std::size_t i = 0; i < paths_[k].pixels.size(); ++i) {
       const cv::Point& p = paths_[k].pixels[i];
@@ -94,38 +76,38 @@ void FloorFinder::learn(bool first) {
   };
   each([&count](const Sample&) { ++count; });
   if (count == 0) return;
-  const auto share = static_cast<float>((first ? 1.0 : options_.renewal) / count);
-  const auto kept = static_cast<float>(first ? 0.0 : 1.0 - options_.renewal);
-  for (float& value : chroma_) value *= kept;
-  for (float& value : light_) value *= kept;
+  const auto share = static_cast<float>((first ? 1.0 : renewal) / count);
+  const auto kept = static_cast<float>(first ? 0.0 : 1.0 - renewal);
+  for (float& value : counted_.chroma) value *= kept;
+  for (float& value : counted_.light) value *= kept;
   each([&](const Sample& s) {
-    chroma_[s.chroma] += share;
-    light_[s.light] += share;
+    counted_.chroma[s.chroma] += share;
+    counted_.light[s.light] += share;
   });
   smooth();
 }
 
 void FloorFinder::smooth() {
-  chroma_share_.fill(0);
+  smoothed_.chroma.fill(0);
   for (int r = 0; r < chroma_bins; ++r) {
     for (int g = 0; g < chroma_bins; ++g) {
-      const float value = chroma_[static_cast<std::size_t>(r * chroma_bins + g)];
+      const float value = counted_.chroma[static_cast<std::size_t>(r * chroma_bins + g)];
       if (value == 0) continue;
       for (int y = std::max(0, r - 1); y <= std::min(chroma_bins - 1, r + 1); ++y) {
         for (int x = std::max(0, g - 1); x <= std::min(chroma_bins - 1, g + 1); ++x) {
-          chroma_share_[static_cast<std::size_t>(y * chroma_bins + x)] +=
+          smoothed_.chroma[static_cast<std::size_t>(y * chroma_bins + x)] +=
               value * chroma_kernel[static_cast<std::size_t>(std::abs(y - r))] *
               chroma_kernel[static_cast<std::size_t>(std::abs(x - g))];
         }
       }
     }
   }
-  light_share_.fill(0);
+  smoothed_.light.fill(0);
   constexpr int reach = static_cast<int>(light_kernel.size()) - 1;
   for (int l = 0; l < light_bins; ++l) {
     for (int x = std::max(0, l - reach); x <= std::min(light_bins - 1, l + reach); ++x) {
-      light_share_[static_cast<std::size_t>(x)] +=
-          light_[static_cast<std::size_t>(l)] * light_kernel[static_cast<std::size_t>(std::abs(x - l))];
+      smoothed_.light[static_cast<std::size_t>(x)] += counted_.light[static_cast<std::size_t>(l)] *
+                                                      light_kernel[static_cast<std::size_t>(std::abs(x - l))];
     }
   }
 }
@@ -134,8 +116,8 @@ void FloorFinder::smooth() {
 void FloorFinder::judge() {
   for (auto& path : samples_) {
     for (Sample& s : path) {
-      s.floor = s.known || (static_cast<double>(chroma_share_[s.chroma]) >= options_.rare_chroma &&
-                            static_cast<double>(light_share_[s.light]) >= options_.rare_light);
+      s.floor = s.known || (static_cast<double>(smoothed_.chroma[s.chroma]) >= rare_chroma &&
+                            static_cast<double>(smoothed_.light[s.light]) >= rare_light);
     }
   }
   for (std::size_t k = 0; k < samples_.size(); ++k) {

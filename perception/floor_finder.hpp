@@ -25,16 +25,6 @@ struct KnownRound {
   double x_px = 0, y_px = 0, radius_px = 0;
 };
 
-struct FloorFinderOptions {
-  double rare_chroma =
-      0.004;  ///< colours with less than this of the floor's pixels in their bin are not floor
-  double rare_light = 0.002;  ///< and so are brightnesses
-  double renewal = 0.02;      ///< of what is known of the floor, by each frame
-  double known_growth = 1.4;  ///< of what is known, for its shadow
-
-  void validate() const;  ///< throws InputError with every fault
-};
-
 /// After Ulrich and Nourbakhsh, "Appearance-based obstacle detection with monocular color vision" (AAAI
 /// 2000): a pixel is floor where both its colour and its brightness are frequent among pixels that are
 /// certainly floor, those close to the robot when the run begins. Here colours are chromaticities, which grey
@@ -44,7 +34,7 @@ struct FloorFinderOptions {
 class FloorFinder {
  public:
   /// Paths stand in order from one side to the other.
-  FloorFinder(std::vector<FloorPath> paths, const FloorFinderOptions& options = {});
+  explicit FloorFinder(std::vector<FloorPath> paths);
 
   /// The edges of a frame (8-bit BGR), one for each path; empty where nothing can be said: another format or
   /// size, or no path begins with floor. Valid until the next call; allocates nothing after the first.
@@ -64,15 +54,19 @@ class FloorFinder {
   void judge();
   void trace();
 
+  // Parts of the floor's pixels by their colour and by their brightness.
+  struct Shares {
+    std::array<float, chroma_bins * chroma_bins> chroma{};
+    std::array<float, light_bins> light{};
+  };
+
   std::vector<FloorPath> paths_;
-  FloorFinderOptions options_;
-  cv::Point low_{0, 0}, high_{0, 0};  // of all pixels
+  cv::Rect box_;  // of all their pixels
   std::vector<std::vector<Sample>> samples_;
   std::vector<std::vector<char>> floor_;
   std::vector<FloorEdge> edges_, nothing_;
   bool started_ = false;
-  std::array<float, chroma_bins * chroma_bins> chroma_{}, chroma_share_{};
-  std::array<float, light_bins> light_{}, light_share_{};
+  Shares counted_, smoothed_;
   std::array<std::uint8_t, 3 * 256> light_bin_{};
 };
 

@@ -54,7 +54,7 @@ int run_detect(const DetectOptions& options) {
   std::set<std::string> used_names;
   long balls_found = 0;
   search.each_sequence([&](FrameSequence& sequence) {
-    for (auto& [size, detector] : detectors) detector.fitter().forget_response();
+    for (auto& [size, detector] : detectors) detector.forget_response();
     while (const auto frame = search.next(sequence)) {
       const ImageSize size{frame->bgr.cols, frame->bgr.rows};
       const std::pair key(size.width_px, size.height_px);

@@ -38,7 +38,7 @@ class Stages {
   const std::vector<Region>& regions() const { return regions_.regions(); }
   std::vector<BoundaryPoint> boundary(int region) {
     std::vector<BoundaryPoint> points;
-    regions_.boundary(region, closed_, pixels_);
+    regions_.boundary(region, pixels_);
     for (const BoundaryPixel& pixel : pixels_)
       points.push_back({Eigen::Vector2f(pixel.u_px, pixel.v_px), {0, 0}});
     return points;

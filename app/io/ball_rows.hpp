@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "perception/outline/ball_observation.hpp"
+#include "perception/ball_observation.hpp"
 
 namespace ballservo {
 

@@ -8,7 +8,7 @@
 
 #include "calibration/camera/camera.hpp"
 #include "calibration/color/color_table.hpp"
-#include "perception/outline/ball_observation.hpp"
+#include "perception/ball_observation.hpp"
 
 namespace ballservo {
 

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-
-#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {
@@ -15,26 +12,15 @@ constexpr double min_sine = 0.05;
 // Cells of the histogram along the region's larger side: as fine as a circle of a tenth of it can be seen.
 constexpr double cells_a_size = 40;
 constexpr int least_reach = 16;  // points that an arc needs to show its curvature
+constexpr int stop_at = 16;      // votes in one cell that end the voting (paper: a threshold)
+// The most votes, by the number of boundary points (heavy occlusion needs many), and in all.
+constexpr int max_votes_per_point = 8, max_votes = 2000;
+// Votes after which a fullest cell on its way to less than half of stop_at is not waited for.
+constexpr int hopeless_after = 400;
+constexpr double min_radius_px = 2.5;
+constexpr double max_normal_error_rad = 0.5;  // between a point's normal, where it has one, and the circle's
 
 }  // namespace
-
-void CircleVoteOptions::check(FaultList& faults, const std::string& place) const {
-  const auto positive = [&](const char* name, int value, int most) {
-    if (value < 1 || value > most)
-      faults.add(place + '.' + name, std::to_string(value), "1 to " + std::to_string(most));
-  };
-  constexpr int most_counted = std::numeric_limits<std::uint16_t>::max();
-  positive("stop_at", stop_at, most_counted);
-  positive("max_votes_per_point", max_votes_per_point, most_counted);
-  positive("max_votes", max_votes, most_counted);
-  if (hopeless_after < 0) faults.add(place + ".hopeless_after", std::to_string(hopeless_after), "0 or more");
-  if (!(min_radius_px > 0))
-    faults.add(place + ".min_radius_px", number_text(min_radius_px), "a length above 0 (px)");
-  if (!(max_normal_error_rad > 0 && max_normal_error_rad < 1.6)) {
-    faults.add(place + ".max_normal_error_rad", number_text(max_normal_error_rad),
-               "an angle above 0 and up to a right one (rad)");
-  }
-}
 
 std::optional<Eigen::Vector2d> circumcenter(const Eigen::Vector2d& p1, const Eigen::Vector2d& p2,
                                             const Eigen::Vector2d& p3) {
@@ -52,8 +38,8 @@ std::optional<CircleEstimate> CircleVoter::estimate(const std::vector<BoundaryPo
   CircleEstimate result;
   const int count = static_cast<int>(points.size());
   result.points = count;
-  const int cap = std::min(options_.max_votes, std::max(300, options_.max_votes_per_point * count));
-  const double min_cosine = std::cos(options_.max_normal_error_rad);
+  const int cap = std::min(max_votes, std::max(300, max_votes_per_point * count));
+  const double min_cosine = std::cos(max_normal_error_rad);
   int octaves = 0;
   while ((least_reach << (octaves + 1)) < count) ++octaves;
   Eigen::Vector2d peak(0, 0);
@@ -72,7 +58,7 @@ std::optional<CircleEstimate> CircleVoter::estimate(const std::vector<BoundaryPo
     const Eigen::Vector2d cell =
         (*center - histogram_.origin_px) / histogram_.cell_px + Eigen::Vector2d(0.5, 0.5);
     if (!(cell.minCoeff() >= 0) || cell.x() >= histogram_.columns || cell.y() >= histogram_.rows) continue;
-    if ((*center - a.position_px.cast<double>()).norm() < options_.min_radius_px) continue;
+    if ((*center - a.position_px.cast<double>()).norm() < min_radius_px) continue;
     const int column = static_cast<int>(cell.x()), row = static_cast<int>(cell.y());
     std::uint16_t& votes =
         histogram_.counts[static_cast<std::size_t>(row) * static_cast<std::size_t>(histogram_.columns) +
@@ -81,10 +67,10 @@ std::optional<CircleEstimate> CircleVoter::estimate(const std::vector<BoundaryPo
     if (++votes > result.center_peak) {
       result.center_peak = votes;
       peak = histogram_.origin_px + histogram_.cell_px * Eigen::Vector2d(column, row);
-      result.stopped = votes >= options_.stop_at;
+      result.stopped = votes >= stop_at;
     }
-    const bool hopeless = result.votes > options_.hopeless_after &&
-                          2L * result.center_peak * cap < static_cast<long>(options_.stop_at) * result.votes;
+    const bool hopeless = result.votes > hopeless_after &&
+                          2L * result.center_peak * cap < static_cast<long>(stop_at) * result.votes;
     if (hopeless) break;
   }
   if (result.center_peak == 0) return std::nullopt;
@@ -160,7 +146,7 @@ bool CircleVoter::vote_radius(const std::vector<BoundaryPoint>& points, CircleEs
     ++near;
   }
   circle.radius_px = sum / near;
-  return circle.radius_px >= options_.min_radius_px;
+  return circle.radius_px >= min_radius_px;
 }
 
 }  // namespace ballservo

@@ -5,25 +5,11 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
 
 namespace ballservo {
-
-struct CircleVoteOptions {
-  int stop_at = 16;  ///< votes in one cell that end the voting (paper: a threshold on the incremented cell)
-  /// Cap on the votes, by the number of boundary points (heavy occlusion needs many), and in all.
-  int max_votes_per_point = 8, max_votes = 2000;
-  /// Votes after which a fullest cell on its way to less than half of stop_at is not waited for.
-  int hopeless_after = 400;
-  double min_radius_px = 2.5;
-  double max_normal_error_rad = 0.5;  ///< between a point's normal, where it has one, and the circle's
-
-  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
-};
 
 /// Where a region ends: a place (undistorted, px), and the unit normal outwards or (0, 0) where not known.
 struct BoundaryPoint {
@@ -63,8 +49,6 @@ struct VoteHistogram {
 /// Estimates circles; keeps its histogram between calls so that it allocates only while it grows.
 class CircleVoter {
  public:
-  explicit CircleVoter(const CircleVoteOptions& options = {}) : options_(options) {}
-
   /// The circle that most triples of the boundary points agree on; nothing for fewer than 8 points or where
   /// no triple makes a circle. Half of the triples are of points near each other in the list, which should
   /// therefore be in some order of space (as by rows): so an arc is found in a long outline. `engine` is the
@@ -72,9 +56,8 @@ class CircleVoter {
   std::optional<CircleEstimate> estimate(const std::vector<BoundaryPoint>& points, RandomEngine& engine);
 
   const VoteHistogram& histogram() const { return histogram_; }  ///< of the last call
-  const std::vector<std::uint16_t>& radius_histogram() const {
-    return radii_;
-  }  ///< 1 px cells, of the last call
+  /// 1 px cells, of the last call.
+  const std::vector<std::uint16_t>& radius_histogram() const { return radii_; }
 
  private:
   bool set_up_histogram(const std::vector<BoundaryPoint>& points);
@@ -83,7 +66,6 @@ class CircleVoter {
   Eigen::Vector2d mean_of_votes_near(const Eigen::Vector2d& peak) const;
   bool vote_radius(const std::vector<BoundaryPoint>& points, CircleEstimate& circle);
 
-  CircleVoteOptions options_;
   VoteHistogram histogram_;
   std::vector<std::uint16_t> radii_;
   std::vector<Eigen::Vector2f> votes_;  // the centres, to average those around the peak

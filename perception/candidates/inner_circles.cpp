@@ -6,19 +6,25 @@
 #include <cmath>
 
 #include "perception/outline/ball_position.hpp"
+#include "perception/outline/edge_points.hpp"
 
 namespace ballservo {
 namespace {
 
+// Of a smaller circle, edges before its own colour do not tell (see outline_support).
+constexpr double min_radius_px = 12;
+constexpr int least_edges = 6;      // inside the region, and on a circle
+constexpr int peaks = 8;            // of the votes, whose circles are compared
+constexpr int scouted = 6;          // of those, the best, held against the picture
 constexpr float cells_a_size = 80;  // along the region's larger side
 constexpr std::size_t max_boundary_points = 96;
-constexpr float few_px =
-    10;  // so much longer an outline is taken to be, that few points do not make a small circle
+// So much longer an outline is taken to be, that few points do not make a small circle.
+constexpr float few_px = 10;
 constexpr float min_cosine = 0.94f;  // between an edge's direction across and a circle's radius there
 }  // namespace
 
-InnerCircles::InnerCircles(const InnerCircleOptions& options) : options_(options) {
-  proposals_.reserve(static_cast<std::size_t>(options_.peaks) + 1);
+InnerCircles::InnerCircles() {
+  proposals_.reserve(peaks + 1);
   points_.reserve(512);
   found_.outline.points.reserve(most_outline_sectors);
 }
@@ -26,7 +32,7 @@ InnerCircles::InnerCircles(const InnerCircleOptions& options) : options_(options
 const InnerCircle* InnerCircles::find(const cv::Mat& bgr, const Camera& camera,
                                       const std::vector<BoundaryPoint>& boundary,
                                       const std::vector<InnerEdge>& edges) {
-  if (static_cast<int>(edges.size()) < options_.least_edges) return nullptr;
+  if (static_cast<int>(edges.size()) < least_edges) return nullptr;
   points_.clear();
   for (const InnerEdge& edge : edges) points_.push_back({edge.position_px, edge.across, true});
   // The boundary is known more densely than what lies inside, and must not outvote it.
@@ -35,7 +41,7 @@ const InnerCircle* InnerCircles::find(const cv::Mat& bgr, const Camera& camera,
     points_.push_back({boundary[i].position_px, boundary[i].normal, false});
   if (!vote()) return nullptr;
   propose();
-  int left = options_.scouted;
+  int left = scouted;
   for (Proposal& proposal : proposals_) {
     if (left-- == 0 || proposal.score <= 0) break;
     fit_circle(proposal);
@@ -64,7 +70,7 @@ bool InnerCircles::vote() {
   const Eigen::Vector2f extent = high - low;
   const float size = extent.maxCoeff();
   max_radius_px_ = 0.6f * size;
-  if (!(static_cast<double>(max_radius_px_) >= options_.min_radius_px)) return false;
+  if (!(static_cast<double>(max_radius_px_) >= min_radius_px)) return false;
   cell_px_ = std::max(2.0f, size / cells_a_size);
   // A cell of margin all around, for the peaks' neighbours.
   origin_px_ = low - Eigen::Vector2f::Constant(cell_px_);
@@ -80,7 +86,7 @@ bool InnerCircles::vote() {
 
 void InnerCircles::vote_along(const Eigen::Vector2f& from, const Eigen::Vector2f& direction) {
   if (direction.isZero()) return;
-  const auto first = static_cast<int>(options_.min_radius_px / static_cast<double>(cell_px_));
+  const auto first = static_cast<int>(min_radius_px / static_cast<double>(cell_px_));
   const auto last = static_cast<int>(max_radius_px_ / cell_px_);
   const Eigen::Vector2f start = (from - origin_px_) / cell_px_;
   for (int i = first; i <= last; ++i) {
@@ -122,9 +128,9 @@ void InnerCircles::propose() {
     for (int u = 1; u + 1 < columns_; ++u) {
       const std::uint16_t* const at = line + u;
       // As large as those before and larger than those behind: one of equal neighbours.
-      const bool is_peak = *at >= options_.least_edges && *at >= at[-1] && *at >= at[-row - 1] &&
-                           *at >= at[-row] && *at >= at[-row + 1] && *at > at[1] && *at > at[row - 1] &&
-                           *at > at[row] && *at > at[row + 1];
+      const bool is_peak = *at >= least_edges && *at >= at[-1] && *at >= at[-row - 1] && *at >= at[-row] &&
+                           *at >= at[-row + 1] && *at > at[1] && *at > at[row - 1] && *at > at[row] &&
+                           *at > at[row + 1];
       if (!is_peak) continue;
       Proposal proposal;
       proposal.center_px =
@@ -134,7 +140,7 @@ void InnerCircles::propose() {
           std::upper_bound(proposals_.begin(), proposals_.end(), proposal,
                            [](const Proposal& a, const Proposal& b) { return a.votes > b.votes; }),
           proposal);
-      if (static_cast<int>(proposals_.size()) > options_.peaks) proposals_.pop_back();
+      if (static_cast<int>(proposals_.size()) > peaks) proposals_.pop_back();
     }
   }
   for (Proposal& proposal : proposals_) vote_radius(proposal);
@@ -154,8 +160,7 @@ void InnerCircles::vote_radius(Proposal& proposal) {
     const int points = radii_[i - 1] + radii_[i] + radii_[i + 1];
     const float radius_px = (static_cast<float>(i) - 0.5f) * cell_px_;
     const float score = static_cast<float>(points) / (radius_px + few_px);
-    if (!(static_cast<double>(radius_px) >= options_.min_radius_px) || points < options_.least_edges ||
-        score <= proposal.score)
+    if (!(static_cast<double>(radius_px) >= min_radius_px) || points < least_edges || score <= proposal.score)
       continue;
     proposal.radius_px = radius_px;
     proposal.score = score;
@@ -188,9 +193,9 @@ bool InnerCircles::is_supported(const cv::Mat& bgr, const Camera& camera, const 
   const double focal_px = camera.focal_px();
   const auto cone = cone_near_circle(
       {proposal.center_px.cast<double>(), static_cast<double>(proposal.radius_px)}, focal_px);
-  if (!cone || !scout_outline(bgr, camera, *cone, options_.scout, found_.outline)) return false;
+  if (!cone || !scout_outline(bgr, camera, *cone, OutlineScoutOptions{}, found_.outline)) return false;
   const TangentCone& moved = found_.outline.cone;
-  if (!(moved.alpha_rad * focal_px >= options_.min_radius_px)) return false;
+  if (!(moved.alpha_rad * focal_px >= min_radius_px)) return false;
   CircleEstimate& circle = found_.circle;
   circle.center_px = focal_px / moved.axis.z() * moved.axis.head<2>();
   circle.radius_px = focal_px * std::tan(moved.alpha_rad);

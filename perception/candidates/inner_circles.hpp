@@ -13,15 +13,6 @@
 
 namespace ballservo {
 
-struct InnerCircleOptions {
-  /// Of a smaller circle, edges before its own colour do not tell (see outline_support).
-  double min_radius_px = 12;
-  int least_edges = 6;  ///< inside the region, and on a circle
-  int peaks = 8;        ///< of the votes, whose circles are compared
-  int scouted = 6;      ///< of those, the best, held against the picture
-  OutlineScoutOptions scout;
-};
-
 struct InnerCircle {
   CircleEstimate circle;  ///< undistorted px; its votes and points are those of the fullest cells
   ScoutedOutline outline;
@@ -30,7 +21,7 @@ struct InnerCircle {
 /// Keeps its buffers between calls.
 class InnerCircles {
  public:
-  explicit InnerCircles(const InnerCircleOptions& options = {});
+  InnerCircles();
 
   /// The circle in a region of the picture that has most votes for its length and an edge all along it; none
   /// where there is no such one. `boundary` are the region's boundary points, `edges` those inside it. Valid
@@ -59,7 +50,6 @@ class InnerCircles {
   void fit_circle(Proposal& proposal) const;
   bool is_supported(const cv::Mat& bgr, const Camera& camera, const Proposal& proposal);
 
-  InnerCircleOptions options_;
   Eigen::Vector2f origin_px_{0, 0};
   float cell_px_ = 1, max_radius_px_ = 0;
   int columns_ = 0, rows_ = 0;

@@ -12,6 +12,11 @@ int difference(const std::uint8_t* a, const std::uint8_t* b) {
   return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
 }
 
+constexpr int max_looks = 6000;         // pixels looked at; of a larger region every few lines alone
+constexpr std::size_t max_edges = 256;  // the strongest
+constexpr int min_step = 14;            // sum over the channels of the grey levels across an edge
+// An edge is so many times as strong as the median of all looks (texture, noise).
+constexpr double over_median = 3;
 constexpr int shade_px = 3;
 constexpr int clear_px = 2;  // inside the region's boundary, whose own edge is known
 
@@ -38,9 +43,7 @@ Eigen::Vector2f gradient(const cv::Mat& bgr, int u, int v) {
 
 }  // namespace
 
-InnerEdges::InnerEdges(const InnerEdgeOptions& options) : options_(options) {
-  peaks_.reserve(static_cast<std::size_t>(options_.max_looks));
-}
+InnerEdges::InnerEdges() { peaks_.reserve(max_looks); }
 
 void InnerEdges::find(const cv::Mat& bgr, const ColoredPixels& colored, const RayTable& rays,
                       const cv::Rect& box, int region_pixels, std::vector<InnerEdge>& edges) {
@@ -51,7 +54,7 @@ void InnerEdges::find(const cv::Mat& bgr, const ColoredPixels& colored, const Ra
   const cv::Rect inside = box & cv::Rect(known.x + clear_px, known.y + clear_px, known.width - 2 * clear_px,
                                          known.height - 2 * clear_px);
   if (inside.width < 3 || inside.height < 3) return;
-  const int stride = std::max(4, (2 * region_pixels + options_.max_looks - 1) / options_.max_looks);
+  const int stride = std::max(4, (2 * region_pixels + max_looks - 1) / max_looks);
   for (int v = inside.y + stride / 2; v < inside.br().y; v += stride)
     look_along(bgr, colored, {inside.x, v}, {1, 0}, inside.width);
   for (int u = inside.x + stride / 2; u < inside.br().x; u += stride)
@@ -87,7 +90,7 @@ void InnerEdges::look_along(const cv::Mat& bgr, const ColoredPixels& colored, cv
   // An edge is over after three pixels; shade goes on.
   for (int i = shade_px; i + shade_px < length; ++i) {
     const int* const step = &steps_[static_cast<std::size_t>(i)];
-    if (*step < options_.min_step || *step <= step[-1] || *step < step[1]) continue;
+    if (*step < min_step || *step <= step[-1] || *step < step[1]) continue;
     if (*step < step[-shade_px] + step[shade_px]) continue;
     const int u = first.x + i * along.x, v = first.y + i * along.y;
     if (peaks_.size() < peaks_.capacity() && is_inside(colored, u, v)) peaks_.push_back({u, v, *step});
@@ -97,20 +100,19 @@ void InnerEdges::look_along(const cv::Mat& bgr, const ColoredPixels& colored, cv
 void InnerEdges::keep_strong() {
   int looks = 0;
   for (const int count : histogram_) looks += count;
-  int middle = 0;
-  for (int below = histogram_[0]; 2 * below < looks;) below += histogram_[static_cast<std::size_t>(++middle)];
-  const int least = static_cast<int>(std::lround(options_.over_middle * middle));
+  int median = 0;
+  for (int below = histogram_[0]; 2 * below < looks;) below += histogram_[static_cast<std::size_t>(++median)];
+  const int least = static_cast<int>(std::lround(over_median * median));
   peaks_.erase(std::remove_if(peaks_.begin(), peaks_.end(), [&](const Peak& p) { return p.step < least; }),
                peaks_.end());
-  const auto most = static_cast<std::size_t>(options_.max_edges);
-  if (peaks_.size() <= most) return;
+  if (peaks_.size() <= max_edges) return;
   // Equals in raster order, so that the choice is the same everywhere.
   std::nth_element(
-      peaks_.begin(), peaks_.begin() + static_cast<std::ptrdiff_t>(most), peaks_.end(),
+      peaks_.begin(), peaks_.begin() + static_cast<std::ptrdiff_t>(max_edges), peaks_.end(),
       [](const Peak& a, const Peak& b) {
         return a.step != b.step ? a.step > b.step : a.v_px != b.v_px ? a.v_px < b.v_px : a.u_px < b.u_px;
       });
-  peaks_.resize(most);
+  peaks_.resize(max_edges);
 }
 
 }  // namespace ballservo

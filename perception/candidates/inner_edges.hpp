@@ -8,16 +8,9 @@
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "perception/judgement/outline_support.hpp"
+#include "perception/segmentation/bit_picture.hpp"
 
 namespace ballservo {
-
-struct InnerEdgeOptions {
-  int max_looks = 6000;    ///< pixels looked at; of a larger region every few lines alone
-  int max_edges = 256;     ///< the strongest
-  int min_step = 14;       ///< sum over the channels of the grey levels across an edge
-  double over_middle = 3;  ///< an edge is so many times as strong as the middle of all looks (texture, noise)
-};
 
 /// A place (undistorted, px) where the picture changes most across, and the unit direction across.
 struct InnerEdge {
@@ -28,7 +21,7 @@ struct InnerEdge {
 /// Finds them along rows and columns; keeps its buffers between calls.
 class InnerEdges {
  public:
-  explicit InnerEdges(const InnerEdgeOptions& options = {});
+  InnerEdges();
 
   /// The edges in a box (picture px) of the picture, between pixels that have the colour on all sides.
   /// `region_pixels`: how many of the box's may be looked at. In no order of space.
@@ -43,7 +36,6 @@ class InnerEdges {
                   int length);
   void keep_strong();
 
-  InnerEdgeOptions options_;
   std::vector<int> steps_;  // along a line
   std::array<int, 256> histogram_{};
   std::vector<Peak> peaks_;

@@ -16,6 +16,7 @@ constexpr int reach = 5, width = 2;
 constexpr int profile = 2 * (reach + width) + 1;
 constexpr int sectors = 40;
 constexpr int reweightings = 4;
+constexpr int min_step = 12;              // across the outline, grey levels summed over the channels
 constexpr double least_in_picture = 0.3;  // of the sectors
 
 struct Step {
@@ -101,7 +102,7 @@ struct SeenSteps {
   Eigen::Vector3d mean_and_wave(std::size_t i) const { return {1, direction[i].x(), direction[i].y()}; }
 };
 
-SeenSteps look_around(const cv::Mat& bgr, const Outline& outline, const Pass& pass, int min_step) {
+SeenSteps look_around(const cv::Mat& bgr, const Outline& outline, const Pass& pass) {
   SeenSteps steps;
   const double end_px = (reach + width) * pass.spacing_px;
   const Eigen::Vector2d narrow = outline.opening(-end_px), wide = outline.opening(end_px);
@@ -148,7 +149,7 @@ bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& 
   found.cone = start;
   const auto take = [&](const Pass& pass) {
     const Outline outline(camera, found.cone);
-    const SeenSteps steps = look_around(bgr, outline, pass, options.min_step);
+    const SeenSteps steps = look_around(bgr, outline, pass);
     const double least = options.min_support * steps.in_picture;
     if (steps.in_picture < least_in_picture * pass.looks || steps.count < least) return false;
     const Eigen::Vector3d move_px = common_move_px(steps, 0.3 * pass.spacing_px);

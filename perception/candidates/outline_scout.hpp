@@ -14,7 +14,6 @@
 namespace ballservo {
 
 struct OutlineScoutOptions {
-  int min_step = 12;         ///< sum over the channels of the grey levels across the outline
   double reach_px = 5;       ///< how far from the supposed outline the edge may lie, at most its radius
   double min_support = 0.6;  ///< of the sectors must have such a step on the outline
 };

@@ -2,59 +2,82 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <string>
 #include <vector>
 
+#include "calibration/base/fault.hpp"
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/detector_options.hpp"
 #include "perception/judgement/outline_support.hpp"
-#include "perception/outline/ball_fitter.hpp"
-#include "perception/outline/ball_observation.hpp"
+#include "perception/outline/camera_response.hpp"
+#include "perception/outline/fitted_ball.hpp"
+#include "perception/segmentation/bit_picture.hpp"
 
 namespace ballservo {
+
+/// Below this radius (px) nothing is a ball: some circle fits into a few pixels of anything.
+inline constexpr double min_ball_radius_px = 3;
+/// What suffices for a ball that nothing else speaks for.
+inline constexpr double min_ball_quality = 0.36;
+
+struct JudgeOptions {
+  /// Of a ball's rim so much may have its colour; but of a small one's only so much: some circle fits into a
+  /// few pixels of anything.
+  double max_leak = 0.55, max_small_leak = 0.1;
+  /// Of the shading of a ball more than half hidden so much must be a sphere's.
+  double min_shading_explained = 0.95;
+  /// On so much of an outline an edge must lie: where the class ends well inside it all around; where a ball
+  /// is expected.
+  double min_enclosing_edge = 0.5, min_expected_edge = 0.30;
+
+  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
+};
+
+/// One class in a picture.
+struct ClassView {
+  const cv::Mat& bgr;
+  const ColoredPixels& colored;
+  const CameraResponse& response;
+  double min_quality;  ///< that suffices for a ball here
+};
+
+struct Verdict {
+  OutlineSupport support;
+  double quality = 0;
+  const char* reason = nullptr;  ///< why it is no ball; null where it is one
+};
 
 /// Judges the candidates of one class in one picture. What it is made from must outlive it.
 class BallJudge {
  public:
-  /// `min_quality` is what suffices for a ball here.
-  BallJudge(const cv::Mat& bgr, const ColoredPixels& colored, const RayTable& rays, const BallFitter& fitter,
-            const DetectorOptions& options, double min_quality)
-      : bgr_(bgr),
-        colored_(colored),
-        rays_(rays),
-        fitter_(fitter),
-        options_(options),
-        min_quality_(min_quality) {}
+  BallJudge(const ClassView& view, const RayTable& rays, const JudgeOptions& options)
+      : view_(view), rays_(rays), options_(options) {}
 
-  /// What the boundary points say before any edge was measured, and a quick look at the picture where there
-  /// are none: as if every edge that may be there lay on the outline.
-  OutlineSupport early_support(const std::vector<BoundaryPoint>& boundary, const TangentCone& cone) const;
-  /// Why that is no ball, with room for what the edges may add; null where it may be one.
-  const char* early_rejection(const OutlineSupport& support) const;
+  /// By the boundary points, before any edge was measured, and a quick look at the picture where there are
+  /// none: as if every edge that may be there lay on the outline. With room for what the edges may add.
+  Verdict early(const std::vector<BoundaryPoint>& boundary, const TangentCone& cone) const;
 
-  /// Why the ball that `fitter` has just fitted is none; null where outline and colour together show one.
-  /// Sets its support and quality.
-  const char* rejection(const std::vector<BoundaryPoint>& boundary, BallObservation& ball) const;
+  /// By the edges that were measured; the paper's fit measures none, there the boundary points stand in.
+  Verdict of(const OutlineFit& fit, const std::vector<BoundaryPoint>& boundary) const;
 
-  // Of the ball last fitted and rejected:
+  // Of a ball that was rejected:
   /// Is the region enclosed by its outline, well inside it all around? So it is in dim light or much
   /// compressed pictures, where the colour says little of the rim; but the edge runs around all of it.
-  bool encloses(const std::vector<BoundaryPoint>& region, const BallObservation& ball) const;
+  bool encloses(const std::vector<BoundaryPoint>& region, const OutlineFit& fit,
+                const OutlineSupport& support) const;
   /// Does it suffice where a ball is expected?
-  bool suffices_where_expected(const BallObservation& ball) const;
-  /// On how much of the outline that runs in the picture an edge lies.
-  double share_on_outline(const BallObservation& ball) const;
+  bool suffices_where_expected(const OutlineFit& fit, const OutlineSupport& support) const;
 
  private:
-  const char* rejection_by_support(const BallObservation& ball) const;
-  bool shows_a_sphere(const BallObservation& ball) const;
+  const char* rejection(const OutlineFit& fit, const Verdict& verdict) const;
+  bool shows_a_sphere(const OutlineFit& fit, const OutlineSupport& support) const;
 
-  const cv::Mat& bgr_;
-  const ColoredPixels& colored_;
+  const ClassView& view_;
   const RayTable& rays_;
-  const BallFitter& fitter_;
-  const DetectorOptions& options_;
-  double min_quality_;
+  const JudgeOptions& options_;
 };
+
+/// On how much of the outline that runs in the picture an edge lies.
+double share_on_outline(const OutlineFit& fit);
 
 }  // namespace ballservo

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
 namespace {
@@ -33,12 +34,31 @@ SectorColor sector_color(const Share& inside, const Share& outside) {
   return outside.fraction(0) > 0.5 ? SectorColor::leaking : SectorColor::bounded;
 }
 
+constexpr int least_step = 12;  // grey levels, summed over the channels: above the noise of most pictures
+constexpr int most_reach = 5;   // px, to either side of the outline
+
+// Whether two pixels before and two behind some place along the line differ by a step.
+bool has_step(const cv::Mat& bgr, const Eigen::Vector2d& from, const Eigen::Vector2d& to, int places) {
+  std::array<cv::Vec3i, 2 * most_reach + 4> colors;
+  for (int i = 0; i < places + 3; ++i) {
+    const Eigen::Vector2d at = from + (to - from) * (static_cast<double>(i) / (places + 2));
+    if (!(at.minCoeff() >= 0 && at.x() <= bgr.cols - 1 && at.y() <= bgr.rows - 1)) return false;
+    colors[static_cast<std::size_t>(i)] =
+        bgr.at<cv::Vec3b>(static_cast<int>(at.y() + 0.5), static_cast<int>(at.x() + 0.5));
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(places); ++i) {
+    const cv::Vec3i twice = colors[i] + colors[i + 1] - colors[i + 2] - colors[i + 3];
+    if (std::abs(twice[0]) + std::abs(twice[1]) + std::abs(twice[2]) >= 2 * least_step) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 double OutlineSupport::quality() const {
   // An edge that mostly leaves the outline, or leaves it as a straight line, is another thing's.
   const double round = std::min(1.0, 1.3 * shape.match * (1 - shape.straight));
-  // So is one that is met in short stretches only, as where a circle crosses a box's sides.
+  // So is one that is met in short arcs only, as where a circle crosses a box's sides.
   const double connected = arc_in_runs > 0 ? 1 : 0.6;
   return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak) * (1 - leak) * round *
          connected;
@@ -72,16 +92,21 @@ double OutlineSectors::fraction_in_arcs() const {
   return static_cast<double>(in_arcs) / count;
 }
 
-EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit) {
-  EdgeOffsets offsets;
-  offsets.count = std::min(edges.stretches, most_outline_sectors);
-  offsets.values.fill(std::numeric_limits<float>::quiet_NaN());
-  for (const EdgePoint& edge : edges.points) {
-    const int sector = static_cast<int>(edge.angle_rad / (2 * M_PI) * offsets.count);
-    offsets[std::clamp(sector, 0, offsets.count - 1)] =
-        static_cast<float>(angle_outside(fit, edge.ray) * edge.px_per_rad);
+OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
+                                double focal_px) {
+  const double radius_px = cone.alpha_rad * focal_px;
+  const double tolerance_rad = (0.5 + outline_tolerance_px(radius_px)) / focal_px;
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
+  OutlineSectors sectors;
+  sectors.count = static_cast<int>(std::clamp(6.28 * radius_px, 8.0, 48.0));
+  for (const BoundaryPoint& p : points) {
+    const Eigen::Vector3d ray = ray_of(p, focal_px);
+    if (std::abs(angle_outside(cone, ray)) > tolerance_rad) continue;
+    const Eigen::Vector2d across = basis.transpose() * ray;
+    const double angle = std::atan2(across.y(), across.x());
+    sectors.see(angle < 0 ? angle + 6.283185307179586 : angle);
   }
-  return offsets;
+  return sectors;
 }
 
 OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px) {
@@ -90,6 +115,31 @@ OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px) {
   for (int i = 0; i < offsets.count; ++i)
     sectors.seen[static_cast<std::size_t>(i)] = std::abs(static_cast<double>(offsets[i])) <= tolerance_px;
   return sectors;
+}
+
+void see_steps_in_own_color(const cv::Mat& bgr, const ColoredPixels& colored, const Camera& camera,
+                            const TangentCone& cone, OutlineSectors& sectors) {
+  const auto middle = camera.project(cone.axis);
+  if (!middle) return;
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
+  for (int i = 0; i < sectors.count; ++i) {
+    bool& seen = sectors.seen[static_cast<std::size_t>(i)];
+    if (seen) continue;
+    const double angle = 2 * M_PI * (i + 0.5) / sectors.count;
+    const Eigen::Vector3d outward = basis * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const auto edge =
+        camera.project(cone.axis * std::cos(cone.alpha_rad) + outward * std::sin(cone.alpha_rad));
+    if (!edge) continue;
+    const double radius_px = (*edge - *middle).norm();
+    if (!(radius_px > 0) || !(edge->cwiseAbs().maxCoeff() < 1e6)) continue;
+    const Eigen::Vector2d out = (*edge - *middle) / radius_px;
+    const int reach = std::min(most_reach, 2 + static_cast<int>(0.1 * radius_px));
+    const Eigen::Vector2d beyond = *edge + (reach + 1) * out;
+    const int u = static_cast<int>(std::lround(beyond.x())), v = static_cast<int>(std::lround(beyond.y()));
+    if (!colored.knows(u, v) || !colored.at(u, v)) continue;
+    // From 1.5 px further in than the first place to 1.5 px further out than the last.
+    seen = has_step(bgr, *edge - (reach + 1.5) * out, *edge + (reach + 1.5) * out, 2 * reach + 1);
+  }
 }
 
 OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& offsets, double blur_px,

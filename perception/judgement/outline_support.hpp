@@ -3,12 +3,12 @@
 
 #include <array>
 #include <opencv2/core.hpp>
+#include <vector>
 
-#include "calibration/camera/ray_table.hpp"
-#include "calibration/camera/sphere_outline.hpp"
-#include "calibration/color/color_table.hpp"
-#include "perception/outline/edge_points.hpp"
-#include "perception/outline/outline_shape.hpp"
+#include "calibration/camera/camera.hpp"
+#include "calibration/circles/circle_vote.hpp"
+#include "perception/judgement/outline_shape.hpp"
+#include "perception/outline/boundary_cone.hpp"
 #include "perception/segmentation/bit_picture.hpp"
 
 namespace ballservo {
@@ -34,29 +34,22 @@ struct OutlineSectors {
 
   void see(double angle_rad);  ///< 0 to 2 pi
   double fraction() const;
-  /// The fraction in stretches of at least a sixth of the turn, in which single sectors may be missing: a
+  /// The fraction in arcs of at least a sixth of the turn, in which single sectors may be missing: a
   /// polygon touches its inscribed circle in many short ones.
   double fraction_in_arcs() const;
 };
 
-/// How far outside the fitted outline the edges lie; as many sectors as there are stretches.
-EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit);
+/// The sectors on which a boundary point lies: 48, or as many as the outline has pixels.
+OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
+                                double focal_px);
 
 /// The sectors in which an edge lies within `tolerance_px` of the fitted outline.
 OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px);
 
-/// The pixels that have a ball's colour, in a window of the picture: of its class, or absorbed by a region of
-/// it.
-struct ColoredPixels {
-  ClassIndex color_class;
-  const BitPicture& pixels;
-  cv::Point window;  ///< top-left pixel
-
-  bool knows(int u_px, int v_px) const {
-    return cv::Rect(window, pixels.size()).contains(cv::Point(u_px, v_px));
-  }
-  bool at(int u_px, int v_px) const { return pixels.at(u_px - window.x, v_px - window.y); }
-};
+/// Sees in `sectors` those with the ball's colour outside the cone's outline where the picture's colours step
+/// near it, by whole pixels and no model of the edge.
+void see_steps_in_own_color(const cv::Mat& bgr, const ColoredPixels& colored, const Camera& camera,
+                            const TangentCone& cone, OutlineSectors& sectors);
 
 /// How the sectors with an edge and the colour inside and around the cone speak for a ball. The edges'
 /// offsets are of the same sectors, or of none where no edge was measured.

@@ -1,18 +1,13 @@
-// Stages 5 and 6: from a voted circle to a ball in space, by the edges around it.
+// Stages 5 and 6: from a supposed outline to a ball in space, by the edges around it.
 #pragma once
 
 #include <memory>
 #include <opencv2/core.hpp>
-#include <optional>
-#include <vector>
 
 #include "calibration/camera/ray_table.hpp"
-#include "perception/detector_options.hpp"
-#include "perception/outline/ball_observation.hpp"
-#include "perception/outline/boundary_cone.hpp"
 #include "perception/outline/camera_response.hpp"
 #include "perception/outline/edge_points.hpp"
-#include "perception/outline/paper_refinement.hpp"
+#include "perception/outline/fitted_ball.hpp"
 
 namespace ballservo {
 
@@ -22,65 +17,36 @@ namespace ballservo {
 /// data/comparisons/paper.yaml`, certificate.csv).
 inline constexpr double enough_next_step_px = 0.05;
 
-/// What the last refinement of a candidate started from and used: the material of one-step against converged
-/// fits.
-struct RefinementInput {
-  std::vector<RingPixel> ring;   ///< fit paper: the pixels and weights of the step
-  TangentCone start;             ///< fit sphere: where the last step started
-  std::vector<EdgePoint> edges;  ///< fit sphere: the points and weights of the last step
-  int passes = 0;                ///< fit sphere: how often the edges were measured, each time for one step
-};
-
-/// Fits balls in the pictures of one camera, whose response it learns; keeps its buffers between calls.
+/// Fits balls in the pictures of one camera. Each fit says all in `fit`, which means nothing where it is
+/// false: no edge of a ball is there.
 class BallFitter {
  public:
-  BallFitter(std::shared_ptr<const RayTable> rays, const DetectorOptions& options);
+  /// `oval_fraction`: see one_gauss_newton_step.
+  explicit BallFitter(std::shared_ptr<const RayTable> rays, double oval_fraction = 0)
+      : rays_(std::move(rays)), oval_fraction_(oval_fraction) {}
 
-  /// Refines one voted circle, whose cone_near_circle is `voted`, with the boundary points it was voted from;
-  /// nothing where there is no ball's
-  /// edge. What of an observation tells whether it is a ball is left open. `input` receives what was used.
-  std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class,
-                                        const CircleEstimate& vote, const TangentCone& voted,
-                                        const std::vector<BoundaryPoint>& boundary, BallFit fit,
-                                        RefinementInput* input = nullptr);
+  /// The exact cone, by the edges around `start`, which is known to a pixel or so.
+  bool fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& start,
+                  const BallRadius& radius, OutlineFit& fit);
 
-  /// Refines a sphere's cone that is known to a pixel or so, by the edges around it alone.
-  std::optional<BallObservation> refine(const cv::Mat& bgr, ClassIndex color_class, const TangentCone& start,
-                                        RefinementInput* input = nullptr);
+  /// The paper's: one step of the circle on the pixels around it, and the paper's formula.
+  bool fit_circle(const cv::Mat& bgr, const UndistortedCircle& start, const BallRadius& radius,
+                  OutlineFit& fit) const;
 
-  /// Of the last ball that `refine` fitted as a sphere.
-  const OutlineEdges& edges() const { return edges_; }
-  const EdgeOffsets& offsets() const { return offsets_; }
-
-  /// The radius that the user stated for a class; 0 where it is not known.
-  BallRadius radius_of(ClassIndex color_class) const;
-
-  /// How the camera's grey levels follow the light, as stated or as believed by now.
-  const CameraResponse& response() const;
-  /// Looks at the edges of balls that were found. Is another response believed now?
-  bool learn_response(const cv::Mat& bgr, const std::vector<BallObservation>& balls);
-  /// The next picture may be another camera's.
-  void forget_response() { belief_ = {}; }
+  /// What the edges of a ball say of the camera: ln of the likelihoods' ratio of sRGB and linear response.
+  /// `response` is the one under which they are measured.
+  double srgb_evidence(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& cone);
 
  private:
-  std::optional<BallObservation> refine_sphere(const cv::Mat& bgr, ClassIndex color_class, TangentCone cone,
-                                               RefinementInput* input);
-  std::optional<BallObservation> refine_paper(const cv::Mat& bgr, ClassIndex color_class,
-                                              const UndistortedCircle& circle, RefinementInput* input);
-  std::optional<BallObservation> finished(std::optional<BallObservation> ball, ClassIndex color_class,
-                                          const UndistortedCircle& start) const;
-  void measure(const cv::Mat& bgr, const TangentCone& cone);
-  std::optional<BallPosition> position(ClassIndex color_class, const ConeFit& fit) const;
+  void measure(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& cone,
+               OutlineEdges& edges);
+  bool finish(const UndistortedCircle& start, OutlineFit& fit) const;
 
   std::shared_ptr<const RayTable> rays_;
-  DetectorOptions options_;
-  ResponseBelief belief_;
-  BoundaryCone boundary_cone_;
+  double oval_fraction_;
   EdgeMeter edge_meter_;
-  OutlineEdges edges_;
-  EdgeOffsets offsets_;
   RobustWeights robust_weights_;
-  std::vector<RingPixel> ring_;
+  OutlineEdges evident_edges_;
 };
 
 }  // namespace ballservo

@@ -23,23 +23,6 @@ Eigen::Vector3d ray_of(const BoundaryPoint& point, double focal_px) {
 
 double outline_tolerance_px(double radius_px) { return 0.5 + 0.025 * radius_px; }
 
-OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
-                                double focal_px) {
-  const double radius_px = cone.alpha_rad * focal_px;
-  const double tolerance_rad = (0.5 + outline_tolerance_px(radius_px)) / focal_px;
-  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
-  OutlineSectors sectors;
-  sectors.count = static_cast<int>(std::clamp(6.28 * radius_px, 8.0, 48.0));
-  for (const BoundaryPoint& p : points) {
-    const Eigen::Vector3d ray = ray_of(p, focal_px);
-    if (std::abs(angle_outside(cone, ray)) > tolerance_rad) continue;
-    const Eigen::Vector2d across = basis.transpose() * ray;
-    const double angle = std::atan2(across.y(), across.x());
-    sectors.see(angle < 0 ? angle + 6.283185307179586 : angle);
-  }
-  return sectors;
-}
-
 TangentCone BoundaryCone::rough(const TangentCone& voted, const std::vector<BoundaryPoint>& points,
                                 double focal_px) {
   TangentCone cone = voted;
@@ -61,10 +44,10 @@ TangentCone BoundaryCone::rough(const TangentCone& voted, const std::vector<Boun
   return cone;
 }
 
-std::optional<TangentCone> BoundaryCone::robust(const TangentCone& voted,
+std::optional<TangentCone> BoundaryCone::robust(const TangentCone& start,
                                                 const std::vector<BoundaryPoint>& points, double focal_px,
                                                 double oval_fraction) {
-  TangentCone cone = rough(voted, points, focal_px);
+  TangentCone cone = start;
   for (int i = 0; i < 2; ++i) {
     const double band_rad = 0.15 * cone.alpha_rad + 1 / focal_px;
     edges_.clear();

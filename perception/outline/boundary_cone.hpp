@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/judgement/outline_support.hpp"
 #include "perception/outline/cone_fit.hpp"
 
 namespace ballservo {
@@ -17,10 +16,6 @@ Eigen::Vector3d ray_of(const BoundaryPoint& point, double focal_px);
 /// How far (px) an edge or a boundary pixel may lie from a ball's outline and still speak for it.
 double outline_tolerance_px(double radius_px);
 
-/// The sectors of the cone's outline on which a boundary point lies: 48, or as many as it has pixels.
-OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const TangentCone& cone,
-                                double focal_px);
-
 /// Cones through boundary points; keeps its buffers between calls.
 class BoundaryCone {
  public:
@@ -29,8 +24,8 @@ class BoundaryCone {
   TangentCone rough(const TangentCone& voted, const std::vector<BoundaryPoint>& points, double focal_px);
 
   /// The votes look for a circle; a ball off the axis is none, and they may settle on a part of it. The cone
-  /// through the points near the voted circle is the whole ball's. Nothing for a degenerate set.
-  std::optional<TangentCone> robust(const TangentCone& voted, const std::vector<BoundaryPoint>& points,
+  /// through the points near the rough one is the whole ball's. Nothing for a degenerate set.
+  std::optional<TangentCone> robust(const TangentCone& rough, const std::vector<BoundaryPoint>& points,
                                     double focal_px, double oval_fraction);
 
  private:

@@ -99,9 +99,9 @@ TangentCone moved(const TangentCone& cone, const Eigen::Vector3d& step_rad) {
           cone.alpha_rad + step_rad.z()};
 }
 
-// Neighbouring stretches err alike where texture, a shadow or the light's edge runs along the outline: as if
-// there were fewer of them. The sum of a first-order autoregressive process has (1 + rho) / (1 - rho) times
-// the variance of independent terms; rho is the residuals' own correlation with their neighbours.
+// Neighbouring arc segments err alike where texture, a shadow or the light's edge runs along the outline: as
+// if there were fewer of them. The sum of a first-order autoregressive process has (1 + rho) / (1 - rho)
+// times the variance of independent terms; rho is the residuals' own correlation with their neighbours.
 double correlation_factor(const ConeFit& fit, const std::vector<EdgePoint>& edges) {
   constexpr double largest = 0.8;
   double least_gap_rad = 10;

@@ -25,7 +25,7 @@ struct BlurredBasis {
 /// By table, to 1e-5 (tested against quadrature).
 BlurredBasis blurred_basis(double x);
 
-/// The pixels near one stretch of the outline.
+/// The pixels near one arc segment of the outline.
 struct EdgeSamples {
   static constexpr int most = 192;
   std::array<float, most> distance_px{};  ///< outside the assumed outline, negative inside

@@ -4,24 +4,33 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
-#include "calibration/base/numbers.hpp"
 #include "calibration/base/statistics.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "perception/outline/outline_shape.hpp"
 
 namespace ballservo {
 namespace {
 
-// A stretch's place is never believed better than this: what the profile model leaves out (texture, shadows).
+// An arc segment's place is never believed better than this: what the profile model leaves out (texture,
+// shadows).
 constexpr double sigma_floor_px = 0.01;
-constexpr double least_half_width_px = 2.5;  // of the ring, around small balls
+// Of the ring, to each side of the assumed outline; the former around small balls.
+constexpr double least_half_width_px = 2.5, most_half_width_px = 5;
+// Of the outline that makes one edge point. A large ball has arc segments of the latter length with gaps
+// between them: more pixels would tell little more.
+constexpr double segment_length_px = 6, max_segment_length_px = 9;
+constexpr int min_segments = 16, max_segments = 48;
+// Grey levels between inside and outside. In the dark less will do: a part of the brighter side's level.
+constexpr double bright_contrast = 10, contrast_share = 0.13;
+// How far from the assumed outline an edge may lie: px, or, of a large ball, a part of its radius.
+constexpr double max_offset_px = 3, max_offset_radii = 0.07;
 // What is surely inside or outside for the colours to be compared: clear of the blur.
 constexpr float clear_px = 1.5f;
 // Between levels that near to each other no edge can be placed, however dark it is.
 constexpr double least_contrast = 4;
-// Of the camera's response a texture may seem to say much: one stretch counts no more than this.
-constexpr double most_of_a_stretch = 4, clearly_the_balls = 0.5;
+// Of the camera's response a texture may seem to say much: one segment counts no more than this.
+constexpr double most_of_a_segment = 4, clearly_the_balls = 0.5;
 
 int to_pixel(double position, int last) {
   return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(last)));
@@ -94,28 +103,16 @@ class OutlineDistance {
 
 }  // namespace
 
-void EdgeRingOptions::check(FaultList& faults, const std::string& place) const {
-  const auto more_than = [&](const char* name, double value, double least, const char* allowed) {
-    if (!(value > least) || !std::isfinite(value))
-      faults.add(place + '.' + name, number_text(value), allowed);
-  };
-  if (!(half_width_px >= least_half_width_px) || !std::isfinite(half_width_px)) {
-    faults.add(place + ".half_width_px", number_text(half_width_px),
-               "at least " + number_text(least_half_width_px) + " (px)");
+EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit) {
+  EdgeOffsets offsets;
+  offsets.count = std::min(edges.segments, most_outline_sectors);
+  offsets.values.fill(std::numeric_limits<float>::quiet_NaN());
+  for (const EdgePoint& edge : edges.points) {
+    const int sector = static_cast<int>(edge.angle_rad / (2 * M_PI) * offsets.count);
+    offsets[std::clamp(sector, 0, offsets.count - 1)] =
+        static_cast<float>(angle_outside(fit, edge.ray) * edge.px_per_rad);
   }
-  more_than("stretch_length_px", stretch_length_px, 0, "a length above 0 (px)");
-  more_than("max_stretch_length_px", max_stretch_length_px, 0, "a length above 0 (px)");
-  more_than("max_offset_px", max_offset_px, 0, "a length above 0 (px)");
-  if (!(min_contrast >= 0)) faults.add(place + ".min_contrast", number_text(min_contrast), "0 or more");
-  if (!(min_contrast_share >= 0))
-    faults.add(place + ".min_contrast_share", number_text(min_contrast_share), "0 or more");
-  if (!(max_offset_radii >= 0))
-    faults.add(place + ".max_offset_radii", number_text(max_offset_radii), "0 or more");
-  if (min_stretches < 3) faults.add(place + ".min_stretches", std::to_string(min_stretches), "at least 3");
-  if (max_stretches < min_stretches || max_stretches > most_outline_sectors) {
-    faults.add(place + ".max_stretches", std::to_string(max_stretches),
-               "from min_stretches to " + std::to_string(most_outline_sectors));
-  }
+  return offsets;
 }
 
 EdgeMeter::Station EdgeMeter::station_at(const Camera& camera, const TangentCone& cone,
@@ -142,12 +139,12 @@ EdgeMeter::Station EdgeMeter::station_at(const Camera& camera, const TangentCone
 
 // The pixels of the ring near one station, with their distances from the outline.
 void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
-                       std::size_t stretch) {
+                       std::size_t segment) {
   pixels_.clear();
   const double half_turn_rad = ring_.half_turn_rad, half_width_px = ring_.half_width_px;
   const std::size_t count = stations_.size();
-  const Station& station = stations_[stretch];
-  const Station &before = stations_[(stretch + count - 1) % count], &after = stations_[(stretch + 1) % count];
+  const Station& station = stations_[segment];
+  const Station &before = stations_[(segment + count - 1) % count], &after = stations_[(segment + 1) % count];
   if (!station.visible || !before.visible || !after.visible) return;
   const Eigen::Vector3d along = outline.axis.cross(station.outward);
   const double sine = std::sin(outline.alpha_rad), step_rad = 2 * M_PI / static_cast<double>(count);
@@ -157,7 +154,7 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
   const OutlineDistance distances(outline, station.outward, along, station.px_per_rad,
                                   (station.px_per_rad - before.px_per_rad) / step_rad,
                                   (after.px_per_rad - station.px_per_rad) / step_rad);
-  // The box of the stretch: half_width across the outline, and along it half its length.
+  // The box of the segment: half_width across the outline, and along it half its length.
   const double half_length_px = half_turn_rad * sine * station.px_per_rad;
   const Eigen::Vector2d& c = station.pixel_px;
   const Eigen::Vector2d reach = half_width_px * station.normal.cwiseAbs() +
@@ -188,7 +185,7 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
       const int pixels = std::min(4, right - u + 1);
       for (int i = 0; i < pixels; ++i, ++u) {
         const float radial = four.radial[i], tangential = four.tangential[i];
-        // On a border between two stretches a pixel belongs to the earlier one.
+        // On a border between two segments a pixel belongs to the earlier one.
         if (radial > 0 && tangential <= widest * radial && tangential > -widest * radial &&
             std::abs(four.distance_px[i]) <= half_width)
           pixels_.push_back({four.distance_px[i], row[u]});
@@ -226,9 +223,10 @@ double EdgeMeter::coarse_offset(double reach_px) const {
 }
 
 // The gathered pixels' intensities: along the line in colour space from what is outside to what is inside,
-// in units of the light that has the grey levels' scale in this stretch, so that noise and contrast stay
-// those of grey levels. False where inside and outside do not differ.
-bool EdgeMeter::take_samples(const CameraResponse& response) {
+// in units of the light that has the grey levels' scale in this segment, so that noise and contrast stay
+// those of grey levels. Returns the least contrast that an edge must have; nothing where inside and outside
+// do not differ so much.
+std::optional<double> EdgeMeter::take_samples(const CameraResponse& response) {
   Eigen::Vector3f inside(0, 0, 0), outside(0, 0, 0), slope_inside(0, 0, 0), slope_outside(0, 0, 0);
   int inside_count = 0, outside_count = 0, inside_level = 0, outside_level = 0;
   for (const RingColor& pixel : pixels_) {
@@ -242,7 +240,7 @@ bool EdgeMeter::take_samples(const CameraResponse& response) {
       outside += of(response.light), slope_outside += of(response.slope), outside_level += level,
           ++outside_count;
   }
-  if (inside_count < 3 || outside_count < 3) return false;
+  if (inside_count < 3 || outside_count < 3) return std::nullopt;
   slope_inside /= static_cast<float>(inside_count);
   slope_outside /= static_cast<float>(outside_count);
   const Eigen::Vector3f scale = (0.5f * (slope_inside + slope_outside)).cwiseInverse();
@@ -251,9 +249,8 @@ bool EdgeMeter::take_samples(const CameraResponse& response) {
           .cwiseProduct(scale);
   const float contrast = difference.norm();
   const int level = std::max(inside_level / inside_count, outside_level / outside_count);
-  min_contrast_ =
-      std::min(options_.min_contrast, std::max(least_contrast, options_.min_contrast_share * level));
-  if (!(static_cast<double>(contrast) >= min_contrast_)) return false;
+  const double min_contrast = std::min(bright_contrast, std::max(least_contrast, contrast_share * level));
+  if (!(static_cast<double>(contrast) >= min_contrast)) return std::nullopt;
   const Eigen::Vector3f direction = (difference / contrast).cwiseProduct(scale);
   samples_.count = 0;
   for (const RingColor& pixel : pixels_) {
@@ -265,19 +262,20 @@ bool EdgeMeter::take_samples(const CameraResponse& response) {
         direction.cwiseProduct(slope_outside + mixed * (slope_inside - slope_outside));
     samples_.add(pixel.distance_px, direction.dot(light), 1 / noise.norm());
   }
-  return true;
+  return min_contrast;
 }
 
-std::optional<EdgeProfileFit> EdgeMeter::fit_stretch(const CameraResponse& response) {
-  if (!take_samples(response)) return std::nullopt;
+std::optional<EdgeProfileFit> EdgeMeter::fit_segment(const CameraResponse& response) {
+  const auto min_contrast = take_samples(response);
+  if (!min_contrast) return std::nullopt;
   EdgeProfileOptions profile;
-  profile.min_contrast = min_contrast_;
-  profile.max_offset_px = std::max(options_.max_offset_px, options_.max_offset_radii * ring_.radius_px);
-  const double reach_px = std::min(options_.max_offset_px, ring_.half_width_px - 2);
+  profile.min_contrast = *min_contrast;
+  profile.max_offset_px = std::max(max_offset_px, max_offset_radii * ring_.radius_px);
+  const double reach_px = std::min(max_offset_px, ring_.half_width_px - 2);
   return fit_edge_profile(samples_, coarse_offset(reach_px), ring_.prior, profile);
 }
 
-// The ring around the outline, cut into stretches by the outline's length; false where no stretch is in the
+// The ring around the outline, cut into segments by the outline's length; false where no segment is in the
 // picture.
 bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCone& outline) {
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(outline.axis);
@@ -285,23 +283,23 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
   const Station first = station_at(camera, outline, basis, 0);
   if (!first.visible) return false;
   ring_.radius_px = std::sin(outline.alpha_rad) * first.px_per_rad;
-  ring_.stretches = std::clamp(static_cast<int>(2 * M_PI * ring_.radius_px / options_.stretch_length_px),
-                               options_.min_stretches, options_.max_stretches);
+  ring_.segments = std::clamp(static_cast<int>(2 * M_PI * ring_.radius_px / segment_length_px), min_segments,
+                              max_segments);
   stations_.clear();
-  for (int i = 0; i < ring_.stretches; ++i) {
-    stations_.push_back(station_at(camera, outline, basis, 2 * M_PI * (i + 0.5) / ring_.stretches));
+  for (int i = 0; i < ring_.segments; ++i) {
+    stations_.push_back(station_at(camera, outline, basis, 2 * M_PI * (i + 0.5) / ring_.segments));
     const Eigen::Vector2d& p = stations_.back().pixel_px;
     if (stations_.back().visible && p.minCoeff() >= 1 && p.x() <= size.width - 2 && p.y() <= size.height - 2)
-      ++ring_.stretches_in_picture;
+      ++ring_.segments_in_picture;
   }
   // The ring must leave a core for the level inside, also of a small ball.
-  ring_.half_width_px = std::clamp(0.6 * ring_.radius_px, least_half_width_px, options_.half_width_px);
-  // A small ball's stretches overlap, for each needs pixels enough; what they share counts once.
-  const double least_length_px = options_.stretch_length_px * std::max(1.0, 6 / ring_.radius_px);
-  ring_.half_turn_rad = std::min(std::max(M_PI / ring_.stretches, 0.5 * least_length_px / ring_.radius_px),
-                                 0.5 * options_.max_stretch_length_px / ring_.radius_px);
+  ring_.half_width_px = std::clamp(0.6 * ring_.radius_px, least_half_width_px, most_half_width_px);
+  // A small ball's segments overlap, for each needs pixels enough; what they share counts once.
+  const double least_length_px = segment_length_px * std::max(1.0, 6 / ring_.radius_px);
+  ring_.half_turn_rad = std::min(std::max(M_PI / ring_.segments, 0.5 * least_length_px / ring_.radius_px),
+                                 0.5 * max_segment_length_px / ring_.radius_px);
   ring_.prior.radius_px = ring_.radius_px;
-  return ring_.stretches_in_picture > 0;
+  return ring_.segments_in_picture > 0;
 }
 
 double EdgeMeter::evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
@@ -311,14 +309,14 @@ double EdgeMeter::evidence(const cv::Mat& bgr, const RayTable& rays, const Tange
   double sum = 0;
   for (const EdgePoint& point : points) {
     if (point.weight < clearly_the_balls) continue;
-    gather(bgr, rays, outline, static_cast<std::size_t>(point.angle_rad / (2 * M_PI) * ring_.stretches));
-    const auto by_a = fit_stretch(a), by_b = fit_stretch(b);
+    gather(bgr, rays, outline, static_cast<std::size_t>(point.angle_rad / (2 * M_PI) * ring_.segments));
+    const auto by_a = fit_segment(a), by_b = fit_segment(b);
     if (!by_a || !by_b) continue;
     const auto values = 3 * static_cast<double>(pixels_.size());
     const double rounding = values / 12;  // of whole grey levels
     const double left_a = squares_left(pixels_, *by_a, a), left_b = squares_left(pixels_, *by_b, b);
-    sum += std::clamp(0.5 * values * std::log((left_b + rounding) / (left_a + rounding)), -most_of_a_stretch,
-                      most_of_a_stretch);
+    sum += std::clamp(0.5 * values * std::log((left_b + rounding) / (left_a + rounding)), -most_of_a_segment,
+                      most_of_a_segment);
   }
   return sum;
 }
@@ -329,14 +327,14 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
   edges.points.clear();
   edges.blur_px = 0;
   const bool in_picture = place_ring(bgr.size(), rays.camera(), outline);
-  edges.stretches = ring_.stretches;
-  edges.stretches_in_picture = ring_.stretches_in_picture;
+  edges.segments = ring_.segments;
+  edges.segments_in_picture = ring_.segments_in_picture;
   if (!in_picture) return;
-  const double overlap = std::max(1.0, ring_.half_turn_rad * ring_.stretches / M_PI);
+  const double overlap = std::max(1.0, ring_.half_turn_rad * ring_.segments / M_PI);
   blurs_.clear();
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     gather(bgr, rays, outline, i);
-    const auto fit = fit_stretch(response);
+    const auto fit = fit_segment(response);
     if (!fit) continue;
     const Station& station = stations_[i];
     // A blurred disc's half level lies inside its edge by s^2 / 2r, the mean curvature's share of the
@@ -347,7 +345,7 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
     point.ray = outline.axis * std::cos(edge_rad) + station.outward * std::sin(edge_rad);
     point.px_per_rad = station.px_per_rad;
     point.sigma_px = std::hypot(fit->sigma_px * std::sqrt(overlap), sigma_floor_px);
-    point.angle_rad = 2 * M_PI * (static_cast<double>(i) + 0.5) / ring_.stretches;
+    point.angle_rad = 2 * M_PI * (static_cast<double>(i) + 0.5) / ring_.segments;
     edges.points.push_back(point);
     blurs_.push_back(fit->blur_px);
   }

@@ -2,15 +2,15 @@
 // outline.
 //
 // No picture is resampled: each pixel of the ring keeps its own ray, and with it its exact distance from the
-// assumed outline. The ring is cut into stretches of a few pixels' length; each gives one edge point.
+// assumed outline. The ring is cut into arc segments of a few pixels' length; each gives one edge point.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "calibration/base/fault.hpp"
 #include "calibration/camera/ray_table.hpp"
 #include "perception/outline/camera_response.hpp"
 #include "perception/outline/channel_mix.hpp"
@@ -19,33 +19,35 @@
 
 namespace ballservo {
 
-struct EdgeRingOptions {
-  double half_width_px = 5;      ///< of the ring, to each side of the assumed outline
-  double stretch_length_px = 6;  ///< of the outline that makes one edge point
-  /// A large ball has stretches of this length with gaps between them: more pixels would tell little more.
-  double max_stretch_length_px = 9;
-  int min_stretches = 16, max_stretches = 48;
-  double min_contrast = 10;          ///< grey levels between inside and outside; in the dark less will do:
-  double min_contrast_share = 0.13;  ///< of the brighter side's level, its fullest channel's
-  /// How far from the assumed outline an edge may lie: px, or, of a large ball, a part of its radius.
-  double max_offset_px = 3, max_offset_radii = 0.07;
+inline constexpr int most_outline_sectors = 72;
 
-  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
+/// A value for each of the outline's sectors of equal angle.
+template <class Value>
+struct PerSector {
+  std::array<Value, most_outline_sectors> values{};
+  int count = 0;
+
+  const Value& operator[](int sector) const { return values[static_cast<std::size_t>(sector)]; }
+  Value& operator[](int sector) { return values[static_cast<std::size_t>(sector)]; }
 };
+
+/// How far outside the outline the edge lies (px), NaN where none was seen; no sectors where none was sought.
+using EdgeOffsets = PerSector<float>;
 
 /// The edge of one ball in one picture.
 struct OutlineEdges {
-  std::vector<EdgePoint> points;  ///< only stretches where an edge was found, in order of their angle
-  int stretches = 0;              ///< all stretches, those outside the picture included
-  int stretches_in_picture = 0;
-  double blur_px = 0;  ///< median over the stretches
+  std::vector<EdgePoint> points;  ///< only segments where an edge was found, in order of their angle
+  int segments = 0;               ///< all segments, those outside the picture included
+  int segments_in_picture = 0;
+  double blur_px = 0;  ///< median over the arc segments
 };
+
+/// How far outside the fitted outline the edges lie; as many sectors as there are arc segments.
+EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit);
 
 /// Measures edges; keeps its buffers between calls.
 class EdgeMeter {
  public:
-  explicit EdgeMeter(const EdgeRingOptions& options = {}) : options_(options) {}
-
   /// `bgr` is the picture (CV_8UC3) that `rays` belongs to, its grey levels `response` to the light: a
   /// blur mixes light, so that is where an edge has its shape. Empty points for a cone that is not in the
   /// picture.
@@ -53,7 +55,7 @@ class EdgeMeter {
                const CameraResponse& response, OutlineEdges& edges);
 
   /// How much better the edges that `measure` found are explained by response `a` than by `b`: the logarithm
-  /// of their likelihoods' ratio, the noise of each stretch unknown. Counts points of some weight.
+  /// of their likelihoods' ratio, the noise of each segment unknown. Counts points of some weight.
   double evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
                   const std::vector<EdgePoint>& points, const CameraResponse& a, const CameraResponse& b);
 
@@ -66,26 +68,24 @@ class EdgeMeter {
     double px_per_rad = 0;         // how fast the outline moves when the cone opens
     bool visible = false;
   };
-  // What all stretches share.
+  // What all segments share.
   struct Ring {
     double radius_px = 0, half_width_px = 0, half_turn_rad = 0;
-    int stretches = 0, stretches_in_picture = 0;
+    int segments = 0, segments_in_picture = 0;
     EdgeProfilePrior prior;
   };
   static Station station_at(const Camera& camera, const TangentCone& cone,
                             const Eigen::Matrix<double, 3, 2>& basis, double angle);
   bool place_ring(cv::Size size, const Camera& camera, const TangentCone& outline);
-  void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t stretch);
-  bool take_samples(const CameraResponse& response);
-  std::optional<EdgeProfileFit> fit_stretch(const CameraResponse& response);
+  void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t segment);
+  std::optional<double> take_samples(const CameraResponse& response);
+  std::optional<EdgeProfileFit> fit_segment(const CameraResponse& response);
   double coarse_offset(double reach_px) const;
 
-  EdgeRingOptions options_;
   Ring ring_;
   std::vector<Station> stations_;
-  std::vector<RingColor> pixels_;  // of one stretch
+  std::vector<RingColor> pixels_;  // of one segment
   EdgeSamples samples_;
-  double min_contrast_ = 0;  // that `samples_` must have: grey levels
   std::vector<double> blurs_;
 };
 

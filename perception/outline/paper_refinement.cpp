@@ -5,34 +5,25 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/base/numbers.hpp"
-
 namespace ballservo {
 namespace {
+
+constexpr double half_width_px = 2.5;  // of the ring
 
 // Grey level as OpenCV weighs the channels (ITU-R BT.601).
 double grey(const cv::Vec3b& bgr) { return 0.114 * bgr[0] + 0.587 * bgr[1] + 0.299 * bgr[2]; }
 
 }  // namespace
 
-void RingOptions::check(FaultList& faults, const std::string& place) const {
-  if (!(half_width_px > 0) || !std::isfinite(half_width_px))
-    faults.add(place + ".half_width_px", number_text(half_width_px), "a length above 0 (px)");
-  if (!(kept_per_circumference_px > 0) || !std::isfinite(kept_per_circumference_px)) {
-    faults.add(place + ".kept_per_circumference_px", number_text(kept_per_circumference_px),
-               "a number above 0");
-  }
-}
-
 void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const UndistortedCircle& circle,
-                        const RingOptions& options, std::vector<RingPixel>& ring) {
+                        std::vector<RingPixel>& ring) {
   CV_Assert(bgr.type() == CV_8UC3 && bgr.cols == rays.size().width_px && bgr.rows == rays.size().height_px);
   ring.clear();
   // The circle's box in the picture as given, from its outline seen through the lens.
   const double focal = rays.camera().focal_px();
   double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
   for (int i = 0; i < 32; ++i) {
-    const double angle = 2 * M_PI * i / 32, radius = circle.radius_px + options.half_width_px;
+    const double angle = 2 * M_PI * i / 32, radius = circle.radius_px + half_width_px;
     const Eigen::Vector2d p = circle.center_px + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     const auto pixel = rays.camera().project({p.x(), p.y(), focal});
     if (!pixel) continue;
@@ -53,13 +44,13 @@ void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const Undistor
       const auto position = rays.undistorted_px(u, v);
       if (!position) continue;
       const double distance = (position->cast<double>() - circle.center_px).norm();
-      if (std::abs(distance - circle.radius_px) > options.half_width_px) continue;
+      if (std::abs(distance - circle.radius_px) > half_width_px) continue;
       const double gu = 0.5 * (grey(row[u + 1]) - grey(row[u - 1])),
                    gv = 0.5 * (grey(below[u]) - grey(above[u]));
       ring.push_back({position->cast<double>(), gu * gu + gv * gv, u, v});
     }
   }
-  const auto kept = static_cast<std::size_t>(options.kept_per_circumference_px * 2 * M_PI * circle.radius_px);
+  const auto kept = static_cast<std::size_t>(2 * M_PI * circle.radius_px);
   if (ring.size() > kept) {
     // Ties by place, so that the choice does not depend on the algorithm.
     const auto stronger = [](const RingPixel& a, const RingPixel& b) {

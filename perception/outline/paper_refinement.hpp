@@ -5,10 +5,8 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "calibration/base/fault.hpp"
 #include "calibration/camera/ray_table.hpp"
 
 namespace ballservo {
@@ -26,17 +24,10 @@ struct RingPixel {
   int u_px = 0, v_px = 0;             ///< where it lies in the picture
 };
 
-struct RingOptions {
-  double half_width_px = 2.5;
-  /// How many pixels are kept, as a multiple of the circle's circumference in px: the strongest.
-  double kept_per_circumference_px = 1.0;
-
-  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
-};
-
-/// The ring's strongest gradient pixels (central differences of the grey level) around a circle.
+/// The strongest gradient pixels (central differences of the grey level) of a ring around a circle: as many
+/// as its circumference has px.
 void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const UndistortedCircle& circle,
-                        const RingOptions& options, std::vector<RingPixel>& ring);
+                        std::vector<RingPixel>& ring);
 
 struct CircleFit {
   UndistortedCircle circle;

@@ -5,6 +5,8 @@
 #include <opencv2/core/types.hpp>
 #include <vector>
 
+#include "calibration/color/color_table.hpp"
+
 namespace ballservo {
 
 /// Rows of 64-bit words: pixel u is bit u % 64 of word u / 64 of its row, and the bits behind the last pixel
@@ -55,5 +57,18 @@ class BitPicture {
 
 /// One picture for each colour class, all of one size: class k is entry k - 1.
 using ClassPictures = std::vector<BitPicture>;
+
+/// The pixels that have a ball's colour, in a window of the picture: of its class, or absorbed by a region of
+/// it.
+struct ColoredPixels {
+  ClassIndex color_class;
+  const BitPicture& pixels;
+  cv::Point window;  ///< top-left pixel
+
+  bool knows(int u_px, int v_px) const {
+    return cv::Rect(window, pixels.size()).contains(cv::Point(u_px, v_px));
+  }
+  bool at(int u_px, int v_px) const { return pixels.at(u_px - window.x, v_px - window.y); }
+};
 
 }  // namespace ballservo

@@ -1,5 +1,9 @@
 #include "perception/segmentation/classification.hpp"
 
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <array>
 
@@ -76,11 +80,11 @@ void look_up(const std::uint8_t* bgr, const ColorLookup& colors, const std::uint
 }
 
 // As many pixels of a row as are told by the boxes before what is left is looked up.
-constexpr int stretch_words = 16, stretch = stretch_words * BitPicture::word_bits;
+constexpr int chunk_words = 16, chunk = chunk_words * BitPicture::word_bits;
 
-void classify_stretch(const std::uint8_t* bgr, int pixels, const ColorLookup& colors, BoxKernel tell_by_boxes,
-                      RowOfClass& rows) {
-  std::array<std::uint64_t, stretch_words> unsure;
+void classify_chunk(const std::uint8_t* bgr, int pixels, const ColorLookup& colors, BoxKernel tell_by_boxes,
+                    RowOfClass& rows) {
+  std::array<std::uint64_t, chunk_words> unsure;
   const int words = (pixels + BitPicture::word_bits - 1) / BitPicture::word_bits;
   tell_by_boxes(bgr, pixels, colors.boxes(), rows.data(), unsure.data());
   look_up(bgr, colors, unsure.data(), words, rows);
@@ -99,15 +103,19 @@ void resize(ClassPictures& classes, const ColorLookup& colors, cv::Size size) {
 }
 
 template <class Row>
-void for_rows(int rows, RowTeam* team, const Row& row) {
-  const auto band = [&](int first, int end) {
+void for_rows(int rows, int threads, const Row& row) {
+  const auto do_rows = [&](int first, int end) {
     for (int v = first; v < end; ++v) row(v);
   };
-  if (team) {
-    team->run(rows, band);
-  } else {
-    band(0, rows);
-  }
+  if (threads == 1) return do_rows(0, rows);
+  const auto band = [&](long i) {
+    do_rows(static_cast<int>(i * rows / threads), static_cast<int>((i + 1) * rows / threads));
+  };
+  // TBB warns on the console of more threads than it may have.
+  const auto most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  tbb::task_arena(std::min(threads, static_cast<int>(most))).execute([&] {
+    tbb::parallel_for(0L, static_cast<long>(threads), band, tbb::static_partitioner());
+  });
 }
 
 }  // namespace
@@ -130,22 +138,22 @@ bool runs_here(ClassificationKernel kernel) {
 }
 
 void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& classes,
-              ClassificationKernel kernel, RowTeam* team) {
+              ClassificationKernel kernel, int threads) {
   require_type(bgr, CV_8UC3, "8-bit BGR");
   const BoxKernel kernel_function = function_of(kernel);
   resize(classes, colors, bgr.size());
   if (classes.empty()) return;
-  for_rows(bgr.rows, team, [&](int v) {
+  for_rows(bgr.rows, threads, [&](int v) {
     RowOfClass rows = rows_of(classes, v);
-    for (int u = 0; u < bgr.cols; u += stretch) {
-      classify_stretch(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(stretch, bgr.cols - u), colors,
-                       kernel_function, rows);
+    for (int u = 0; u < bgr.cols; u += chunk) {
+      classify_chunk(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(chunk, bgr.cols - u), colors, kernel_function,
+                     rows);
     }
   });
 }
 
 void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures& classes,
-                   ClassificationKernel kernel, RowTeam* team) {
+                   ClassificationKernel kernel, int threads) {
   require_type(yuyv, CV_8UC2, "YUYV: two 8-bit channels");
   if (yuyv.cols % 2 != 0)
     throw InputError("picture", std::to_string(yuyv.cols) + " px wide", "an even width");
@@ -153,13 +161,13 @@ void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures
   resize(classes, colors, yuyv.size());
   if (classes.empty()) return;
   const YuyvKernel to_bgr = yuyv_function_of(kernel);
-  for_rows(yuyv.rows, team, [&](int v) {
-    std::array<std::uint8_t, 3 * stretch + yuyv_slack> bgr;
+  for_rows(yuyv.rows, threads, [&](int v) {
+    std::array<std::uint8_t, 3 * chunk + yuyv_slack> bgr;
     RowOfClass rows = rows_of(classes, v);
-    for (int u = 0; u < yuyv.cols; u += stretch) {
-      const int pixels = std::min(stretch, yuyv.cols - u);
+    for (int u = 0; u < yuyv.cols; u += chunk) {
+      const int pixels = std::min(chunk, yuyv.cols - u);
       to_bgr(yuyv.ptr<std::uint8_t>(v) + 2 * u, pixels, bgr.data());
-      classify_stretch(bgr.data(), pixels, colors, kernel_function, rows);
+      classify_chunk(bgr.data(), pixels, colors, kernel_function, rows);
     }
   });
 }

@@ -5,7 +5,6 @@
 
 #include "perception/segmentation/bit_picture.hpp"
 #include "perception/segmentation/color_lookup.hpp"
-#include "perception/segmentation/row_team.hpp"
 
 namespace ballservo {
 
@@ -16,16 +15,16 @@ enum class ClassificationKernel { fastest, portable, avx2, avx512 };
 /// Whether this processor has the instructions.
 bool runs_here(ClassificationKernel kernel);
 
-/// The pixels of each class in a picture of 8-bit BGR (CV_8UC3, rows anywhere in memory). `team` shares the
-/// rows; the result is the same without it. Throws InputError for a picture of another type (grey has no
-/// colours to tell) and for a kernel that does not run here.
+/// The pixels of each class in a picture of 8-bit BGR (CV_8UC3, rows anywhere in memory). `threads`
+/// share the rows, with the same result; one takes no memory but for a larger picture. Throws InputError for
+/// a picture of another type (grey has no colours to tell) and for a kernel that does not run here.
 void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& classes,
-              ClassificationKernel kernel = ClassificationKernel::fastest, RowTeam* team = nullptr);
+              ClassificationKernel kernel = ClassificationKernel::fastest, int threads = 1);
 
 /// The same from what most cameras send, YUYV (CV_8UC2: Y0 U, Y1 V; an even width), without the BGR picture
 /// in between: exactly what OpenCV's COLOR_YUV2BGR_YUY2 and `classify` give.
 void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures& classes,
-                   ClassificationKernel kernel = ClassificationKernel::fastest, RowTeam* team = nullptr);
+                   ClassificationKernel kernel = ClassificationKernel::fastest, int threads = 1);
 
 /// Class numbers (CV_8UC1) for those who want to look at them; 0 where there is no class.
 cv::Mat class_numbers(const ClassPictures& classes, cv::Size size);

@@ -46,8 +46,14 @@ class RegionMap {
 
   /// Finds the components (8-connected within a class, 4-connected in the background), their neighbours, and
   /// absorbs every region that is enclosed by a single region of a class and smaller than it: its pixels
-  /// become that class's too, in `classes`. Those are pictures of `size`.
-  void update(ClassPictures& classes, cv::Size size);
+  /// become that class's too. `classes` are pictures of `size`.
+  void update(const ClassPictures& classes, cv::Size size);
+
+  /// Each class's pixels, with those that it absorbed and without runs that were too many.
+  const ClassPictures& classes() const { return classes_; }
+  const BitPicture& pixels_of(ClassIndex color_class) const {
+    return classes_[static_cast<std::size_t>(color_class) - 1];
+  }
 
   /// In raster order of their first pixels.
   const std::vector<Region>& regions() const { return regions_; }
@@ -57,9 +63,8 @@ class RegionMap {
   int shortest_run_px() const { return runs_.shortest(); }
 
   /// The outline of a region: its pixels with a four-neighbour of another region, without those at the
-  /// picture's border, which cuts but does not bound. In raster order, without normals. `classes` as `update`
-  /// left them.
-  void boundary(int region, const ClassPictures& classes, std::vector<BoundaryPixel>& boundary) const;
+  /// picture's border, which cuts but does not bound. In raster order, without normals.
+  void boundary(int region, std::vector<BoundaryPixel>& boundary) const;
 
  private:
   void reserve(std::size_t runs);
@@ -69,9 +74,10 @@ class RegionMap {
   void name_touching_regions();
   void list_neighbors();
   void absorb_enclosed();
-  void list_runs(ClassPictures& classes);
+  void list_runs();
 
   Runs runs_;
+  ClassPictures classes_;
   std::vector<Region> regions_;
   std::vector<int> parent_;  // of a run: union-find while they are joined, then the region
   std::vector<int>

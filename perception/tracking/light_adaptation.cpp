@@ -3,15 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
-
-#include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
-
 namespace ballservo {
 namespace {
 
 // A picture whose channels changed by less did not change its light.
 constexpr double least_change = 0.05;
+
+constexpr double follow_s = 0.15;  // time constant of following
+constexpr double sudden_change_log =
+    0.12;                       // change of a ball's log channel from picture to picture that is a jump
+constexpr double trust = 1.25;  // times what the picture says a slow change may be
+constexpr double drift_s = 30;  // over which is forgotten what the pictures alone say
+// Of a ball to be learnt from; what is half covered says little.
+constexpr double min_quality = 0.3, min_fill = 0.4;
+constexpr double forget_s = 300;  // without a ball, and the taught light is back
+// A change of level that the taught table serves by itself (log channels), having been learnt with some room.
+constexpr double level_room = 0.2;
 
 using Known = std::array<bool, 3>;
 
@@ -28,47 +35,19 @@ double largest(const LogGain& change, const Known& known) {
 
 // As much of what the balls say as the picture says too, in level and in colour apart (a ball that rolls into
 // a shadow changes its level alone).
-LogGain agreed(const LogGain& balls, const LogGain& picture, double trust) {
-  const Eigen::Array3d seen = trust * light_coordinates(picture);
+LogGain agreed(const LogGain& balls, const LogGain& picture, double trusted) {
+  const Eigen::Array3d seen = trusted * light_coordinates(picture);
   return gain_of(light_coordinates(balls).max(seen.min(0.0)).min(seen.max(0.0)));
 }
 
 }  // namespace
 
-void LightAdaptationOptions::validate() const {
-  FaultList faults;
-  const auto positive = [&](const char* name, double value) {
-    if (!(value > 0) || !std::isfinite(value)) faults.add(name, number_text(value), "a number above 0");
-  };
-  const auto fraction = [&](const char* name, double value) {
-    if (!(value >= 0 && value <= 1)) faults.add(name, number_text(value), "a number from 0 to 1");
-  };
-  positive("bounds.level", bounds.level);
-  positive("bounds.temperature", bounds.temperature);
-  positive("bounds.tint", bounds.tint);
-  positive("follow_s", follow_s);
-  positive("sudden", sudden);
-  positive("trust", trust);
-  positive("drift_s", drift_s);
-  fraction("min_quality", min_quality);
-  fraction("min_fill", min_fill);
-  positive("forget_s", forget_s);
-  positive("significant", significant);
-  positive("level_room", level_room);
-  faults.throw_if_any();
-}
-
-LightAdaptation::LightAdaptation(const LightAdaptationOptions& options) : options_(options) {
-  options_.validate();
-}
-
 void LightAdaptation::begin(const cv::Mat& bgr) {
   previous_ = picture_;
   picture_.take(bgr);
   const SurfaceColor change = picture_.change_since(previous_);
-  picture_change_ += completed(change.log_bgr, change.known);
-  sum_ = LogGain::Zero();
-  balls_ = 0;
+  belief_.picture_change += completed(change.log_bgr, change.known);
+  votes_ = {};
   jumped_ = false;
 }
 
@@ -78,8 +57,8 @@ bool LightAdaptation::may_be_taught_light() const {
   for (std::size_t c = 0; c < 3; ++c) {
     if (!change.known[c]) continue;
     const auto i = static_cast<Eigen::Index>(c);
-    along -= change.log_bgr[i] * gain_[i];
-    whole += gain_[i] * gain_[i];
+    along -= change.log_bgr[i] * belief_.gain[i];
+    whole += belief_.gain[i] * belief_.gain[i];
   }
   return along > 0.5 * whole && whole > least_change * least_change;
 }
@@ -87,7 +66,7 @@ bool LightAdaptation::may_be_taught_light() const {
 bool LightAdaptation::assume_change() {
   const SurfaceColor change = picture_.change_since(then_);
   if (largest(change.log_bgr, change.known) < least_change) return false;
-  before_jump_ = gain_;
+  before_jump_ = belief_.gain;
   jump(completed(change.log_bgr, change.known));
   serve_light();
   return true;
@@ -110,26 +89,26 @@ LogGain LightAdaptation::sudden_change(const SurfaceColor& now, const SurfaceCol
     const auto i = static_cast<Eigen::Index>(c);
     if (now.known[c] && last.known[c]) ball[i] = now.log_bgr[i] - last.log_bgr[i];
   }
-  return agreed(ball, picture, options_.trust);
+  return agreed(ball, picture, trust);
 }
 
 void LightAdaptation::jump(const LogGain& change) {
-  believe(options_.bounds.confine(gain_ + change));
+  believe(confined(belief_.gain + change));
   jumped_ = true;
 }
 
 void LightAdaptation::learn(const cv::Mat& bgr, const BallObservation& ball, BallLight& light) {
-  if (ball.quality < options_.min_quality || ball.support.fill < options_.min_fill) return;
+  if (ball.quality < min_quality || ball.support.fill < min_fill) return;
   const SurfaceColor now = middle_color(bgr, ball.outline);
   if (!any(now.known)) return;
   const SurfaceColor last = std::exchange(light.last, now);
-  const bool sudden = largest(now.log_bgr - last.log_bgr, both(now.known, last.known)) > options_.sudden;
+  const bool sudden = largest(now.log_bgr - last.log_bgr, both(now.known, last.known)) > sudden_change_log;
   if (!any(both(now.known, light.reference.known)) || sudden) {
     if (sudden && !jumped_) jump(sudden_change(now, last));
-    light.reference = {now.log_bgr - gain_, now.known};
+    light.reference = {now.log_bgr - belief_.gain, now.known};
   }
   // What the ball is too dark or too bright to say, the picture says.
-  LogGain here = start_ + picture_change_;
+  LogGain here = belief_.start + belief_.picture_change;
   for (std::size_t c = 0; c < 3; ++c) {
     const auto i = static_cast<Eigen::Index>(c);
     if (!now.known[c]) continue;
@@ -140,8 +119,8 @@ void LightAdaptation::learn(const cv::Mat& bgr, const BallObservation& ball, Bal
       light.reference.log_bgr[i] = now.log_bgr[i] - here[i];
     }
   }
-  sum_ += here;
-  ++balls_;
+  votes_.sum += here;
+  ++votes_.balls;
 }
 
 void LightAdaptation::return_to_taught() {
@@ -152,34 +131,31 @@ void LightAdaptation::return_to_taught() {
 void LightAdaptation::finish(double time_s) {
   const double passed_s = std::clamp(time_s - time_s_, 0.0, 1.0);
   time_s_ = time_s;
-  if (balls_ > 0) {
-    const LogGain change = sum_ / balls_ - start_;
-    const LogGain seen = options_.bounds.confine(start_ + agreed(change, picture_change_, options_.trust));
-    gain_ += (1 - std::exp(-passed_s / options_.follow_s)) * (seen - gain_);
+  if (votes_.balls > 0) {
+    const LogGain change = votes_.sum / votes_.balls - belief_.start;
+    const LogGain seen = confined(belief_.start + agreed(change, belief_.picture_change, trust));
+    belief_.gain += (1 - std::exp(-passed_s / follow_s)) * (seen - belief_.gain);
     // What the pictures alone say is forgotten: their sum drifts, and would bear out anything in the end.
-    picture_change_ +=
-        std::min(1.0, passed_s / options_.drift_s) * (agreed(change, picture_change_, 1) - picture_change_);
+    belief_.picture_change += std::min(1.0, passed_s / drift_s) *
+                              (agreed(change, belief_.picture_change, 1) - belief_.picture_change);
     then_ = picture_;
     learnt_s_ = time_s;
   } else {
-    believe(time_s - learnt_s_ > options_.forget_s ? LogGain(LogGain::Zero()) : gain_);
+    believe(time_s - learnt_s_ > forget_s ? LogGain(LogGain::Zero()) : belief_.gain);
   }
   serve_light();
 }
 
-void LightAdaptation::believe(const LogGain& gain) {
-  gain_ = start_ = gain;
-  picture_change_ = LogGain::Zero();
-}
+void LightAdaptation::believe(const LogGain& gain) { belief_ = {gain, gain, LogGain::Zero()}; }
 
 // The light that colours should be looked up for: the taught one serves a little further than it was taught,
 // in level above all.
 LogGain LightAdaptation::table_gain() {
-  Eigen::Array3d light = light_coordinates(gain_);
-  const double room = options_.level_room * std::sqrt(3.0);
+  Eigen::Array3d light = light_coordinates(belief_.gain);
+  const double room = level_room * std::sqrt(3.0);
   light[0] -= std::clamp(light[0], -room, room);
   const LogGain gain = gain_of(light);
-  significant_ = gain.abs().maxCoeff() > (significant_ ? 0.5 : 1.0) * options_.significant;
+  significant_ = gain.abs().maxCoeff() > (significant_ ? 0.5 : 1.0) * significant_gain;
   return significant_ ? gain : LogGain(LogGain::Zero());
 }
 

@@ -8,28 +8,14 @@
 // either.
 #pragma once
 
-#include "perception/outline/ball_observation.hpp"
+#include "perception/ball_observation.hpp"
 #include "perception/segmentation/color_lookup.hpp"
 #include "perception/tracking/light_gain.hpp"
 
 namespace ballservo {
 
-struct LightAdaptationOptions {
-  LightBounds bounds;        ///< how far the table may go from the taught one
-  double follow_s = 0.15;    ///< time constant of following
-  double sudden = 0.12;      ///< change of a ball's log channel from picture to picture that is a jump
-  double trust = 1.25;       ///< times what the picture says a slow change may be
-  double drift_s = 30;       ///< over which is forgotten what the pictures alone say
-  double min_quality = 0.3;  ///< of a ball to be learnt from
-  double min_fill = 0.4;     ///< the same of its disc: what is half covered says little
-  double forget_s = 300;     ///< without a ball, and the taught light is back
-  /// What the taught table serves by itself, log channels, having been learnt with some room: changes of
-  /// level, and then what is left, which has to come to something. What balls say is never exact.
-  double level_room = 0.2;
-  double significant = 0.1;  ///< left at half of it
-
-  void validate() const;  ///< throws InputError naming every value that makes no sense
-};
+/// Log channels: a light that differs by less from the taught one is taken for it.
+inline constexpr double significant_gain = 0.1;
 
 /// What is remembered of a ball between pictures.
 struct BallLight {
@@ -40,11 +26,9 @@ struct BallLight {
 /// Takes no memory from the heap after construction.
 class LightAdaptation {
  public:
-  explicit LightAdaptation(const LightAdaptationOptions& options = {});
-
   /// How the taught table is to be looked up in the light as it is now.
   const LightCells& cells() const { return cells_; }
-  const LogGain& gain() const { return gain_; }
+  const LogGain& gain() const { return belief_.gain; }
 
   // For each picture, in this order:
   void begin(const cv::Mat& bgr);
@@ -69,15 +53,23 @@ class LightAdaptation {
   LogGain table_gain();
   void serve_light();
 
-  LightAdaptationOptions options_;
+  // What is believed of the light, against the taught one.
+  struct Belief {
+    LogGain gain = LogGain::Zero();
+    LogGain start = LogGain::Zero();           // when balls came in view, or jumped
+    LogGain picture_change = LogGain::Zero();  // what the pictures have changed since
+  };
+  // What the balls of this picture say.
+  struct Votes {
+    LogGain sum = LogGain::Zero();
+    int balls = 0;
+  };
+
   LightCells cells_ = LightCells::as_taught();
-  LogGain gain_ = LogGain::Zero();  // of the light
+  Belief belief_;
   LogGain before_jump_ = LogGain::Zero();
   PictureSamples picture_, previous_, then_;  // this one, the one before, the last with a ball to learn from
-  LogGain start_ = LogGain::Zero();           // the light when balls came in view, or jumped
-  LogGain picture_change_ = LogGain::Zero();  // what the pictures have changed since
-  LogGain sum_ = LogGain::Zero();             // of what the balls of this picture say
-  int balls_ = 0;
+  Votes votes_;
   bool significant_ = false;  // whether the light differs enough from the taught one
   bool jumped_ = false;       // the light of this picture is another at once
   double time_s_ = 0, learnt_s_ = 0;

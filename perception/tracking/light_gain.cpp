@@ -60,8 +60,8 @@ LogGain gain_of(const Eigen::Array3d& coordinates) {
   return (light_directions() * coordinates.matrix()).array();
 }
 
-LogGain LightBounds::confine(const LogGain& gain) const {
-  const Eigen::Array3d bounds(level * std::sqrt(3.0), temperature, tint);
+LogGain confined(const LogGain& gain) {
+  const Eigen::Array3d bounds(2.1 * std::sqrt(3.0), 2.4, 0.05);
   return gain_of(light_coordinates(gain).max(-bounds).min(bounds));
 }
 

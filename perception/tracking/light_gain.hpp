@@ -22,15 +22,10 @@ using LogGain = Eigen::Array3d;
 Eigen::Array3d light_coordinates(const LogGain& gain);
 LogGain gain_of(const Eigen::Array3d& coordinates);
 
-/// How far the light may go from the taught one.
-struct LightBounds {
-  double level = 2.1;        ///< ln of 8: an eighth to eight times the taught level
-  double temperature = 2.4;  ///< coordinate: as from 2500 to 9000 K, in linear light
-  double tint = 0.05;        ///< coordinate: green against magenta, which no lamp of a temperature does
-
-  /// The nearest gain within the bounds.
-  LogGain confine(const LogGain& gain) const;
-};
+/// The nearest gain that a light may have against the taught one: an eighth to eight times its level (ln 8),
+/// a temperature as from 2500 to 9000 K, in linear light, and hardly a tint (green against magenta), which no
+/// lamp of a temperature has.
+LogGain confined(const LogGain& gain);
 
 /// The colour of a surface as channels, with those that say something.
 struct SurfaceColor {

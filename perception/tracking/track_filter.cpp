@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/base/numbers.hpp"
-
 namespace ballservo {
 namespace {
+
+constexpr double size_acceleration_s2 = 3;  // of log distance, as acceleration_radii_s2
+// Sigmas of the velocity when the ball appears.
+constexpr double velocity_radii_s = 20, size_velocity_s = 1;
 
 // Derivative of (X/Z, Y/Z) by the centre, and back, of a unit direction.
 Eigen::Matrix<double, 2, 3> normalized_jacobian(const Eigen::Vector3d& axis) {
@@ -18,19 +20,6 @@ Eigen::Matrix<double, 2, 3> normalized_jacobian(const Eigen::Vector3d& axis) {
 }
 
 }  // namespace
-
-void TrackFilterOptions::check(FaultList& faults, const std::string& place) const {
-  const auto at_least_0 = [&](const char* name, double value) {
-    if (!(value >= 0) || !std::isfinite(value))
-      faults.add(place + '.' + name, number_text(value), "a number of 0 or more");
-  };
-  at_least_0("acceleration_radii_s2", acceleration_radii_s2);
-  at_least_0("size_acceleration_s2", size_acceleration_s2);
-  at_least_0("acceleration_lasts_s", acceleration_lasts_s);
-  at_least_0("velocity_radii_s", velocity_radii_s);
-  at_least_0("size_velocity_s", size_velocity_s);
-  at_least_0("sigma_floor_radii", sigma_floor_radii);
-}
 
 BallFeatures features_of(const BallObservation& ball, double sigma_floor_radii) {
   const Eigen::Vector3d& axis = ball.cone.axis;
@@ -65,15 +54,10 @@ BallPosition position_of(const Eigen::Vector3d& features, const Eigen::Vector3d&
           jacobian * variance.asDiagonal() * jacobian.transpose() + by_radius * by_radius.transpose()};
 }
 
-TrackFilter::TrackFilter(const BallFeatures& first, double time_s, const TrackFilterOptions& options)
-    : time_s_(time_s), options_(options) {
-  restart(first);
-}
-
 void TrackFilter::restart(const BallFeatures& measured) {
   const double radius = std::exp(-measured.value.z());
   for (int i = 0; i < 3; ++i) {
-    const double velocity_sigma = i < 2 ? options_.velocity_radii_s * radius : options_.size_velocity_s;
+    const double velocity_sigma = i < 2 ? velocity_radii_s * radius : size_velocity_s;
     axis_[i].state = {measured.value(i), 0};
     axis_[i].covariance =
         Eigen::Vector2d(measured.sigma(i) * measured.sigma(i), velocity_sigma * velocity_sigma).asDiagonal();
@@ -90,11 +74,10 @@ void TrackFilter::predict(double time_s) {
   Eigen::Matrix2d growth;
   growth << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
   for (int i = 0; i < 3; ++i) {
-    const double acceleration =
-        i < 2 ? options_.acceleration_radii_s2 * radius : options_.size_acceleration_s2;
+    const double acceleration = i < 2 ? acceleration_radii_s2 * radius : size_acceleration_s2;
     axis_[i].state = transition * axis_[i].state;
     axis_[i].covariance = (transition * axis_[i].covariance * transition.transpose()).eval() +
-                          acceleration * acceleration * options_.acceleration_lasts_s * growth;
+                          acceleration * acceleration * acceleration_lasts_s * growth;
   }
 }
 
@@ -102,7 +85,7 @@ double TrackFilter::distance2(const BallFeatures& measured) const {
   return (measured.value - value()).cwiseAbs2().cwiseQuotient(innovation_variance(measured)).sum();
 }
 
-double TrackFilter::unlikeliness(const BallFeatures& measured) const {
+double TrackFilter::negative_log_likelihood(const BallFeatures& measured) const {
   return distance2(measured) + innovation_variance(measured).array().log().sum();
 }
 

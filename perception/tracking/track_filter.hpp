@@ -2,10 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 
-#include "calibration/base/fault.hpp"
-#include "perception/outline/ball_observation.hpp"
+#include "perception/ball_observation.hpp"
 
 namespace ballservo {
 
@@ -26,32 +24,23 @@ TangentCone cone_of(const Eigen::Vector3d& features);
 BallPosition position_of(const Eigen::Vector3d& features, const Eigen::Vector3d& variance,
                          const BallRadius& radius);
 
-struct TrackFilterOptions {
-  /// Process noise: sigma of an acceleration that is another one every `acceleration_lasts_s`, ball radii per
-  /// s^2.
-  double acceleration_radii_s2 = 200;
-  double size_acceleration_s2 = 3;  ///< the same of log distance, 1/s^2
-  double acceleration_lasts_s = 1.0 / 30;
-  double velocity_radii_s = 20;  ///< sigma of the velocity at first sight
-  double size_velocity_s = 1;
-  double sigma_floor_radii = 0.03;
-
-  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
-};
+/// Process noise: sigma of an acceleration (ball radii per s^2) that is another one every so long.
+inline constexpr double acceleration_radii_s2 = 200, acceleration_lasts_s = 1.0 / 30;
 
 /// Three independent constant-velocity Kalman filters (Bar-Shalom, Li and Kirubarajan 2001, sec. 6.2.2: white
 /// noise acceleration in continuous time, of density acceleration^2 times how long it lasts). Whatever the
 /// rate of the pictures, the prediction for a later time has the same covariance.
 class TrackFilter {
  public:
-  TrackFilter(const BallFeatures& first, double time_s, const TrackFilterOptions& options);
+  TrackFilter(const BallFeatures& first, double time_s) : time_s_(time_s) { restart(first); }
 
   void predict(double time_s);  ///< a time that is not later changes nothing
   /// Squared Mahalanobis distance of a measurement from the prediction (3 degrees of freedom).
   double distance2(const BallFeatures& measured) const;
-  /// -2 log likelihood of a measurement, but for a constant: the squared distance, and the log of the
-  /// predicted covariance's determinant, without which the least certain prediction would be the nearest.
-  double unlikeliness(const BallFeatures& measured) const;
+  /// Twice the negative log-likelihood of a measurement, but for a constant: the squared distance, and the
+  /// log of the predicted covariance's determinant, without which the least certain prediction would be the
+  /// nearest.
+  double negative_log_likelihood(const BallFeatures& measured) const;
   void correct(const BallFeatures& measured);
   /// Takes the measured place as it is and forgets the velocity (after a jump).
   void restart(const BallFeatures& measured);
@@ -69,7 +58,6 @@ class TrackFilter {
 
   Axis axis_[3];
   double time_s_;
-  TrackFilterOptions options_;
 };
 
 }  // namespace ballservo

@@ -6,13 +6,24 @@
 #include <tuple>
 #include <utility>
 
-#include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
+#include "calibration/base/range_check.hpp"
 
 namespace ballservo {
 namespace {
 
-constexpr double longest_coast = 3;  // times as long as the ball was followed
+// A ball is predicted unseen for so long, at most so many times as long as it was followed.
+constexpr double max_coast_s = 1.0, max_coast_ratio = 3;
+// Squared Mahalanobis distance: 99.9 % of chi-square with 3 degrees of freedom.
+constexpr double gate_distance2 = 16.27;
+// A lone ball of the class that lies so near an unmatched track continues it.
+constexpr double jump_radii = 6;
+// A ball's outline is sought so near the prediction, before its region is. And where its region shows no
+// ball, so near it and places up to a spread beside it, as where what carries the ball stops or turns.
+constexpr double reach_px = 5, reach_radii = 0.15, spread_radii = 0.6;
+// Suffices for a ball where a confirmed track expects it.
+constexpr double expected_quality = 0.17;
+// Tolerance of the distance's logarithm for a detection that is not clear.
+constexpr double weak_log_size = 0.12;
 
 double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -28,30 +39,17 @@ bool same_ball(const BallObservation& a, const BallObservation& b) {
 
 void TrackerOptions::validate() const {
   FaultList faults;
-  if (confirm_after < 1) faults.add("confirm_after", std::to_string(confirm_after), "at least 1 (pictures)");
-  if (newcomers_every < 1)
-    faults.add("newcomers_every", std::to_string(newcomers_every), "at least 1 (pictures)");
-  if (!(coast_s >= 0)) faults.add("coast_s", number_text(coast_s), "0 or more (s)");
-  if (!(gate_distance2 > 0)) faults.add("gate_distance2", number_text(gate_distance2), "a number above 0");
-  if (!(expected_quality >= 0 && expected_quality <= 1)) {
-    faults.add("expected_quality", number_text(expected_quality), "a number from 0 to 1");
-  }
-  if (!(clear_quality >= 0 && clear_quality <= 1))
-    faults.add("clear_quality", number_text(clear_quality), "a number from 0 to 1");
-  if (!(weak_log_size > 0)) faults.add("weak_log_size", number_text(weak_log_size), "a number above 0");
-  if (!(reach_px > 0)) faults.add("reach_px", number_text(reach_px), "a length above 0 (px)");
-  if (!(reach_radii >= 0)) faults.add("reach_radii", number_text(reach_radii), "0 or more (ball radii)");
-  if (!(spread_radii >= 0)) faults.add("spread_radii", number_text(spread_radii), "0 or more (ball radii)");
-  if (!(jump_radii >= 0)) faults.add("jump_radii", number_text(jump_radii), "0 or more (ball radii)");
-  filter.check(faults, "filter");
-  faults.collect([&] { light.validate(); });
+  check_range(faults, "confirm_after", confirm_after, 1, 1e6);
+  check_range(faults, "newcomers_every", newcomers_every, 1, 1e6);
+  check_range(faults, "clear_quality", clear_quality, 0, 1);
+  check_range(faults, "sigma_floor_radii", sigma_floor_radii, 0, 1);
   faults.throw_if_any();
 }
 
 Tracker::Tracker(Detector detector, const TrackerOptions& options)
-    : detector_(std::move(detector)), options_(options), newcomer_quality_(detector_.options().min_quality) {
+    : detector_(std::move(detector)), options_(options) {
   options_.validate();
-  if (!options_.fixed_colors) light_.emplace(options_.light);
+  if (!options_.fixed_colors) light_.emplace();
 }
 
 const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, DetectionStages* stages) {
@@ -72,8 +70,8 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   rejoin_newcomers();
 
   for (Followed& followed : followed_) {
-    if (followed.sight)
-      see(followed, seen_[*followed.sight], time_s);
+    if (followed.detection)
+      see(followed, seen_[*followed.detection], time_s);
     else
       miss(followed, time_s, bgr.size());
   }
@@ -81,14 +79,13 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
       std::remove_if(followed_.begin(), followed_.end(), [](const Followed& f) { return f.hits == 0; }),
       followed_.end());
   for (std::size_t i = 0; i < seen_.size(); ++i) {
-    if (is_taken(i) || seen_[i].quality < newcomer_quality_) continue;
-    Followed newcomer{
-        {next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
-        TrackFilter(features_of(seen_[i], options_.filter.sigma_floor_radii), time_s, options_.filter),
-        0,
-        time_s,
-        time_s};
-    newcomer.sight = i;
+    if (is_taken(i) || seen_[i].quality < min_ball_quality) continue;
+    Followed newcomer{{next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
+                      TrackFilter(features(seen_[i]), time_s),
+                      0,
+                      time_s,
+                      time_s};
+    newcomer.detection = i;
     see(newcomer, seen_[i], time_s);
     followed_.push_back(newcomer);
   }
@@ -114,7 +111,7 @@ void Tracker::set_light() { detector_.set_light(taught_light_ ? LightCells::as_t
 // A confirmed ball is missing: perhaps the light has changed at once.
 void Tracker::look_under_another_light(const cv::Mat& bgr) {
   const auto is_missing = [&](std::size_t i) {
-    return followed_[i].track.state != TrackState::tentative && !followed_[i].sight;
+    return followed_[i].track.state != TrackState::tentative && !followed_[i].detection;
   };
   std::size_t missing = 0;
   while (missing < followed_.size() && !is_missing(missing)) ++missing;
@@ -122,8 +119,8 @@ void Tracker::look_under_another_light(const cv::Mat& bgr) {
   set_light();
   look(bgr, nullptr);
   match();
-  const auto& sight = followed_[missing].sight;
-  const bool is_there = sight && seen_[*sight].quality >= newcomer_quality_;
+  const auto& detection = followed_[missing].detection;
+  const bool is_there = detection && seen_[*detection].quality >= min_ball_quality;
   light_->settle_change(is_there);
   if (is_there) return;
   set_light();
@@ -141,19 +138,19 @@ void Tracker::learn_light(const cv::Mat& bgr) {
 
 bool Tracker::is_taken(std::size_t seen) const {
   return std::any_of(followed_.begin(), followed_.end(),
-                     [&](const Followed& followed) { return followed.sight == seen; });
+                     [&](const Followed& followed) { return followed.detection == seen; });
 }
 
-// Near the predictions first, where a weak sight suffices; the whole picture when a ball is missing there,
-// and now and then for newcomers.
+// Near the predictions first, where a weak detection suffices; the whole picture when a ball is missing
+// there, and now and then for newcomers.
 void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   seen_.clear();
-  const bool newcomers = followed_.empty() || pictures_ % options_.newcomers_every == 0 || stages;
+  const bool newcomers = followed_.empty() || pictures_ % options_.newcomers_every == 0;
   look_near_predictions(bgr);
   const bool all_found = std::all_of(followed_.begin(), followed_.end(),
                                      [&](const Followed& followed) { return is_seen(followed); });
   if (!newcomers && all_found) return;
-  detect(bgr, {}, all_found ? newcomer_quality_ : expected_quality(), stages);
+  detect(bgr, {}, all_found ? min_ball_quality : expected_quality, stages);
 }
 
 void Tracker::detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality,
@@ -181,27 +178,25 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
     const cv::Rect window(static_cast<int>(c.x() - reach), static_cast<int>(c.y() - reach),
                           static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
     if ((window & cv::Rect({0, 0}, bgr.size())).empty()) continue;
-    const auto look_for_it = [&](double reach_px, double spread_px, bool clearly) {
-      const double min_quality = clearly ? newcomer_quality_ : expected_quality();
+    const auto look_for_it = [&](double near_px, double spread_px, bool clearly) {
+      const double min_quality = clearly ? min_ball_quality : expected_quality;
       const auto ball = detector_.find_expected(
-          bgr, window, {followed.track.color_class, cone, reach_px, spread_px, min_quality}, clearly,
+          bgr, window, {followed.track.color_class, cone, near_px, spread_px, min_quality}, clearly,
           [&](const BallObservation& found) { return is_plausible(followed, found); });
       if (ball) add_new(*ball);
       return is_seen(followed);
     };
-    // Where it is expected, or else anywhere near; a weak sight suffices where no clear one is had.
-    if (look_for_it(options_.reach_px, 0, true)) continue;
-    for (const double quality : {newcomer_quality_, expected_quality()}) {
+    // Where it is expected, or else anywhere near; a weak detection suffices where no clear one is had.
+    if (look_for_it(reach_px, 0, true)) continue;
+    for (const double quality : {min_ball_quality, expected_quality}) {
       if (is_seen(followed)) break;
       detect(bgr, window, quality, nullptr);
     }
     if (!is_seen(followed) && followed.track.state != TrackState::tentative)
-      look_for_it(std::max(options_.reach_px, options_.reach_radii * outline->radius_px),
-                  options_.spread_radii * outline->radius_px, false);
+      look_for_it(std::max(reach_px, reach_radii * outline->radius_px), spread_radii * outline->radius_px,
+                  false);
   }
 }
-
-double Tracker::expected_quality() const { return std::min(newcomer_quality_, options_.expected_quality); }
 
 bool Tracker::is_seen(const Followed& followed) const {
   return std::any_of(seen_.begin(), seen_.end(),
@@ -210,41 +205,42 @@ bool Tracker::is_seen(const Followed& followed) const {
 
 bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball) const {
   if (ball.color_class != followed.track.color_class) return false;
-  const BallFeatures features = features_of(ball, options_.filter.sigma_floor_radii);
-  if (!(followed.filter.distance2(features) < options_.gate_distance2)) return false;
-  // A weak sight counts only of a ball that is known, and only in its size: two balls that hide each other
-  // look like one larger ball.
-  if (ball.quality < newcomer_quality_ && followed.track.state == TrackState::tentative) return false;
+  const BallFeatures measured = features(ball);
+  if (!(followed.filter.distance2(measured) < gate_distance2)) return false;
+  // A weak detection counts only of a ball that is known, and only in its size: two balls that hide each
+  // other look like one larger ball.
+  if (ball.quality < min_ball_quality && followed.track.state == TrackState::tentative) return false;
   return ball.quality >= options_.clear_quality ||
-         std::abs(features.value.z() - followed.filter.value().z()) < options_.weak_log_size;
+         std::abs(measured.value.z() - followed.filter.value().z()) < weak_log_size;
 }
 
 // The likeliest pair first, confirmed tracks before tentative ones: a ball belongs to one track and a track
 // has one ball.
 void Tracker::match() {
-  for (Followed& followed : followed_) followed.sight.reset();
+  for (Followed& followed : followed_) followed.detection.reset();
   pairs_.clear();
   for (std::size_t i = 0; i < followed_.size(); ++i) {
     for (std::size_t k = 0; k < seen_.size(); ++k) {
       if (!is_plausible(followed_[i], seen_[k])) continue;
-      const BallFeatures features = features_of(seen_[k], options_.filter.sigma_floor_radii);
-      const double unlikeliness = followed_[i].filter.unlikeliness(features);
-      pairs_.push_back({followed_[i].track.state == TrackState::tentative, unlikeliness, i, k});
+      const BallFeatures measured = features(seen_[k]);
+      const double negative_log_likelihood = followed_[i].filter.negative_log_likelihood(measured);
+      pairs_.push_back({followed_[i].track.state == TrackState::tentative, negative_log_likelihood, i, k});
     }
   }
   std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) {
-    return std::tie(a.tentative, a.unlikeliness, a.followed, a.seen) <
-           std::tie(b.tentative, b.unlikeliness, b.followed, b.seen);
+    return std::tie(a.tentative, a.negative_log_likelihood, a.followed, a.seen) <
+           std::tie(b.tentative, b.negative_log_likelihood, b.followed, b.seen);
   });
   for (const Pair& pair : pairs_)
-    if (!is_taken(pair.seen) && !followed_[pair.followed].sight) followed_[pair.followed].sight = pair.seen;
+    if (!is_taken(pair.seen) && !followed_[pair.followed].detection)
+      followed_[pair.followed].detection = pair.seen;
 }
 
-// Once for each sight: a filter that starts or is restarted from one knows it already.
+// Once for each detection: a filter that starts or is restarted from one knows it already.
 void Tracker::correct_matched() {
   for (Followed& followed : followed_) {
-    if (!followed.sight) continue;
-    followed.filter.correct(features_of(seen_[*followed.sight], options_.filter.sigma_floor_radii));
+    if (!followed.detection) continue;
+    followed.filter.correct(features(seen_[*followed.detection]));
   }
 }
 
@@ -252,8 +248,8 @@ void Tracker::correct_matched() {
 bool Tracker::may_be_missing_one(const Followed& missing, const BallObservation& ball) const {
   const TangentCone expected = cone_of(missing.filter.value());
   const double ratio = ball.cone.alpha_rad / expected.alpha_rad;
-  return !missing.sight && ball.color_class == missing.track.color_class && ratio > 0.6 && ratio < 1.67 &&
-         angle_between(ball.cone.axis, expected.axis) < options_.jump_radii * expected.alpha_rad;
+  return !missing.detection && ball.color_class == missing.track.color_class && ratio > 0.6 && ratio < 1.67 &&
+         angle_between(ball.cone.axis, expected.axis) < jump_radii * expected.alpha_rad;
 }
 
 // A throw or a knock outruns the filter: where one unmatched ball lies near one unmatched track, it is the
@@ -268,8 +264,8 @@ void Tracker::continue_jumps() {
         candidate = k, ++candidates;
     }
     if (candidates != 1) continue;
-    followed.sight = candidate;
-    followed.filter.restart(features_of(seen_[candidate], options_.filter.sigma_floor_radii));
+    followed.detection = candidate;
+    followed.filter.restart(features(seen_[candidate]));
   }
 }
 
@@ -277,17 +273,17 @@ void Tracker::continue_jumps() {
 // since it appeared.
 void Tracker::rejoin_newcomers() {
   for (Followed& newcomer : followed_) {
-    if (newcomer.track.state != TrackState::tentative || !newcomer.sight ||
+    if (newcomer.track.state != TrackState::tentative || !newcomer.detection ||
         newcomer.hits + 1 < options_.confirm_after)
       continue;
     const auto is_missing = [&](const Followed& followed) {
       return followed.track.state == TrackState::coasting && followed.seen_s < newcomer.born_s &&
-             may_be_missing_one(followed, seen_[*newcomer.sight]);
+             may_be_missing_one(followed, seen_[*newcomer.detection]);
     };
     const auto missing = std::find_if(followed_.begin(), followed_.end(), is_missing);
     if (missing == followed_.end() || std::any_of(missing + 1, followed_.end(), is_missing)) continue;
     missing->filter = newcomer.filter;
-    missing->sight = std::exchange(newcomer.sight, std::nullopt);
+    missing->detection = std::exchange(newcomer.detection, std::nullopt);
   }
 }
 
@@ -311,7 +307,7 @@ void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
                        outline->center_px.x() < picture.width + outline->radius_px &&
                        outline->center_px.y() < picture.height + outline->radius_px;
   const double followed_s = followed.seen_s - followed.born_s;
-  const double coast_s = std::min(options_.coast_s, longest_coast * followed_s);
+  const double coast_s = std::min(max_coast_s, max_coast_ratio * followed_s);
   if (track.state == TrackState::tentative || !in_view || time_s - followed.seen_s > coast_s) {
     followed.hits = 0;
     return;
@@ -323,7 +319,7 @@ void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
   predicted.outline = *outline;
   if (track.ball.position) {
     predicted.position = position_of(followed.filter.value(), followed.filter.variance(),
-                                     detector_.fitter().radius_of(track.color_class));
+                                     detector_.options().radius_of(track.color_class));
   }
   track.ball = predicted;
 }

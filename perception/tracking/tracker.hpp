@@ -13,24 +13,11 @@
 namespace ballservo {
 
 struct TrackerOptions {
-  int confirm_after = 3;  ///< pictures in a row
-  double coast_s = 1.0;   ///< so long, at most thrice as long as it was followed, it is predicted unseen
-  double gate_distance2 =
-      16.27;              ///< squared Mahalanobis distance; 99.9 % of chi-square with 3 degrees of freedom
-  double jump_radii = 6;  ///< a lone ball of the class this near an unmatched track continues it
-  double reach_px = 5;    ///< a ball's outline is sought so near the prediction, before its region is
-  /// And where its region shows no ball, so near it and places up to a spread beside it, as where what
-  /// carries the ball stops or turns.
-  double reach_radii = 0.15, spread_radii = 0.6;
-  int newcomers_every =
-      10;  ///< pictures between two looks at the whole picture while all balls are being found
-  double expected_quality =
-      0.17;  ///< suffices for a ball where a confirmed track expects it; elsewhere the detector's own
-  double clear_quality = 0.5;   ///< below, a sight continues a track only in the size that is expected,
-  double weak_log_size = 0.12;  ///< with this tolerance of the distance's logarithm
-  TrackFilterOptions filter;
-  bool fixed_colors = false;  ///< looks with the taught colours alone, whatever the light does
-  LightAdaptationOptions light;
+  int confirm_after = 3;       ///< pictures in a row
+  int newcomers_every = 10;    ///< pictures between two looks at the whole picture while no ball is missing
+  double clear_quality = 0.5;  ///< below, a detection continues a track only in the size that is expected
+  double sigma_floor_radii = 0.03;  ///< see features_of
+  bool fixed_colors = false;        ///< looks with the taught colours alone, whatever the light does
 
   void validate() const;  ///< throws InputError naming every value that makes no sense
 };
@@ -65,11 +52,11 @@ class Tracker {
     int hits = 1;
     double seen_s = 0, born_s = 0;
     BallLight light{};
-    std::optional<std::size_t> sight{};  // its ball among those of this picture
+    std::optional<std::size_t> detection{};  // its ball among those of this picture
   };
   struct Pair {
     bool tentative;
-    double unlikeliness;
+    double negative_log_likelihood;
     std::size_t followed, seen;
   };
   void choose_light();
@@ -82,7 +69,9 @@ class Tracker {
   void detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality, DetectionStages* stages);
   void add_new(const BallObservation& ball);
   bool is_seen(const Followed& followed) const;
-  double expected_quality() const;
+  BallFeatures features(const BallObservation& ball) const {
+    return features_of(ball, options_.sigma_floor_radii);
+  }
   bool is_plausible(const Followed& followed, const BallObservation& ball) const;
   void match();
   void correct_matched();
@@ -94,7 +83,6 @@ class Tracker {
 
   Detector detector_;
   TrackerOptions options_;
-  double newcomer_quality_;
   std::optional<LightAdaptation> light_;
   bool taught_light_ = false;  // looks under the taught light, though another is believed
   std::vector<Followed> followed_;

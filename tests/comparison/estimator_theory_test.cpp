@@ -16,7 +16,7 @@
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/outline/ball_position.hpp"
 #include "perception/segmentation/regions.hpp"
-#include "tests/perception/class_pictures.hpp"
+#include "tests/perception/segmentation/class_pictures.hpp"
 
 namespace ballservo {
 namespace {
@@ -283,7 +283,7 @@ BoundaryBias boundary_bias(int discs) {
     std::vector<BoundaryPixel> boundary;
     std::vector<RingPixel> ring, shifted;
     for (std::size_t region = 0; region < map.regions().size(); ++region) {
-      if (map.regions()[region].color_class == 1) map.boundary(static_cast<int>(region), classes, boundary);
+      if (map.regions()[region].color_class == 1) map.boundary(static_cast<int>(region), boundary);
     }
     for (const BoundaryPixel& pixel : boundary) {
       const Eigen::Vector2d place(pixel.u_px, pixel.v_px);

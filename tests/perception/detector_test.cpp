@@ -51,24 +51,20 @@ TEST(BallFitter, KnowsWhetherOneStepWasEnough) {
   const Camera camera = test::pinhole(size, 400);
   cv::Mat bgr = test::grey_picture();
   test::paint_ball(bgr, camera, {0, 0, 1}, 0.06, test::red);  // 24 px
-  BallFitter fitter(std::make_shared<const RayTable>(camera), {});
-  CircleEstimate vote;
-  vote.radius_px = 24;
-  const auto refined = [&](const Eigen::Vector2d& center_px, BallFit fit) {
-    vote.center_px = center_px;
-    const auto cone = cone_near_circle({center_px, vote.radius_px}, camera.focal_px());
-    return fitter.refine(bgr, 1, vote, *cone, {}, fit);
+  BallFitter fitter(std::make_shared<const RayTable>(camera));
+  OutlineFit fit;
+  const UndistortedCircle near{{0.2, -0.1}, 24}, far{{5, -4}, 24};
+  const auto expect_enough = [&](bool enough) {
+    EXPECT_EQ(fit.ball.one_step_enough, enough);
+    EXPECT_EQ(fit.ball.next_step_px <= enough_next_step_px, enough);
   };
-  for (const BallFit fit : {BallFit::sphere, BallFit::paper}) {
-    const auto near = refined({0.2, -0.1}, fit);
-    ASSERT_TRUE(near);
-    EXPECT_TRUE(near->one_step_enough);
-    EXPECT_LT(near->next_step_px, enough_next_step_px);
-  }
-  const auto far = refined({5, -4}, BallFit::paper);
-  ASSERT_TRUE(far);
-  EXPECT_FALSE(far->one_step_enough);
-  EXPECT_GT(far->next_step_px, enough_next_step_px);
+  const TangentCone cone = *cone_near_circle(near, camera.focal_px());
+  ASSERT_TRUE(fitter.fit_sphere(bgr, CameraResponse::linear(), cone, {}, fit));
+  expect_enough(true);
+  ASSERT_TRUE(fitter.fit_circle(bgr, near, {}, fit));
+  expect_enough(true);
+  ASSERT_TRUE(fitter.fit_circle(bgr, far, {}, fit));
+  expect_enough(false);
 }
 
 TEST(Detector, WorksInTwoDimensionsWithoutACamera) {
@@ -136,14 +132,14 @@ TEST(Detector, HalfAStripedDiscIsNoBall) {
   const auto rays = std::make_shared<const RayTable>(long_lens_camera(size));
   EXPECT_TRUE(Detector(rays, test::red_and_green(), {}).detect(bgr).empty());
   DetectorOptions options;
-  options.min_shading_explained = 0.7;  // it is the stripes that tell
+  options.judge.min_shading_explained = 0.7;  // it is the stripes that tell
   EXPECT_EQ(Detector(rays, test::red_and_green(), options).detect(bgr).size(), 1u);
 }
 
 TEST(Detector, AScrapOfFewPixelsIsNoBall) {
   const auto rays = std::make_shared<const RayTable>(long_lens_camera(size));
   DetectorOptions as_large;
-  as_large.max_small_leak = as_large.max_leak;
+  as_large.judge.max_small_leak = as_large.judge.max_leak;
   Detector detector(rays, test::red_and_green(), {}), lenient(rays, test::red_and_green(), as_large);
   std::size_t found = 0, found_by_the_lenient = 0;
   for (double width_px = 6; width_px < 9; width_px += 0.5) {
@@ -252,9 +248,9 @@ TEST(Detector, RefusesAPictureOfAnotherSize) {
 
 TEST(DetectorOptions, NameEveryFault) {
   DetectorOptions options;
-  options.max_leak = 2;
-  options.min_radius_px = std::nan("");
-  options.max_small_leak = -0.1;
+  options.judge.max_leak = 2;
+  options.oval_fraction = std::nan("");
+  options.judge.max_small_leak = -0.1;
   options.radii = {{-1, 0}};
   try {
     options.validate();
@@ -265,7 +261,6 @@ TEST(DetectorOptions, NameEveryFault) {
 }
 
 TEST(DetectorOptions, NameTheFaultsOfTheirPartsToo) {
-  const double nan = std::nan("");
   const auto expect_fault = [](const std::string& place, const auto& change) {
     DetectorOptions options;
     EXPECT_NO_THROW(options.validate());
@@ -278,23 +273,10 @@ TEST(DetectorOptions, NameTheFaultsOfTheirPartsToo) {
       EXPECT_EQ(error.faults()[0].place, place);
     }
   };
-  expect_fault("vote.stop_at", [](auto& o) { o.vote.stop_at = 0; });
-  expect_fault("vote.max_votes_per_point", [](auto& o) { o.vote.max_votes_per_point = 0; });
-  expect_fault("vote.max_votes", [](auto& o) { o.vote.max_votes = 1 << 16; });  // counted in 16 bits
-  expect_fault("vote.hopeless_after", [](auto& o) { o.vote.hopeless_after = -1; });
-  expect_fault("vote.min_radius_px", [](auto& o) { o.vote.min_radius_px = 0; });
-  expect_fault("vote.max_normal_error_rad", [&](auto& o) { o.vote.max_normal_error_rad = nan; });
-  expect_fault("edges.half_width_px", [](auto& o) { o.edges.half_width_px = 2; });
-  expect_fault("edges.stretch_length_px", [](auto& o) { o.edges.stretch_length_px = 0; });
-  expect_fault("edges.max_stretch_length_px", [&](auto& o) { o.edges.max_stretch_length_px = nan; });
-  expect_fault("edges.min_contrast", [&](auto& o) { o.edges.min_contrast = nan; });
-  expect_fault("edges.max_offset_px", [](auto& o) { o.edges.max_offset_px = 0; });
-  expect_fault("edges.max_offset_radii", [](auto& o) { o.edges.max_offset_radii = -1; });
-  expect_fault("edges.min_stretches", [](auto& o) { o.edges.min_stretches = 2; });
-  expect_fault("edges.max_stretches", [](auto& o) { o.edges.max_stretches = most_outline_sectors + 1; });
-  expect_fault("edges.max_stretches", [](auto& o) { o.edges.max_stretches = o.edges.min_stretches - 1; });
-  expect_fault("ring.half_width_px", [](auto& o) { o.ring.half_width_px = 0; });
-  expect_fault("ring.kept_per_circumference_px", [&](auto& o) { o.ring.kept_per_circumference_px = nan; });
+  expect_fault("judge.min_shading_explained", [](auto& o) { o.judge.min_shading_explained = std::nan(""); });
+  expect_fault("max_regions", [](auto& o) { o.max_regions = 0; });
+  expect_fault("max_runs", [](auto& o) { o.max_runs = 0; });
+  expect_fault("threads", [](auto& o) { o.threads = DetectorOptions::most_threads + 1; });
 }
 
 }  // namespace

@@ -102,10 +102,8 @@ TEST(FloorFinder, TheKnownBallIsFloor) {
 }
 
 TEST(FloorFinder, FollowsLightThatChangesSlowly) {
-  FloorFinderOptions options;
-  options.renewal = 0.06;
-  FloorFinder finder(upright_paths(), options);
-  for (int frame = 0; frame <= 80; ++frame) finder.look(planks(wood, 3, 1.0 - 0.6 * frame / 80));
+  FloorFinder finder(upright_paths());
+  for (int frame = 0; frame <= 240; ++frame) finder.look(planks(wood, 3, 1.0 - 0.6 * frame / 240));
   for (const FloorEdge& edge : finder.look(planks(wood, 3, 0.4))) EXPECT_EQ(edge.end, 90u);
 }
 
@@ -119,18 +117,6 @@ TEST(FloorFinder, SaysNothingOfPicturesThatItCannotRead) {
       << "a black picture: no floor at all";
   EXPECT_FALSE(finder.look(planks(wood, 3)).empty()) << "and what is known of the floor is not lost";
   EXPECT_TRUE(FloorFinder({}).look(planks(wood, 3)).empty());
-}
-
-TEST(FloorFinder, ChecksItsOptions) {
-  FloorFinderOptions options;
-  options.renewal = -1;
-  options.rare_chroma = std::numeric_limits<double>::quiet_NaN();
-  try {
-    FloorFinder(upright_paths(), options);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.faults().size(), 2u);
-  }
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ TEST(FrayedRegion, ItsBallIsFoundByTheOutlineAroundIt) {
 // As in dim light, or in pictures compressed much: no colour anywhere near the outline.
 TEST(FrayedRegion, ABallWhoseColorEndsWellInsideIsFoundByTheOutlineThatEnclosesIt) {
   DetectorOptions strict_options;
-  strict_options.min_enclosing_edge = 1;
+  strict_options.judge.min_enclosing_edge = 1;
   const auto rays = std::make_shared<const RayTable>(test::pinhole(size, 400));
   Detector detector(rays, test::red_and_green(), {}), strict(rays, test::red_and_green(), strict_options);
   int found = 0, others = 0, found_by_the_strict = 0;
@@ -187,7 +187,7 @@ TEST(FrayedRegion, AnExpectedBallIsFoundBesideItsPlace) {
 TEST(FrayedRegion, AnExpectedBallIsFoundByAThirdOfItsOutline) {
   const auto rays = std::make_shared<const RayTable>(test::pinhole(size, 400));
   DetectorOptions strict_options;
-  strict_options.min_expected_edge = strict_options.min_frayed_edge;
+  strict_options.judge.min_expected_edge = min_frayed_edge;
   Detector detector(rays, test::red_and_green(), {}), strict(rays, test::red_and_green(), strict_options);
   constexpr int tips = 9;
   int found = 0, found_by_the_strict = 0;
@@ -270,12 +270,11 @@ TEST(FrayedRegion, AnExpectedBallIsTheVotedOne) {
 
 TEST(FrayedRegion, OptionsThatMakeNoSenseAreNamed) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (double DetectorOptions::*const option :
-       {&DetectorOptions::min_frayed_edge, &DetectorOptions::min_expected_edge,
-        &DetectorOptions::min_enclosing_edge}) {
+  for (double JudgeOptions::*const option :
+       {&JudgeOptions::min_expected_edge, &JudgeOptions::min_enclosing_edge}) {
     for (const double value : {-1.0, nan}) {
       DetectorOptions options;
-      options.*option = value;
+      options.judge.*option = value;
       EXPECT_THROW(options.validate(), InputError);
     }
   }

@@ -27,11 +27,13 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
     room("calibration/ball", camera " calibration/camera/files calibration/boards")
     room("calibration/teaching", color " calibration/circles calibration/pictures")
 
-    seen = camera " " color " calibration/circles perception/segmentation perception/candidates perception/outline perception/judgement"
+    # A candidate is a cone, which is what an outline is fitted as: so the fit comes first.
     room("perception/segmentation", color)
-    room("perception/candidates", seen)
-    room("perception/outline", seen " perception")
-    room("perception/judgement", seen " perception")
+    outline = camera " calibration/circles perception/segmentation"
+    room("perception/outline", outline)
+    room("perception/candidates", outline " " color " perception/outline")
+    room("perception/judgement", outline " " color " perception/outline")
+    seen = outline " " color " perception/outline perception/candidates perception/judgement"
     room("perception", seen)
     room("perception/tracking", seen " perception")
 

@@ -95,8 +95,7 @@ std::optional<MethodFit> fit_paper_steps(MethodScene& scene, int steps, bool res
   std::optional<CircleFit> last;
   int taken = 0;
   while (taken < steps) {
-    if (reselect && taken > 0)
-      select_ring_pixels(scene.bgr(), scene.rays(), circle, scene.ring_options(), ring);
+    if (reselect && taken > 0) select_ring_pixels(scene.bgr(), scene.rays(), circle, ring);
     const auto step = one_gauss_newton_step(circle, ring);
     if (!step) break;
     last = step;

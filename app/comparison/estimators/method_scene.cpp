@@ -62,7 +62,7 @@ MethodScene::MethodScene(const cv::Mat& bgr, const DetectorSetup& setup, const M
       setup_(setup),
       detector_(setup.rays, setup.colors, setup.options),
       task_(task),
-      radius_m_(detector_.fitter().radius_of(task.color_class).radius_m),
+      radius_m_(detector_.options().radius_of(task.color_class).radius_m),
       start_(task.start) {
   DetectionStages stages;
   const Stopwatch detection;
@@ -83,19 +83,10 @@ MethodScene::MethodScene(const cv::Mat& bgr, const DetectorSetup& setup, const M
   boundary_ = boundary_of(rays(), stages, *vote_);
 }
 
-std::optional<BallObservation> MethodScene::refine(BallFit fit, RefinementInput& input) {
-  CircleEstimate circle = vote_.value_or(CircleEstimate{});
-  circle.center_px = start_->center_px;
-  circle.radius_px = start_->radius_px;
-  const auto cone = cone_near_circle(*start_, camera().focal_px());
-  if (!cone) return std::nullopt;
-  return detector_.fitter().refine(bgr_, task_.color_class, circle, *cone, boundary_, fit, &input);
-}
-
 const std::vector<RingPixel>& MethodScene::ring() {
   if (!has_ring_ && start_) {
     const Stopwatch choice;
-    select_ring_pixels(bgr_, rays(), *start_, ring_options(), ring_);
+    select_ring_pixels(bgr_, rays(), *start_, ring_);
     ring_us_ = choice.us();
   }
   has_ring_ = true;
@@ -104,11 +95,11 @@ const std::vector<RingPixel>& MethodScene::ring() {
 
 const std::optional<MethodScene::Edges>& MethodScene::edges() {
   if (!has_edges_ && start_) {
-    RefinementInput input;
+    OutlineFit fit;
     const Stopwatch choice;
-    refine(BallFit::sphere, input);
+    detector_.fit_sphere(bgr_, *start_, boundary_, fit);
     edges_us_ = choice.us();
-    if (!input.edges.empty()) edges_ = Edges{input.start, std::move(input.edges), input.passes};
+    if (!fit.edges.points.empty()) edges_ = Edges{fit.edges_start, std::move(fit.edges.points), fit.passes};
   }
   has_edges_ = true;
   return edges_;

@@ -49,7 +49,6 @@ class MethodScene {
   const MethodTask& task() const { return task_; }
   const Camera& camera() const { return detector_.rays().camera(); }
   const RayTable& rays() const { return detector_.rays(); }
-  const RingOptions& ring_options() const { return detector_.options().ring; }
   double radius_m() const { return radius_m_; }
 
   /// What the votes said of the detector's own ball, whatever the methods start from.
@@ -81,7 +80,6 @@ class MethodScene {
  private:
   Eigen::Vector3d position(const Eigen::Vector3d& p_C) const;
   Detector& whole_detector(BallFit fit);
-  std::optional<BallObservation> refine(BallFit fit, RefinementInput& input);
 
   const cv::Mat& bgr_;
   const DetectorSetup& setup_;

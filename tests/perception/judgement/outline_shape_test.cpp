@@ -1,4 +1,4 @@
-#include "perception/outline/outline_shape.hpp"
+#include "perception/judgement/outline_shape.hpp"
 
 #include <gtest/gtest.h>
 

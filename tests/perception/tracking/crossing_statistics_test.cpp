@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "tests/perception/crossing_run.hpp"
+#include "tests/perception/tracking/crossing_run.hpp"
 
 namespace ballservo {
 namespace {

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "perception/segmentation/classification.hpp"
-#include "tests/perception/class_pictures.hpp"
+#include "tests/perception/segmentation/class_pictures.hpp"
 
 namespace ballservo {
 namespace {

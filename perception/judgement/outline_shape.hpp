@@ -5,9 +5,9 @@
 // it leaves it as a straight line does.
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
+
+#include "perception/outline/edge_points.hpp"
 
 namespace ballservo {
 
@@ -19,20 +19,6 @@ enum class SectorColor : std::uint8_t {
   leaking   ///< the ball's colour on both sides
 };
 
-inline constexpr int most_outline_sectors = 72;
-
-/// A value for each of the outline's sectors of equal angle.
-template <class Value>
-struct PerSector {
-  std::array<Value, most_outline_sectors> values{};
-  int count = 0;
-
-  const Value& operator[](int sector) const { return values[static_cast<std::size_t>(sector)]; }
-  Value& operator[](int sector) { return values[static_cast<std::size_t>(sector)]; }
-};
-
-/// How far outside the outline the edge lies (px), NaN where none was seen; no sectors where none was sought.
-using EdgeOffsets = PerSector<float>;
 using SectorColors = PerSector<SectorColor>;
 
 /// Fractions from 0 to 1.

@@ -9,8 +9,8 @@
 
 #include "calibration/base/fault.hpp"
 #include "perception/segmentation/yuyv.hpp"
-#include "tests/perception/class_pictures.hpp"
 #include "tests/perception/painted_ball.hpp"
+#include "tests/perception/segmentation/class_pictures.hpp"
 
 namespace ballservo {
 namespace {

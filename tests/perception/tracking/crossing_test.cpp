@@ -1,7 +1,7 @@
 // Two balls of one colour that cross keep their identities; a ball that was hidden keeps its own.
 #include <gtest/gtest.h>
 
-#include "tests/perception/crossing_run.hpp"
+#include "tests/perception/tracking/crossing_run.hpp"
 
 namespace ballservo {
 namespace {

@@ -55,11 +55,11 @@ TEST(Tracker, CoastsThroughAShortOcclusionAndKnowsTheBallAgain) {
   }
 }
 
-TEST(Tracker, ASightCountsOnce) {
+TEST(Tracker, ADetectionCountsOnce) {
   // Seen and predicted an instant later, a ball is known as well as its own fit says, not better.
   TrackerOptions options;
   options.confirm_after = 1;
-  options.filter.sigma_floor_radii = 0;
+  options.sigma_floor_radii = 0;
   Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
   tracker.update(picture_with({{160, 120}}), 0);  // so long ago that it says nothing of the place
   const auto seen = tracker.update(picture_with({{160, 120}}), 1).at(0);
@@ -164,7 +164,6 @@ TEST(Tracker, IgnoresRepeatedAndBackwardTimes) {
               0.1);
 }
 
-// Of the options' parts as well, each by its own name.
 TEST(Tracker, OptionsThatMakeNoSenseAreNamed) {
   const double nan = std::nan("");
   const auto faults_of = [](auto change) {
@@ -180,14 +179,10 @@ TEST(Tracker, OptionsThatMakeNoSenseAreNamed) {
   };
   using Places = std::vector<std::string>;
   EXPECT_EQ(faults_of([](TrackerOptions&) {}), Places{});
-  EXPECT_EQ(faults_of([&](TrackerOptions& o) { o.filter.sigma_floor_radii = -1, o.light.trust = nan; }),
-            (Places{"filter.sigma_floor_radii", "trust"}));
-  for (double TrackFilterOptions::*const option :
-       {&TrackFilterOptions::acceleration_radii_s2, &TrackFilterOptions::size_acceleration_s2,
-        &TrackFilterOptions::acceleration_lasts_s, &TrackFilterOptions::velocity_radii_s,
-        &TrackFilterOptions::size_velocity_s, &TrackFilterOptions::sigma_floor_radii}) {
-    EXPECT_EQ(faults_of([&](TrackerOptions& o) { o.filter.*option = nan; }).size(), 1u);
-  }
+  EXPECT_EQ(faults_of([&](TrackerOptions& o) { o.sigma_floor_radii = -1, o.clear_quality = nan; }),
+            (Places{"clear_quality", "sigma_floor_radii"}));
+  EXPECT_EQ(faults_of([](TrackerOptions& o) { o.confirm_after = o.newcomers_every = 0; }),
+            (Places{"confirm_after", "newcomers_every"}));
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
-#include "perception/judgement/outline_steps.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+
+#include "perception/judgement/outline_support.hpp"
 
 namespace ballservo {
 namespace {

@@ -1,6 +1,4 @@
-// Rows shared between threads: every row once, and the same answer with any number of threads.
-#include "perception/segmentation/row_team.hpp"
-
+// Rows shared between threads: the same answer with any number of them.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -17,26 +15,10 @@ constexpr std::array<int, 4> thread_counts{1, 2, 3, 7};
 
 cv::Mat noise(int width, int height, int type) {
   cv::Mat picture(height, width, type);
-  auto engine = random_stream(1, "row_team_test");
+  auto engine = random_stream(1, "threads_test");
   for (std::size_t i = 0; i < picture.total() * picture.elemSize(); ++i)
     picture.data[i] = static_cast<std::uint8_t>(uniform_index(engine, 256));
   return picture;
-}
-
-TEST(RowTeam, DoesEveryRowOnce) {
-  for (const int threads : thread_counts) {
-    RowTeam team(threads);
-    EXPECT_EQ(team.threads(), threads);
-    for (const int rows : {0, 1, 2, 6, 7, 100, 1080}) {
-      std::vector<int> done(static_cast<std::size_t>(rows), 0);
-      for (int repeated = 0; repeated < 20; ++repeated) {
-        team.run(rows, [&](int first, int end) {
-          for (int v = first; v < end; ++v) ++done[static_cast<std::size_t>(v)];
-        });
-      }
-      EXPECT_EQ(done, std::vector<int>(static_cast<std::size_t>(rows), 20)) << threads << ", " << rows;
-    }
-  }
 }
 
 bool same(const ClassPictures& a, const ClassPictures& b) {
@@ -48,23 +30,24 @@ bool same(const ClassPictures& a, const ClassPictures& b) {
   return a.size() == b.size();
 }
 
-TEST(RowTeam, ColorsAreTheSameWithAnyNumberOfThreads) {
+TEST(Threads, ColorsAreTheSameWithAnyNumberOfThreads) {
   const ColorLookup colors(test::red_and_green());
   const cv::Mat bgr = noise(203, 97, CV_8UC3), yuyv = noise(202, 97, CV_8UC2);
   ClassPictures alone, alone_yuyv;
   classify(bgr, colors, alone);
   classify_yuyv(yuyv, colors, alone_yuyv);
+  testing::internal::CaptureStderr();
   for (const int threads : thread_counts) {
-    RowTeam team(threads);
     ClassPictures shared, shared_yuyv;
-    classify(bgr, colors, shared, ClassificationKernel::fastest, &team);
-    classify_yuyv(yuyv, colors, shared_yuyv, ClassificationKernel::fastest, &team);
+    classify(bgr, colors, shared, ClassificationKernel::fastest, threads);
+    classify_yuyv(yuyv, colors, shared_yuyv, ClassificationKernel::fastest, threads);
     EXPECT_TRUE(same(alone, shared)) << threads;
     EXPECT_TRUE(same(alone_yuyv, shared_yuyv)) << threads;
   }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "nor is anything said of more than there are";
 }
 
-TEST(RowTeam, BallsAreTheSameWithAnyNumberOfThreads) {
+TEST(Threads, BallsAreTheSameWithAnyNumberOfThreads) {
   const ImageSize size{640, 360};  // large enough to be shared
   cv::Mat bgr = test::grey_picture(size.width_px, size.height_px);
   test::paint_shaded_disc(bgr, {200, 180}, 40, test::red);

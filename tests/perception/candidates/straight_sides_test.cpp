@@ -33,7 +33,7 @@ std::vector<BoundaryPixel> boundary_of(const std::function<bool(double x, double
   std::vector<BoundaryPixel> pixels, all;
   BoundaryChain chain;
   for (int i = 0; i < static_cast<int>(regions.regions().size()); ++i) {
-    regions.boundary(i, classes, pixels);
+    regions.boundary(i, pixels);
     chain.order(pixels, {width, height});
     all.insert(all.end(), pixels.begin(), pixels.end());
   }

@@ -28,12 +28,11 @@ cv::Mat blots(int largest_px) {
 TEST(SegmentationAllocation, NoPictureTakesMemoryAfterTheFirst) {
   ColorLookup colors(test::red_and_green());
   ClassPictures classes, opened, closed;
-  RowTeam team(3);
   ClassMorphology morphology;
   RegionMap regions;
   const auto segment = [&](const cv::Mat& bgr) {
     colors.set_light(LightCells::as_taught());
-    classify(bgr, colors, classes, ClassificationKernel::fastest, &team);
+    classify(bgr, colors, classes);
     morphology.open(classes, opened);
     morphology.close(opened, closed);
     regions.update(closed, bgr.size());

@@ -88,12 +88,11 @@ bool claims(const std::vector<Track>& tracks, const Eigen::Vector2d& center_px) 
 }
 
 TEST(LightBounds, GiveTheNearestLightWithinThem) {
-  const LightBounds bounds;
   const LogGain within = gain_of({0.3, -0.4, 0.02});
-  EXPECT_LT((bounds.confine(within) - within).abs().maxCoeff(), 1e-12);
-  EXPECT_LT((bounds.confine(LogGain::Constant(9)) - bounds.level).abs().maxCoeff(), 1e-12);
+  EXPECT_LT((confined(within) - within).abs().maxCoeff(), 1e-12);
+  EXPECT_LT((confined(LogGain::Constant(9)) - 2.1).abs().maxCoeff(), 1e-12);
   const LogGain green(0, 3, 0);
-  EXPECT_LT(bounds.confine(green).maxCoeff() - bounds.confine(green).minCoeff(), 1);
+  EXPECT_LT(confined(green).maxCoeff() - confined(green).minCoeff(), 1);
 }
 
 TEST(MiddleColor, ChangesByTheFactorOfTheLight) {
@@ -171,7 +170,7 @@ TEST(LightAdaptation, AFalseBallDoesNotBecomeOneByBeingLookedAt) {
     }
     EXPECT_LE(false_claims, false_claims_fixed + without_ball / 100) << near_color;
     // Far less than what the table would be patched for.
-    EXPECT_LT(adapting.light().abs().maxCoeff(), 0.75 * LightAdaptationOptions{}.significant) << near_color;
+    EXPECT_LT(adapting.light().abs().maxCoeff(), 0.75 * significant_gain) << near_color;
     EXPECT_TRUE(back) << near_color;
   }
 }
@@ -223,9 +222,7 @@ TEST(LightAdaptation, KeepsTheLightWhileNoBallIsThereAndFindsTheWayBack) {
 }
 
 TEST(LightAdaptation, StaysWithinItsBoundsAndForgets) {
-  LightAdaptationOptions options;
-  options.forget_s = 10;
-  LightAdaptation adaptation(options);
+  LightAdaptation adaptation;
   BallObservation ball;
   ball.outline = {middle, radius_px};
   ball.quality = ball.support.fill = 1;
@@ -237,27 +234,14 @@ TEST(LightAdaptation, StaysWithinItsBoundsAndForgets) {
     adaptation.learn(bgr, ball, memory);
     adaptation.finish(k * dt_s);
   }
-  EXPECT_LT((adaptation.gain() - options.bounds.confine(adaptation.gain())).abs().maxCoeff(), 1e-9);
+  EXPECT_LT((adaptation.gain() - confined(adaptation.gain())).abs().maxCoeff(), 1e-9);
   EXPECT_NE(adaptation.cells(), LightCells::as_taught());
   for (int k = 0; k < 20; ++k) {
     adaptation.begin(cv::Mat(120, 200, CV_8UC3, wall));
-    adaptation.finish(30 + k * dt_s);
+    adaptation.finish(320 + k * dt_s);
   }
   EXPECT_TRUE((adaptation.gain() == 0).all());
   EXPECT_EQ(adaptation.cells(), LightCells::as_taught());
-}
-
-TEST(LightAdaptation, RefusesOptionsWithoutSense) {
-  LightAdaptationOptions options;
-  options.follow_s = -1;
-  options.min_quality = std::nan("");
-  options.trust = 0;
-  try {
-    LightAdaptation adaptation(options);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.faults().size(), 3u);
-  }
 }
 
 }  // namespace

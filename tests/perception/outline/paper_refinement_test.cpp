@@ -43,7 +43,7 @@ TEST(RingPixels, LieOnTheEdgeOfADisc) {
   const RayTable rays(test::pinhole({320, 240}, 400));
   const UndistortedCircle circle{{150.2 - 159.5, 110.7 - 119.5}, 30};
   std::vector<RingPixel> ring;
-  select_ring_pixels(bgr, rays, circle, {}, ring);
+  select_ring_pixels(bgr, rays, circle, ring);
   ASSERT_GT(ring.size(), 150u);
   for (const RingPixel& pixel : ring) EXPECT_NEAR((pixel.position_px - circle.center_px).norm(), 30, 1.6);
 }
@@ -51,7 +51,7 @@ TEST(RingPixels, LieOnTheEdgeOfADisc) {
 TEST(RingPixels, OutsideThePictureThereAreNone) {
   const RayTable rays(test::pinhole({320, 240}, 400));
   std::vector<RingPixel> ring;
-  select_ring_pixels(test::grey_picture(), rays, {{5000, 0}, 30}, {}, ring);
+  select_ring_pixels(test::grey_picture(), rays, {{5000, 0}, 30}, ring);
   EXPECT_TRUE(ring.empty());
 }
 

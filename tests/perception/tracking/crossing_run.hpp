@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "perception/tracking/tracker.hpp"
-#include "tests/perception/moving_balls.hpp"
+#include "tests/perception/tracking/moving_balls.hpp"
 
 namespace ballservo::test {
 

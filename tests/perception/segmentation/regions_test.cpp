@@ -7,22 +7,21 @@
 #include <set>
 
 #include "perception/segmentation/classification.hpp"
-#include "tests/perception/class_pictures.hpp"
+#include "tests/perception/segmentation/class_pictures.hpp"
 
 namespace ballservo {
 namespace {
 
 cv::Mat blank() { return cv::Mat::zeros(60, 80, CV_8UC1); }
 
-/// A picture's regions and what was asked of them, with the class pictures as they were left.
+/// A picture's regions and what was asked of them.
 struct Segmented {
-  Segmented(const cv::Mat& numbers, int classes, int max_runs = 1 << 16)
-      : map(max_runs), pictures(test::to_bits(numbers, classes)) {
-    map.update(pictures, numbers.size());
+  Segmented(const cv::Mat& numbers, int classes, int max_runs = 1 << 16) : map(max_runs) {
+    map.update(test::to_bits(numbers, classes), numbers.size());
   }
   std::vector<BoundaryPixel> boundary(int region) const {
     std::vector<BoundaryPixel> pixels;
-    map.boundary(region, pictures, pixels);
+    map.boundary(region, pixels);
     return pixels;
   }
   /// The first region of that class that has not been absorbed.
@@ -34,7 +33,6 @@ struct Segmented {
     return -1;
   }
   RegionMap map;
-  ClassPictures pictures;
 };
 
 /// The same by flooding, pixel by pixel: labels in raster order of the regions' first pixels.
@@ -143,7 +141,7 @@ TEST(Regions, AreThoseOfFlooding) {
       for (int v = 0; v < size.height; ++v) {
         for (int u = 0; u < size.width; ++u) {
           if (whole(v, u) == static_cast<int>(i)) {
-            ASSERT_TRUE(segmented.pictures[color_class - 1u].at(u, v));
+            ASSERT_TRUE(segmented.map.classes()[color_class - 1u].at(u, v));
           }
         }
       }
@@ -157,8 +155,8 @@ TEST(Regions, AbsorbAHighlightButNotABallInFrontOfALargerOne) {
   cv::circle(numbers, {34, 24}, 3, 0, cv::FILLED);  // a highlight without colour
   cv::circle(numbers, {46, 36}, 8, 2, cv::FILLED);  // a ball of another class
   const Segmented segmented(numbers, 2);
-  EXPECT_TRUE(segmented.pictures[0].at(34, 24));
-  EXPECT_FALSE(segmented.pictures[0].at(46, 36));
+  EXPECT_TRUE(segmented.map.classes()[0].at(34, 24));
+  EXPECT_FALSE(segmented.map.classes()[0].at(46, 36));
   EXPECT_GE(segmented.region_of(2), 0);
   const int ball = segmented.region_of(1);
   for (const BoundaryPixel& pixel : segmented.boundary(ball))
@@ -248,7 +246,7 @@ TEST(Regions, KeepTheLargestOfTooManyAndSaySo) {
   for (const Region& region : segmented.map.regions()) of_class += region.color_class == 1;
   EXPECT_EQ(of_class, 1);
   EXPECT_GT(segmented.map.regions()[static_cast<std::size_t>(segmented.region_of(1))].pixels, 250);
-  EXPECT_EQ(cv::countNonZero(class_numbers(segmented.pictures, numbers.size())),
+  EXPECT_EQ(cv::countNonZero(class_numbers(segmented.map.classes(), numbers.size())),
             segmented.map.regions()[static_cast<std::size_t>(segmented.region_of(1))].pixels);
   // Too few for a picture at all: what is left is background.
   EXPECT_EQ(Segmented(numbers, 1, 1).map.regions().size(), 1u);

@@ -13,7 +13,7 @@ namespace {
 constexpr ImageSize size{320, 240};
 constexpr double radius_px = 40;
 
-/// The share of the stretches in which an edge is found between a disc and the grey around it, that differ in
+/// The share of the segments in which an edge is found between a disc and the grey around it, that differ in
 /// green alone.
 double share_found(std::uint8_t inside, std::uint8_t around) {
   const Camera camera = test::pinhole(size, 400);
@@ -23,8 +23,8 @@ double share_found(std::uint8_t inside, std::uint8_t around) {
   EdgeMeter meter;
   OutlineEdges edges;
   meter.measure(bgr, rays, *cone_near_circle({{0, 0}, radius_px}, 400), CameraResponse::linear(), edges);
-  EXPECT_GT(edges.stretches, 16);
-  return static_cast<double>(edges.points.size()) / edges.stretches;
+  EXPECT_GT(edges.segments, 16);
+  return static_cast<double>(edges.points.size()) / edges.segments;
 }
 
 TEST(EdgeMeter, InTheDarkAFainterEdgeWillDo) {

@@ -15,7 +15,7 @@ constexpr double dt_s = 1.0 / 30;
 
 TEST(TrackFilter, MeasurementsOfAStandstillGiveItsPlaceAndNoVelocity) {
   BallFeatures features{{0.2, -0.1, 3}, {0.001, 0.001, 0.01}};
-  TrackFilter filter(features, 0, {});
+  TrackFilter filter(features, 0);
   for (int k = 1; k < 60; ++k) {
     filter.predict(k * dt_s);
     EXPECT_LT(filter.distance2(features), 1);
@@ -44,17 +44,17 @@ Eigen::Vector3d normal_vector(RandomEngine& engine) {
 /// A ball whose acceleration is another one every `lasts_s`, in the filter's own quantities.
 class Wanderer {
  public:
-  Wanderer(const TrackFilterOptions& options, double radius, RandomEngine& engine)
+  Wanderer(double radius, RandomEngine& engine)
       : engine_(engine),
-        lasts_s_(options.acceleration_lasts_s),
-        sigma_(options.acceleration_radii_s2 * radius, options.acceleration_radii_s2 * radius, 0),
+        sigma_(acceleration_radii_s2 * radius, acceleration_radii_s2 * radius, 0),
         velocity_(5 * radius * standard_normal(engine), 5 * radius * standard_normal(engine), 0),
         value_(0.1, -0.05, -std::log(radius)) {}
 
   void go_on(double duration_s) {
     constexpr double step_s = 1.0 / 300;
     for (double done_s = 0; done_s < duration_s - 1e-9; done_s += step_s) {
-      if (held_s_ <= 1e-9) acceleration_ = sigma_.cwiseProduct(normal_vector(engine_)), held_s_ = lasts_s_;
+      if (held_s_ <= 1e-9)
+        acceleration_ = sigma_.cwiseProduct(normal_vector(engine_)), held_s_ = acceleration_lasts_s;
       value_ += step_s * velocity_ + 0.5 * step_s * step_s * acceleration_;
       velocity_ += step_s * acceleration_;
       held_s_ -= step_s;
@@ -67,7 +67,7 @@ class Wanderer {
 
  private:
   RandomEngine& engine_;
-  double lasts_s_, held_s_ = 0;
+  double held_s_ = 0;
   Eigen::Vector3d sigma_, velocity_, value_, acceleration_{0, 0, 0};
 };
 
@@ -76,13 +76,12 @@ class Wanderer {
 double normalized_error(double rate_hz, double unseen_s) {
   constexpr int motions = 400;
   constexpr double radius = 0.05;
-  const TrackFilterOptions options;
   RandomEngine engine = random_stream(5, "wanderers");
   const Eigen::Vector3d sigma(0.03 * radius, 0.03 * radius, 0.03);
   double sum = 0;
   for (int motion = 0; motion < motions; ++motion) {
-    Wanderer ball(options, radius, engine);
-    TrackFilter filter(ball.measured(sigma), 0, options);
+    Wanderer ball(radius, engine);
+    TrackFilter filter(ball.measured(sigma), 0);
     double time_s = 0;
     const auto next = [&] {
       ball.go_on(1 / rate_hz);
@@ -110,7 +109,7 @@ TEST(TrackFilter, ThePredictionsCovarianceIsTheirErrorAtAnyRate) {
 
 TEST(TrackFilter, ManyShortPredictionsAreOneLongOne) {
   const BallFeatures features{{0.2, -0.1, 3}, {0.001, 0.001, 0.01}};
-  TrackFilter one(features, 0, {}), many(features, 0, {});
+  TrackFilter one(features, 0), many(features, 0);
   one.predict(0.6);
   for (int k = 1; k <= 36; ++k) many.predict(k / 60.0);
   EXPECT_LT((one.value() - many.value()).norm(), 1e-12);

@@ -1,0 +1,116 @@
+#include "perception/ball_verifier.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "perception/outline/ball_position.hpp"
+
+namespace ballservo {
+namespace {
+
+// A region may be less than its ball unless a ball of so much quality was found in it, if it is so large and
+// fills its circle so far: then there may be an outline around it, its radius larger by up to a part of the
+// circle's.
+constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
+
+constexpr const char* no_edge = "no edge along the circle";
+
+void forget(VerifiedCandidate& candidate) {
+  candidate.is_fitted = false;
+  candidate.fit.clear_points();
+  candidate.verdict = {};
+}
+
+}  // namespace
+
+VotedCircle::VotedCircle(const CircleEstimate& voted, double focal_px)
+    : estimate(voted), cone(cone_near_circle({voted.center_px, voted.radius_px}, focal_px)) {}
+
+BallObservation VerifiedCandidate::observation(ClassIndex color_class,
+                                               const std::optional<CircleEstimate>& vote) const {
+  return {fit.ball, color_class, vote, verdict.support, verdict.quality};
+}
+
+BallVerifier::BallVerifier(std::shared_ptr<const RayTable> rays, const DetectorOptions& options)
+    : rays_(std::move(rays)), options_(options), fitter_(rays_, options.oval_fraction) {
+  scouted_.points.reserve(most_outline_sectors);
+}
+
+const VerifiedCandidate& BallVerifier::verify(const ClassView& view, const VotedCircle& circle,
+                                              const std::vector<BoundaryPoint>& points, bool inside_region) {
+  VerifiedCandidate& candidate = voted_;
+  Verdict& verdict = candidate.verdict;
+  forget(candidate);
+  if (circle.estimate.radius_px < min_ball_radius_px) {
+    verdict.reason = "too small";
+  } else if (!circle.cone) {
+    verdict.reason = "no ball makes this circle";
+  } else {
+    const TangentCone rough = rough_cone(circle, points);
+    verdict = judge(view).early(points, rough);
+    if (!candidate.is_ball() && !inside_region) return candidate;
+    candidate.is_fitted =
+        options_.fit == BallFit::sphere
+            ? fit_sphere(view.bgr, view.response, circle, rough, points, radius(view), candidate.fit)
+            : fitter_.fit_circle(view.bgr, circle.start(), radius(view), candidate.fit);
+    if (candidate.is_fitted)
+      verdict = judge(view).of(candidate.fit, points);
+    else
+      verdict.reason = no_edge;
+  }
+  return candidate;
+}
+
+bool BallVerifier::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const VotedCircle& circle,
+                              const TangentCone& rough, const std::vector<BoundaryPoint>& points,
+                              const BallRadius& radius, OutlineFit& fit) {
+  const TangentCone start =
+      boundary_cone_.robust(rough, points, rays_->camera().focal_px(), options_.oval_fraction)
+          .value_or(*circle.cone);
+  if (!fitter_.fit_sphere(bgr, response, start, radius, fit)) return false;
+  fit.ball.start = circle.start();
+  return true;
+}
+
+const VerifiedCandidate& BallVerifier::verify_frayed(const ClassView& view, const VotedCircle& circle,
+                                                     const std::vector<BoundaryPoint>& points,
+                                                     const std::vector<BoundaryPoint>& region) {
+  const VerifiedCandidate& voted = verify(view, circle, points);
+  const double radius_px = circle.estimate.radius_px;
+  const bool is_sure = voted.is_ball() && voted.verdict.quality >= sure_quality;
+  if (is_sure || options_.fit != BallFit::sphere || !circle.cone || radius_px < min_frayed_radius_px ||
+      voted.verdict.support.fill < min_frayed_fill)
+    return voted;
+  fit_near(view, *circle.cone, frayed_reach * radius_px, min_frayed_edge, around_);
+  Verdict& around = around_.verdict;
+  if (!around_.is_ball() && around_.is_fitted && judge(view).encloses(region, around_.fit, around.support)) {
+    around.reason = nullptr;
+    around.quality = std::max(around.quality, share_on_outline(around_.fit));
+  }
+  const bool says_more = around_.is_ball() && !(voted.is_ball() && around.quality <= voted.verdict.quality);
+  return says_more ? around_ : voted;
+}
+
+std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, const TangentCone& start,
+                                                         double reach_px, bool clearly) {
+  fit_near(view, start, reach_px, clearly ? min_frayed_edge : options_.judge.min_expected_edge, around_);
+  const bool is_there =
+      around_.is_ball() || (!clearly && around_.is_fitted &&
+                            judge(view).suffices_where_expected(around_.fit, around_.verdict.support));
+  if (!is_there) return std::nullopt;
+  return around_.observation(view.colored.color_class, std::nullopt);
+}
+
+void BallVerifier::fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
+                            VerifiedCandidate& candidate) {
+  forget(candidate);
+  candidate.is_fitted =
+      scout_outline(view.bgr, rays_->camera(), start, {reach_px, min_edge}, scouted_) &&
+      fitter_.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), candidate.fit);
+  if (candidate.is_fitted)
+    candidate.verdict = judge(view).of(candidate.fit, {});
+  else
+    candidate.verdict.reason = no_edge;
+}
+
+}  // namespace ballservo
