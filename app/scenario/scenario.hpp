@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/scenario/beliefs.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/avoidance/avoidance.hpp"
 #include "servo/control/law_catalog.hpp"
