@@ -19,7 +19,7 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/color/color_file.hpp"
-#include "calibration/teaching/box_lesson.hpp"
+#include "calibration/teaching/box_trainer.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "calibration/teaching/merge_colors.hpp"
 
@@ -44,14 +44,14 @@ void write_panels(const OutputFolder& folder, const std::string& prefix,
 /// What was learnt, and how to draw it.
 struct Lesson {
   LearntColors colors;
-  std::vector<ColorPicture> pictures;   // that it was learnt from, none for a video
-  std::vector<BoxLesson::Shown> shown;  // frames of a video
-  std::vector<std::string> sources;     // what LearntCircle::picture counts
+  std::vector<ColorPicture> pictures;    // that it was learnt from, none for a video
+  std::vector<BoxTrainer::Shown> shown;  // frames of a video
+  std::vector<std::string> sources;      // what LearntCircle::picture counts
 };
 
 void write_preview(const OutputFolder& folder, const Lesson& lesson) {
   if (lesson.sources.empty()) write_panels(folder, "", color_preview(lesson.colors.table));
-  for (const BoxLesson::Shown& shown : lesson.shown) {
+  for (const BoxTrainer::Shown& shown : lesson.shown) {
     write_panels(folder, fmt::format("frame_{:06}_", shown.frame), box_preview(lesson.colors.table, shown));
   }
   std::set<std::string> used;
@@ -90,14 +90,14 @@ int show_file(const ColorsOptions& options) {
 }
 
 /// Shows that work goes on, and lets it be interrupted.
-LearnOptions learn_options(const CommonOptions& common, Progress& progress) {
-  LearnOptions options;
-  options.regions.seed = common.seed;
-  options.regions.before_each_test = [&progress, asked = 0L]() mutable {
+RegionSearchOptions region_search(const CommonOptions& common, Progress& progress) {
+  RegionSearchOptions search;
+  search.seed = common.seed;
+  search.before_each_test = [&progress, asked = 0L]() mutable {
     throw_if_interrupted();
     progress.step(++asked);
   };
-  return options;
+  return search;
 }
 
 constexpr const char* tested_regions = "regions tested for roundness";
@@ -109,7 +109,7 @@ Lesson learn_from_box(const ColorsOptions& options, const std::pair<std::string,
   auto sequences = open_sources({options.from}, 30, options.common.max_pixels);
   FrameSequence& sequence = *sequences.front();
   Progress progress(tested_regions, 0, options.common.quiet);
-  BoxLesson lesson(box.first, box.second, learn_options(options.common, progress));
+  BoxTrainer lesson(box.first, box.second, region_search(options.common, progress));
   // A recorded video ends; a camera would show an empty box for ever.
   const bool ends = source_files({options.from}).front().kind != SourceFile::Kind::camera;
   while (!lesson.enough() && (ends || lesson.looked_at() < most_camera_frames)) {
@@ -184,9 +184,9 @@ int run_calibrate_colors(const ColorsOptions& options) {
     lesson.pictures = set.read(options.common.max_pixels);
     for (const ColorPicture& picture : lesson.pictures) lesson.sources.push_back(picture.source);
     Progress progress(tested_regions, 0, options.common.quiet);
-    const LearnOptions learn = learn_options(options.common, progress);
-    lesson.colors = requests.empty() ? learn_colors(lesson.pictures, learn, background)
-                                     : learn_classes(lesson.pictures, requests, learn, background);
+    const RegionSearchOptions search = region_search(options.common, progress);
+    lesson.colors = requests.empty() ? learn_colors(lesson.pictures, search, background)
+                                     : learn_classes(lesson.pictures, requests, search, background);
   }
   lesson.colors.table = joined(options, lesson, std::move(files));
   const ColorTable& colors = lesson.colors.table;

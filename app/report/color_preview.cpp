@@ -268,7 +268,7 @@ std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::v
   return panels;
 }
 
-std::vector<PreviewPanel> box_preview(const ColorTable& colors, const BoxLesson::Shown& shown) {
+std::vector<PreviewPanel> box_preview(const ColorTable& colors, const BoxTrainer::Shown& shown) {
   cv::Mat picture = shown.bgr.clone();
   const int thickness = std::max(1, picture.cols / 500);
   const auto at = [](const Eigen::Vector2d& p) { return cv::Point(cvRound(p.x()), cvRound(p.y())); };

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/teaching/box_lesson.hpp"
+#include "calibration/teaching/box_trainer.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
@@ -26,7 +26,7 @@ std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::v
 
 /// The same for a frame of live material: (a) with the square that the ball was held in and the ball that was
 /// found there, then (c) to (f).
-std::vector<PreviewPanel> box_preview(const ColorTable& colors, const BoxLesson::Shown& shown);
+std::vector<PreviewPanel> box_preview(const ColorTable& colors, const BoxTrainer::Shown& shown);
 
 /// Panels (c), (d) and (f) alone, from a colours file: the groups are found anew from its histograms.
 std::vector<PreviewPanel> color_preview(const ColorTable& colors);

@@ -118,7 +118,7 @@ void for_each_segmentation(const cv::Mat& modes, const ComponentOptions& options
     for (const double link_factor : link_factors) {
       const auto link = static_cast<float>(link_factor * options.chroma_radius);
       visit(connect(cols, rows, colored, [&](int i, int j) {
-        return ChromaMetric(chroma[i][0], chroma[i][1], options.shading_stretch)
+        return ChromaMetric(chroma[i][0], chroma[i][1])
                    .squared(chroma[j][0] - chroma[i][0], chroma[j][1] - chroma[i][1]) <= link * link;
       }));
     }

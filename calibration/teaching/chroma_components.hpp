@@ -10,7 +10,6 @@ namespace ballservo {
 /// How the modes are taken apart.
 struct ComponentOptions {
   double chroma_radius = 6;    ///< what mean shift worked with, in (u*, v*); above 0
-  double shading_stretch = 3;  ///< see MeanShiftOptions
   double min_chroma = 6;       ///< least distance from neutral that counts as colour; 0 or more
   double enough_pixels = 100;  ///< that a colour needs to be one; see `mode_labels`
 };

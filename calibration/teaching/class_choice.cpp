@@ -51,17 +51,17 @@ std::string list_of(const ClassRequest& request, std::vector<ColorGroup> groups,
 }  // namespace
 
 ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> groups,
-                        const std::vector<ColorPicture>& pictures, const LearnOptions& options) {
+                        const std::vector<ColorPicture>& pictures) {
   if (groups.empty()) {
     throw Refusal(fmt::format(
         "class {}: nothing round and coloured was found in {}. Try a picture where the ball is whole, "
         "in even light and larger than {:.0f} px across, or say where it is: --at {}=CX,CY,R",
-        request.name, pictures[request.pictures.front()].source, 2 * options.regions.min_radius_px,
+        request.name, pictures[request.pictures.front()].source, 2 * RegionSearchOptions().min_radius_px,
         request.name));
   }
   // A colour that lies mostly outside round things is a worse answer than one that is all in them.
   std::stable_sort(groups.begin(), groups.end(), [&](const ColorGroup& a, const ColorGroup& b) {
-    return (a.round_share >= options.weak_round_share) > (b.round_share >= options.weak_round_share);
+    return (a.round_share >= weak_round_share) > (b.round_share >= weak_round_share);
   });
   if (hue_distance_to_word_deg(request.name, 0)) {
     std::size_t best = 0;
@@ -99,8 +99,8 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
                             request.name, list_of(request, groups, pictures)));
 }
 
-std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::vector<ColorPicture>& pictures,
-                                    const LearnOptions& options) {
+std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
+                                    const std::vector<ColorPicture>& pictures) {
   const auto reaching = [&](double share) {
     std::vector<ColorGroup> result;
     for (const ColorGroup& group : groups) {
@@ -108,12 +108,11 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::v
     }
     return result;
   };
-  std::vector<ColorGroup> clear = reaching(options.min_round_share),
-                          weak = reaching(options.weak_round_share);
+  std::vector<ColorGroup> clear = reaching(min_round_share), weak = reaching(weak_round_share);
   std::stable_sort(weak.begin(), weak.end(), more_evident);
   if (!clear.empty()) {
     // Half of a ball's colour may lie elsewhere: it is not worse for that than what is hardly round.
-    if (weak.front().round_share < options.min_round_share) clear.push_back(weak.front());
+    if (weak.front().round_share < min_round_share) clear.push_back(weak.front());
     return clear;
   }
   const ClassRequest any{"NAME", {0}, {}};
@@ -122,7 +121,7 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::v
         fmt::format(
             "nothing round and coloured was found. Try a picture where the ball is whole, in even light, and "
             "at least {:.0f} px across; or say where it is: --class NAME=IMAGE --at NAME=CX,CY,R",
-            2 * options.regions.min_radius_px) +
+            2 * RegionSearchOptions().min_radius_px) +
         (groups.empty() ? ""
                         : "\nRound regions whose colour lies mostly elsewhere in the picture:" +
                               list_of(any, groups, pictures)));
@@ -130,7 +129,7 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::v
   std::stable_sort(groups.begin(), groups.end(), more_evident);
   const bool outstanding =
       groups.size() == 1 || groups[0].evidence() >= outstanding_evidence * groups[1].evidence();
-  if (!outstanding || groups.front().round_share < options.weak_round_share) {
+  if (!outstanding || groups.front().round_share < weak_round_share) {
     throw Refusal(
         "several colours have round regions, but most of each lies elsewhere in the picture, so that none "
         "is surely a ball's. Say which is meant with --class NAME=IMAGE and:" +
@@ -140,8 +139,7 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::v
   return weak;
 }
 
-std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures,
-                        const LearnOptions& options) {
+std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures) {
   const BallCandidate& best = group.balls.front();
   std::string reasons;
   const auto add = [&](const std::string& reason) { reasons += (reasons.empty() ? "" : "; ") + reason; };
@@ -149,7 +147,7 @@ std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>
     add("its best ball is an ellipse, as motion makes of one");
   else if (best.region.fit_ratio < sure_fit_ratio && best.region.contrast < sure_contrast)
     add(fmt::format("its outline is round to {:.2f} (1 is a whole ball)", best.region.fit_ratio));
-  if (group.round_share < options.min_round_share)
+  if (group.round_share < min_round_share)
     add(fmt::format("{:.0f} % of its colour lies outside round things", 100 * (1 - group.round_share)));
   if (best.region.radius_px < sure_radius_px && best.region.contrast < sure_contrast)
     add(fmt::format("it is only {:.0f} px across", 2 * best.region.radius_px));
@@ -162,14 +160,14 @@ std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>
 }
 
 ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCandidate>& candidates,
-                         const std::vector<ColorPicture>& pictures, const LearnOptions& options) {
+                         const std::vector<ColorPicture>& pictures) {
   ColorGroup group;
   BallCandidate pointed;
   pointed.picture = request.pictures.front();
   pointed.region.center_px = request.at->center_px;
   pointed.region.radius_px = request.at->radius_px;
   pointed.region.inlier_fraction = pointed.region.fill = pointed.region.fit_ratio = 1;
-  pointed.samples = samples_inside(pictures[pointed.picture].bgr, pointed.region, 1, options.samples);
+  pointed.samples = samples_inside(pictures[pointed.picture].bgr, pointed.region, 1);
   if (pointed.samples.pixels.size() < 10 || pointed.samples.colored_fraction() < 0.1) {
     throw Refusal(
         fmt::format("class {}: hardly a pixel inside --at {}={} has a colour ({} of {}); black, white and "
@@ -184,7 +182,7 @@ ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCand
     if (candidate.picture == pointed.picture && apart < candidate.region.radius_px + pointed.region.radius_px)
       continue;
     if (!candidate.region.stands_out) continue;
-    if (!same_color(candidate.samples, pointed.samples, options.groups)) continue;
+    if (!same_color(candidate.samples, pointed.samples)) continue;
     group.samples.add(candidate.samples);
     group.balls.push_back(candidate);
   }

@@ -12,20 +12,19 @@ namespace ballservo {
 /// the one that is more evident than those that do. Where none does, the most evident is left, if it reaches
 /// weak_round_share and has about twice the evidence of the next. Throws Refusal where nothing is left, or
 /// where it is not clear which, with the `--at` that settles it.
-std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups, const std::vector<ColorPicture>& pictures,
-                                    const LearnOptions& options);
+std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
+                                    const std::vector<ColorPicture>& pictures);
 
 /// What speaks against a group's being a ball, in words; empty where nothing does.
-std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures,
-                        const LearnOptions& options);
+std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures);
 
 /// The group that `request` means, of those that its pictures show. Throws Refusal (see learn_classes).
 ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> groups,
-                        const std::vector<ColorPicture>& pictures, const LearnOptions& options);
+                        const std::vector<ColorPicture>& pictures);
 
 /// The group of the ball that the user points at, with every candidate that has its colour.
 ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCandidate>& candidates,
-                         const std::vector<ColorPicture>& pictures, const LearnOptions& options);
+                         const std::vector<ColorPicture>& pictures);
 
 /// Adds what is wrong with the requests to `faults`.
 void check_requests(const std::vector<ClassRequest>& requests, const std::vector<ColorPicture>& pictures,

@@ -75,8 +75,7 @@ double common_area(const std::vector<float>& a, const std::vector<float>& b) {
 }
 
 std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes,
-                                    const OccupiedCells& background, const SampleOptions& options) {
-  options.validate();
+                                    const OccupiedCells& background) {
   const std::vector<Eigen::Vector3f>& colors = table_cell_colors();
   const std::vector<float> elsewhere = lab_density(background);
   std::vector<std::vector<float>> on_ball, in_cells;
@@ -87,7 +86,7 @@ std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes,
 
   std::vector<ClassIndex> table(ColorTable::entries, no_class);
   for (int i = 0; i < ColorTable::entries; ++i) {
-    if (!options.has_color(colors[i].cast<double>())) continue;
+    if (!has_color(colors[i].cast<double>())) continue;
     const int cell = chroma_cell(colors[i].y(), colors[i].z());
     const int row = cell / ChromaHistogram::side, column = cell % ChromaHistogram::side;
     float best = 0, best_seen = 0;
@@ -110,11 +109,11 @@ std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes,
   return table;
 }
 
-void rebuild(ColorTable& colors, const SampleOptions& options) {
+void rebuild(ColorTable& colors) {
   std::vector<ClassEvidence> evidence;
   for (const ColorClass& color : colors.classes)
     evidence.push_back({color.cells, chroma_group(color.histogram)});
-  colors.table = class_table(evidence, colors.background, options);
+  colors.table = class_table(evidence, colors.background);
 }
 
 }  // namespace ballservo

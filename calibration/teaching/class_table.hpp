@@ -25,7 +25,7 @@ std::vector<float> lab_density(const OccupiedCells& cells);
 double common_area(const std::vector<float>& a, const std::vector<float>& b);
 
 /// The class of every RGB cell, by the colour at its centre:
-/// - without a class where the colour is too dark or too grey (see SampleOptions), or where it lies in no
+/// - without a class where the colour is too dark or too grey (see has_color), or where it lies in no
 /// group;
 /// - of the class with the highest density where groups overlap: over the RGB cells around it where any of
 /// them was
@@ -37,9 +37,9 @@ double common_area(const std::vector<float>& a, const std::vector<float>& b);
 ///   background has of it are things of the ball's own colour, which no table can tell apart.
 /// `background` counts the pictures' pixels off every ball; empty for none.
 std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes,
-                                    const OccupiedCells& background, const SampleOptions& options);
+                                    const OccupiedCells& background);
 
 /// Makes the table anew from what is stored of its classes and its background.
-void rebuild(ColorTable& colors, const SampleOptions& options = {});
+void rebuild(ColorTable& colors);
 
 }  // namespace ballservo

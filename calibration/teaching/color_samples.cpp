@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/base/fault.hpp"
-#include "calibration/base/range_check.hpp"
 #include "calibration/color/color_names.hpp"
 #include "calibration/color/color_space.hpp"
 
 namespace ballservo {
 namespace {
 
+constexpr double min_lightness = 10;    // L
+constexpr double min_chroma = 8;        // sqrt(a^2 + b^2); in the dark less will do:
+constexpr double min_saturation = 0.1;  // sqrt(a^2 + b^2) / (L + 16), which a weaker light leaves as it is
+constexpr double sampled_rim = 0.92;    // of the circle's radius: further out the background mixes in
 constexpr double hue_bin_deg = 360.0 / ColorSamples::hue_bins;
 constexpr double hue_smoothing_deg = 2.5;
 
@@ -32,13 +34,9 @@ std::array<double, ColorSamples::hue_bins> smoothed(const ColorSamples& samples)
 
 }  // namespace
 
-void SampleOptions::validate() const {
-  FaultList faults;
-  check_range(faults, "colour samples: min_lightness", min_lightness, 0, 100);
-  check_range(faults, "colour samples: min_chroma", min_chroma, 1, 200);
-  check_range(faults, "colour samples: min_saturation", min_saturation, 0.01, 10);
-  check_range(faults, "colour samples: rim", rim, 0.1, 1);
-  faults.throw_if_any();
+bool has_color(const Eigen::Vector3d& lab) {
+  const double least = std::min(min_chroma, min_saturation * (lab.x() + 16));
+  return lab.x() >= min_lightness && lab.tail<2>().squaredNorm() >= least * least;
 }
 
 const std::vector<Eigen::Vector3f>& table_cell_colors() {
@@ -118,10 +116,9 @@ void ColorSamples::add(const ColorSamples& other) {
   looked_at += other.looked_at;
 }
 
-ColorSamples samples_inside(const cv::Mat& bgr, const RoundRegion& region, double scale,
-                            const SampleOptions& options) {
+ColorSamples samples_inside(const cv::Mat& bgr, const RoundRegion& region, double scale) {
   ColorSamples result;
-  const double radius = options.rim * region.radius_px;
+  const double radius = sampled_rim * region.radius_px;
   const Eigen::Vector2d at = region.center_px;
   const int top = std::max(0, static_cast<int>(std::ceil(at.y() - radius)));
   const int bottom = std::min(bgr.rows - 1, static_cast<int>(std::floor(at.y() + radius)));
@@ -139,7 +136,7 @@ ColorSamples samples_inside(const cv::Mat& bgr, const RoundRegion& region, doubl
       }
       const cv::Vec3b& c = bgr.at<cv::Vec3b>(y, x);
       const Eigen::Vector3d lab = lab_from_bgr(c[0], c[1], c[2]);
-      if (!options.has_color(lab)) continue;
+      if (!has_color(lab)) continue;
       result.pixels.push_back({static_cast<std::uint32_t>(ColorTable::index(c[0], c[1], c[2])),
                                static_cast<std::uint16_t>(chroma_cell(lab.y(), lab.z()))});
       const int bin = static_cast<int>(lab_hue_deg(lab.y(), lab.z()) / hue_bin_deg) % ColorSamples::hue_bins;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -13,23 +12,10 @@
 
 namespace ballservo {
 
-/// Which pixels have a colour to learn. Black, dark and nearly grey pixels (deep shade, glare, white) say
-/// nothing of a ball's hue: they are never samples and never classified; in the class picture they leave
-/// holes, which the on-line closing and the absorption of enclosed regions fill.
-struct SampleOptions {
-  double min_lightness = 10;    ///< L of Lab, 0 to 100
-  double min_chroma = 8;        ///< sqrt(a^2 + b^2) of Lab, above 0; in the dark less will do:
-  double min_saturation = 0.1;  ///< sqrt(a^2 + b^2) / (L + 16), which a weaker light leaves as it is; above 0
-  double rim =
-      0.92;  ///< part of the circle's radius that is sampled: further out the background mixes in; 0 to 1
-
-  /// Throws InputError with every value out of range.
-  void validate() const;
-  bool has_color(const Eigen::Vector3d& lab) const {
-    const double least = std::min(min_chroma, min_saturation * (lab.x() + 16));
-    return lab.x() >= min_lightness && lab.tail<2>().squaredNorm() >= least * least;
-  }
-};
+/// Whether a colour of Lab is one to learn. Black, dark and nearly grey pixels (deep shade, glare, white) say
+/// nothing of a ball's hue: they are never samples and never classified. The holes that they leave in the
+/// class picture are filled by the on-line closing and the absorption of enclosed regions.
+bool has_color(const Eigen::Vector3d& lab);
 
 /// The (L, a, b) at the centre of every cell of ColorTable, in its order.
 const std::vector<Eigen::Vector3f>& table_cell_colors();
@@ -71,8 +57,7 @@ struct ColorSamples {
 
 /// The coloured pixels inside a round region (of the region itself, holes included, and a bit inside the
 /// circle). `scale` is the region's picture's working scale.
-ColorSamples samples_inside(const cv::Mat& bgr, const RoundRegion& region, double scale,
-                            const SampleOptions& options);
+ColorSamples samples_inside(const cv::Mat& bgr, const RoundRegion& region, double scale);
 
 /// 0 to 1: how much of their hues two sets of samples share, the histograms smoothed a little.
 double hue_overlap(const ColorSamples& a, const ColorSamples& b);

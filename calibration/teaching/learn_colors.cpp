@@ -9,6 +9,7 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/teaching/class_choice.hpp"
 #include "calibration/teaching/class_table.hpp"
+#include "calibration/teaching/clear_picture.hpp"
 
 namespace ballservo {
 namespace {
@@ -20,13 +21,13 @@ struct Survey {
   std::vector<BallCandidate> candidates;
 };
 
-Survey survey(const std::vector<ColorPicture>& pictures, const LearnOptions& options) {
+Survey survey(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search) {
   Survey result;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    result.cleared.push_back({pictures[i].source, clear_picture(pictures[i].bgr, options.clear)});
+    result.cleared.push_back({pictures[i].source, clear_picture(pictures[i].bgr)});
     const ColorPicture& cleared = result.cleared.back();
-    const RoundRegions found = find_round_regions(cleared.bgr, options.regions);
-    for (BallCandidate& candidate : ball_candidates(cleared, i, found, options.samples, options.groups)) {
+    const RoundRegions found = find_round_regions(cleared.bgr, search);
+    for (BallCandidate& candidate : ball_candidates(cleared, i, found)) {
       result.candidates.push_back(std::move(candidate));
     }
     result.pictures.push_back({found.modes, found.scale});
@@ -35,8 +36,7 @@ Survey survey(const std::vector<ColorPicture>& pictures, const LearnOptions& opt
 }
 
 /// The groups of those candidates that lie in the pictures named.
-std::vector<ColorGroup> groups_in(const std::vector<std::size_t>& wanted, const Survey& seen,
-                                  const LearnOptions& options) {
+std::vector<ColorGroup> groups_in(const std::vector<std::size_t>& wanted, const Survey& seen) {
   const std::set<std::size_t> indices(wanted.begin(), wanted.end());
   CellCounts all(ColorTable::entries, 0);
   for (const std::size_t i : indices) count_cells(seen.cleared[i].bgr, {}, all);
@@ -44,7 +44,7 @@ std::vector<ColorGroup> groups_in(const std::vector<std::size_t>& wanted, const 
   for (const BallCandidate& candidate : seen.candidates) {
     if (indices.count(candidate.picture)) here.push_back(candidate);
   }
-  return color_groups(std::move(here), all, options.samples, options.groups);
+  return color_groups(std::move(here), all);
 }
 
 /// Pixels off every ball (and off its blurred rim), of the pictures and of those that show none.
@@ -66,33 +66,36 @@ CellCounts background_of(const std::vector<ColorPicture>& pictures, const std::v
   return counts;
 }
 
+/// Smaller round things than a sure ball count if none is larger by more than this factor.
+constexpr double max_speck_ratio = 2;
+
 /// Beside a ball that is sure, the small print of the picture is none: the pips of cards, lamps, buttons.
-void leave_out_specks(std::vector<ColorGroup>& groups, const GroupOptions& options) {
+void leave_out_specks(std::vector<ColorGroup>& groups) {
   double largest_px = 0;
   for (const ColorGroup& group : groups) largest_px = std::max(largest_px, group.largest_radius_px());
   groups.erase(std::remove_if(groups.begin(), groups.end(),
                               [&](const ColorGroup& group) {
                                 const double radius_px = group.largest_radius_px();
-                                return radius_px < options.sure_radius_px &&
-                                       radius_px * options.max_speck_ratio < largest_px;
+                                return radius_px < sure_ball_radius_px &&
+                                       radius_px * max_speck_ratio < largest_px;
                               }),
                groups.end());
 }
 
 LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vector<ColorPicture>& pictures,
-                    const std::vector<ColorPicture>& background, const LearnOptions& options) {
+                    const std::vector<ColorPicture>& background) {
   for (ColorGroup& group : groups) {
     group.samples = {};
     for (const BallCandidate& ball : group.balls) {
-      group.samples.add(samples_inside(pictures[ball.picture].bgr, ball.region,
-                                       seen.pictures[ball.picture].scale, options.samples));
+      group.samples.add(
+          samples_inside(pictures[ball.picture].bgr, ball.region, seen.pictures[ball.picture].scale));
     }
   }
   LearntColors result;
   result.table.background = occupied(background_of(pictures, groups, background));
   result.pictures = std::move(seen.pictures);
   for (const ColorGroup& group : groups) {
-    if (std::string doubt = doubt_about(group, pictures, options); !doubt.empty())
+    if (std::string doubt = doubt_about(group, pictures); !doubt.empty())
       result.doubts.push_back(std::move(doubt));
     result.table.classes.push_back(
         {group.word, group.samples.pixels.size(), chroma_histogram(group.samples), group.samples.cells()});
@@ -102,24 +105,13 @@ LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vect
           {ball.picture, 0, ball.region.center_px, ball.region.radius_px, ball.region.fit_ratio});
     }
   }
-  rebuild(result.table, options.samples);
+  rebuild(result.table);
   return result;
 }
 
 }  // namespace
 
-void LearnOptions::validate() const {
-  clear.validate();
-  regions.validate();
-  samples.validate();
-  groups.validate();
-  if (!(weak_round_share >= 0 && weak_round_share <= min_round_share && min_round_share <= 1)) {
-    throw InputError("colour classes: weak_round_share, min_round_share",
-                     fmt::format("{}, {}", weak_round_share, min_round_share), "0 to 1, in that order");
-  }
-}
-
-void refuse_grey(const std::vector<ColorPicture>& pictures, const SampleOptions& options) {
+void refuse_grey(const std::vector<ColorPicture>& pictures) {
   constexpr double least_colored = 1e-4;  // what a sensor's noise gives a grey scene is more
   std::string grey;
   for (const ColorPicture& picture : pictures) {
@@ -127,7 +119,7 @@ void refuse_grey(const std::vector<ColorPicture>& pictures, const SampleOptions&
     count_cells(picture.bgr, {}, counts);
     double colored = 0;
     for (std::size_t i = 0; i < counts.size(); ++i) {
-      if (counts[i] > 0 && options.has_color(table_cell_colors()[i].cast<double>())) colored += counts[i];
+      if (counts[i] > 0 && has_color(table_cell_colors()[i].cast<double>())) colored += counts[i];
     }
     if (colored < least_colored * static_cast<double>(picture.bgr.total()))
       grey += (grey.empty() ? "" : ", ") + picture.source;
@@ -140,42 +132,39 @@ void refuse_grey(const std::vector<ColorPicture>& pictures, const SampleOptions&
       "mode, or give it more light");
 }
 
-LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const LearnOptions& options,
+LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search,
                           const std::vector<ColorPicture>& background) {
-  options.validate();
   if (pictures.empty()) throw InputError("pictures", "none", "one or more pictures of balls");
-  refuse_grey(pictures, options.samples);
-  Survey seen = survey(pictures, options);
+  refuse_grey(pictures);
+  Survey seen = survey(pictures, search);
   std::vector<std::size_t> everywhere(pictures.size());
   for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = i;
-  std::vector<ColorGroup> groups = ball_groups(groups_in(everywhere, seen, options), pictures, options);
-  leave_out_specks(groups, options.groups);
+  std::vector<ColorGroup> groups = ball_groups(groups_in(everywhere, seen), pictures);
+  leave_out_specks(groups);
   double best_fit = 0;
   for (const ColorGroup& group : groups) best_fit = std::max(best_fit, group.best_fit());
-  groups.erase(std::remove_if(groups.begin(), groups.end(),
-                              [&](const ColorGroup& group) {
-                                return group.best_fit() < options.groups.min_relative_fit * best_fit;
-                              }),
-               groups.end());
+  groups.erase(
+      std::remove_if(groups.begin(), groups.end(),
+                     [&](const ColorGroup& group) { return group.best_fit() < min_relative_fit * best_fit; }),
+      groups.end());
   if (groups.size() > max_classes) groups.resize(max_classes);
   std::map<std::string, int> uses;
   for (ColorGroup& group : groups) {
     const int use = ++uses[group.word];
     if (use > 1) group.word += fmt::format("_{}", use);
   }
-  return finish(std::move(groups), std::move(seen), pictures, background, options);
+  return finish(std::move(groups), std::move(seen), pictures, background);
 }
 
 LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
-                           const std::vector<ClassRequest>& requests, const LearnOptions& options,
+                           const std::vector<ClassRequest>& requests, const RegionSearchOptions& search,
                            const std::vector<ColorPicture>& background) {
-  options.validate();
   FaultList faults;
   check_requests(requests, pictures, faults);
   faults.throw_if_any();
   if (requests.empty()) throw InputError("--class", "none", "one or more classes");
-  refuse_grey(pictures, options.samples);
-  Survey seen = survey(pictures, options);
+  refuse_grey(pictures);
+  Survey seen = survey(pictures, search);
   std::vector<ColorGroup> groups;
   for (const ClassRequest& request : requests) {
     if (request.at) {
@@ -185,13 +174,13 @@ LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
         if (std::find(wanted.begin(), wanted.end(), candidate.picture) != wanted.end())
           others.push_back(candidate);
       }
-      groups.push_back(pointed_group(request, others, pictures, options));
+      groups.push_back(pointed_group(request, others, pictures));
     } else {
-      groups.push_back(chosen_group(request, groups_in(request.pictures, seen, options), pictures, options));
+      groups.push_back(chosen_group(request, groups_in(request.pictures, seen), pictures));
     }
     groups.back().word = request.name;
   }
-  return finish(std::move(groups), std::move(seen), pictures, background, options);
+  return finish(std::move(groups), std::move(seen), pictures, background);
 }
 
 }  // namespace ballservo

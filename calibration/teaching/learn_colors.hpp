@@ -9,25 +9,13 @@
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
-#include "calibration/teaching/clear_picture.hpp"
 #include "calibration/teaching/color_groups.hpp"
 
 namespace ballservo {
 
-/// Everything that the calibration can be told.
-struct LearnOptions {
-  ClearPictureOptions clear;
-  RoundRegionOptions regions;
-  SampleOptions samples;
-  GroupOptions groups;
-  /// A colour is a class only if at least that part of its pixels lies in round regions (fingertips are
-  /// round, but most of the skin is not); where no colour reaches it, a weaker claim will do; 0 to 1.
-  double min_round_share = 0.5;
-  double weak_round_share = 0.2;
-
-  /// Throws InputError with every value out of range.
-  void validate() const;
-};
+/// A colour is a class only if at least that part of its pixels lies in round regions (fingertips are round,
+/// but most of the skin is not); where no colour reaches it, the weaker share will do.
+inline constexpr double min_round_share = 0.5, weak_round_share = 0.2;
 
 /// A ball that the user points at.
 struct PointedBall {
@@ -68,12 +56,12 @@ struct LearntColors {
 };
 
 /// Throws Refusal for pictures of grey alone, naming them all: there is nothing to learn from.
-void refuse_grey(const std::vector<ColorPicture>& pictures, const SampleOptions& options);
+void refuse_grey(const std::vector<ColorPicture>& pictures);
 
 /// Every colour whose regions are round becomes a class, named by its colour word; where several share a word
 /// the largest keeps it plain, the others are red_2, red_3 and so on. `background`: pictures without any
-/// ball. Throws Refusal when nothing round and coloured is seen; InputError for bad options or pictures.
-LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const LearnOptions& options = {},
+/// ball. Throws Refusal when nothing round and coloured is seen; InputError for bad pictures.
+LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search = {},
                           const std::vector<ColorPicture>& background = {});
 
 /// One class per request. Which of several colours is meant, the ball pointed at settles, or a name that is a
@@ -82,7 +70,7 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Learn
 /// twice, a pointed ball that is not finite, not larger than nothing or outside its picture (all faults at
 /// once).
 LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
-                           const std::vector<ClassRequest>& requests, const LearnOptions& options = {},
+                           const std::vector<ClassRequest>& requests, const RegionSearchOptions& search = {},
                            const std::vector<ColorPicture>& background = {});
 
 }  // namespace ballservo

@@ -1,19 +1,19 @@
 #include "calibration/teaching/mean_shift.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "calibration/base/fault.hpp"
 #include "calibration/base/statistics.hpp"
 #include "calibration/color/color_space.hpp"
 
 namespace ballservo {
 namespace {
 
+constexpr int spatial_radius_px = 5;  // half side of the window
+constexpr int max_iterations = 8;
+constexpr double least_radius = 6, noise_factor = 3;  // in (u*, v*); in sigmas of the noise
 constexpr float full_hue_chroma = 30;  // from here on hue means something: the metric has its full stretch
 
 // sRGB's (u*, v*) lie in -84 to 176 and -135 to 108: cells of one unit, with a margin.
@@ -27,24 +27,7 @@ int histogram_cell(const cv::Vec2f& c) {
 
 }  // namespace
 
-void MeanShiftOptions::validate() const {
-  FaultList faults;
-  const auto check = [&](const char* name, double value, double low, const char* allowed) {
-    if (!(value >= low) || !std::isfinite(value))
-      faults.add(fmt::format("mean shift: {}", name), fmt::format("{}", value), allowed);
-  };
-  if (spatial_radius_px > 50)
-    faults.add("mean shift: spatial_radius_px", fmt::format("{}", spatial_radius_px), "1 to 50");
-  check("spatial_radius_px", spatial_radius_px, 1, "1 to 50");
-  check("chroma_radius", chroma_radius, 1e-6, "a number above 0");
-  check("noise_factor", noise_factor, 0, "0 or more");
-  check("shading_stretch", shading_stretch, 1, "1 or more");
-  check("max_iterations", max_iterations, 1, "1 or more");
-  check("max_working_pixels", max_working_pixels, 1e4, "10000 or more");
-  faults.throw_if_any();
-}
-
-ChromaMetric::ChromaMetric(float u, float v, double shading_stretch) {
+ChromaMetric::ChromaMetric(float u, float v) {
   const float chroma = std::sqrt(u * u + v * v);
   const double stretch = 1 + (shading_stretch - 1) * std::min(1.0f, chroma / full_hue_chroma);
   const float weight =
@@ -80,22 +63,20 @@ double chroma_noise(const cv::Mat& chroma) {
   return upper_median(differences) / (0.6745 * std::sqrt(2.0));  // the median of |N(0, 2 sigma^2)|
 }
 
-double chroma_radius(const cv::Mat& chroma, const MeanShiftOptions& options) {
-  return std::clamp(options.noise_factor * chroma_noise(chroma), options.chroma_radius,
-                    4 * options.chroma_radius);
+double chroma_radius(const cv::Mat& chroma) {
+  return std::clamp(noise_factor * chroma_noise(chroma), least_radius, 4 * least_radius);
 }
 
-cv::Mat mean_shift_filter(const cv::Mat& chroma, double radius, const MeanShiftOptions& options) {
-  options.validate();
+cv::Mat mean_shift_filter(const cv::Mat& chroma, double radius) {
   cv::Mat result(chroma.size(), CV_32FC2);
-  const int reach = options.spatial_radius_px;
+  const int reach = spatial_radius_px;
   const float limit = static_cast<float>(radius * radius);
   for (int y = 0; y < chroma.rows; ++y) {
     for (int x = 0; x < chroma.cols; ++x) {
       cv::Vec2f mode = chroma.at<cv::Vec2f>(y, x);
       float mode_x = static_cast<float>(x), mode_y = static_cast<float>(y);
-      for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-        const ChromaMetric metric(mode[0], mode[1], options.shading_stretch);
+      for (int iteration = 0; iteration < max_iterations; ++iteration) {
+        const ChromaMetric metric(mode[0], mode[1]);
         const int at_x = static_cast<int>(std::lround(mode_x)), at_y = static_cast<int>(std::lround(mode_y));
         const int left = std::max(0, at_x - reach), right = std::min(chroma.cols - 1, at_x + reach);
         float sum_u = 0, sum_v = 0, sum_x = 0, sum_y = 0, count = 0;

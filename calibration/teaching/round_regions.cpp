@@ -8,13 +8,21 @@
 #include <tuple>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/base/range_check.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "calibration/teaching/chroma_components.hpp"
 
 namespace ballservo {
 namespace {
 
+// Boundary inliers x fill that is asked for: from the sure radius on, at the least radius, and of a ball
+// smeared by motion.
+constexpr double min_fit_ratio = 0.4, small_fit_ratio = 0.75, min_smeared_fit_ratio = 0.3;
+constexpr double min_chroma = 6;  // of the modes' (u*, v*), from the picture's own grey
+// Of a ball's mean (u*, v*), from that of what is around it: a region with less is a patch of its
+// surroundings.
+constexpr double min_contrast = 5;
+constexpr double min_hue_agreement =
+    0.85;  // of its colours: their (u*, v*) summed, over their lengths summed
 constexpr double pi = 3.14159265358979323846;
 constexpr double least_smear = 1.15, most_smear = 2.5;  // ratio of the axes
 constexpr double most_of_box =
@@ -85,19 +93,17 @@ double fill_of(const Placed& region, const CircleEstimate& circle) {
 
 /// The region as a ball, if it passes the circle test.
 std::optional<RoundRegion> circle_test(const Placed& placed, double scale, CircleVoter& voter,
-                                       const RoundRegionOptions& options) {
+                                       const RegionSearchOptions& search) {
   const auto boundary = boundary_of(placed);
   if (boundary.size() < 8) return std::nullopt;
-  if (options.before_each_test) options.before_each_test();
-  RandomEngine engine = random_stream(options.seed, "region_circle", boundary.size());
+  if (search.before_each_test) search.before_each_test();
+  RandomEngine engine = random_stream(search.seed, "region_circle", boundary.size());
   const auto circle = voter.estimate(boundary, engine);
-  if (!circle || !(circle->radius_px >= options.min_radius_px)) return std::nullopt;
+  if (!circle || !(circle->radius_px >= search.min_radius_px)) return std::nullopt;
   // A few pixels of anything are round.
   const double smallness = std::clamp(
-      (options.sure_radius_px - circle->radius_px) / (options.sure_radius_px - options.min_radius_px), 0.0,
-      1.0);
-  const double least_fit =
-      options.min_fit_ratio + smallness * (options.small_fit_ratio - options.min_fit_ratio);
+      (search.sure_radius_px - circle->radius_px) / (search.sure_radius_px - search.min_radius_px), 0.0, 1.0);
+  const double least_fit = min_fit_ratio + smallness * (small_fit_ratio - min_fit_ratio);
   RoundRegion region;
   region.inlier_fraction = inlier_fraction_of(boundary, *circle);
   region.fill = fill_of(placed, *circle);
@@ -112,9 +118,9 @@ std::optional<RoundRegion> circle_test(const Placed& placed, double scale, Circl
 
 /// The region as a ball smeared by motion: an ellipse, which counts for less the longer it is.
 std::optional<RoundRegion> ellipse_test(const Placed& placed, double scale,
-                                        const RoundRegionOptions& options) {
+                                        const RegionSearchOptions& search) {
   const cv::Moments m = cv::moments(placed.mask, true);
-  const double least_radius = options.sure_radius_px;
+  const double least_radius = search.sure_radius_px;
   if (m.m00 < pi * least_radius * least_radius) return std::nullopt;
   const double xx = m.mu20 / m.m00, yy = m.mu02 / m.m00, xy = m.mu11 / m.m00;
   const double mean = (xx + yy) / 2, spread = std::hypot((xx - yy) / 2, xy);
@@ -149,7 +155,7 @@ std::optional<RoundRegion> ellipse_test(const Placed& placed, double scale,
   if (region.fill < least_ellipse_fill) return std::nullopt;
   region.inlier_fraction = smeared_weight * b / a;
   region.fit_ratio = region.fill * region.inlier_fraction;
-  if (region.fit_ratio < options.min_smeared_fit_ratio) return std::nullopt;
+  if (region.fit_ratio < min_smeared_fit_ratio) return std::nullopt;
   region.smeared = true;
   region.center_px = (center + Eigen::Vector2d(placed.origin.x + 0.5, placed.origin.y + 0.5)) / scale -
                      Eigen::Vector2d(0.5, 0.5);
@@ -233,58 +239,42 @@ double hue_agreement(const RoundRegion& region, const cv::Mat& modes) {
 
 }  // namespace
 
-void RoundRegionOptions::validate() const {
-  mean_shift.validate();
-  FaultList faults;
-  check_range(faults, "round regions: min_radius_px", min_radius_px, 1, 1e6);
-  check_range(faults, "round regions: sure_radius_px", sure_radius_px, min_radius_px + 0.1, 1e7);
-  check_range(faults, "round regions: small_fit_ratio", small_fit_ratio, 0, 1);
-  check_range(faults, "round regions: min_fit_ratio", min_fit_ratio, 0, 1);
-  check_range(faults, "round regions: min_smeared_fit_ratio", min_smeared_fit_ratio, 0, 1);
-  check_range(faults, "round regions: min_contrast", min_contrast, 0, 300);
-  check_range(faults, "round regions: min_chroma", min_chroma, 0, 300);
-  check_range(faults, "round regions: min_hue_agreement", min_hue_agreement, 0, 1);
-  faults.throw_if_any();
-}
-
-RoundRegions find_round_regions(const cv::Mat& bgr, const RoundRegionOptions& options) {
-  options.validate();
+RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& search) {
   if (bgr.empty() || bgr.type() != CV_8UC3)
     throw InputError("picture", "not 8-bit colour", "an 8-bit BGR picture");
   RoundRegions result;
   const double pixels = static_cast<double>(bgr.total());
   cv::Mat working = bgr;
-  if (pixels > options.mean_shift.max_working_pixels) {
-    const double wanted = std::sqrt(options.mean_shift.max_working_pixels / pixels);
+  if (pixels > search.max_working_pixels) {
+    const double wanted = std::sqrt(search.max_working_pixels / pixels);
     cv::resize(bgr, working, {}, wanted, wanted, cv::INTER_AREA);
   }
   result.scale = static_cast<double>(working.cols) / bgr.cols;
   const cv::Mat chroma = chroma_image(working);
-  const double radius = chroma_radius(chroma, options.mean_shift);
-  result.modes = mean_shift_filter(chroma, radius, options.mean_shift);
+  const double radius = chroma_radius(chroma);
+  result.modes = mean_shift_filter(chroma, radius);
 
-  const double least_area = 0.5 * pi * options.min_radius_px * options.min_radius_px;
-  const ComponentOptions components{radius, options.mean_shift.shading_stretch, options.min_chroma,
-                                    least_area};
+  const double least_area = 0.5 * pi * search.min_radius_px * search.min_radius_px;
+  const ComponentOptions components{radius, min_chroma, least_area};
   std::set<std::tuple<int, int, int, int, int>> seen;
   std::vector<RoundRegion> found;
   CircleVoter voter;
   // A fist around a ball is round as well.
   const auto keep_if_of_one_hue = [&](std::optional<RoundRegion> region) {
-    if (!region || hue_agreement(*region, result.modes) < options.min_hue_agreement) return;
+    if (!region || hue_agreement(*region, result.modes) < min_hue_agreement) return;
     region->contrast = contrast_of(*region, result.modes, result.scale);
-    region->stands_out = region->contrast >= options.min_contrast;
+    region->stands_out = region->contrast >= min_contrast;
     found.push_back(std::move(*region));
   };
   for_each_segmentation(result.modes, components, [&](const std::vector<int>& labels) {
     for (const Component& c : components_of(labels, working.cols, working.rows)) {
       if (c.area < least_area || !seen.insert({c.area, c.left, c.top, c.right, c.bottom}).second) continue;
       const Placed whole{filled_mask(labels, working.cols, c), {c.left - 1, c.top - 1}, working.size()};
-      keep_if_of_one_hue(circle_test(whole, result.scale, voter, options));
+      keep_if_of_one_hue(circle_test(whole, result.scale, voter, search));
       if (!compact(whole, c.area)) continue;
       const Placed smooth = opened(whole, c.area);
-      auto region = circle_test(smooth, result.scale, voter, options);
-      if (!region) region = ellipse_test(smooth, result.scale, options);
+      auto region = circle_test(smooth, result.scale, voter, search);
+      if (!region) region = ellipse_test(smooth, result.scale, search);
       keep_if_of_one_hue(std::move(region));
     }
   });

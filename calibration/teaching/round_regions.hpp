@@ -13,24 +13,13 @@
 
 namespace ballservo {
 
-/// What counts as a round coloured region.
-struct RoundRegionOptions {
-  MeanShiftOptions mean_shift;
-  double min_radius_px = 4.5;          ///< at the working scale; 1 or more
-  double sure_radius_px = 8;           ///< below it a few pixels of anything are round, and ...
-  double min_fit_ratio = 0.4;          ///< boundary inliers x fill, 0 to 1, of what is larger
-  double small_fit_ratio = 0.75;       ///< ... the ratio that is asked for rises to this at min_radius_px
-  double min_smeared_fit_ratio = 0.3;  ///< the same for a ball smeared by motion, 0 to 1
-  double min_chroma = 6;               ///< least distance of the modes' (u*, v*) from the picture's own grey
-  /// Least distance of a ball's mean (u*, v*) from that of what is around it: below it the region is a patch
-  /// of its surroundings, which says what else is in the picture but is no ball.
-  double min_contrast = 5;
-  double min_hue_agreement = 0.85;  ///< of its colours: their (u*, v*) summed, over their lengths summed
+/// How the search for round coloured regions goes.
+struct RegionSearchOptions {
+  double min_radius_px = 4.5;       ///< at the working scale
+  double sure_radius_px = 8;        ///< smaller ones must be rounder: a few pixels of anything are round
+  double max_working_pixels = 1e6;  ///< larger pictures are searched at a reduced scale
   std::uint64_t seed = 0;           ///< of the circle votes
   std::function<void()> before_each_test{};  ///< of a region's roundness; what it throws ends the search
-
-  /// Throws InputError with every value out of range.
-  void validate() const;
 };
 
 /// A region that passed the circle test.
@@ -59,8 +48,7 @@ struct RoundRegions {
 /// Mean shift, components and the circle test. The components are made at several strictnesses (how far
 /// neighbours' modes may differ, how much chroma counts as colour), because no single one suits both a pale
 /// ball in dim light and a glossy one beside its own reflection; a place keeps its roundest region, of those
-/// that stand out where any does. `bgr` is CV_8UC3. Throws InputError for options out of range or a picture
-/// of another type.
-RoundRegions find_round_regions(const cv::Mat& bgr, const RoundRegionOptions& options = {});
+/// that stand out where any does. `bgr` is CV_8UC3. Throws InputError for a picture of another type.
+RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& search = {});
 
 }  // namespace ballservo

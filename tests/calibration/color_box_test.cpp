@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/teaching/box_lesson.hpp"
+#include "calibration/teaching/box_trainer.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
 namespace ballservo {
@@ -22,25 +22,23 @@ cv::Mat frame(double cx, double cy, double radius, const Eigen::Vector3d& paint,
 
 const PointedBall box{{160, 120}, 36};
 
-TEST(BoxLesson, LearnsFromFramesAndFollowsTheDrift) {
-  BoxLessonOptions options;
-  options.frames = 12;
-  BoxLesson lesson("target", box, {}, options);
+TEST(BoxTrainer, LearnsFromFramesAndFollowsTheDrift) {
+  BoxTrainer trainer("target", box);
   int frames = 0;
-  for (int i = 0; i < 60 && !lesson.enough(); ++i, ++frames) {
+  for (int i = 0; i < 60 && !trainer.enough(); ++i, ++frames) {
     if (i < 5) {
-      EXPECT_FALSE(lesson.look(frame(0, 0, 0, red_paint, i), i));  // not there yet
+      EXPECT_FALSE(trainer.look(frame(0, 0, 0, red_paint, i), i));  // not there yet
     } else {
-      EXPECT_TRUE(lesson.look(frame(150 + 2 * i, 120 - i, 30, red_paint, i), i)) << i;
+      EXPECT_TRUE(trainer.look(frame(150 + 2 * i, 120 - i, 30, red_paint, i), i)) << i;
     }
   }
-  EXPECT_EQ(frames, 17);
-  const LearntColors colors = lesson.finish();
+  EXPECT_EQ(frames, 35);
+  const LearntColors colors = trainer.finish();
   ASSERT_EQ(colors.table.classes.size(), 1u);
   EXPECT_EQ(colors.table.classes[0].name, "target");
   const std::vector<LearntCircle>& circles = colors.circles.at("target");
-  ASSERT_EQ(circles.size(), 12u);
-  for (int k = 0; k < 12; ++k) {
+  ASSERT_EQ(circles.size(), 30u);
+  for (int k = 0; k < 30; ++k) {
     EXPECT_EQ(circles[k].frame, k + 5);
     EXPECT_LT((circles[k].center_px - Eigen::Vector2d(150 + 2 * (k + 5), 120 - (k + 5))).norm(), 1.5) << k;
     EXPECT_NEAR(circles[k].radius_px, 30, 2);
@@ -56,51 +54,47 @@ TEST(BoxLesson, LearnsFromFramesAndFollowsTheDrift) {
   EXPECT_EQ(index(20, 20), no_class);
 }
 
-TEST(BoxLesson, SamplesAreThoseOfWholeFrames) {
+TEST(BoxTrainer, SamplesAreThoseOfWholeFrames) {
   // A box far larger than where the ball is looked at in full: what is learnt is the ball, wherever the crop
   // lies.
-  BoxLessonOptions options;
-  options.frames = options.least_frames = 3;
-  BoxLesson near_border("target", {{20, 20}, 36}, {}, options);
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(near_border.look(frame(34, 33, 30, green_paint, i), i));
+  BoxTrainer near_border("target", {{20, 20}, 36});
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(near_border.look(frame(34, 33, 30, green_paint, i), i));
   EXPECT_LT((near_border.finish().circles.at("target")[0].center_px - Eigen::Vector2d(34, 33)).norm(), 1.5);
 }
 
-TEST(BoxLesson, TooFewFramesAreRefusedWithFigures) {
-  BoxLesson lesson("target", box);
-  for (int i = 0; i < 14; ++i) lesson.look(frame(160, 120, i < 4 ? 30 : 0, red_paint, i), i);
+TEST(BoxTrainer, TooFewFramesAreRefusedWithFigures) {
+  BoxTrainer trainer("target", box);
+  for (int i = 0; i < 14; ++i) trainer.look(frame(160, 120, i < 4 ? 30 : 0, red_paint, i), i);
   try {
-    lesson.finish();
+    trainer.finish();
     FAIL();
   } catch (const Refusal& refusal) {
     EXPECT_NE(std::string(refusal.what()).find("only 4 of 14 frames"), std::string::npos) << refusal.what();
   }
 }
 
-TEST(BoxLesson, ABallElsewhereIsNotTheOneInTheBox) {
-  BoxLesson lesson("target", box);
-  EXPECT_FALSE(lesson.look(frame(60, 60, 30, red_paint, 1), 1));
-  EXPECT_FALSE(lesson.look(frame(160, 120, 8, red_paint, 2), 2));  // much smaller than the box
+TEST(BoxTrainer, ABallElsewhereIsNotTheOneInTheBox) {
+  BoxTrainer trainer("target", box);
+  EXPECT_FALSE(trainer.look(frame(60, 60, 30, red_paint, 1), 1));
+  EXPECT_FALSE(trainer.look(frame(160, 120, 8, red_paint, 2), 2));  // much smaller than the box
 }
 
-TEST(BoxLesson, ThingsOfDifferentColorsAreRefused) {
-  BoxLessonOptions options;
-  options.frames = 10;
-  BoxLesson lesson("target", box, {}, options);
-  for (int i = 0; i < 10; ++i) lesson.look(frame(160, 120, 30, i % 2 ? red_paint : green_paint, i), i);
-  EXPECT_THROW(lesson.finish(), Refusal);
+TEST(BoxTrainer, ThingsOfDifferentColorsAreRefused) {
+  BoxTrainer trainer("target", box);
+  for (int i = 0; i < 10; ++i) trainer.look(frame(160, 120, 30, i % 2 ? red_paint : green_paint, i), i);
+  EXPECT_THROW(trainer.finish(), Refusal);
 }
 
-TEST(BoxLesson, BadBoxesAreFaults) {
-  const auto lesson = [](const std::string& name, double x, double y, double r) {
-    return BoxLesson(name, {{x, y}, r});
+TEST(BoxTrainer, BadBoxesAreFaults) {
+  const auto trainer = [](const std::string& name, double x, double y, double r) {
+    return BoxTrainer(name, {{x, y}, r});
   };
-  EXPECT_THROW(lesson("Bad name", 160, 120, 30), InputError);
-  EXPECT_THROW(lesson("a", std::nan(""), 120, 30), InputError);
-  EXPECT_THROW(lesson("a", 160, 120, 0), InputError);
-  BoxLesson outside = lesson("a", 400, 120, 30);
+  EXPECT_THROW(trainer("Bad name", 160, 120, 30), InputError);
+  EXPECT_THROW(trainer("a", std::nan(""), 120, 30), InputError);
+  EXPECT_THROW(trainer("a", 160, 120, 0), InputError);
+  BoxTrainer outside = trainer("a", 400, 120, 30);
   EXPECT_THROW(outside.look(frame(160, 120, 30, red_paint, 1), 1), InputError);
-  BoxLesson sizes = lesson("a", 160, 120, 30);
+  BoxTrainer sizes = trainer("a", 160, 120, 30);
   sizes.look(frame(160, 120, 30, red_paint, 1), 1);
   EXPECT_THROW(sizes.look(cv::Mat(100, 400, CV_8UC3, cv::Scalar(1, 2, 3)), 2), InputError);
 }

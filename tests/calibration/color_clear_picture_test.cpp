@@ -1,7 +1,6 @@
 // What the search for balls looks at: exposure and noise.
 #include <gtest/gtest.h>
 
-#include "calibration/base/fault.hpp"
 #include "calibration/teaching/clear_picture.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
@@ -52,13 +51,6 @@ TEST(ClearPicture, RaisesWhatIsDarkUpToALimitAndLeavesTheOriginal) {
 TEST(ClearPicture, TinyPictures) {
   EXPECT_EQ(clear_picture(cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(200))).at<cv::Vec3b>(0, 0)[0], 200);
   EXPECT_EQ(clear_picture(cv::Mat(2, 1, CV_8UC3, cv::Scalar::all(0))).at<cv::Vec3b>(1, 0)[0], 0);
-}
-
-TEST(ClearPicture, RefusesOptionsOutOfRange) {
-  ClearPictureOptions options;
-  options.most_gain = 0.5;
-  options.most_noise = 0;
-  EXPECT_THROW(clear_picture(grey_picture(), options), InputError);
 }
 
 }  // namespace

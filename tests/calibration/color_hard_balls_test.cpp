@@ -138,7 +138,7 @@ TEST(HardBalls, ABlackDiscWithATintIsNoBall) {
   const auto candidates_of = [&](const cv::Scalar& bgr) {
     cv::Mat picture = grey_picture();
     cv::circle(picture, {160, 120}, 30, bgr, cv::FILLED);
-    return ball_candidates({"knob.png", picture}, 0, found, {}, {}).size();
+    return ball_candidates({"knob.png", picture}, 0, found).size();
   };
   EXPECT_EQ(candidates_of({24, 30, 25}), 0u);
   EXPECT_EQ(candidates_of({40, 60, 42}), 1u);

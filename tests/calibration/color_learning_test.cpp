@@ -56,7 +56,7 @@ const LearntColors& learnt_from_four_balls() {
 TEST(MeanShift, IsBlindToLuminance) {
   // Two halves of one chroma and different lightness: the same picture, as far as mean shift can see.
   cv::Mat chroma(40, 60, CV_32FC2, cv::Scalar(30, -12));
-  const cv::Mat modes = mean_shift_filter(chroma, 6, {});
+  const cv::Mat modes = mean_shift_filter(chroma, 6);
   EXPECT_LT(cv::norm(modes, chroma, cv::NORM_INF), 1e-4);
   // Greys of every lightness have one chroma.
   cv::Mat ramp(20, 256, CV_8UC3);
@@ -70,23 +70,9 @@ TEST(MeanShift, KeepsEdgesAndRemovesNoise) {
   const cv::Mat clean = chroma_image(picture);
   add_noise(picture, 4, 3);
   const cv::Mat noisy = chroma_image(picture);
-  const MeanShiftOptions options;
-  const cv::Mat modes = mean_shift_filter(noisy, chroma_radius(noisy, options), options);
+  const cv::Mat modes = mean_shift_filter(noisy, chroma_radius(noisy));
   cv::Mat before = noisy - clean, after = modes - clean;
   EXPECT_LT(cv::norm(after), 0.35 * cv::norm(before));
-}
-
-TEST(MeanShift, RefusesOptionsOutOfRange) {
-  MeanShiftOptions options;
-  options.spatial_radius_px = 0;
-  options.chroma_radius = std::numeric_limits<double>::quiet_NaN();
-  options.shading_stretch = 0.5;
-  try {
-    options.validate();
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.faults().size(), 3u);
-  }
 }
 
 TEST(RoundRegions, ShadingDoesNotSplitABall) {
@@ -124,24 +110,18 @@ TEST(RoundRegions, AFistAroundABallIsNoBall) {
   cv::Mat picture = grey_picture();
   cv::circle(picture, {160, 120}, 80, {120, 130, 190}, cv::FILLED, cv::LINE_AA);
   draw_shaded_ball(picture, 150, 105, 40, green_paint);
-  const auto largest_px = [&](double min_hue_agreement) {
-    RoundRegionOptions options;
-    options.min_hue_agreement = min_hue_agreement;
-    double largest = 0;
-    for (const RoundRegion& region : find_round_regions(picture, options).regions)
-      largest = std::max(largest, region.radius_px);
-    return largest;
-  };
-  EXPECT_NEAR(largest_px(RoundRegionOptions().min_hue_agreement), 40, 2);
-  EXPECT_NEAR(largest_px(0), 80, 2);
+  double largest_px = 0;
+  for (const RoundRegion& region : find_round_regions(picture).regions)
+    largest_px = std::max(largest_px, region.radius_px);
+  EXPECT_NEAR(largest_px, 40, 2);
 }
 
 TEST(RoundRegions, LargePicturesGiveCoordinatesOfTheOriginal) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 160, 120, 50, blue_paint);
-  RoundRegionOptions options;
-  options.mean_shift.max_working_pixels = 160 * 120;
-  const RoundRegions found = find_round_regions(picture, options);
+  RegionSearchOptions search;
+  search.max_working_pixels = 160 * 120;
+  const RoundRegions found = find_round_regions(picture, search);
   ASSERT_EQ(found.regions.size(), 1u);
   EXPECT_NEAR(found.scale, 0.5, 1e-9);
   EXPECT_LT((found.regions[0].center_px - Eigen::Vector2d(160, 120)).norm(), 1.0);

@@ -1,4 +1,4 @@
-#include "calibration/teaching/box_lesson.hpp"
+#include "calibration/teaching/box_trainer.hpp"
 
 #include <fmt/format.h>
 
@@ -9,36 +9,23 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/teaching/class_table.hpp"
+#include "calibration/teaching/clear_picture.hpp"
 
 namespace ballservo {
 namespace {
 
+constexpr std::size_t least_frames = 10;  // below it the source was too short, or the ball was not there
+constexpr double reach = 0.8;  // of the box's radius: how far the ball may lie from where it was seen last
+constexpr double min_radius_ratio = 0.4, max_radius_ratio = 1.7;  // ball to box
+constexpr int patience = 15;  // frames without the ball, after which the box goes back to where it was drawn
 constexpr double window_radii = 2.5;      // half side of what is looked at, in radii of the box
 constexpr double working_radius_px = 40;  // larger boxes are looked at at a reduced scale
 constexpr double majority = 0.6;          // of the balls seen must have one colour
 
 }  // namespace
 
-void BoxLessonOptions::validate() const {
-  FaultList faults;
-  const auto check = [&](const char* name, double value, bool good, const char* allowed) {
-    if (!good) faults.add(fmt::format("box lesson: {}", name), fmt::format("{}", value), allowed);
-  };
-  check("frames", frames, frames >= 1, "1 or more");
-  check("least_frames", least_frames, least_frames >= 1 && least_frames <= frames, "1 to `frames`");
-  check("reach", reach, reach > 0 && reach <= 10, "above 0, up to 10");
-  check("min_radius_ratio", min_radius_ratio, min_radius_ratio > 0 && min_radius_ratio < max_radius_ratio,
-        "above 0, below max_radius_ratio");
-  check("max_radius_ratio", max_radius_ratio, max_radius_ratio <= 3, "up to 3");
-  check("patience", patience, patience >= 1, "1 or more");
-  faults.throw_if_any();
-}
-
-BoxLesson::BoxLesson(std::string name, const PointedBall& box, const LearnOptions& learn,
-                     const BoxLessonOptions& options)
-    : name_(std::move(name)), box_(box), place_(box), learn_(learn), options_(options) {
-  learn_.validate();
-  options_.validate();
+BoxTrainer::BoxTrainer(std::string name, const PointedBall& box, const RegionSearchOptions& search)
+    : name_(std::move(name)), box_(box), place_(box), search_(search) {
   FaultList faults;
   if (!is_class_name(name_))
     faults.add("--box", "the name \"" + name_ + "\"", "1 to 64 of a-z, 0-9 and _, beginning with a letter");
@@ -47,12 +34,11 @@ BoxLesson::BoxLesson(std::string name, const PointedBall& box, const LearnOption
                "a centre in the picture and a radius of 5 px or more");
   }
   faults.throw_if_any();
-  learn_.regions.min_radius_px =
-      std::max(4.0, options_.min_radius_ratio * std::min(box.radius_px, working_radius_px));
-  learn_.regions.sure_radius_px = learn_.regions.min_radius_px + 0.1;  // the user says that a ball is there
+  search_.min_radius_px = std::max(4.0, min_radius_ratio * std::min(box.radius_px, working_radius_px));
+  search_.sure_radius_px = search_.min_radius_px + 0.1;  // the user says that a ball is there
 }
 
-bool BoxLesson::look(const cv::Mat& bgr, int frame) {
+bool BoxTrainer::look(const cv::Mat& bgr, int frame) {
   if (!size_.empty() && bgr.size() != size_) {
     throw InputError(
         "--from",
@@ -71,30 +57,27 @@ bool BoxLesson::look(const cv::Mat& bgr, int frame) {
       cv::Rect(static_cast<int>(place_.center_px.x() - half), static_cast<int>(place_.center_px.y() - half),
                static_cast<int>(2 * half), static_cast<int>(2 * half)) &
       cv::Rect({0, 0}, bgr.size());
-  RoundRegionOptions regions = learn_.regions;
   const double scale = std::min(1.0, working_radius_px / box_.radius_px);
-  regions.mean_shift.max_working_pixels = std::max(1e4, scale * scale * window.area());
-  const cv::Mat view = clear_picture(bgr(window), learn_.clear);
-  const RoundRegions found = find_round_regions(view, regions);
+  search_.max_working_pixels = std::max(1e4, scale * scale * window.area());
+  const cv::Mat view = clear_picture(bgr(window));
+  const RoundRegions found = find_round_regions(view, search_);
   const Eigen::Vector2d corner(window.x, window.y);
   BallCandidate best;
   double best_score = 0;
-  for (BallCandidate& candidate :
-       ball_candidates({"", view}, static_cast<std::size_t>(frame), found, learn_.samples, learn_.groups)) {
+  for (BallCandidate& candidate : ball_candidates({"", view}, static_cast<std::size_t>(frame), found)) {
     if (!candidate.region.stands_out) continue;
     const double away = (candidate.region.center_px + corner - place_.center_px).norm() / box_.radius_px;
     const double ratio = candidate.region.radius_px / box_.radius_px;
-    if (away > options_.reach || ratio < options_.min_radius_ratio || ratio > options_.max_radius_ratio)
-      continue;
+    if (away > reach || ratio < min_radius_ratio || ratio > max_radius_ratio) continue;
     const double score = candidate.region.fit_ratio * std::min(1.0, ratio) * (1 - 0.5 * away);
     if (score > best_score) best_score = score, best = std::move(candidate);
   }
   if (best_score == 0) {
-    if (++missed_ >= options_.patience) place_ = box_;
+    if (++missed_ >= patience) place_ = box_;
     return false;
   }
   missed_ = 0;
-  best.samples = samples_inside(bgr(window), best.region, found.scale, learn_.samples);
+  best.samples = samples_inside(bgr(window), best.region, found.scale);
   best.region.center_px += corner;
   best.region.mask.release();  // its samples are taken
   const Shown shown{frame, bgr.clone(), place_, {best.region.center_px, best.region.radius_px}};
@@ -110,24 +93,23 @@ bool BoxLesson::look(const cv::Mat& bgr, int frame) {
   return true;
 }
 
-LearntColors BoxLesson::finish(const std::vector<ColorPicture>& background) const {
+LearntColors BoxTrainer::finish(const std::vector<ColorPicture>& background) const {
   const auto found = static_cast<int>(balls_.size());
-  if (found < options_.least_frames) {
-    throw Refusal(
-        fmt::format("class {}: a round coloured thing was in the box in only {} of {} frames; {} are needed. "
-                    "Hold the ball so that "
-                    "it fills the box at {:.0f},{:.0f} of radius {:.0f} px, in even light, before something "
-                    "of another colour; "
-                    "or move the box to where the ball is",
-                    name_, found, looked_at_, options_.least_frames, box_.center_px.x(), box_.center_px.y(),
-                    box_.radius_px));
+  if (balls_.size() < least_frames) {
+    throw Refusal(fmt::format(
+        "class {}: a round coloured thing was in the box in only {} of {} frames; {} are needed. "
+        "Hold the ball so that "
+        "it fills the box at {:.0f},{:.0f} of radius {:.0f} px, in even light, before something "
+        "of another colour; "
+        "or move the box to where the ball is",
+        name_, found, looked_at_, least_frames, box_.center_px.x(), box_.center_px.y(), box_.radius_px));
   }
-  std::vector<ColorGroup> groups = color_groups(balls_, all_, learn_.samples, learn_.groups);
+  std::vector<ColorGroup> groups = color_groups(balls_, all_);
   const auto most = std::max_element(groups.begin(), groups.end(), [](const auto& a, const auto& b) {
     return a.balls.size() < b.balls.size();
   });
   if (most == groups.end() || static_cast<double>(most->balls.size()) < majority * found ||
-      static_cast<int>(most->balls.size()) < options_.least_frames) {
+      most->balls.size() < least_frames) {
     std::string seen;
     for (const ColorGroup& group : groups)
       seen += fmt::format("{}{} in {} frames", seen.empty() ? "" : ", ", group.word, group.balls.size());
@@ -148,7 +130,7 @@ LearntColors BoxLesson::finish(const std::vector<ColorPicture>& background) cons
                        ball.region.fit_ratio});
   }
   std::sort(circles.begin(), circles.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
-  rebuild(result.table, learn_.samples);
+  rebuild(result.table);
   return result;
 }
 

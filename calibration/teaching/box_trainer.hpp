@@ -9,30 +9,20 @@
 
 namespace ballservo {
 
-struct BoxLessonOptions {
-  int frames = 30;  ///< with the ball in the box that are learnt from: a second of most cameras; 1 or more
-  int least_frames = 10;  ///< below it the source was too short, or the ball was not there; 1 to `frames`
-  double reach = 0.8;  ///< of the box's radius: how far the ball may lie from where it was seen last; above 0
-  double min_radius_ratio = 0.4, max_radius_ratio = 1.7;  ///< ball to box
-  int patience =
-      15;  ///< frames without the ball after which the box goes back to where it was drawn; 1 or more
-
-  /// Throws InputError with every value out of range.
-  void validate() const;
-};
+/// So many frames with the ball in the box are learnt from: a second of most cameras.
+inline constexpr std::size_t frames_wanted = 30;
 
 /// Frame by frame: finds the round coloured thing near the box, follows it, and keeps its pixels.
-class BoxLesson {
+class BoxTrainer {
  public:
   /// `box`: in pixels of the frames. Throws InputError for a name that is no class name or a box that is no
   /// box.
-  BoxLesson(std::string name, const PointedBall& box, const LearnOptions& learn = {},
-            const BoxLessonOptions& options = {});
+  BoxTrainer(std::string name, const PointedBall& box, const RegionSearchOptions& search = {});
 
   /// Looks at the next frame (CV_8UC3, all of one size); whether a ball was in the box. Throws InputError
   /// where the box lies outside the picture.
   bool look(const cv::Mat& bgr, int frame);
-  bool enough() const { return static_cast<int>(balls_.size()) >= options_.frames; }
+  bool enough() const { return balls_.size() >= frames_wanted; }
 
   /// A frame to show, with where the box was.
   struct Shown {
@@ -51,8 +41,7 @@ class BoxLesson {
  private:
   std::string name_;
   PointedBall box_, place_;
-  LearnOptions learn_;
-  BoxLessonOptions options_;
+  RegionSearchOptions search_;
   std::vector<BallCandidate> balls_;  // `picture` is the frame
   CellCounts off_ball_, all_;
   std::vector<Shown> shown_;
