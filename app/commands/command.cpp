@@ -9,6 +9,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 namespace {
@@ -93,6 +94,16 @@ CLI::Option* add_integer_option(CLI::App& command, const std::string& name, int&
           },
           help)
       ->type_name("N");
+}
+
+void add_keys_flag(CLI::App& command, const std::string& file, std::vector<OptionRow> (*keys)()) {
+  command.add_flag_callback(
+      "--keys",
+      [file, keys] {
+        fmt::print("{}", option_page(file, keys()));
+        throw CLI::Success();
+      },
+      "Print every key of a " + file + ": unit, default, allowed values, meaning");
 }
 
 void add_common_options(CLI::App& command, CommonOptions& options) {

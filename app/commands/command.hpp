@@ -20,6 +20,8 @@
 
 namespace ballservo {
 
+struct OptionRow;
+
 /// The program's exit codes.
 enum ExitCode : int {
   exit_done = 0,
@@ -51,6 +53,9 @@ CLI::Option* add_number_option(CLI::App& command, const std::string& name, doubl
                                const NumberRange& range, const std::string& help);
 CLI::Option* add_integer_option(CLI::App& command, const std::string& name, int& value, int low, int high,
                                 const std::string& help);
+
+/// `--keys`: prints every key of a `file` ("scenario"), and ends the program.
+void add_keys_flag(CLI::App& command, const std::string& file, std::vector<OptionRow> (*keys)());
 
 /// The parts of a text between separators; where there is none, the text itself.
 std::vector<std::string> split(const std::string& text, char separator);

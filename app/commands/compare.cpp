@@ -18,6 +18,7 @@
 #include "app/report/draw_pages.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/options.hpp"
 #include "calibration/base/system_file.hpp"
 
 namespace ballservo {
@@ -280,6 +281,7 @@ void add_compare_command(CLI::App& program, Action& action) {
                    "Where the fits start: vote (needs --colors), or truth, displaced as votes err")
       ->capture_default_str();
   add_work_options(*command, options->work);
+  add_keys_flag(*command, "plan", plan_keys);
   add_common_options(*command, options->common);
   CLI::App* merge = add_merge_command(*command, action, run_merge);
   merge->description("Put the parts of a comparison together");

@@ -20,6 +20,7 @@
 #include "app/report/draw_pages.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/options.hpp"
 #include "calibration/base/statistics.hpp"
 #include "calibration/base/system_file.hpp"
 #include "calibration/color/color_file.hpp"
@@ -259,6 +260,7 @@ void add_servo_command(CLI::App& program, Action& action) {
                     "robot moves within 0.2 m of something");
   command->add_flag("--realtime", options->realtime,
                     "On the wall clock, camera, control and guard in threads of their own");
+  add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_servo(*options); }; });
 }

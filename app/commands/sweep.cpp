@@ -15,6 +15,7 @@
 #include "app/sweep/sweep_report.hpp"
 #include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 namespace {
@@ -183,6 +184,7 @@ void add_sweep_command(CLI::App& program, Action& action) {
   add_set_option(*command, options->sets);
   add_perception_option(*command, options->perception);
   add_against_option(*command, options->against);
+  add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
   add_common_options(*command, options->common);
   CLI::App* merge = add_merge_command(*command, action, run_merge, [](CLI::App& merging, MergeOptions& of) {
     add_against_option(merging, of.against);

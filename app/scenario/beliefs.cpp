@@ -1,6 +1,7 @@
 #include "app/scenario/beliefs.hpp"
 
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 
@@ -19,21 +20,21 @@ CameraMount Beliefs::mount(const CameraMount& truth) const {
   return mount;
 }
 
-Beliefs read_beliefs(YamlNode root, double latency_s) {
-  YamlNode node = root.map("believed", false);
-  Beliefs beliefs;
+void declare(OptionVisitor& v, Beliefs& beliefs, double latency_s) {
   const NumberRange scale = NumberRange::within(0.2, 5, "");
-  beliefs.focal_scale = node.number("focal_scale", scale, 1.0);
-  beliefs.diameter_scale = node.number("diameter_scale", scale, 1.0);
-  beliefs.pitch_error_rad = node.number("pitch_error_rad", NumberRange::within(-0.5, 0.5, "rad"), 0.0);
-  beliefs.forward_error_m = node.number("forward_error_m", NumberRange::within(-0.5, 0.5, "m"), 0.0);
-  beliefs.up_error_m = node.number("up_error_m", NumberRange::within(-0.2, 0.5, "m"), 0.0);
-  beliefs.latency_error_s = node.number("latency_error_s", NumberRange::within(-2, 2, "s"), 0.0);
-  if (latency_s + beliefs.latency_error_s < 0) {
-    node.fault("latency_error_s", number_text(beliefs.latency_error_s),
-               "at least -camera.latency_s: a latency is not negative");
-  }
-  return beliefs;
+  v.number("focal_scale", beliefs.focal_scale, scale, "believed focal lengths over the true ones");
+  v.number("diameter_scale", beliefs.diameter_scale, scale,
+           "believed diameter of the target over the true one");
+  v.number("pitch_error_rad", beliefs.pitch_error_rad, NumberRange::within(-0.5, 0.5, "rad"),
+           "believed less true, of the camera's mount");
+  v.number("forward_error_m", beliefs.forward_error_m, NumberRange::within(-0.5, 0.5, "m"),
+           "believed less true, of the camera's mount");
+  v.number("up_error_m", beliefs.up_error_m, NumberRange::within(-0.2, 0.5, "m"),
+           "believed less true, of the camera's mount");
+  v.number("latency_error_s", beliefs.latency_error_s, NumberRange::within(-2, 2, "s"),
+           "believed less true, of the camera's latency");
+  v.require(latency_s + beliefs.latency_error_s >= 0, "latency_error_s", number_text(beliefs.latency_error_s),
+            "at least -camera.latency_s: a latency is not negative");
 }
 
 }  // namespace ballservo

@@ -1,11 +1,12 @@
 // What the robot takes for true, where it is wrong.
 #pragma once
 
-#include "calibration/base/strict_yaml.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/motion/mount.hpp"
 
 namespace ballservo {
+
+class OptionVisitor;
 
 /// `believed:` of a scenario: by how much what perception and controller believe differs from how things are.
 /// The simulator goes by the truth.
@@ -23,7 +24,7 @@ struct Beliefs {
   bool see_elsewhere() const { return focal_scale != 1 || diameter_scale != 1; }
 };
 
-/// Reads `believed`; a latency that would come out negative is a fault.
-Beliefs read_beliefs(YamlNode root, double latency_s);
+/// A latency that would come out negative is a fault.
+void declare(OptionVisitor& v, Beliefs& beliefs, double latency_s);
 
 }  // namespace ballservo

@@ -3,8 +3,8 @@
 
 #include <string>
 
+#include "calibration/base/options.hpp"
 #include "calibration/base/random.hpp"
-#include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
 
@@ -14,12 +14,13 @@ struct DrawnRange {
 };
 
 /// Bounds in falling order are a fault.
-inline DrawnRange read_drawn_range(YamlNode& node, const std::string& key, const NumberRange& allowed,
-                                   const DrawnRange& fallback) {
-  const std::vector<double> values =
-      node.numbers(key, allowed, 2, std::vector<double>{fallback.low, fallback.high});
-  if (values[0] > values[1]) node.fault(key, "bounds in falling order", "[low, high]");
-  return {values[0], values[1]};
+inline void declare_range(OptionVisitor& v, const std::string& key, DrawnRange& range,
+                          const NumberRange& allowed, const std::string& help,
+                          const Fallback& fallback = {}) {
+  std::vector<double> bounds{range.low, range.high};
+  v.numbers(key, bounds, allowed, 2, help, fallback);
+  v.require(bounds[0] <= bounds[1], key, "bounds in falling order", "[low, high]");
+  range = {bounds[0], bounds[1]};
 }
 
 }  // namespace ballservo

@@ -4,12 +4,11 @@
 #include <cmath>
 
 #include "app/scenario/scenario_checks.hpp"
-#include "app/scenario/scenario_robot.hpp"
-#include "app/scenario/scenario_world.hpp"
 #include "app/scenario/taught_target.hpp"
+#include "app/scenario/world_options.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/options.hpp"
 #include "calibration/base/random.hpp"
-#include "calibration/base/strict_yaml.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 
 namespace ballservo {
@@ -43,153 +42,230 @@ bool is_set(const std::vector<std::string>& keys, const std::string& path) {
   });
 }
 
+/// An entry of `vary`.
+struct Varied {
+  std::string key;
+  bool choice = false;  ///< one of `values`; else a number between the two
+  std::vector<double> values;
+};
+
+void declare(OptionVisitor& v, Varied& varied) {
+  const auto values = [&v, &varied](const std::string& kind, std::size_t count, const std::string& help) {
+    v.only_if((kind == "choice") == varied.choice, kind, [&] {
+      v.numbers(kind, varied.values, NumberRange::any(""), count, help, required);
+      v.require(!varied.values.empty(), kind, "an empty list", "at least one number");
+    });
+  };
+  varied.choice = v.present("choice", varied.choice);
+  values("choice", 0, "one of these");
+  values("uniform", 2, "a number between these two");
+  v.require(varied.choice || varied.values.size() != 2 || varied.values[0] <= varied.values[1], "uniform",
+            "bounds in falling order", "[low, high]");
+}
+
+/// What is wrong with an entry is said, and the entry left out.
+void declare_vary(OptionVisitor& v, std::vector<Varied>& all) {
+  v.entries("vary", "KEY.PATH", [&](const std::string& key) {
+    Varied varied{key, false, {}};
+    if (v.without_fault([&] { v.map(key, required, [&] { declare(v, varied); }); })) all.push_back(varied);
+  });
+}
+
 /// Returns what was drawn, by key path.
 std::vector<std::pair<std::string, double>> apply_vary(StrictYaml& yaml,
                                                        const std::vector<std::string>& set_keys,
                                                        std::uint64_t seed) {
+  OptionReader reader(yaml, yaml.root());
+  std::vector<Varied> all;
+  declare_vary(reader, all);
   std::vector<std::pair<std::string, double>> drawn;
-  YamlNode vary = yaml.root().map("vary", false);
-  for (const std::string& key : vary.keys()) {
-    YamlNode entry = vary.map(key);
-    std::vector<double> values;
-    const std::string kind = entry.has("choice") ? "choice" : "uniform";
-    const std::size_t before = yaml.faults().faults().size();
-    values = entry.numbers(kind, NumberRange::any(""), kind == "uniform" ? 2 : 0);
-    if (kind == "uniform" && values.size() == 2 && values[0] > values[1]) {
-      entry.fault(kind, "bounds in falling order", "[low, high]");
-    }
-    if (values.empty()) entry.fault(kind, "an empty list", "at least one number");
-    if (yaml.faults().faults().size() != before || is_set(set_keys, key)) continue;
+  for (const auto& [key, choice, values] : all) {
+    if (is_set(set_keys, key)) continue;
     RandomEngine engine = random_stream(seed, "vary:" + key);
-    const double value = kind == "uniform"
-                             ? uniform(engine, values[0], values[1])
-                             : values[uniform_index(engine, static_cast<std::uint32_t>(values.size()))];
+    const double value = choice ? values[uniform_index(engine, static_cast<std::uint32_t>(values.size()))]
+                                : uniform(engine, values[0], values[1]);
     yaml.set(key, number_text(value));
     drawn.emplace_back(key, value);
   }
   return drawn;
 }
 
-CameraMount read_mount(YamlNode camera) {
-  YamlNode node = camera.map("mount");
-  CameraMount mount;
-  mount.forward_m = node.number("forward_m", NumberRange::within(-1, 1, "m"));
-  mount.up_m = node.number("up_m", {0, 3, true, false, "m"});
-  mount.pitch_down_rad = node.number("pitch_down_rad", NumberRange::within(-1.5707, 1.5707, "rad"));
-  return mount;
+/// A scenario as it is being read: what its keys name, and which parts were read without a fault.
+struct Draft {
+  Scenario& scenario;
+  const LawCatalog& laws;
+  WorldOptions world{};
+  std::string camera_file{}, colors{}, target_ball{}, taught{};
+  ScenarioReading ok{};
+};
+
+void declare_camera(OptionVisitor& v, Draft& draft) {
+  CameraSettings& camera = draft.scenario.camera;
+  draft.ok.mount_ok = v.without_fault([&] { v.part("mount", camera.mount, required); });
+  v.number("rate_hz", camera.rate_hz, NumberRange::above(0, 1000, "Hz"), "frames");
+  v.number("latency_s", camera.latency_s, NumberRange::within(0, 2, "s"),
+           "from the middle of an exposure to its measurement");
+  v.number("exposure_s", camera.exposure_s, NumberRange::within(0, 1, "s"), "of a frame");
+  v.integer("exposure_steps", camera.exposure_steps, 1, 64,
+            "moments of an exposure that are averaged; 1: no motion blur");
+  v.require(camera.exposure_s * camera.rate_hz <= 1, "exposure_s", number_text(camera.exposure_s),
+            "at most the time between frames, 1 / rate_hz (s)");
+  declare(v, camera.sensor);
+  v.number("white_balance_k", camera.white_balance_k,
+           NumberRange::within(min_temperature_k, max_temperature_k, "K"), "colour temperature of white");
+  v.list("faults", [&](std::size_t) { declare(v, camera.faults.emplace_back()); });
+  draft.ok.camera_ok =
+      v.without_fault([&] { v.text("file", draft.camera_file, "its calibration", required); });
 }
 
-SensorOptions read_sensor(YamlNode& camera) {
-  SensorOptions sensor;
-  sensor.blur_px = camera.number("blur_px", NumberRange::within(0, 20, "px"), 0.6);
-  sensor.gain = camera.number("gain", {0, 100, true, false, ""}, 1.0);
-  sensor.gamma = camera.number("gamma", NumberRange::within(1, 3, ""), 1.0);
-  YamlNode noise = camera.map("noise", false);
-  sensor.read_noise = noise.number("read", NumberRange::within(0, 255, "grey levels"), 0.0);
-  sensor.shot_noise = noise.number("shot", NumberRange::within(0, 255, "grey levels"), 0.0);
-  return sensor;
+void declare_pose(OptionVisitor& v, Pose2& pose) {
+  const NumberRange place_m = NumberRange::within(-100, 100, "m");
+  v.number("x_m", pose.x_m, place_m, "of the axle's middle at 0 s");
+  v.number("y_m", pose.y_m, place_m, "of the axle's middle at 0 s");
+  v.number("yaw_rad", pose.yaw_rad, NumberRange::within(-6.2832, 6.2832, "rad"),
+           "counter-clockwise from the x axis, at 0 s");
 }
 
-CameraFault read_camera_fault(YamlNode& node) {
-  CameraFault fault;
-  const NumberRange time = NumberRange::within(0, 3600, "s");
-  fault.from_s = node.number("from_s", time, 0.0);
-  fault.until_s = node.number("until_s", time, 3600.0);
-  if (fault.until_s < fault.from_s) {
-    node.fault("until_s", number_text(fault.until_s), "a time not before from_s (s)");
+/// A fault of one transducer or of an array of eight.
+void declare_sonar_fault(OptionVisitor& v, std::vector<SonarFault>& faults) {
+  using Kind = SonarFault::Kind;
+  const std::vector<Kind> kinds{Kind::dead, Kind::stuck, Kind::reads_long, Kind::late};
+  SonarFault fault;
+  v.one_of("type", fault.kind, names_of(kinds, sonar_fault_name),
+           "silent, repeating its first answer, reading too long, answering late", required);
+  v.number("from_s", fault.from_s, NumberRange::within(0, 3600, "s"), "the fault begins");
+  v.only_if(fault.kind == Kind::reads_long, "type: long", [&] {
+    v.number("by_m", fault.amount, NumberRange::above(0, 5, "m"), "added to every range", required);
+  });
+  v.only_if(fault.kind == Kind::late, "type: late", [&] {
+    v.number("by_s", fault.amount, NumberRange::above(0, 10, "s"), "every answer's delay", required);
+  });
+  std::optional<std::string> array;
+  v.maybe("array", array, [&](const std::string& key, std::string& name) {
+    v.choice(key, name, {"front", "rear"}, "all eight of an array, instead of `sonar`", otherwise("none"));
+  });
+  v.require(!array || !v.present("sonar", false), "array", "both sonar and array", "one of them");
+  v.only_if(!array, "no array",
+            [&] { v.integer("sonar", fault.transducer, 0, sonar_count - 1, "the transducer", required); });
+  const std::size_t first = array ? (*array == "rear" ? 8 : 0) : fault.transducer;
+  for (std::size_t k = 0; k < (array ? 8 : 1); ++k) {
+    fault.transducer = first + k;
+    faults.push_back(fault);
   }
-  if (node.choice("type", {"dropped", "exposure"}) == "exposure") {
-    fault.kind = CameraFault::Kind::exposure;
-    fault.level = node.number("level", NumberRange::within(0, 10, ""));
-    return fault;
-  }
-  fault.rate = node.number("rate", NumberRange::within(0, 1, ""), 1.0);
-  fault.burst_frames = node.number("burst_frames", NumberRange::within(1, 10000, "frames"),
-                                   CameraFault::shortest_burst_frames(fault.rate));
-  if (fault.burst_frames < CameraFault::shortest_burst_frames(fault.rate)) {
-    node.fault("burst_frames", number_text(fault.burst_frames),
-               "at least rate / (1 - rate): shorter bursts can't make up that rate");
-  }
-  return fault;
 }
 
-/// Returns whether the camera itself (not its mount) was read without a fault.
-bool read_camera_settings(StrictYaml& yaml, const std::filesystem::path& file, CameraSettings& settings,
-                          bool& mount_ok) {
-  YamlNode node = yaml.root().map("camera");
-  const auto fault_count = [&yaml] { return yaml.faults().faults().size(); };
-  std::size_t before = fault_count();
-  settings.mount = read_mount(node);
-  mount_ok = fault_count() == before;
-  settings.rate_hz = node.number("rate_hz", {0, 1000, true, false, "Hz"}, 30.0);
-  settings.latency_s = node.number("latency_s", NumberRange::within(0, 2, "s"), 0.033);
-  settings.exposure_s = node.number("exposure_s", NumberRange::within(0, 1, "s"), 0.004);
-  settings.exposure_steps = static_cast<int>(node.integer("exposure_steps", 1, 64, 1));
-  if (settings.exposure_s * settings.rate_hz > 1) {
-    node.fault("exposure_s", number_text(settings.exposure_s),
-               "at most the time between frames, 1 / rate_hz (s)");
-  }
-  settings.sensor = read_sensor(node);
-  for (YamlNode& fault : node.list("faults")) settings.faults.push_back(read_camera_fault(fault));
+void declare_robot(OptionVisitor& v, RobotSettings& robot) {
+  std::string type = "pioneer_3dx";
+  v.choice("type", type, {"pioneer_3dx"}, "its body, drive and sonars");
+  v.map("pose", [&] { declare_pose(v, robot.pose); });
+  v.number("actuation_delay_s", robot.actuation_delay_s, NumberRange::within(0, 2, "s"),
+           "from a command until it moves the robot");
+  v.part("limits", robot.limits);
+  v.number("acceleration_share", robot.acceleration_share, NumberRange::within(0.01, 10, ""),
+           "the drive's true accelerations over those of `limits`");
+  v.part("odometry", robot.odometry);
+  v.maybe("sonar", robot.sonar, [&](const std::string& key, SonarOptions& sonar) { v.part(key, sonar); });
+  v.list("faults", [&](std::size_t) { declare_sonar_fault(v, robot.sonar_faults); });
+  v.require(robot.sonar_faults.empty() || robot.sonar, "faults", "faults of sonars that the robot has not",
+            "robot.sonar beside it");
+}
 
-  before = fault_count();
-  const std::string name = node.text("file");
-  if (fault_count() != before) return false;
-  settings.file = beside(file, name);
+/// For a robot that is known: `full` for one with sonars, `none` for one without, unless said otherwise.
+void declare_avoidance(OptionVisitor& v, AvoidanceOptions& avoidance, const RobotSettings& robot) {
+  using Type = AvoidanceOptions::Type;
+  const std::vector<Type> types{Type::none, Type::shield, Type::full};
+  avoidance.type = robot.sonar ? Type::full : Type::none;
+  v.one_of("type", avoidance.type, names_of(types, avoidance_type_name),
+           "the law alone, stopping before obstacles, driving around them",
+           otherwise("full with sonars, else none"));
+  v.require(avoidance.type == Type::none || robot.sonar, "type",
+            std::string(avoidance_type_name(avoidance.type)) + ", for a robot without sonars",
+            "none, or robot.sonar beside it");
+  declare(v, avoidance);
+  OccupancyGridOptions& grid = avoidance.grid;
+  grid.footprint = robot.footprint;
+  grid.odometry = robot.odometry.bound;
+  if (robot.sonar) {
+    grid.beam = robot.sonar->beam;
+    grid.range_error_m = robot.sonar->noise_bound_m() + 0.01;
+  }
+}
+
+void declare_target(OptionVisitor& v, Draft& draft) {
+  v.text("ball", draft.target_ball, "its name among the balls", required);
+  const bool taught = v.present("taught", false);
+  v.require(!taught || !v.present("distance_m", false), "distance_m", "both distance_m and taught",
+            "one of them");
+  v.only_if(taught, "no distance_m", [&] {
+    v.text("taught", draft.taught, "file of `servo --teach`, instead of `distance_m`", otherwise("none"));
+  });
+  v.only_if(!taught, "no taught", [&] {
+    v.number("distance_m", draft.scenario.target_distance_m, NumberRange::above(0, 20, "m"),
+             "from the axle to the ball's centre, where the robot stops", required);
+  });
+}
+
+void declare(OptionVisitor& v, Draft& draft) {
+  Scenario& scenario = draft.scenario;
+  v.number("duration_s", scenario.duration_s, NumberRange::above(0, 3600, "s"), "of the run");
+  v.text("colors", draft.colors, "file of colours, which perception from pictures needs", otherwise("none"));
+  v.boolean("fixed_colors", scenario.fixed_colors, "true: colours as taught, whatever the light does");
+  v.map("camera", required, [&] { declare_camera(v, draft); });
+  draft.ok.robot_ok =
+      v.without_fault([&] { v.map("robot", required, [&] { declare_robot(v, scenario.robot); }); });
+  declare(v, draft.world, scenario.camera.white_balance_k, scenario.duration_s);
+  draft.ok.target_ok = v.without_fault([&] { v.map("target", required, [&] { declare_target(v, draft); }); });
+  v.map("law", [&] { declare(v, scenario.law, draft.laws.names()); });
+  v.map("control", [&] {
+    v.number("rate_hz", scenario.control_rate_hz, NumberRange::above(0, 1000, "Hz"), "control steps");
+  });
+  v.part("geometric", scenario.geometric);
+  v.map("believed", [&] { declare(v, scenario.believed, scenario.camera.latency_s); });
+  v.map("avoidance", [&] { declare_avoidance(v, scenario.avoidance, scenario.robot); });
+}
+
+/// Faults of a file that a scenario names are its own, behind the key that names it.
+void read_camera_file(StrictYaml& yaml, Draft& draft) {
+  CameraSettings& camera = draft.scenario.camera;
+  camera.file = beside(draft.scenario.file, draft.camera_file);
   try {
-    settings.camera = read_camera(settings.file.string());
+    camera.camera = read_camera(camera.file.string());
   } catch (const InputError& error) {
-    for (const Fault& fault : error.faults()) {
-      yaml.faults().add(node.place("file") + ": " + fault.place, fault.found, fault.allowed);
-    }
-    return false;
+    const std::string place = yaml.root().map("camera").place("file");
+    for (const Fault& fault : error.faults())
+      yaml.faults().add(place + ": " + fault.place, fault.found, fault.allowed);
+    draft.ok.camera_ok = false;
   }
-  return true;
 }
 
-bool read_target(StrictYaml& yaml, Scenario& scenario) {
+void read_taught(StrictYaml& yaml, Draft& draft) {
+  Scenario& scenario = draft.scenario;
+  scenario.taught = beside(scenario.file, draft.taught);
+  yaml.faults().collect([&] {
+    const TaughtTarget target = read_taught_target(scenario.taught);
+    scenario.target_distance_m = target.distance_m;
+    scenario.taught_center_over_radius = target.center_over_radius;
+    if (target.ball != draft.target_ball)
+      yaml.root().map("target").fault("taught", "a file taught with ball " + target.ball,
+                                      "one of ball " + draft.target_ball);
+  });
+}
+
+void find_target(StrictYaml& yaml, Draft& draft) {
   const std::size_t before = yaml.faults().faults().size();
-  YamlNode node = yaml.root().map("target");
-  const std::string ball = node.text("ball");
-  if (node.has("taught")) {
-    scenario.taught = beside(scenario.file, node.text("taught"));
-    if (node.has("distance_m")) node.fault("distance_m", "both distance_m and taught", "one of them");
-    yaml.faults().collect([&] {
-      const TaughtTarget target = read_taught_target(scenario.taught);
-      scenario.target_distance_m = target.distance_m;
-      scenario.taught_center_over_radius = target.center_over_radius;
-      if (target.ball != ball)
-        node.fault("taught", "a file taught with ball " + target.ball, "one of ball " + ball);
-    });
-  } else {
-    scenario.target_distance_m = node.number("distance_m", {0, 20, true, false, "m"});
-  }
-  const auto& balls = scenario.world.balls;
-  const auto found = std::find_if(balls.begin(), balls.end(), [&](const Ball& b) { return b.name == ball; });
+  if (!draft.taught.empty()) read_taught(yaml, draft);
+  const auto& balls = draft.scenario.world.balls;
+  const auto found = std::find_if(balls.begin(), balls.end(),
+                                  [&](const Ball& ball) { return ball.name == draft.target_ball; });
+  draft.ok.target_ok &= yaml.faults().faults().size() == before;
   if (found != balls.end()) {
-    scenario.target = static_cast<std::size_t>(found - balls.begin());
-  } else if (yaml.faults().faults().size() == before) {
+    draft.scenario.target = static_cast<std::size_t>(found - balls.begin());
+  } else if (draft.ok.target_ok) {
     std::string names;
-    for (const Ball& b : balls) names += (names.empty() ? "" : ", ") + b.name;
-    node.fault("ball", ball, "the name of one of the balls: " + names);
+    for (const Ball& ball : balls) names += (names.empty() ? "" : ", ") + ball.name;
+    yaml.root().map("target").fault("ball", draft.target_ball, "the name of one of the balls: " + names);
+    draft.ok.target_ok = false;
   }
-  return yaml.faults().faults().size() == before;
-}
-
-void read_control(StrictYaml& yaml, const LawCatalog& laws, Scenario& scenario) {
-  YamlNode root = yaml.root();
-  YamlNode law = root.map("law", false);
-  scenario.law.name = law.choice("name", laws.names(), scenario.law.name);
-  scenario.law.gain_per_s = law.number("gain_per_s", {0, 10, true, false, "1/s"}, scenario.law.gain_per_s);
-  YamlNode control = root.map("control", false);
-  scenario.control_rate_hz =
-      control.number("rate_hz", {0, 1000, true, false, "Hz"}, scenario.control_rate_hz);
-  YamlNode geometric = root.map("geometric", false);
-  GeometricSensorOptions& options = scenario.geometric;
-  options.center_sigma_px =
-      geometric.number("center_sigma_px", NumberRange::within(0, 100, "px"), options.center_sigma_px);
-  options.radius_sigma_px =
-      geometric.number("radius_sigma_px", NumberRange::within(0, 100, "px"), options.radius_sigma_px);
 }
 
 }  // namespace
@@ -217,25 +293,29 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   scenario.file = file;
   scenario.seed = seed;
   scenario.resolved_json = yaml.resolved_json();
-  YamlNode root = yaml.root();
-  scenario.duration_s = root.number("duration_s", {0, 3600, true, false, "s"}, 30.0);
-  const std::string colors = root.text("colors", "");
-  if (!colors.empty()) scenario.colors = beside(file, colors);
-  scenario.fixed_colors = root.boolean("fixed_colors", false);
 
-  ScenarioReading reading;
-  reading.camera_ok = read_camera_settings(yaml, file, scenario.camera, reading.mount_ok);
-  reading.robot_ok = read_robot(yaml, scenario.robot);
-  const WorldReading world = read_world(yaml, {scenario.robot.pose, scenario.duration_s, seed});
-  scenario.world = world.world;
-  reading.target_ok = read_target(yaml, scenario);
-  read_control(yaml, laws, scenario);
-  scenario.believed = read_beliefs(yaml.root(), scenario.camera.latency_s);
-  scenario.avoidance = read_avoidance(yaml, scenario.robot);
+  Draft draft{scenario, laws};
+  OptionReader reader(yaml, yaml.root());
+  declare(reader, draft);
+  if (!draft.colors.empty()) scenario.colors = beside(file, draft.colors);
+  if (draft.ok.camera_ok) read_camera_file(yaml, draft);
+  draw_world(draft.world, scenario.robot.pose, scenario.duration_s, seed);
+  scenario.world = draft.world.world;
+  find_target(yaml, draft);
 
-  check_scenario(yaml, scenario, world, reading);
+  check_scenario(yaml, scenario, draft.world, draft.ok);
   yaml.finish();
   return scenario;
+}
+
+std::vector<OptionRow> scenario_keys(const LawCatalog& laws) {
+  Scenario scenario;
+  Draft draft{scenario, laws};
+  std::vector<Varied> varied;
+  OptionLister lister;
+  declare(lister, draft);
+  declare_vary(lister, varied);
+  return lister.rows();
 }
 
 }  // namespace ballservo

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/scenario/beliefs.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/avoidance/avoidance.hpp"
 #include "servo/control/law_catalog.hpp"
@@ -25,6 +26,8 @@
 
 namespace ballservo {
 
+struct OptionRow;
+
 /// `camera:` of a scenario.
 struct CameraSettings {
   std::filesystem::path file;
@@ -34,7 +37,8 @@ struct CameraSettings {
   double latency_s = 0.033;  ///< from the middle of an exposure until its measurement arrives
   double exposure_s = 0.004;
   int exposure_steps = 1;  ///< instants of the exposure that are rendered and averaged; 1: no motion blur
-  SensorOptions sensor;
+  SensorOptions sensor{0.6};
+  double white_balance_k = LightCourse{}.white_balance_k;
   std::vector<CameraFault> faults;
 };
 
@@ -91,6 +95,9 @@ struct Scenario {
 /// distances that would do), and whatever is wrong with the camera's file.
 Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& sets,
                        std::uint64_t seed, const LawCatalog& laws = builtin_laws());
+
+/// Every key of a scenario.
+std::vector<OptionRow> scenario_keys(const LawCatalog& laws = builtin_laws());
 
 /// Distances from the axle (m, in the floor plane, to 1 cm) at which a ball straight ahead is seen whole and
 /// does not touch the robot, as intervals; none beyond 20 m are looked for.

@@ -41,7 +41,7 @@ std::string position_text(const Eigen::Vector3d& p) {
   return fmt::format("({:.3g}, {:.3g}, {:.3g}) m", p.x(), p.y(), p.z());
 }
 
-void check_ball(YamlNode node, std::size_t index, const Scenario& scenario, const WorldReading& reading,
+void check_ball(YamlNode node, std::size_t index, const Scenario& scenario, const WorldOptions& reading,
                 const ScenarioReading& parts) {
   const World& world = reading.world;
   const Ball& ball = world.balls[index];
@@ -85,7 +85,7 @@ void check_ball(YamlNode node, std::size_t index, const Scenario& scenario, cons
 }
 
 void check_obstacle(YamlNode node, const Obstacle& obstacle, const Scenario& scenario,
-                    const WorldReading& reading, const ScenarioReading& parts) {
+                    const WorldOptions& reading, const ScenarioReading& parts) {
   if (reading.room_ok && !inside_room(reading.world.room, obstacle.center_m, 0)) {
     node.fault("position", position_text(obstacle.center_m) + ": outside the room",
                "a place inside the room");
@@ -141,7 +141,7 @@ std::vector<DistanceInterval> usable_target_distances(const Camera& camera, cons
   return intervals;
 }
 
-void check_scenario(StrictYaml& yaml, const Scenario& scenario, const WorldReading& reading,
+void check_scenario(StrictYaml& yaml, const Scenario& scenario, const WorldOptions& reading,
                     const ScenarioReading& parts) {
   YamlNode root = yaml.root();
   const World& world = reading.world;

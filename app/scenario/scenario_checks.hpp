@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/scenario/scenario.hpp"
-#include "app/scenario/scenario_world.hpp"
+#include "app/scenario/world_options.hpp"
 #include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
@@ -14,7 +14,7 @@ struct ScenarioReading {
 
 /// Adds a fault for everything that stands in something else, lies outside the room or could not be seen at
 /// the goal, as far as the parts concerned were read without a fault.
-void check_scenario(StrictYaml& yaml, const Scenario& scenario, const WorldReading& world,
+void check_scenario(StrictYaml& yaml, const Scenario& scenario, const WorldOptions& world,
                     const ScenarioReading& reading);
 
 }  // namespace ballservo

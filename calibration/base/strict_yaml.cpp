@@ -121,6 +121,11 @@ std::string NumberRange::to_text() const {
   return unit.empty() ? text : text + " (" + unit + ")";
 }
 
+std::string NumberRange::interval() const {
+  return fmt::format("{}{}, {}{}", low_open || std::isinf(low) ? '(' : '[', low, high,
+                     high_open || std::isinf(high) ? ')' : ']');
+}
+
 struct YamlNode::Impl {
   std::shared_ptr<YamlTree> tree;
   YamlValue* value;

@@ -30,6 +30,9 @@ struct NumberRange {
   static NumberRange above(double low, std::string unit) {
     return {low, std::numeric_limits<double>::infinity(), true, false, std::move(unit)};
   }
+  static NumberRange above(double low, double high, std::string unit) {  ///< up to `high` itself
+    return {low, high, true, false, std::move(unit)};
+  }
   static NumberRange at_least(double low, std::string unit) {
     return {low, std::numeric_limits<double>::infinity(), false, false, std::move(unit)};
   }
@@ -39,6 +42,7 @@ struct NumberRange {
 
   bool contains(double value) const;  ///< false for NaN
   std::string to_text() const;        ///< "a number above 0 (Hz)"
+  std::string interval() const;       ///< "(0, inf)"
 };
 
 /// A node of a YAML document, with its place in it. A cheap handle; the document lives as long as any of its

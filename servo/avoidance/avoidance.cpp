@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "servo/motion/option_check.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 
@@ -18,10 +18,10 @@ std::string_view avoidance_type_name(AvoidanceOptions::Type type) {
   return "full";
 }
 
-void AvoidanceOptions::check(FaultList& faults, const std::string& place) const {
-  if (type == Type::none) return;
-  grid.check(faults, place + ".grid");
-  check_positive(faults, place + ".half_view_rad", half_view_rad, "rad");
+void declare(OptionVisitor& v, AvoidanceOptions& avoidance) {
+  v.boolean("creep", avoidance.creep, "slow commands may pass by the rule of creeping away (SAFETY.md)");
+  v.boolean("floor", avoidance.floor, "what the camera sees standing on the floor is not free");
+  declare(v, avoidance.grid);
 }
 
 Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s)

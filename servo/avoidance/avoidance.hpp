@@ -13,6 +13,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 struct AvoidanceOptions {
   /// none: the law drives alone. shield: its commands pass the guard and the shield. full: ways around
   /// obstacles are looked for too.
@@ -22,9 +24,10 @@ struct AvoidanceOptions {
   bool creep = true;            ///< see ShieldOptions
   bool floor = true;            ///< what the camera sees standing on the floor is not free
   double half_view_rad = 0.50;  ///< the ball further aside is out of the picture
-
-  void check(FaultList& faults, const std::string& place) const;
 };
+
+/// The keys of a scenario's `avoidance` but its type.
+void declare(OptionVisitor& v, AvoidanceOptions& avoidance);
 
 /// "none", "shield", "full".
 std::string_view avoidance_type_name(AvoidanceOptions::Type type);

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "servo/motion/option_check.hpp"
-
 namespace ballservo {
 
 namespace {
@@ -20,10 +18,6 @@ double corner_m(const Footprint& body) {
 }
 
 }  // namespace
-
-void ShieldOptions::check(FaultList& faults, const std::string& place) const {
-  check_positive(faults, place + ".period_s", period_s, "s");
-}
 
 Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                       const ShieldOptions& options, FloorCell* blocked) {

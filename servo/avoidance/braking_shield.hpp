@@ -19,8 +19,6 @@ struct ShieldOptions {
   Footprint footprint;
   double period_s = 0.02;  ///< a command drives at most so long before the next one, or rest, takes over
   bool creep = true;       ///< slow commands may pass by the rule of creeping away (SAFETY.md)
-
-  void check(FaultList& faults, const std::string& place) const;
 };
 
 /// The verdict's reason where a command passed by the rule of creeping away.

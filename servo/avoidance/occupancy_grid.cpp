@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "servo/motion/option_check.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 
@@ -17,27 +17,16 @@ constexpr double same_echo_m = 0.2;  // between two firings of a transducer, whi
 
 }  // namespace
 
-void OccupancyGridOptions::check(FaultList& faults, const std::string& place) const {
-  check_not_negative(faults, place + ".odometry.distance_share", odometry.distance_share, "m/m");
-  check_not_negative(faults, place + ".odometry.turn_share", odometry.turn_share, "rad/rad");
-  check_not_negative(faults, place + ".odometry.turn_per_m_radpm", odometry.turn_per_m_radpm, "rad/m");
-  check_positive(faults, place + ".beam.min_range_m", beam.min_range_m, "m");
-  check_positive(faults, place + ".beam.max_range_m", beam.max_range_m, "m");
-  check_not_negative(faults, place + ".range_error_m", range_error_m, "m");
-  if (!(beam.half_angle_rad > OccupancyGrid::angle_error_rad && beam.half_angle_rad < 1.0)) {
-    faults.add(place + ".beam.half_angle_rad", shown_number(beam.half_angle_rad),
-               "more than 0.01 and less than 1 (rad)");
-  }
-  if (!(look_range_m > 0.2 && look_range_m <= 3.0)) {
-    faults.add(place + ".look_range_m", shown_number(look_range_m), "a number from 0.2 to 3 (m)");
-  }
-  if (!(start_clear_m >= 0.0 && start_clear_m <= 3.0)) {
-    faults.add(place + ".start_clear_m", shown_number(start_clear_m), "a number from 0 to 3 (m)");
-  }
-  if (!(drift_allowed_m >= OccupancyGrid::drift_close_m && drift_allowed_m <= 1.0)) {
-    faults.add(place + ".drift_allowed_m", shown_number(drift_allowed_m), "from 0.012 to 1 (m)");
-  }
-  check_positive(faults, place + ".memory_s", memory_s, "s");
+void declare(OptionVisitor& v, OccupancyGridOptions& grid) {
+  v.number("start_clear_m", grid.start_clear_m, NumberRange::within(0, 3, "m"),
+           "nothing stands within this of the axle at the start");
+  v.number("memory_s", grid.memory_s, NumberRange::above(0, 600, "s"),
+           "what was seen free counts so long, in motion");
+  v.number("drift_allowed_m", grid.drift_allowed_m,
+           NumberRange::within(OccupancyGrid::drift_close_m, 0.5, "m"),
+           "and until odometry may have drifted so far");
+  v.number("look_range_m", grid.look_range_m, NumberRange::within(0.5, 3, "m"),
+           "nothing further off is remembered of a firing");
 }
 
 /// A convex region of the floor: half planes (inside where n . p <= c) and a disc.

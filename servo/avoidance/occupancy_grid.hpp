@@ -7,13 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "calibration/base/fault.hpp"
 #include "servo/avoidance/floor_scan.hpp"
 #include "servo/avoidance/sonar.hpp"
 #include "servo/motion/odometry_bound.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
+
+class OptionVisitor;
 
 struct OccupancyGridOptions {
   SonarBeam beam;
@@ -24,9 +25,9 @@ struct OccupancyGridOptions {
   double drift_allowed_m = 0.04;  ///< what was seen free counts until odometry may have drifted so far
   double memory_s = 45.0;         ///< and so long, counted while the robot moves
   Footprint footprint;
-
-  void check(FaultList& faults, const std::string& place) const;
 };
+/// What a user can set: the rest follows from the robot.
+void declare(OptionVisitor& v, OccupancyGridOptions& grid);
 
 /// floor(value_m / side_m): index of the square of a grid in which a coordinate lies. Truncation is rounding
 /// down but for negative numbers; std::floor is a call on machines of the baseline.

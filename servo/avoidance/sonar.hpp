@@ -8,6 +8,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 inline constexpr std::size_t sonar_count = 16;
 
 /// Where a transducer sits in the robot frame, and where it points (rad, from the robot's x axis).
@@ -36,6 +38,7 @@ struct SonarBeam {
   double min_range_m = 0.10, max_range_m = 5.0;
   double half_angle_rad = 15.0 * 0.017453292519943295;  ///< of the cone in which things echo
 };
+void declare(OptionVisitor& v, SonarBeam& beam);
 
 /// One firing's answer.
 struct SonarReading {

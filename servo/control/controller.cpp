@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "servo/motion/option_check.hpp"
+#include "calibration/base/options.hpp"
 #include "servo/motion/speed_envelope.hpp"
 
 namespace ballservo {
@@ -39,34 +39,34 @@ bool asks_law(ControlState state) {
 std::size_t history_length(double rate_hz) { return static_cast<std::size_t>(std::ceil(5.0 * rate_hz)) + 8; }
 
 const ControllerOptions& checked(const ControllerOptions& options) {
-  FaultList faults;
-  options.check(faults, "controller");
-  faults.throw_if_any();
+  check_options("controller", options);
   return options;
 }
 
 }  // namespace
 
-void ControllerOptions::check(FaultList& faults, const std::string& place) const {
-  if (!(rate_hz > 0.0 && rate_hz <= 10000.0)) {
-    faults.add(place + ".rate_hz", shown_number(rate_hz), "a number above 0 and up to 10000 (Hz)");
-  }
-  if (!(latency_s >= 0.0 && latency_s <= 2.0)) {
-    faults.add(place + ".latency_s", shown_number(latency_s), "a number from 0 to 2 (s)");
-  }
-  if (!(actuation_delay_s >= 0.0 && actuation_delay_s <= 2.0)) {
-    faults.add(place + ".actuation_delay_s", shown_number(actuation_delay_s), "a number from 0 to 2 (s)");
-  }
-  try {
-    limits.validate();
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults())
-      faults.add(place + ".limits." + fault.place, fault.found, fault.allowed);
-  }
-  check_not_negative(faults, place + ".command_s", command_s, "s");
-  goal.check(faults, place + ".goal");
-  check_positive(faults, place + ".turn_gain_per_s", turn_gain_per_s, "1/s");
-  avoidance.check(faults, place + ".avoidance");
+void declare(OptionVisitor& v, ControllerOptions& options) {
+  v.number("rate_hz", options.rate_hz, NumberRange::above(0, 10000, "Hz"), "control steps");
+  v.number("latency_s", options.latency_s, NumberRange::within(0, 2, "s"),
+           "from the middle of an exposure to its measurement");
+  v.number("actuation_delay_s", options.actuation_delay_s, NumberRange::within(0, 2, "s"),
+           "from a command until it moves the robot");
+  v.number("command_s", options.command_s, NumberRange::at_least(0, "s"),
+           "a command drives at most so long; 0: a period");
+  v.number("turn_gain_per_s", options.turn_gain_per_s, NumberRange::above(0, "1/s"),
+           "of the turn towards a ball for which the law has no answer");
+  v.part("limits", options.limits);
+  v.part("goal", options.goal);
+  AvoidanceOptions& avoidance = options.avoidance;
+  v.only_if(avoidance.type != AvoidanceOptions::Type::none, "avoidance.type: shield, full", [&] {
+    v.part("avoidance", avoidance);
+    v.part("sonar", avoidance.grid.beam);
+    v.part("odometry", avoidance.grid.odometry);
+    v.number("range_error_m", avoidance.grid.range_error_m, NumberRange::at_least(0, "m"),
+             "of a sonar, at most");
+    v.number("half_view_rad", avoidance.half_view_rad, NumberRange::above(0, "rad"),
+             "the ball further aside is unseen");
+  });
 }
 
 Controller::Controller(const ControllerOptions& options, std::unique_ptr<Law> law)

@@ -17,6 +17,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 struct ControllerOptions {
   double rate_hz = 50.0;            ///< control steps
   double latency_s = 0.033;         ///< from the middle of an exposure until its measurement arrives
@@ -26,9 +28,8 @@ struct ControllerOptions {
   ServoGoal goal;
   double turn_gain_per_s = 2.0;  ///< of the turn towards a ball for which the law has no answer
   AvoidanceOptions avoidance;
-
-  void check(FaultList& faults, const std::string& place) const;
 };
+void declare(OptionVisitor& v, ControllerOptions& options);
 
 /// What a step says.
 struct ControlOutput {

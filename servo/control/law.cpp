@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "servo/motion/option_check.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 
@@ -16,30 +16,20 @@ Eigen::Vector3d ServoGoal::desired_p_RB() const {
   return {distance_m, 0.0, ball_height_m};
 }
 
-void ServoGoal::check(FaultList& faults, const std::string& place) const {
-  if (!std::isfinite(distance_m) || distance_m <= 0.0) {
-    faults.add(place + ".distance_m", shown_number(distance_m), "a number above 0 (m)");
-  }
-  if (!std::isfinite(ball_height_m))
-    faults.add(place + ".ball_height_m", shown_number(ball_height_m), "a number (m)");
-  check_positive(faults, place + ".ball_radius_m", ball_radius_m, "m");
-  if (taught_center_over_radius &&
-      !(taught_center_over_radius->allFinite() && taught_center_over_radius->z() > 1.0)) {
-    faults.add(place + ".taught_center_over_radius", "no ball before the camera",
-               "three finite numbers, the third above 1 (radii)");
-  }
-  try {
-    mount.validate();
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults())
-      faults.add(place + "." + fault.place, fault.found, fault.allowed);
-  }
+void declare(OptionVisitor& v, ServoGoal& goal) {
+  v.number("distance_m", goal.distance_m, NumberRange::above(0, "m"), "axle to the ball's centre");
+  v.number("ball_height_m", goal.ball_height_m, NumberRange::any("m"), "of the ball's centre over the floor");
+  v.number("ball_radius_m", goal.ball_radius_m, NumberRange::above(0, "m"), "as perception believes");
+  v.part("mount", goal.mount);
+  const auto& taught = goal.taught_center_over_radius;
+  v.require(!taught || (taught->allFinite() && taught->z() > 1.0), "taught_center_over_radius",
+            "no ball before the camera", "three finite numbers, the third above 1 (radii)");
 }
 
-void LawOptions::check(FaultList& faults, const std::string& place) const {
-  if (!(gain_per_s > 0.0 && gain_per_s <= 10.0)) {
-    faults.add(place + ".gain_per_s", shown_number(gain_per_s), "a number above 0 and up to 10 (1/s)");
-  }
+void declare(OptionVisitor& v, LawOptions& law, const std::vector<std::string>& names) {
+  v.choice("name", law.name, names, "the law");
+  v.number("gain_per_s", law.gain_per_s, NumberRange::above(0, 10, "1/s"),
+           "lambda of the exponential decay of the error that it asks for");
 }
 
 double max_stable_gain_per_s(double sample_rate_hz, double delay_s) {

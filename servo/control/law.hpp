@@ -8,11 +8,12 @@
 #include <optional>
 #include <string>
 
-#include "calibration/base/fault.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
+
+class OptionVisitor;
 
 /// Where every law stops: ball at (distance_m, 0, ball_height_m) of the robot frame.
 struct ServoGoal {
@@ -29,18 +30,15 @@ struct ServoGoal {
   Eigen::Vector3d desired_p_CB() const;
   /// The same in the robot frame; (distance_m, 0, ball_height_m) where nothing was taught.
   Eigen::Vector3d desired_p_RB() const;
-  /// Adds a fault for a distance or radius that is not finite and positive, a height or taught feature that
-  /// is not finite, a ball taught behind the camera, and the mount's own.
-  void check(FaultList& faults, const std::string& place) const;
 };
+void declare(OptionVisitor& v, ServoGoal& goal);
 
 struct LawOptions {
   std::string name = "cone";  ///< of a law in the program's LawCatalog
   double gain_per_s = 2.0;    ///< lambda of the exponential decay that the law asks for: de/dt = -lambda e
-
-  /// Adds a fault for a gain outside (0, 10]. The name is the catalog's to check.
-  void check(FaultList& faults, const std::string& place) const;
 };
+/// `names` are those of the program's laws.
+void declare(OptionVisitor& v, LawOptions& law, const std::vector<std::string>& names);
 
 /// What a law asks for, before anybody looks at what the robot can do. Always finite.
 struct LawOutput {

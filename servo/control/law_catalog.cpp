@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "calibration/base/options.hpp"
+
 namespace ballservo {
 
 void LawCatalog::add(const std::string& name, Factory factory) {
@@ -23,13 +25,10 @@ std::unique_ptr<Law> LawCatalog::make(const LawOptions& options, const ServoGoal
   const auto found =
       std::find_if(laws_.begin(), laws_.end(), [&](const auto& law) { return law.first == options.name; });
   FaultList faults;
-  if (found == laws_.end()) {
-    std::string allowed = "one of";
-    for (const std::string& known : names()) allowed += " " + known;
-    faults.add("law.name", options.name, allowed);
-  }
-  options.check(faults, "law");
-  goal.check(faults, "target");
+  OptionChecker checker(faults, "law");
+  LawOptions law = options;
+  declare(checker, law, names());
+  check_options(faults, "target", goal);
   faults.throw_if_any();
   return found->second(options, goal);
 }

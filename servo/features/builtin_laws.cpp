@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "servo/features/cone_feature.hpp"
 #include "servo/features/floor_feature.hpp"

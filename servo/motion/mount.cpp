@@ -2,14 +2,9 @@
 
 #include <cmath>
 
-#include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
-
-namespace {
-std::string shown(double value) { return std::isnan(value) ? "NaN" : number_text(value); }
-}  // namespace
 
 Eigen::Isometry3d CameraMount::X_RC() const {
   const double c = std::cos(pitch_down_rad), s = std::sin(pitch_down_rad);
@@ -21,14 +16,12 @@ Eigen::Isometry3d CameraMount::X_RC() const {
   return X;
 }
 
-void CameraMount::validate() const {
-  FaultList faults;
-  if (!std::isfinite(forward_m)) faults.add("mount.forward_m", shown(forward_m), "a number (m)");
-  if (!std::isfinite(up_m) || up_m <= 0.0) faults.add("mount.up_m", shown(up_m), "a number above 0 (m)");
-  if (!(std::abs(pitch_down_rad) <= 1.5707963267948966)) {
-    faults.add("mount.pitch_down_rad", shown(pitch_down_rad), "a number from -1.5708 to 1.5708 (rad)");
-  }
-  faults.throw_if_any();
+void declare(OptionVisitor& v, CameraMount& mount) {
+  v.number("forward_m", mount.forward_m, NumberRange::within(-1, 1, "m"), "camera ahead of the axle",
+           required);
+  v.number("up_m", mount.up_m, NumberRange::above(0, 3, "m"), "camera over the floor", required);
+  v.number("pitch_down_rad", mount.pitch_down_rad, NumberRange::within(-1.5707, 1.5707, "rad"),
+           "optical axis below the horizon", required);
 }
 
 }  // namespace ballservo

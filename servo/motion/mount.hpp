@@ -5,6 +5,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 /// The camera looks ahead, in the robot's middle plane, pitched down; level for a pitch of 0.
 struct CameraMount {
   double forward_m = 0.10;       ///< ahead of the axle
@@ -13,10 +15,7 @@ struct CameraMount {
 
   /// The camera frame (x right, y down, z forward) in the robot frame (x forward, y left, z up).
   Eigen::Isometry3d X_RC() const;
-
-  /// Throws InputError naming every value that is not finite, a height that is not above 0, or a pitch beyond
-  /// a right angle.
-  void validate() const;
 };
+void declare(OptionVisitor& v, CameraMount& mount);
 
 }  // namespace ballservo

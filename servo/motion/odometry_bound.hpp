@@ -3,6 +3,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 /// Between two moments, with the path length s and the turned angle |turn| both summed without sign:
 ///   error of the path's length  <= distance_share * s
 ///   error of the heading        <= turn_share * |turn| + turn_per_m * s
@@ -20,5 +22,7 @@ struct OdometryBound {
            (turn_share * turn_rad + turn_per_m_radpm * path_m) * (distance_m + path_m);
   }
 };
+
+void declare(OptionVisitor& v, OdometryBound& bound);
 
 }  // namespace ballservo

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
 
-#include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
+#include "calibration/base/options.hpp"
 
 namespace ballservo {
 
@@ -34,19 +32,13 @@ void cut_scales(double value, double low, double high, double& k_low, double& k_
 
 }  // namespace
 
-void UnicycleLimits::validate() const {
-  FaultList faults;
-  const auto check = [&faults](const char* name, double value, const char* unit) {
-    if (!std::isfinite(value) || value <= 0.0) {
-      faults.add(name, std::isnan(value) ? "NaN" : number_text(value),
-                 std::string("a number above 0 (") + unit + ")");
-    }
-  };
-  check("v_max_mps", v_max_mps, "m/s");
-  check("w_max_radps", w_max_radps, "rad/s");
-  check("a_max_mps2", a_max_mps2, "m/s^2");
-  check("alpha_max_radps2", alpha_max_radps2, "rad/s^2");
-  faults.throw_if_any();
+void declare(OptionVisitor& v, UnicycleLimits& limits) {
+  v.number("v_max_mps", limits.v_max_mps, NumberRange::above(0, 10, "m/s"), "largest speed, either way");
+  v.number("w_max_radps", limits.w_max_radps, NumberRange::above(0, 20, "rad/s"), "largest turning rate");
+  v.number("a_max_mps2", limits.a_max_mps2, NumberRange::above(0, 20, "m/s^2"),
+           "acceleration and deceleration along the way");
+  v.number("alpha_max_radps2", limits.alpha_max_radps2, NumberRange::above(0, 100, "rad/s^2"),
+           "acceleration and deceleration of the turn");
 }
 
 double wrap_angle(double angle_rad) {

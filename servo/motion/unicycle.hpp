@@ -8,6 +8,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 /// Where the robot stands: X_WR in the plane.
 struct Pose2 {
   double x_m = 0, y_m = 0, yaw_rad = 0;
@@ -25,10 +27,8 @@ struct UnicycleLimits {
   double w_max_radps = 300.0 * 0.017453292519943295;
   double a_max_mps2 = 0.3;
   double alpha_max_radps2 = 100.0 * 0.017453292519943295;
-
-  /// Throws InputError naming every value that is not finite and positive.
-  void validate() const;
 };
+void declare(OptionVisitor& v, UnicycleLimits& limits);
 
 /// The rectangle that the robot covers on the floor, in its own frame.
 struct Footprint {

@@ -102,8 +102,8 @@ TEST(ComparisonPlan, ReadsEveryNumberThatDesignsVary) {
   EXPECT_EQ(c.ring_clutter, 5);
   EXPECT_EQ(c.same_color, 2);
   EXPECT_TRUE(c.touching);
-  EXPECT_TRUE(c.start_at_truth);
-  EXPECT_EQ(c.start_center_px, 2);
+  ASSERT_TRUE(c.start);
+  EXPECT_EQ(c.start->center_px, 2);
   EXPECT_EQ(c.ball_pattern, Pattern::checks);
   EXPECT_EQ(c.camera.size().width_px, 320);
   EXPECT_EQ(c.camera.focal_px(), 450);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "calibration/base/fault.hpp"
 #include "tests/servo/drive.hpp"
 
 namespace ballservo {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 
+#include "calibration/base/fault.hpp"
 #include "servo/features/builtin_laws.hpp"
 #include "tests/servo/random_scene.hpp"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "calibration/base/fault.hpp"
 #include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"

@@ -4,82 +4,13 @@
 
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "calibration/camera/sphere_outline.hpp"
+#include "calibration/color/color_names.hpp"
 
 namespace ballservo {
 namespace {
-
-using C = ComparisonCondition;
-
-std::vector<ConditionFactor> make_factors() {
-  const NumberRange share = NumberRange::within(0, 1, ""), px = NumberRange::within(0, 20, "px"),
-                    levels = NumberRange::within(0, 255, "grey levels");
-  return {
-      {"depth_m",
-       "distance Z (m)",
-       {0, 100, true, false, "m"},
-       [](const C& c) { return c.depth_m; },
-       [](C& c, double x) { c.depth_m = x; },
-       true},
-      {"off_axis_rad", "angle off the axis (rad)", NumberRange::within(0, 1.2, "rad"),
-       [](const C& c) { return c.off_axis_rad; }, [](C& c, double x) { c.off_axis_rad = x; }},
-      {"occlusion", "hidden part of the disc", NumberRange::within(0, 0.8, ""),
-       [](const C& c) { return c.occlusion; }, [](C& c, double x) { c.occlusion = x; }},
-      {"blur_px", "blur, sigma (px)", px, [](const C& c) { return c.sensor.blur_px; },
-       [](C& c, double x) { c.sensor.blur_px = x; }},
-      {"motion_blur_px", "motion while exposed (px)", NumberRange::within(0, 40, "px"),
-       [](const C& c) { return c.motion_blur_px; }, [](C& c, double x) { c.motion_blur_px = x; }},
-      {"noise.read", "noise, sigma (grey levels)", levels, [](const C& c) { return c.sensor.read_noise; },
-       [](C& c, double x) { c.sensor.read_noise = x; }},
-      {"noise.shot", "shot noise (grey levels)", levels, [](const C& c) { return c.sensor.shot_noise; },
-       [](C& c, double x) { c.sensor.shot_noise = x; }},
-      {"light.level",
-       "light (of the usual)",
-       {0, 10, true, false, ""},
-       [](const C& c) { return c.light_level; },
-       [](C& c, double x) { c.light_level = x; },
-       true},
-      {"light.angle_rad", "lamp's angle from the camera (rad)", NumberRange::within(0, 2, "rad"),
-       [](const C& c) { return c.light_angle_rad.value_or(std::nan("")); },
-       [](C& c, double x) { c.light_angle_rad = x; }},
-      {"contrast", "contrast to the background", share, [](const C& c) { return c.contrast; },
-       [](C& c, double x) { c.contrast = x; }},
-      {"ring_clutter", "edges across the outline", NumberRange::within(0, 20, "boxes"),
-       [](const C& c) { return c.ring_clutter; }, [](C& c, double x) { c.ring_clutter = std::round(x); }},
-      {"same_color", "things of the ball's colour", NumberRange::within(0, 20, "things"),
-       [](const C& c) { return c.same_color; }, [](C& c, double x) { c.same_color = std::round(x); }},
-      {"start.center_px", "start's error, centre (px)", NumberRange::within(0, 50, "px"),
-       [](const C& c) { return c.start_center_px; },
-       [](C& c, double x) {
-         c.start_at_truth = true;
-         c.start_center_px = x;
-       }},
-      {"start.radius_px", "start's error, radius (px)", NumberRange::within(0, 50, "px"),
-       [](const C& c) { return c.start_radius_px; },
-       [](C& c, double x) {
-         c.start_at_truth = true;
-         c.start_radius_px = x;
-       }},
-      {"ball.diameter_m",
-       "ball's diameter (m)",
-       {0, 10, true, false, "m"},
-       [](const C& c) { return c.diameter_m; },
-       [](C& c, double x) { c.diameter_m = x; },
-       true},
-      {"resolution", "resolution (of the camera's)", NumberRange::within(0.1, 4, ""),
-       [](const C& c) { return c.resolution; }, [](C& c, double x) { c.resolution = x; }, true},
-      {"calibration_sigmas", "calibration error (sigmas)", NumberRange::within(0, 100, "sigmas"),
-       [](const C& c) { return c.calibration_sigmas; }, [](C& c, double x) { c.calibration_sigmas = x; }},
-      {"gain",
-       "gain",
-       {0, 100, true, false, ""},
-       [](const C& c) { return c.sensor.gain; },
-       [](C& c, double x) { c.sensor.gain = x; }},
-      {"gamma", "the camera's gamma", NumberRange::within(1, 3, ""),
-       [](const C& c) { return c.sensor.gamma; }, [](C& c, double x) { c.sensor.gamma = x; }},
-  };
-}
 
 std::string occlusion_words(const ComparisonCondition& condition) {
   constexpr std::array<const char*, 5> sides{"", " on the left", " on the right", " below", " above"};
@@ -101,16 +32,81 @@ std::string picture_words(const ComparisonCondition& condition) {
 
 }  // namespace
 
-const std::vector<ConditionFactor>& condition_factors() {
-  static const std::vector<ConditionFactor> factors = make_factors();
-  return factors;
+void declare(OptionVisitor& v, ComparisonCondition& c) {
+  const NumberRange share = NumberRange::within(0, 1, ""), start_px = NumberRange::within(0, 50, "px");
+  v.integer("frames", c.frames, 1, 1000000000, "pictures of the condition");
+  if (v.present("pictures", false)) {
+    v.map("pictures", [&] {
+      v.one_of("type", c.painter,
+               {{"lab", Painter::lab}, {"room", Painter::room}, {"painted", Painter::painted}},
+               "rendered in a lab, rendered in a room, or painted without the renderer", required);
+      v.boolean("half_shade", c.look.half_shade, "painted: half of the ball lies in shade");
+      v.boolean("highlight", c.look.highlight, "painted: a glossy ball");
+      v.boolean("marbled", c.look.marbled, "painted: a marbled ball");
+      v.boolean("contact_shadow", c.look.contact_shadow, "painted: a shadow where it touches the floor");
+    });
+  }
+  v.number("depth_m", c.depth_m, NumberRange::above(0, 100, "m"), "distance Z");
+  v.number("off_axis_rad", c.off_axis_rad, NumberRange::within(0, 1.2, "rad"), "angle off the axis");
+  v.number("occlusion", c.occlusion, NumberRange::within(0, 0.8, ""), "hidden part of the disc");
+  v.one_of("occlusion_side", c.occlusion_side,
+           {{"any", OcclusionSide::any},
+            {"left", OcclusionSide::left},
+            {"right", OcclusionSide::right},
+            {"below", OcclusionSide::below},
+            {"above", OcclusionSide::above}},
+           "where it is hidden, as the picture shows it");
+  declare(v, c.sensor);
+  v.number("motion_blur_px", c.motion_blur_px, NumberRange::within(0, 40, "px"), "motion while exposed");
+  v.map("light", [&] {
+    v.number("level", c.light_level, NumberRange::above(0, 10, ""), "light, of the usual");
+    v.maybe("angle_rad", c.light_angle_rad, [&](const std::string& key, double& angle_rad) {
+      v.number(key, angle_rad, NumberRange::within(0, 2, "rad"), "lamp's angle from the camera",
+               otherwise("by chance"));
+    });
+  });
+  v.one_of("background", c.background,
+           {{"clutter", ComparisonBackground::clutter}, {"plain", ComparisonBackground::plain}},
+           "textured walls and boxes, or walls of one colour");
+  v.number("contrast", c.contrast, share, "contrast to the background: 0 is the ball's own colour");
+  v.number("ring_clutter", c.ring_clutter, NumberRange::within(0, 20, "boxes"), "edges across the outline");
+  v.number("same_color", c.same_color, NumberRange::within(0, 20, "things"), "things of the ball's colour");
+  v.boolean("touching", c.touching, "a bar of the ball's colour touches it");
+  bool no_ball = !c.has_ball;
+  v.boolean("no_ball", no_ball, "room and painted: only what may be taken for a ball");
+  c.has_ball = !no_ball;
+  v.boolean("at_border", c.at_border, "room and painted: the ball's centre lies near the picture's border");
+  v.maybe("start", c.start, [&](const std::string& key, StartError& start) {
+    v.map(key, [&] {
+      v.number("center_px", start.center_px, start_px, "start's error, centre: sigma, from the truth");
+      v.number("radius_px", start.radius_px, start_px, "start's error, radius: sigma, from the truth");
+    });
+  });
+  v.map("ball", [&] {
+    v.choice("color", c.ball_color, color_words(), "a colour word");
+    v.number("diameter_m", c.diameter_m, NumberRange::above(0, 10, "m"), "ball's diameter");
+    v.one_of("pattern", c.ball_pattern, names_of(all_patterns, pattern_name), "what is painted on it");
+  });
+  v.number("resolution", c.resolution, NumberRange::within(0.1, 4, ""), "resolution, of the camera's");
+  v.number("calibration_sigmas", c.calibration_sigmas, NumberRange::within(0, 100, "sigmas"),
+           "calibration error: drawn from the covariance beside the camera's file");
 }
 
-const ConditionFactor* find_condition_factor(std::string_view key) {
-  for (const ConditionFactor& factor : condition_factors()) {
-    if (factor.key == key) return &factor;
-  }
-  return nullptr;
+std::optional<ConditionNumber> find_number(ComparisonCondition condition, const std::string& key) {
+  static const std::set<std::string> log{"depth_m", "light.level", "ball.diameter_m", "resolution"};
+  std::optional<ConditionNumber> found;
+  NumberFinder finder(key, [&](double value, const Option& option) {
+    const std::string unit = option.range.unit.empty() ? "" : " (" + option.range.unit + ")";
+    const std::string label = option.help.substr(0, option.help.find(':')) + unit;
+    found = {value, option.range, label, log.count(key) > 0};
+  });
+  declare(finder, condition);
+  return found;
+}
+
+void set_number(ComparisonCondition& condition, const std::string& key, double value) {
+  NumberFinder finder(key, [value](double& number, const Option&) { number = value; });
+  declare(finder, condition);
 }
 
 std::string in_words(const ComparisonCondition& condition) {
@@ -140,8 +136,9 @@ std::string in_words(const ComparisonCondition& condition) {
   say(condition.touching, "a bar of its colour touches it");
   text += picture_words(condition);
   say(!condition.has_ball, "without the ball");
-  say(condition.start_at_truth, fmt::format("fits start off the truth by {:g} px, radius {:g} px (sigma)",
-                                            condition.start_center_px, condition.start_radius_px));
+  if (condition.start)
+    say(true, fmt::format("fits start off the truth by {:g} px, radius {:g} px (sigma)",
+                          condition.start->center_px, condition.start->radius_px));
   say(condition.calibration_sigmas > 0,
       fmt::format("the camera off by {:g} sigma", condition.calibration_sigmas));
   return text;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/base/strict_yaml.hpp"
+#include "calibration/base/options.hpp"
 #include "calibration/camera/camera.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "servo/simulation/rendering/sensor.hpp"
@@ -29,6 +29,11 @@ enum class ComparisonBackground { clutter, plain };
 
 /// Which part of the ball is hidden, as the picture shows it.
 enum class OcclusionSide { any, left, right, below, above };
+
+/// Sigmas of the error of a fit's start: of the centre along each axis, of the radius.
+struct StartError {
+  double center_px = 0, radius_px = 0;
+};
 
 /// Every frame of a condition draws its own background, light and sub-pixel position.
 struct ComparisonCondition {
@@ -65,29 +70,28 @@ struct ComparisonCondition {
   double motion_blur_px = 0;  ///< how far the ball moves in the picture while it is exposed
   SensorOptions sensor;
 
-  /// Sigmas of the start's error (centre, each axis; radius): the fits start from the true circle so
-  /// displaced instead of the votes'.
-  bool start_at_truth = false;
-  double start_center_px = 0, start_radius_px = 0;
+  /// The fits start from the true circle, displaced; from the votes' where there is nothing here.
+  std::optional<StartError> start{};
 
-  /// The factor that a one-at-a-time design varies here; empty: none.
+  /// The key of the number that a one-at-a-time design varies here; empty: none.
   std::string swept;
 
   double radius_m() const { return diameter_m / 2; }
 };
 
-/// A number of a condition that plans can set and vary.
-struct ConditionFactor {
-  std::string key;    ///< "noise.read": its place in the YAML file
-  std::string label;  ///< "noise (grey levels)": for plots
+/// All but the name and the camera.
+void declare(OptionVisitor& v, ComparisonCondition& condition);
+
+/// A number of a condition, which designs vary.
+struct ConditionNumber {
+  double value = 0;
   NumberRange range;
-  double (*get)(const ComparisonCondition&);
-  void (*set)(ComparisonCondition&, double);
-  bool log = false;  ///< shown on a logarithmic axis
+  std::string label;  ///< "noise (grey levels)": for plots
+  bool log = false;   ///< shown on a logarithmic axis
 };
-const std::vector<ConditionFactor>& condition_factors();
-/// Null where there is none.
-const ConditionFactor* find_condition_factor(std::string_view key);
+/// By its key, "noise.read"; nothing where there is none.
+std::optional<ConditionNumber> find_number(ComparisonCondition condition, const std::string& key);
+void set_number(ComparisonCondition& condition, const std::string& key, double value);
 
 /// "red ball of 70 mm, 60 px across, Z = 1 m ...": what differs from the usual is said.
 std::string in_words(const ComparisonCondition& condition);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "app/comparison/pictures/plan_design.hpp"
@@ -26,118 +27,117 @@ bool is_name(const std::string& name) {
   });
 }
 
-void read_camera_file(YamlNode& map, const std::filesystem::path& folder, FaultList& faults,
-                      ComparisonCondition& condition) {
-  const std::string file = map.text("file");
-  if (file.empty()) return;
-  try {
-    const std::string path = (folder / file).string();
-    condition.camera = read_camera(path);
-    condition.covariance = read_camera_covariance(path, condition.camera);
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults())
-      faults.add(map.place("file") + ": " + fault.place, fault.found, fault.allowed);
-  }
+// A camera as a condition names it: by its file, or by its numbers.
+struct PlanCamera {
+  std::string file;
+  double focal_px = 0;
+  int width_px = 640, height_px = 480;
+  LensModel model = LensModel::pinhole;
+  std::vector<double> coefficients{};
+};
+
+void declare(OptionVisitor& v, PlanCamera& camera) {
+  v.text("file", camera.file, "camera file beside the plan, instead of numbers", otherwise("none"));
+  v.only_if(camera.file.empty(), "no file", [&] {
+    v.number("focal_px", camera.focal_px, NumberRange::within(20, 1e5, "px"), "focal length", required);
+    v.integer("width_px", camera.width_px, 64, 8192, "width of the picture");
+    v.integer("height_px", camera.height_px, 64, 8192, "height of the picture");
+    v.one_of("model", camera.model, names_of(all_lens_models, lens_model_name), "lens model");
+    const auto count = static_cast<std::size_t>(coefficient_count(camera.model));
+    v.only_if(count > 0, "a model with any", [&] {
+      v.numbers("coefficients", camera.coefficients, NumberRange::within(-100, 100, ""), count,
+                "of the lens model, all of them", required);
+    });
+  });
 }
 
-void read_camera_key(YamlNode node, const std::filesystem::path& folder, FaultList& faults,
-                     ComparisonCondition& condition) {
-  if (!node.has("camera")) return;
-  YamlNode map = node.map("camera");
+struct PlanCondition {
+  ComparisonCondition condition;
+  std::optional<PlanCamera> camera{};  // nothing: as in the defaults
+};
+
+void declare(OptionVisitor& v, PlanCondition& plan) {
+  v.maybe("camera", plan.camera,
+          [&](const std::string& key, PlanCamera& camera) { v.map(key, [&] { declare(v, camera); }); });
+  declare(v, plan.condition);
+}
+
+// A plan as its file says it.
+struct PlanFile {
+  std::uint64_t seed = 0;
+  std::vector<std::string> methods{};
+  RobustLoss loss = ComparisonPlan{}.loss;
+  std::string claims{};
+  PlanCondition defaults{};
+  std::vector<PlanCondition> conditions{};
+  std::optional<PlanDesign> design{};
+};
+
+void declare(OptionVisitor& v, PlanFile& plan) {
+  v.integer("seed", plan.seed, 0, 1LL << 53, "of everything random");
+  v.texts("methods", plan.methods, "names of methods", otherwise("all"));
+  v.map("robust", [&] {
+    v.one_of("loss", plan.loss.kind,
+             {{"huber", RobustLossKind::huber},
+              {"cauchy", RobustLossKind::cauchy},
+              {"tukey", RobustLossKind::tukey}},
+             "of the robust methods");
+    v.number("scale_px", plan.loss.scale_px, NumberRange::above(0, 100, "px"),
+             "residuals beyond it count less");
+  });
+  if (v.present("claims", false))
+    v.choice("claims", plan.claims, {"paper"}, "the paper's claims are looked at one by one",
+             otherwise("none"));
+  v.integer("frames", plan.defaults.condition.frames, 1, most_frames, "pictures of each condition");
+  v.map("defaults", [&] { declare(v, plan.defaults); });
+  const bool designed = v.present("design", false);
+  v.list("conditions", 0, designed ? Fallback{} : required, [&](std::size_t) {
+    PlanCondition& condition = plan.conditions.emplace_back(PlanCondition{plan.defaults.condition});
+    v.text("name", condition.condition.name, "1 to 64 of a-z, 0-9 and _", required);
+    declare(v, condition);
+  });
+  v.require(!plan.conditions.empty() || !v.present("conditions", false), "conditions", "none",
+            "at least one condition");
+  v.require(static_cast<double>(plan.conditions.size()) <= most_conditions, "conditions",
+            std::to_string(plan.conditions.size()), fmt::format("at most {:g}", most_conditions));
+  v.maybe("design", plan.design, [&](const std::string& key, PlanDesign& design) {
+    v.map(key, [&] { declare(v, design, plan.defaults.condition); });
+  });
+}
+
+// Gives a condition the camera that its `node` names; its covariance stands beside its file.
+void set_camera(ComparisonCondition& condition, const PlanCamera& plan, YamlNode node,
+                const std::filesystem::path& folder, FaultList& faults) {
   condition.covariance.reset();
-  if (map.has("file")) {
-    read_camera_file(map, folder, faults, condition);
-    return;
-  }
-  CameraParameters parameters;
-  parameters.fx_px = parameters.fy_px = map.number("focal_px", NumberRange::within(20, 1e5, "px"));
-  parameters.size.width_px = static_cast<int>(map.integer("width_px", 64, 8192, 640));
-  parameters.size.height_px = static_cast<int>(map.integer("height_px", 64, 8192, 480));
-  parameters.cx_px = (parameters.size.width_px - 1) / 2.0;
-  parameters.cy_px = (parameters.size.height_px - 1) / 2.0;
-  std::vector<std::string> models;
-  for (const LensModel model : all_lens_models) models.emplace_back(lens_model_name(model));
-  parameters.model = *lens_model_from_name(map.choice("model", models, "pinhole"));
-  const auto count = static_cast<std::size_t>(coefficient_count(parameters.model));
-  if (count > 0) {
-    const std::vector<double> coefficients =
-        map.numbers("coefficients", NumberRange::within(-100, 100, ""), count);
-    if (coefficients.size() == count)
-      std::copy(coefficients.begin(), coefficients.end(), parameters.coefficients.begin());
-  }
   try {
-    condition.camera = Camera(parameters, map.place());
-  } catch (const InputError&) {
-    // The focal length has its fault already; the sizes are in range.
-  }
-}
-
-// The numbers that a condition shares with designs: `noise.read` is `read` below `noise`.
-void read_factors(YamlNode& node, ComparisonCondition& condition) {
-  for (const ConditionFactor& factor : condition_factors()) {
-    const std::size_t dot = factor.key.find('.');
-    const std::string first = factor.key.substr(0, dot);
-    if (!node.has(first)) continue;
-    if (dot == std::string::npos) {
-      factor.set(condition, node.number(first, factor.range, factor.get(condition)));
-      continue;
+    if (!plan.file.empty()) {
+      const std::string path = (folder / plan.file).string();
+      condition.camera = read_camera(path);
+      condition.covariance = read_camera_covariance(path, condition.camera);
+      return;
     }
-    YamlNode below = node.map(first);
-    const std::string second = factor.key.substr(dot + 1);
-    if (below.has(second)) factor.set(condition, below.number(second, factor.range, 0.0));
+    CameraParameters parameters;
+    parameters.fx_px = parameters.fy_px = plan.focal_px;
+    parameters.size = {plan.width_px, plan.height_px};
+    parameters.cx_px = (plan.width_px - 1) / 2.0;
+    parameters.cy_px = (plan.height_px - 1) / 2.0;
+    parameters.model = plan.model;
+    std::copy(plan.coefficients.begin(), plan.coefficients.end(), parameters.coefficients.begin());
+    condition.camera = Camera(parameters, node.place("camera"));
+  } catch (const InputError& error) {
+    if (plan.file.empty()) return;  // a number that has its fault already
+    const std::string place = node.map("camera").place("file");
+    for (const Fault& fault : error.faults())
+      faults.add(place + ": " + fault.place, fault.found, fault.allowed);
   }
 }
 
-void read_pictures(YamlNode map, ComparisonCondition& condition) {
-  const std::vector<std::string> painters{"lab", "room", "painted"};
-  const std::string type = map.choice("type", painters);
-  condition.painter =
-      static_cast<Painter>(std::find(painters.begin(), painters.end(), type) - painters.begin());
-  PaintedLook& look = condition.look;
-  look.half_shade = map.boolean("half_shade", look.half_shade);
-  look.highlight = map.boolean("highlight", look.highlight);
-  look.marbled = map.boolean("marbled", look.marbled);
-  look.contact_shadow = map.boolean("contact_shadow", look.contact_shadow);
-}
-
-void read_condition(YamlNode node, const std::filesystem::path& folder, FaultList& faults,
-                    ComparisonCondition& condition) {
-  condition.frames = static_cast<int>(node.integer("frames", 1, most_frames, condition.frames));
-  if (node.has("pictures")) read_pictures(node.map("pictures"), condition);
-  read_camera_key(node, folder, faults, condition);
-  read_factors(node, condition);
-  if (node.has("ball")) {
-    YamlNode ball = node.map("ball");
-    condition.ball_color = ball.choice("color", color_words(), condition.ball_color);
-    std::vector<std::string> patterns;
-    for (const Pattern pattern : all_patterns) patterns.emplace_back(pattern_name(pattern));
-    const std::string name =
-        ball.choice("pattern", patterns, std::string(pattern_name(condition.ball_pattern)));
-    for (const Pattern pattern : all_patterns) {
-      if (pattern_name(pattern) == name) condition.ball_pattern = pattern;
-    }
-  }
-  const std::vector<std::string> sides{"any", "left", "right", "below", "above"};
-  const std::string side =
-      node.choice("occlusion_side", sides, sides[static_cast<std::size_t>(condition.occlusion_side)]);
-  condition.occlusion_side =
-      static_cast<OcclusionSide>(std::find(sides.begin(), sides.end(), side) - sides.begin());
-  const bool plain = condition.background == ComparisonBackground::plain;
-  condition.background =
-      node.choice("background", {"clutter", "plain"}, plain ? "plain" : "clutter") == "plain"
-          ? ComparisonBackground::plain
-          : ComparisonBackground::clutter;
-  condition.touching = node.boolean("touching", condition.touching);
-  condition.has_ball = !node.boolean("no_ball", !condition.has_ball);
-  condition.at_border = node.boolean("at_border", condition.at_border);
-}
-
-MethodList read_methods(YamlNode root) {
+// All methods where none is named.
+MethodList find_methods(const std::vector<std::string>& names, YamlNode root) {
   MethodList methods;
   std::string allowed = "each of them once:";
   for (const FitMethod& method : fit_methods()) allowed += " " + method.name;
-  for (YamlNode item : root.list("methods")) {
-    const std::string name = item.as_text();
+  for (const std::string& name : names) {
     const FitMethod* method = find_fit_method(name);
     if (!method || std::count(methods.begin(), methods.end(), method) > 0) {
       root.fault("methods", name, allowed);
@@ -149,18 +149,6 @@ MethodList read_methods(YamlNode root) {
     for (const FitMethod& method : fit_methods()) methods.push_back(&method);
   }
   return methods;
-}
-
-RobustLoss read_loss(YamlNode root) {
-  RobustLoss loss{RobustLossKind::cauchy, 0.3};
-  if (!root.has("robust")) return loss;
-  YamlNode node = root.map("robust");
-  const std::string name = node.choice("loss", {"huber", "cauchy", "tukey"}, "cauchy");
-  loss.kind = name == "huber"   ? RobustLossKind::huber
-              : name == "tukey" ? RobustLossKind::tukey
-                                : RobustLossKind::cauchy;
-  loss.scale_px = node.number("scale_px", {0, 100, true, false, "px"}, loss.scale_px);
-  return loss;
 }
 
 // What can only be told once a condition is whole.
@@ -175,6 +163,8 @@ void finish_condition(const std::string& place, FaultList& faults, std::set<std:
     faults.add(place + ": calibration_sigmas", fmt::format("{:g}", condition.calibration_sigmas),
                "0, or a camera file with the covariance that `calibrate camera` writes beside it");
   }
+  condition.ring_clutter = std::round(condition.ring_clutter);
+  condition.same_color = std::round(condition.same_color);
   condition.camera = scaled_camera(condition.camera, condition.resolution);
   if (condition.covariance && condition.resolution != 1) {
     for (int row = 0; row < 4; ++row) {  // focal lengths and principal point are in pixels
@@ -194,35 +184,37 @@ ComparisonPlan read_plan(const std::string& text, const std::string& name,
                          const std::filesystem::path& folder) {
   StrictYaml document = StrictYaml::from_text(text, name);
   YamlNode root = document.root();
-  ComparisonPlan plan;
-  plan.seed = static_cast<std::uint64_t>(root.integer("seed", 0, 1LL << 53, 0));
-  plan.methods = read_methods(root);
-  plan.loss = read_loss(root);
-  plan.paper_claims = root.has("claims") && root.choice("claims", {"paper"}) == "paper";
-  ComparisonCondition defaults;
-  defaults.frames = static_cast<int>(root.integer("frames", 1, most_frames, defaults.frames));
-  if (root.has("defaults")) read_condition(root.map("defaults"), folder, document.faults(), defaults);
+  FaultList& faults = document.faults();
+  OptionReader reader(document, root);
+  PlanFile file;
+  declare(reader, file);
 
+  ComparisonPlan plan;
+  plan.seed = file.seed;
+  plan.methods = find_methods(file.methods, root);
+  plan.loss = file.loss;
+  plan.paper_claims = file.claims == "paper";
+  ComparisonCondition& defaults = file.defaults.condition;
+  if (file.defaults.camera) set_camera(defaults, *file.defaults.camera, root.map("defaults"), folder, faults);
   std::set<std::string> names;
-  std::vector<YamlNode> nodes = root.list("conditions", !root.has("design"));
-  if (nodes.empty() && root.has("conditions")) root.fault("conditions", "none", "at least one condition");
-  if (static_cast<double>(nodes.size()) > most_conditions) {
-    root.fault("conditions", std::to_string(nodes.size()), fmt::format("at most {:g}", most_conditions));
-    nodes.clear();
-  }
-  for (YamlNode& node : nodes) {
-    ComparisonCondition condition = defaults;
-    condition.name = node.text("name");
-    read_condition(node, folder, document.faults(), condition);
-    finish_condition(node.place(), document.faults(), names, condition);
+  const auto add = [&](ComparisonCondition condition, const YamlNode& node) {
+    finish_condition(node.place(), faults, names, condition);
     plan.conditions.push_back(std::move(condition));
+  };
+  if (static_cast<double>(file.conditions.size()) > most_conditions) file.conditions.clear();
+  const std::vector<YamlNode> nodes =
+      file.conditions.empty() ? std::vector<YamlNode>{} : root.list("conditions");
+  for (std::size_t k = 0; k < file.conditions.size(); ++k) {
+    auto& [condition, camera] = file.conditions[k];
+    condition.camera = defaults.camera;
+    condition.covariance = defaults.covariance;
+    if (camera) set_camera(condition, *camera, nodes[k], folder, faults);
+    add(std::move(condition), nodes[k]);
   }
-  if (root.has("design")) {
-    YamlNode design = root.map("design");
-    for (ComparisonCondition& condition : designed_conditions(design, defaults, plan.seed)) {
-      finish_condition(design.place(), document.faults(), names, condition);
-      plan.conditions.push_back(std::move(condition));
-    }
+  if (file.design) {
+    YamlNode node = root.map("design");
+    for (ComparisonCondition& condition : designed_conditions(*file.design, node, defaults, plan.seed))
+      add(std::move(condition), node);
   }
   document.finish();
   plan.text = text;
@@ -239,6 +231,13 @@ ComparisonPlan read_comparison_plan(const std::filesystem::path& file) {
 ComparisonPlan parse_comparison_plan(const std::string& text, const std::string& name,
                                      const std::filesystem::path& folder) {
   return read_plan(text, name, folder);
+}
+
+std::vector<OptionRow> plan_keys() {
+  PlanFile plan;
+  OptionLister lister;
+  declare(lister, plan);
+  return lister.rows();
 }
 
 PlanEstimate estimate(const ComparisonPlan& plan) {

@@ -22,19 +22,9 @@ struct ComparisonPlan {
   std::string resolved_json;  ///< keys sorted
 };
 
-/// The keys of a plan: `seed`, `frames`, `methods` (a list of names; all where missing), `robust` ({loss:
-/// huber, cauchy or tukey, scale_px}), `claims` (paper), `defaults`, `conditions`, `design`.
-///
-/// A condition has a `name` and any of: the numbers of condition_factors() (`noise.read` is {noise:
-/// {read:}}), `frames`, `camera` ({focal_px, width_px, height_px, model, coefficients} or {file}), `ball`
-/// ({color, diameter_m, pattern}), `occlusion_side`, `background` (clutter or plain), `touching`, `no_ball`,
-/// `at_border`, `pictures` ({type: lab, room or painted; half_shade, highlight, marbled, contact_shadow}: see
-/// Painter). What it does not say is as in `defaults`, and what that does not say is as in
-/// ComparisonCondition. A camera's file is relative to the plan's, and its covariance stands beside it.
-///
-/// `design` makes conditions from lists of numbers: {type: one_at_a_time, vary: {depth_m: [0.5, 1, 2], ...}}
-/// changes one number of the defaults at a time, {type: grid} makes all combinations, {type: random,
-/// conditions: N, vary: {depth_m: {uniform: [0.5, 3]}, noise.read: {log_uniform: [0.5, 10]}}} draws them.
+/// A condition is as in `defaults` where it says nothing, and those as in ComparisonCondition. A camera's
+/// file is relative to the plan's, and its covariance stands beside it. `design` makes conditions from lists
+/// of numbers (see PlanDesign).
 ///
 /// Throws InputError naming every fault: unknown and repeated keys, values out of range, condition names that
 /// repeat, a ball that does not fit into the picture or hides the camera.
@@ -43,6 +33,9 @@ ComparisonPlan read_comparison_plan(const std::filesystem::path& file);
 /// The same from text; `folder` is where camera files are looked for, `name` stands for the file in messages.
 ComparisonPlan parse_comparison_plan(const std::string& text, const std::string& name,
                                      const std::filesystem::path& folder);
+
+/// Every key of a plan.
+std::vector<OptionRow> plan_keys();
 
 /// What a plan will take, roughly: measured on one core, scaled by pixels, frames and methods.
 struct PlanEstimate {

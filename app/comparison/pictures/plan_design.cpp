@@ -4,65 +4,33 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {
 
-struct Varied {
-  const ConditionFactor* factor = nullptr;
-  std::vector<double> values;  // grid and one at a time
-  double low = 0, high = 0;    // random
-  bool log = false;
-};
+using Varied = PlanDesign::Varied;
 
-std::string known_keys() {
+std::string known_keys(const ComparisonCondition& base) {
+  OptionLister lister;
+  ComparisonCondition condition = base;
+  declare(lister, condition);
   std::string keys = "one of";
-  for (const ConditionFactor& factor : condition_factors()) keys += " " + factor.key;
+  for (const OptionRow& row : lister.rows()) keys += find_number(base, row.path) ? " " + row.path : "";
   return keys;
 }
 
-std::optional<Varied> read_range(YamlNode node, const ConditionFactor& factor) {
-  Varied varied{&factor, {}, 0, 0, node.has("log_uniform")};
-  const std::vector<double> ends = node.numbers(varied.log ? "log_uniform" : "uniform", factor.range, 2);
-  if (ends.size() != 2) return std::nullopt;
-  varied.low = ends[0];
-  varied.high = ends[1];
-  if (!(varied.low < varied.high) || (varied.log && !(varied.low > 0))) {
-    node.fault(
-        varied.log ? "log_uniform" : "uniform", fmt::format("[{:g}, {:g}]", ends[0], ends[1]),
-        varied.log ? "two numbers above 0, the smaller one first" : "two numbers, the smaller one first");
-    return std::nullopt;
-  }
-  return varied;
-}
-
-std::vector<Varied> read_varied(YamlNode design, bool random) {
-  std::vector<Varied> all;
-  YamlNode vary = design.map("vary");
-  if (!vary.is_map()) return all;
-  for (const std::string& key : vary.keys()) {
-    const ConditionFactor* factor = find_condition_factor(key);
-    if (!factor) {
-      vary.leave_aside(key);
-      vary.fault(key, key, known_keys());
-      continue;
-    }
-    if (random) {
-      if (const auto varied = read_range(vary.map(key), *factor)) all.push_back(*varied);
-      continue;
-    }
-    Varied varied{factor, vary.numbers(key, factor->range, 0), 0, 0, false};
-    if (varied.values.empty()) {
-      vary.fault(key, "no numbers", "a list of one number or more");
-    } else {
-      all.push_back(std::move(varied));
-    }
-  }
-  if (all.empty()) design.fault("vary", "nothing", "at least one number to vary, with its values");
-  return all;
+// `uniform` or `log_uniform` of a random design.
+void declare_ends(OptionVisitor& v, const std::string& kind, const NumberRange& range, Varied& varied) {
+  const bool log = kind == "log_uniform";
+  v.only_if(varied.log == log, kind, [&] {
+    std::vector<double>& ends = varied.values;
+    v.numbers(kind, ends, range, 2, "drawn between these two", required);
+    const bool rising = ends.size() != 2 || (ends[0] < ends[1] && (!log || ends[0] > 0));
+    v.require(rising, kind, ends.size() == 2 ? fmt::format("[{:g}, {:g}]", ends[0], ends[1]) : "",
+              log ? "two numbers above 0, the smaller one first" : "two numbers, the smaller one first");
+  });
 }
 
 // "depth_m_0_5": what a condition's name may consist of.
@@ -80,9 +48,9 @@ std::vector<ComparisonCondition> one_at_a_time(const std::vector<Varied>& all,
   for (const Varied& varied : all) {
     for (const double value : varied.values) {
       conditions.push_back(base);
-      conditions.back().name = value_name(varied.factor->key, value);
-      conditions.back().swept = varied.factor->key;
-      varied.factor->set(conditions.back(), value);
+      conditions.back().name = value_name(varied.key, value);
+      conditions.back().swept = varied.key;
+      set_number(conditions.back(), varied.key, value);
     }
   }
   return conditions;
@@ -95,7 +63,7 @@ std::vector<ComparisonCondition> grid(const std::vector<Varied>& all, const Comp
     for (const ComparisonCondition& coarse : conditions) {
       for (const double value : varied.values) {
         finer.push_back(coarse);
-        varied.factor->set(finer.back(), value);
+        set_number(finer.back(), varied.key, value);
       }
     }
     conditions = std::move(finer);
@@ -113,8 +81,9 @@ std::vector<ComparisonCondition> at_random(const std::vector<Varied>& all, const
     conditions.back().name = fmt::format("random_{:04d}", k + 1);
     for (const Varied& varied : all) {
       const double part = uniform01(engine);
-      varied.factor->set(conditions.back(), varied.log ? varied.low * std::pow(varied.high / varied.low, part)
-                                                       : varied.low + (varied.high - varied.low) * part);
+      const double low = varied.values[0], high = varied.values[1];
+      set_number(conditions.back(), varied.key,
+                 varied.log ? low * std::pow(high / low, part) : low + (high - low) * part);
     }
   }
   return conditions;
@@ -122,25 +91,51 @@ std::vector<ComparisonCondition> at_random(const std::vector<Varied>& all, const
 
 }  // namespace
 
-std::vector<ComparisonCondition> designed_conditions(YamlNode design, const ComparisonCondition& base,
-                                                     std::uint64_t seed) {
-  const std::string type = design.choice("type", {"one_at_a_time", "grid", "random"});
-  const bool random = type == "random";
-  const std::vector<Varied> all = read_varied(design, random);
-  const long long count =
-      random ? design.integer("conditions", 1, static_cast<long long>(most_conditions)) : 0;
-  if (random) return at_random(all, base, count, seed);
-  double combinations = type == "grid" ? 1 : 0;
-  for (const Varied& varied : all) {
+void declare(OptionVisitor& v, PlanDesign& design, const ComparisonCondition& base) {
+  v.choice("type", design.type, {"one_at_a_time", "grid", "random"}, "how conditions are made", required);
+  const bool random = design.type == "random";
+  const auto most = static_cast<long long>(most_conditions);
+  v.only_if(random, "type: random",
+            [&] { v.integer("conditions", design.conditions, 1, most, "how many", required); });
+  v.entries("vary", "KEY", [&](const std::string& key) {
+    Varied varied{key, {}, false};
+    const auto number = find_number(base, key);
+    const bool known = v.without_fault([&] { v.require(number.has_value(), key, key, known_keys(base)); });
+    if (!known) return;
+    const NumberRange range = number ? number->range : NumberRange::any("");
+    const bool right = v.without_fault([&] {
+      v.only_if(random, "type: random", [&] {
+        v.map(key, required, [&] {
+          varied.log = v.present("log_uniform", false);
+          declare_ends(v, "log_uniform", range, varied);
+          declare_ends(v, "uniform", range, varied);
+        });
+      });
+      v.only_if(!random, "type: one_at_a_time, grid", [&] {
+        v.numbers(key, varied.values, range, 0, "values of the condition's number KEY", required);
+        v.require(!varied.values.empty(), key, "no numbers", "a list of one number or more");
+      });
+    });
+    if (right) design.vary.push_back(std::move(varied));
+  });
+  v.require(!design.vary.empty(), "vary", "nothing", "at least one number to vary, with its values");
+}
+
+std::vector<ComparisonCondition> designed_conditions(const PlanDesign& design, YamlNode node,
+                                                     const ComparisonCondition& base, std::uint64_t seed) {
+  if (design.type == "random") return at_random(design.vary, base, design.conditions, seed);
+  const bool all = design.type == "grid";
+  double combinations = all ? 1 : 0;
+  for (const Varied& varied : design.vary) {
     const auto values = static_cast<double>(varied.values.size());
-    combinations = type == "grid" ? combinations * values : combinations + values;
+    combinations = all ? combinations * values : combinations + values;
   }
   if (combinations > most_conditions) {
-    design.fault("vary", fmt::format("{:g} conditions", combinations),
-                 fmt::format("at most {:g}", most_conditions));
+    node.fault("vary", fmt::format("{:g} conditions", combinations),
+               fmt::format("at most {:g}", most_conditions));
     return {};
   }
-  return type == "grid" ? grid(all, base) : one_at_a_time(all, base);
+  return all ? grid(design.vary, base) : one_at_a_time(design.vary, base);
 }
 
 }  // namespace ballservo

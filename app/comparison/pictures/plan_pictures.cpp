@@ -125,11 +125,11 @@ PlanPictures::PlanPictures(const ComparisonPlan& plan) : plan_(plan), setups_(pl
     info.name = condition.name;
     info.words = in_words(condition);
     info.frames = condition.frames;
-    if (const ConditionFactor* factor = find_condition_factor(condition.swept)) {
-      info.swept_key = factor->key;
-      info.swept_label = factor->label;
-      info.swept_value = factor->get(condition);
-      info.swept_log = factor->log;
+    if (const auto number = find_number(condition, condition.swept)) {
+      info.swept_key = condition.swept;
+      info.swept_label = number->label;
+      info.swept_value = number->value;
+      info.swept_log = number->log;
     }
     infos_.push_back(info);
   }
@@ -188,13 +188,13 @@ MethodTask PlanPictures::task(std::size_t index, const FrameTruth& truth) const 
   // A user clicks somewhere near the middle of what is seen of the ball.
   task.click_px = truth.outline->center_px +
                   0.15 * radius_px * Eigen::Vector2d(standard_normal(engine), standard_normal(engine));
-  if (condition.start_at_truth) {
+  if (condition.start) {
     task.start = undistorted_circle(condition.camera, *truth.outline);
     if (task.start) {
       for (double& coordinate : task.start->center_px)
-        coordinate += condition.start_center_px * standard_normal(engine);
+        coordinate += condition.start->center_px * standard_normal(engine);
       task.start->radius_px =
-          std::max(1.0, task.start->radius_px + condition.start_radius_px * standard_normal(engine));
+          std::max(1.0, task.start->radius_px + condition.start->radius_px * standard_normal(engine));
     }
   }
   return task;

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration/base/options.hpp"
+
 namespace ballservo {
 
 VispRobot::VispRobot(vpRobot& robot, const UnicycleLimits& limits, Odometry odometry)
     : robot_(robot), limits_(limits), odometry_(std::move(odometry)) {
-  limits.validate();
+  check_options("limits", limits);
   // A little more, for what rounding makes of a command at the limit.
   robot.setMaxTranslationVelocity(1.001 * limits.v_max_mps);
   robot.setMaxRotationVelocity(1.001 * limits.w_max_radps);

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "calibration/base/options.hpp"
 #include "servo/simulation/rendering/outline_coverage.hpp"
 
 namespace ballservo {
@@ -199,9 +200,7 @@ std::vector<SolidCone> solid_cones(const Scene& scene, const Eigen::Vector3d& or
 
 CameraRenderer::CameraRenderer(const Camera& camera, World world, const SensorOptions& sensor)
     : camera_(camera), world_(std::move(world)), light_map_(world_), sensor_(sensor) {
-  FaultList faults;
-  sensor_.check(faults, "sensor");
-  faults.throw_if_any();
+  check_options("sensor", sensor_);
   const int width = camera_.size().width_px + 1, height = camera_.size().height_px + 1;
   corner_rays_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
                       Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/options.hpp"
 #include "calibration/base/random.hpp"
 
 namespace ballservo {
@@ -110,19 +111,15 @@ void blur_row(const cv::Mat& light, int row, const std::vector<float>& kernel, s
 
 }  // namespace
 
-void SensorOptions::check(FaultList& faults, const std::string& place) const {
-  const auto within = [&](const char* name, double value, double low, bool low_open, double high) {
-    if (value > low && value <= high) return;
-    if (!low_open && value == low) return;
-    faults.add(place + "." + name, std::isfinite(value) ? number_text(value) : "not a finite number",
-               std::string(low_open ? "a number above " : "a number from ") + number_text(low) + " to " +
-                   number_text(high));
-  };
-  within("blur_px", blur_px, 0, false, 20);
-  within("gain", gain, 0, true, 100);
-  within("read_noise", read_noise, 0, false, 255);
-  within("shot_noise", shot_noise, 0, false, 255);
-  within("gamma", gamma, 1, false, 3);
+void declare(OptionVisitor& v, SensorOptions& sensor) {
+  const NumberRange levels = NumberRange::within(0, 255, "grey levels");
+  v.number("blur_px", sensor.blur_px, NumberRange::within(0, 20, "px"), "blur, sigma");
+  v.number("gain", sensor.gain, NumberRange::above(0, 100, ""), "exposure and amplification");
+  v.number("gamma", sensor.gamma, NumberRange::within(1, 3, ""), "response: grey = 255 light^(1 / gamma)");
+  v.map("noise", [&] {
+    v.number("read", sensor.read_noise, levels, "noise, sigma in the dark");
+    v.number("shot", sensor.shot_noise, levels, "shot noise: the variance is read^2 + shot * level");
+  });
 }
 
 cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t seed,

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
-#include "calibration/base/fault.hpp"
-
 namespace ballservo {
+
+class OptionVisitor;
 
 /// In this order: blur, gain, noise, response, rounding to the nearest of 0 to 255 (what is brighter stays
 /// 255).
@@ -17,11 +17,8 @@ struct SensorOptions {
   double read_noise = 0;  ///< sigma of the noise in the dark, in grey levels of linear light
   double shot_noise = 0;  ///< grey levels; the noise's variance is read_noise^2 + shot_noise * level
   double gamma = 1;       ///< response: grey = 255 * light^(1 / gamma); 1 is linear
-
-  /// Adds a fault for every value that is not finite or out of range: blur 0 to 20, gain above 0 to 100,
-  /// noises 0 to 255, gamma 1 to 3.
-  void check(FaultList& faults, const std::string& place) const;
 };
+void declare(OptionVisitor& v, SensorOptions& sensor);
 
 /// `light`: CV_32FC3. Noise is independent for every pixel and channel and depends on (seed, frame_index)
 /// alone, not on the number of threads.

@@ -8,6 +8,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 /// One fault, in [from_s, until_s).
 struct CameraFault {
   enum class Kind { dropped, exposure };
@@ -22,6 +24,8 @@ struct CameraFault {
     return rate < 0.9999 && rate > 0.5 ? rate / (1.0 - rate) : 1.0;
   }
 };
+
+void declare(OptionVisitor& v, CameraFault& fault);
 
 /// The faults of one run. Bursts are those of a chain of two states (E. N. Gilbert, "Capacity of a
 /// burst-noise channel", Bell System Technical Journal 39(5), 1960).

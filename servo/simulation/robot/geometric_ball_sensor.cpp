@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/options.hpp"
 #include "calibration/base/random.hpp"
 
 namespace ballservo {
@@ -19,18 +19,16 @@ Eigen::Vector3d three_normals(RandomEngine engine) {
 }
 }  // namespace
 
-void GeometricSensorOptions::validate() const {
-  FaultList faults;
-  const auto check = [&](const char* name, double value, double high, const char* allowed) {
-    if (value >= 0 && value <= high) return;
-    faults.add(name, std::isfinite(value) ? number_text(value) : "not a finite number", allowed);
-  };
-  check("center_sigma_px", center_sigma_px, 100, "a number from 0 to 100 (px)");
-  check("radius_sigma_px", radius_sigma_px, 100, "a number from 0 to 100 (px)");
-  check("bias_share", bias_share, 1, "a number from 0 to 1");
-  check("min_visible_fraction", min_visible_fraction, 1, "a number from 0 to 1");
-  check("min_radius_px", min_radius_px, 1e4, "a number from 0 to 10000 (px)");
-  faults.throw_if_any();
+void declare(OptionVisitor& v, GeometricSensorOptions& options) {
+  const NumberRange px = NumberRange::within(0, 100, "px");
+  v.number("center_sigma_px", options.center_sigma_px, px, "of a 20 px outline's centre, along each axis");
+  v.number("radius_sigma_px", options.radius_sigma_px, px, "of a 20 px outline's radius");
+  v.number("bias_share", options.bias_share, NumberRange::within(0, 1, ""),
+           "of the variance: what stays the same throughout a run");
+  v.number("min_visible_fraction", options.min_visible_fraction, NumberRange::within(0, 1, ""),
+           "a ball of which less is seen is not found");
+  v.number("min_radius_px", options.min_radius_px, NumberRange::within(0, 1e4, "px"),
+           "smaller outlines are not found");
 }
 
 GeometricBallSensor::GeometricBallSensor(const Camera& camera, const GeometricSensorOptions& options,
@@ -39,7 +37,7 @@ GeometricBallSensor::GeometricBallSensor(const Camera& camera, const GeometricSe
       options_(options),
       seed_(seed),
       bias_(three_normals(random_stream(seed, "geometric_ball_sensor_bias"))) {
-  options_.validate();
+  check_options("geometric", options_);
 }
 
 BallMeasurement GeometricBallSensor::measure(const BallTruth& truth, double diameter_m, double time_s,

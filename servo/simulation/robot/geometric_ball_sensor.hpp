@@ -10,6 +10,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 /// The sigmas are those of an outline of 20 px radius; of another, r px, they are 20 / r times as large:
 /// small outlines err more. A part of the error stays throughout a run: light, shadow and background go on
 /// pulling the same way. Law and defaults are measured: root mean square errors of 8.7 thousand frames of 20
@@ -25,10 +27,8 @@ struct GeometricSensorOptions {
   double bias_share = 0.4;         ///< of the variance: what stays the same throughout a run
   double min_visible_fraction = 0.5;
   double min_radius_px = 3.0;  ///< smaller outlines are not found
-
-  /// Throws InputError for sigmas that are negative or not finite, or a fraction or share outside 0 to 1.
-  void validate() const;
 };
+void declare(OptionVisitor& v, GeometricSensorOptions& options);
 
 class GeometricBallSensor {
  public:

@@ -2,10 +2,18 @@
 
 #include <cmath>
 
+#include "calibration/base/options.hpp"
+
 namespace ballservo {
 
 namespace {
 constexpr double own_share = 0.7;  // of the bound: errors that last
+}
+
+void declare(OptionVisitor& v, OdometryOptions& odometry) {
+  declare(v, odometry.bound);
+  v.number("excess", odometry.excess, NumberRange::within(0, 100, ""),
+           "errors, as a multiple of those bounds; above 1 an assumption is broken");
 }
 
 Odometry::Odometry(const OdometryOptions& options, const Pose2& start, std::uint64_t seed)

@@ -9,11 +9,14 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 struct OdometryOptions {
   OdometryBound bound;  ///< what the robot is told
   /// The errors are this many times those that the bound allows; above 1 it is broken. 0: exact odometry.
   double excess = 1;
 };
+void declare(OptionVisitor& v, OdometryOptions& odometry);
 
 /// Errors are drawn anew for every run: seven tenths of the bound are the run's own (a wheel's diameter, the
 /// axle's length), three tenths change with every step.

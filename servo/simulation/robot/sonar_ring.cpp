@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/base/options.hpp"
+
 namespace ballservo {
 
 namespace {
@@ -13,6 +15,21 @@ constexpr double nothing = std::numeric_limits<double>::infinity();
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 }  // namespace
+
+void declare(OptionVisitor& v, SonarOptions& sonar) {
+  const NumberRange rate = NumberRange::within(0, 1, "");
+  declare(v, sonar.beam);
+  v.number("height_m", sonar.height_m, NumberRange::above(0, 0.4, "m"),
+           "the plane in which all transducers look: what does not cross it has no echo");
+  v.number("period_s", sonar.period_s, NumberRange::within(0.005, 1, "s"), "between two firings of an array");
+  v.number("latency_s", sonar.latency_s, NumberRange::within(0, 1, "s"), "from a firing to its answer");
+  v.number("noise_sigma_m", sonar.noise_sigma_m, NumberRange::within(0, 0.2, "m"),
+           "of a range; cut off at three sigma");
+  v.number("dropout_rate", sonar.dropout_rate, rate, "share of echoes that are not heard");
+  v.number("crosstalk_rate", sonar.crosstalk_rate, rate, "share of firings that hear another's ping first");
+  v.number("specular_limit_rad", sonar.specular_limit_rad, NumberRange::above(0, 1.5708, "rad"),
+           "surfaces echo up to this angle from their normal");
+}
 
 std::string_view sonar_fault_name(SonarFault::Kind kind) {
   switch (kind) {

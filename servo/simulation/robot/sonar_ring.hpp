@@ -15,6 +15,8 @@
 
 namespace ballservo {
 
+class OptionVisitor;
+
 struct SonarOptions {
   SonarBeam beam;
   double height_m = 0.20;    ///< the plane in which all transducers look: what does not cross it has no echo
@@ -30,6 +32,7 @@ struct SonarOptions {
   /// The bound on a range's error (m).
   double noise_bound_m() const { return 3.0 * noise_sigma_m; }
 };
+void declare(OptionVisitor& v, SonarOptions& sonar);
 
 /// What may be wrong with a transducer.
 struct SonarFault {

@@ -1,5 +1,7 @@
 #include "servo/simulation/robot/unicycle_robot.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +16,12 @@ constexpr double longest_step_s = 1e-3;
 
 UnicycleRobot::UnicycleRobot(const Pose2& start, const UnicycleLimits& limits, double actuation_delay_s)
     : pose_(start), limits_(limits), delay_s_(actuation_delay_s) {
-  limits_.validate();
+  // Any drive can be simulated, a share of the limits or a drive without any among them.
+  for (const double limit :
+       {limits_.v_max_mps, limits_.w_max_radps, limits_.a_max_mps2, limits_.alpha_max_radps2}) {
+    if (!(std::isfinite(limit) && limit > 0))
+      throw InputError("limits", fmt::format("{}", limit), "numbers above 0");
+  }
   if (!(std::isfinite(delay_s_) && delay_s_ >= 0)) {
     throw InputError("actuation_delay_s",
                      std::isfinite(delay_s_) ? number_text(delay_s_) : "not a finite number",

@@ -1,42 +1,15 @@
-#include "app/scenario/scenario_scatter.hpp"
+#include "app/scenario/scatter.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "app/scenario/drawn_range.hpp"
 #include "calibration/base/random.hpp"
 
 namespace ballservo {
 
 namespace {
-
-struct Scatter {
-  std::string shape;
-  DrawnRange count, size_m, height_m, bottom_m, x_m, y_m;
-  double gap_m = 0, start_gap_m = 0, ball_gap_m = 0;
-  std::string color;  // empty: any
-};
-
-Scatter read(YamlNode& node, const Room& room) {
-  Scatter scatter;
-  scatter.shape = node.choice("shape", {"box", "cylinder", "disc", "ball"});
-  scatter.count = read_drawn_range(node, "count", NumberRange::within(0, 200, ""), {1, 1});
-  scatter.size_m = read_drawn_range(node, "size_m", {0, 5, true, false, "m"}, {0.2, 0.6});
-  scatter.height_m = read_drawn_range(node, "height_m", {0, 5, true, false, "m"}, {0.3, 1.0});
-  scatter.bottom_m = read_drawn_range(node, "bottom_m", NumberRange::within(0, 5, "m"), {0, 0});
-  const NumberRange place_m = NumberRange::within(-100, 100, "m");
-  scatter.x_m = read_drawn_range(node, "x_m", place_m, {room.x_min_m, room.x_max_m});
-  scatter.y_m = read_drawn_range(node, "y_m", place_m, {room.y_min_m, room.y_max_m});
-  scatter.gap_m = node.number("gap_m", NumberRange::within(0, 5, "m"), 0.1);
-  scatter.start_gap_m = node.number("start_gap_m", NumberRange::within(0, 5, "m"), 0.6);
-  scatter.ball_gap_m = node.number("ball_gap_m", NumberRange::within(0, 5, "m"), 0.2);
-  static const std::vector<std::string> words{"any",    "red",  "orange", "yellow", "green", "cyan", "blue",
-                                              "purple", "pink", "white",  "black",  "grey",  "brown"};
-  scatter.color = node.choice("color", words, "any");
-  return scatter;
-}
 
 /// What a thing that was drawn takes up: seen from above, the circle around its outline.
 struct Place {
@@ -133,9 +106,28 @@ void strew(Thing (*draw)(const Scatter&, RandomEngine&), const Scatter& scatter,
 
 }  // namespace
 
-void scatter_things(YamlNode& node, std::size_t item, const ScatterContext& context, World& world) {
-  const Scatter scatter = read(node, world.room);
-  const std::string name = node.text("name", scatter.shape) + "_" + std::to_string(item + 1);
+void declare(OptionVisitor& v, Scatter& scatter) {
+  static const std::vector<std::string> words{"any",    "red",  "orange", "yellow", "green", "cyan", "blue",
+                                              "purple", "pink", "white",  "black",  "grey",  "brown"};
+  const NumberRange size_m = NumberRange::above(0, 5, "m"), gap_m = NumberRange::within(0, 5, "m"),
+                    place_m = NumberRange::within(-100, 100, "m");
+  v.choice("shape", scatter.shape, {"box", "cylinder", "disc", "ball"}, "of each thing", required);
+  declare_range(v, "count", scatter.count, NumberRange::within(0, 200, ""), "how many");
+  declare_range(v, "size_m", scatter.size_m, size_m, "sides or diameter");
+  declare_range(v, "height_m", scatter.height_m, size_m, "of boxes and cylinders");
+  declare_range(v, "bottom_m", scatter.bottom_m, gap_m, "of the lower edge over the floor");
+  declare_range(v, "x_m", scatter.x_m, place_m, "of the centres", otherwise("the room"));
+  declare_range(v, "y_m", scatter.y_m, place_m, "of the centres", otherwise("the room"));
+  v.number("gap_m", scatter.gap_m, gap_m, "to other obstacles and walls, at least");
+  v.number("start_gap_m", scatter.start_gap_m, gap_m, "to the robot's start, at least");
+  v.number("ball_gap_m", scatter.ball_gap_m, gap_m, "to balls and their ways, at least");
+  v.choice("color", scatter.color, words, "a colour word; any: drawn from six");
+  scatter.name = scatter.shape;
+  v.text("name", scatter.name, "names begin with it", otherwise("the shape"));
+}
+
+void scatter_things(const Scatter& scatter, std::size_t item, const ScatterContext& context, World& world) {
+  const std::string name = scatter.name + "_" + std::to_string(item + 1);
   RandomEngine engine = random_stream(context.seed, "scatter", item);
   if (scatter.shape == "ball") {
     strew(draw_ball, scatter, name, context, engine, world, world.balls);
