@@ -42,6 +42,20 @@ void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, 
   cv::polylines(bgr, points, closed, color, thickness, cv::LINE_AA, shift);
 }
 
+void draw_label(cv::Mat& bgr, const std::string& label, const Eigen::Vector2d& center_px, double radius_px) {
+  if (label.empty()) return;
+  const double scale = std::clamp(bgr.cols / 1600.0, 0.4, 1.0);
+  int baseline = 0;
+  const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline);
+  const double x =
+      std::clamp(center_px.x() - size.width / 2.0, 2.0, std::max(2.0, bgr.cols - size.width - 2.0));
+  const double y = std::clamp(center_px.y() - radius_px - 6, size.height + 2.0,
+                              std::max(size.height + 2.0, bgr.rows - 4.0));
+  const cv::Point at(static_cast<int>(x), static_cast<int>(y));
+  cv::putText(bgr, label, at, cv::FONT_HERSHEY_SIMPLEX, scale, {0, 0, 0}, 3, cv::LINE_AA);
+  cv::putText(bgr, label, at, cv::FONT_HERSHEY_SIMPLEX, scale, {255, 255, 255}, 1, cv::LINE_AA);
+}
+
 void draw_ball(cv::Mat& bgr, const Camera& camera, const BallObservation& ball, const std::string& label,
                const cv::Scalar& color) {
   const auto outline = project_outline(camera, ball.cone.axis, std::sin(ball.cone.alpha_rad), 128);
@@ -51,16 +65,7 @@ void draw_ball(cv::Mat& bgr, const Camera& camera, const BallObservation& ball, 
   for (const Eigen::Vector2d& arm : {Eigen::Vector2d(4, 0), Eigen::Vector2d(0, 4)}) {
     draw_polyline(bgr, {c - arm, c + arm}, false, color, 1);
   }
-  if (label.empty()) return;
-  const double scale = std::clamp(bgr.cols / 1600.0, 0.4, 1.0);
-  int baseline = 0;
-  const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline);
-  const int x =
-      std::clamp(static_cast<int>(c.x() - size.width / 2.0), 2, std::max(2, bgr.cols - size.width - 2));
-  const int y = std::clamp(static_cast<int>(c.y() - ball.outline.radius_px) - 6, size.height + 2,
-                           std::max(size.height + 2, bgr.rows - 4));
-  cv::putText(bgr, label, {x, y}, cv::FONT_HERSHEY_SIMPLEX, scale, {0, 0, 0}, 3, cv::LINE_AA);
-  cv::putText(bgr, label, {x, y}, cv::FONT_HERSHEY_SIMPLEX, scale, {255, 255, 255}, 1, cv::LINE_AA);
+  draw_label(bgr, label, c, ball.outline.radius_px);
 }
 
 }  // namespace ballservo

@@ -19,6 +19,9 @@ cv::Scalar class_display_color(const ColorTable& colors, ClassIndex color_class)
 void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, bool closed,
                    const cv::Scalar& color, int thickness = 1);
 
+/// Text over a circle; kept inside the picture.
+void draw_label(cv::Mat& bgr, const std::string& label, const Eigen::Vector2d& center_px, double radius_px);
+
 /// The ball's outline, its centre as a cross, and a label beside it.
 void draw_ball(cv::Mat& bgr, const Camera& camera, const BallObservation& ball, const std::string& label,
                const cv::Scalar& color);

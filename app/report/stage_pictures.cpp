@@ -96,7 +96,13 @@ std::vector<std::pair<std::string, cv::Mat>> stage_pictures(const cv::Mat& bgr, 
                  -1);
     draw_polyline(estimate, candidate.estimate_outline_px, true,
                   candidate.accepted ? yellow : cv::Scalar(128, 128, 128));
-    if (candidate.accepted) draw_polyline(refined, candidate.refined_outline_px, true, magenta);
+    if (candidate.accepted) {
+      draw_polyline(refined, candidate.refined_outline_px, true, magenta);
+    } else if (const CircleEstimate& circle = candidate.estimate;
+               const auto center_px =
+                   camera.project({circle.center_px.x(), circle.center_px.y(), camera.focal_px()})) {
+      draw_label(estimate, candidate.reason, *center_px, circle.radius_px);
+    }
   }
   if (!stages.candidates.empty()) {
     const auto best = std::find_if(stages.candidates.begin(), stages.candidates.end(),
@@ -109,7 +115,7 @@ std::vector<std::pair<std::string, cv::Mat>> stage_pictures(const cv::Mat& bgr, 
   pictures.emplace_back("outlines and centre votes", outlines);
   pictures.emplace_back("first circle (yellow) and what it removes (red)", first);
   pictures.emplace_back("ring pixels and edge points used", ring);
-  pictures.emplace_back("estimate by votes (grey: rejected)", estimate);
+  pictures.emplace_back("estimate by votes (grey: rejected, and why)", estimate);
   pictures.emplace_back("refined", refined);
 
   if (!stages.candidates.empty()) {
