@@ -100,8 +100,7 @@ void BallSearch::end() {
   if (left_out_pictures_ > 0)
     spdlog::warn(
         "{} picture{} had more regions of the balls' colours than are searched, and small balls may have "
-        "been "
-        "missed (left out in {}): colours that the background has too? Teach them with --background",
+        "been missed (left out in {}): colours that the background has too? Teach them with --background",
         left_out_pictures_, left_out_pictures_ == 1 ? "" : "s", left_out_example_);
   if (stages_) stages_->commit();
 }

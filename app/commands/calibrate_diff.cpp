@@ -181,9 +181,9 @@ void add_calibrate_diff_command(CLI::App& calibrate, Action& action) {
       ->required();
   command.add_option("B", options->b, "Another, of the same camera")->required();
   add_number_option(command, "--diameter", options->comparison.diameter_m, NumberRange::above(0, "m"),
-                    "The ball's diameter (default 0.07)");
+                    "The ball's diameter in metres (default 0.07)");
   add_number_option(command, "--range", options->comparison.range_m, NumberRange::above(0, "m"),
-                    "How far away the ball is (default 1)");
+                    "How far away the ball is, in metres (default 1)");
   command
       .add_option("--report", options->report,
                   "A page with a map of the millimetres and pixels, DIR/report.html")

@@ -300,9 +300,10 @@ void add_calibrate_radius_command(CLI::App& calibrate, Action& action) {
                   "chessboard:9x6, circles:6x6 or acircles:4x11: the ball lies on this board")
       ->type_name("BOARD");
   add_number_option(command, "--square", options->square_m, NumberRange::above(0, "m"),
-                    "Side of the board's squares, or distance of its circles");
-  add_number_option(command, "--thickness", options->depth_m, NumberRange::within(0, 1, "m"),
-                    "Of the board, where the ball lies beside it on the same table (default 0: on its face)");
+                    "Side of the board's squares, or distance of its circles, in metres");
+  add_number_option(
+      command, "--thickness", options->depth_m, NumberRange::within(0, 1, "m"),
+      "Of the board, in metres, where the ball lies beside it on the same table (default 0: on its face)");
   add_common_options(command, options->common);
   command.footer(
       "With --board: lay the board on a table, printed face up, and the ball on its white margin, or on the "

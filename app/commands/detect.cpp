@@ -91,8 +91,7 @@ int run_detect(const DetectOptions& options) {
     throw Refusal(fmt::format(
         "no ball in {}; to see why, add --stages DIR and look where the colour gets lost: if already in "
         "'classified', learn the colours from a picture of this light; if in 'refined', the outline is "
-        "hidden "
-        "or not round",
+        "hidden or not round",
         looked_at));
   return search.finish({{"pictures", pictures}},
                        fmt::format("{} ball{} in {}", balls_found, balls_found == 1 ? "" : "s", looked_at));
