@@ -156,7 +156,7 @@ def worst_trial(trial, trace, facts):
         plot.plot(ball[-1, 0] + facts["distance_m"] * np.cos(angle), ball[-1, 1] + facts["distance_m"] * np.sin(angle),
                   "--", color=BALL, linewidth=1)
         plot.plot(*ball[-1], "o", color=BALL, markersize=6)
-    return drawing(plot, f"Seed {trial['seed']}: {trial['outcome']}. {trial['why']}.")
+    return drawing(plot, f"Seed {trial['seed']}: {trial['outcome']}: {trial['why']}.")
 
 
 def success_plot(key):
