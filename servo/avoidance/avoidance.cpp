@@ -34,24 +34,24 @@ Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limi
 }
 
 void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses) {
-  if (started_) {
-    way_m_ += std::hypot(pose.x_m - pose_.x_m, pose.y_m - pose_.y_m) +
-              0.3 * std::abs(wrap_angle(pose.yaw_rad - pose_.yaw_rad));
+  if (pose_) {
+    way_m_ += std::hypot(pose.x_m - pose_->x_m, pose.y_m - pose_->y_m) +
+              0.3 * std::abs(wrap_angle(pose.yaw_rad - pose_->yaw_rad));
   } else {
-    started_ = true;
     frame_s_ = now_s;  // the first frame is awaited from here on
   }
   pose_ = pose;
   grid_.move(now_s, pose);
-  for (std::size_t k = 0; k < inbox_count_; ++k) {
-    if (!watch_.hear(inbox_[k], now_s, way_m_)) continue;
-    if (const auto pose_then = poses.at(inbox_[k].fired_s)) grid_.look(inbox_[k], *pose_then);
+  for (std::size_t k = 0; k < readings_.count; ++k) {
+    const SonarReading& reading = readings_.messages[k];
+    if (!watch_.hear(reading, now_s, way_m_)) continue;
+    if (const auto pose_then = poses.at(reading.fired_s)) grid_.look(reading, *pose_then);
   }
-  inbox_count_ = 0;
-  for (std::size_t k = 0; k < scan_count_; ++k) {
-    if (const auto pose_then = poses.at(scans_[k].time_s)) grid_.look_at_floor(scans_[k], *pose_then);
+  for (std::size_t k = 0; k < scans_.count; ++k) {
+    const FloorScan& scan = scans_.messages[k];
+    if (const auto pose_then = poses.at(scan.time_s)) grid_.look_at_floor(scan, *pose_then);
   }
-  scan_count_ = 0;
+  readings_.count = scans_.count = 0;
 }
 
 ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) {

@@ -2,6 +2,8 @@
 // shield.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <string_view>
 
@@ -37,12 +39,10 @@ class Avoidance {
   Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s);
 
   /// An answer of a sonar, as it arrives.
-  void hear(const SonarReading& reading) {
-    if (inbox_count_ < inbox_.size()) inbox_[inbox_count_++] = reading;
-  }
+  void hear(const SonarReading& reading) { readings_.put(reading); }
   /// What a frame showed of the floor, as it arrives; with `floor` only.
   void see(const FloorScan& scan) {
-    if (options_.floor && scan_count_ < scans_.size()) scans_[scan_count_++] = scan;
+    if (options_.floor) scans_.put(scan);
   }
   /// A frame of the camera arrived then, whatever it showed.
   void see_frame(double arrived_s) { frame_s_ = arrived_s; }
@@ -69,19 +69,27 @@ class Avoidance {
   const SonarWatch& watch() const { return watch_; }
 
  private:
+  /// What arrives between two steps; more than fits is dropped.
+  template <typename Message, std::size_t size>
+  struct Inbox {
+    std::array<Message, size> messages;
+    std::size_t count = 0;
+
+    void put(const Message& message) {
+      if (count < size) messages[count++] = message;
+    }
+  };
+
   AvoidanceOptions options_;
   ShieldOptions shield_;
   OccupancyGrid grid_;
   SonarWatch watch_;
   std::optional<Steering> steering_;
   ShieldVerdict last_;
-  std::array<SonarReading, 64> inbox_;
-  std::size_t inbox_count_ = 0;
-  std::array<FloorScan, 4> scans_;
-  std::size_t scan_count_ = 0;
+  Inbox<SonarReading, 64> readings_;
+  Inbox<FloorScan, 4> scans_;
   double frame_s_ = SensorStamps::never, way_m_ = 0;
-  bool started_ = false;
-  Pose2 pose_;
+  std::optional<Pose2> pose_;  // at the step before
 };
 
 }  // namespace ballservo

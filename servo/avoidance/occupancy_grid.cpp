@@ -76,11 +76,11 @@ OccupancyGrid::OccupancyGrid(const OccupancyGridOptions& options)
       glimpsed_in_(static_cast<std::size_t>(size) * size, 0) {}
 
 bool OccupancyGrid::still_counts(std::uint32_t seen, double distance_m, Drift drift) const {
-  if (now_ - seen >= epochs_.size()) return false;
-  const Epoch& then = epoch(seen);
-  return sum_.motion_s - then.motion_s <= options_.memory_s &&
-         options_.odometry.point_error_m(sum_.path_m - then.path_m, sum_.turn_rad - then.turn_rad,
-                                         distance_m) <= drift_m(drift);
+  if (motion_.now - seen >= motion_.epochs.size()) return false;
+  const Epoch& then = motion_.epoch(seen);
+  return motion_.sum.motion_s - then.motion_s <= options_.memory_s &&
+         options_.odometry.point_error_m(motion_.sum.path_m - then.path_m,
+                                         motion_.sum.turn_rad - then.turn_rad, distance_m) <= drift_m(drift);
 }
 
 /// Of a cell seen free too long ago to count in all of the window: odometry moves near places less than far
@@ -129,27 +129,27 @@ void OccupancyGrid::forget(int column, int row) {
 void OccupancyGrid::follow(const Pose2& pose) {
   const int column = index_at(pose.x_m) - size / 2, row = index_at(pose.y_m) - size / 2;
   const auto steps = [](int from, int to) { return std::min(std::abs(to - from), size); };
-  const int columns = steps(first_column_, column), rows = steps(first_row_, row);
+  const int columns = steps(first_.column, column), rows = steps(first_.row, row);
   for (int k = 0; k < columns; ++k) {
-    const int entering = column > first_column_ ? column + size - 1 - k : column + k;
+    const int entering = column > first_.column ? column + size - 1 - k : column + k;
     for (int r = 0; r < size; ++r) forget(entering, r);
   }
   for (int k = 0; k < rows; ++k) {
-    const int entering = row > first_row_ ? row + size - 1 - k : row + k;
+    const int entering = row > first_.row ? row + size - 1 - k : row + k;
     for (int c = 0; c < size; ++c) forget(c, entering);
   }
-  first_column_ = column;
-  first_row_ = row;
+  first_.column = column;
+  first_.row = row;
 }
 
 void OccupancyGrid::move(double time_s, const Pose2& pose) {
   if (!started_) {
     started_ = true;
     pose_ = pose;
-    first_column_ = index_at(pose.x_m) - size / 2;
-    first_row_ = index_at(pose.y_m) - size / 2;
-    sum_.time_s = time_s;
-    epochs_[now_] = sum_;
+    first_.column = index_at(pose.x_m) - size / 2;
+    first_.row = index_at(pose.y_m) - size / 2;
+    motion_.sum.time_s = time_s;
+    motion_.epochs[motion_.now] = motion_.sum;
     if (options_.start_clear_m > 0.0) {
       Region disc;
       disc.disc_x_m = pose.x_m;
@@ -157,30 +157,30 @@ void OccupancyGrid::move(double time_s, const Pose2& pose) {
       disc.disc_radius_m = options_.start_clear_m;
       disc.y_low_m = pose.y_m - options_.start_clear_m;
       disc.y_high_m = pose.y_m + options_.start_clear_m;
-      mark_free(disc, now_, true);
+      mark_free(disc, motion_.now, true);
     }
     return;
   }
   const double path_m = std::hypot(pose.x_m - pose_.x_m, pose.y_m - pose_.y_m);
   const double turn_rad = std::abs(wrap_angle(pose.yaw_rad - pose_.yaw_rad));
-  const double dt_s = std::max(0.0, time_s - sum_.time_s);
-  sum_.time_s = time_s;
+  const double dt_s = std::max(0.0, time_s - motion_.sum.time_s);
+  motion_.sum.time_s = time_s;
   if (path_m < 1e-6 && turn_rad < 1e-6) return;
-  sum_.path_m += path_m;
-  sum_.turn_rad += turn_rad;
-  sum_.motion_s += dt_s;
+  motion_.sum.path_m += path_m;
+  motion_.sum.turn_rad += turn_rad;
+  motion_.sum.motion_s += dt_s;
   pose_ = pose;
   follow(pose);
   constexpr double window_reach_m = 0.75 * size * cell_m;
   for (const Drift drift : {Drift::allowed, Drift::close}) {
-    std::uint32_t& fresh = fresh_[static_cast<std::size_t>(drift)];
-    while (fresh < now_ && !still_counts(fresh, window_reach_m, drift)) ++fresh;
+    std::uint32_t& fresh = motion_.fresh[static_cast<std::size_t>(drift)];
+    while (fresh < motion_.now && !still_counts(fresh, window_reach_m, drift)) ++fresh;
   }
-  if (sum_.path_m - epoch(now_).path_m < epoch_path_m &&
-      sum_.turn_rad - epoch(now_).turn_rad < epoch_turn_rad)
+  if (motion_.sum.path_m - motion_.epoch(motion_.now).path_m < epoch_path_m &&
+      motion_.sum.turn_rad - motion_.epoch(motion_.now).turn_rad < epoch_turn_rad)
     return;
-  ++now_;
-  epochs_[now_ % epochs_.size()] = sum_;
+  ++motion_.now;
+  motion_.epochs[motion_.now % motion_.epochs.size()] = motion_.sum;
 
   // Where the robot stands is free.
   const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
@@ -193,21 +193,22 @@ void OccupancyGrid::move(double time_s, const Pose2& pose) {
   const double reach_m = std::hypot(std::max(body.front_m, body.rear_m), body.half_width_m);
   under.y_low_m = pose.y_m - reach_m;
   under.y_high_m = pose.y_m + reach_m;
-  mark_free(under, now_, true);
+  mark_free(under, motion_.now, true);
 }
 
 /// The newest epoch that had begun by then.
 std::uint32_t OccupancyGrid::epoch_at(double time_s) const {
-  std::uint32_t number = now_;
-  while (number > first_epoch && now_ - number + 1 < epochs_.size() && epoch(number).time_s > time_s)
+  std::uint32_t number = motion_.now;
+  while (number > first_epoch && motion_.now - number + 1 < motion_.epochs.size() &&
+         motion_.epoch(number).time_s > time_s)
     --number;
   return number;
 }
 
 /// A cell lies within a convex region exactly when its upper and its lower edge do.
 void OccupancyGrid::mark_free(const Region& region, std::uint32_t epoch_number, bool by_body) {
-  const int first = std::max(index_at(region.y_low_m), first_row_);
-  const int last = std::min(index_at(region.y_high_m), first_row_ + size - 1);
+  const int first = std::max(index_at(region.y_low_m), first_.row);
+  const int last = std::min(index_at(region.y_high_m), first_.row + size - 1);
   Span below = region.at(first * cell_m);
   for (int row = first; row <= last; ++row) {
     const Span above = region.at((row + 1) * cell_m);
@@ -215,8 +216,8 @@ void OccupancyGrid::mark_free(const Region& region, std::uint32_t epoch_number, 
     const bool both = below.low_m <= below.high_m && above.low_m <= above.high_m && low_m < high_m;
     below = above;
     if (!both) continue;
-    const int first_in = std::max(static_cast<int>(std::ceil(low_m / cell_m)), first_column_);
-    const int last_in = std::min(index_at(high_m) - 1, first_column_ + size - 1);
+    const int first_in = std::max(static_cast<int>(std::ceil(low_m / cell_m)), first_.column);
+    const int last_in = std::min(index_at(high_m) - 1, first_.column + size - 1);
     for (int column = first_in; column <= last_in; ++column) {
       const std::size_t at = index(column, row);
       if ((marks_[at] & standing) != 0 && !by_body) continue;

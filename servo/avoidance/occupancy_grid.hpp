@@ -79,13 +79,13 @@ class OccupancyGrid {
   void look_at_floor(const FloorScan& scan, const Pose2& pose_then);
 
   bool in_window(const FloorCell& cell) const {
-    return cell.column >= first_column_ && cell.column < first_column_ + size && cell.row >= first_row_ &&
-           cell.row < first_row_ + size;
+    return cell.column >= first_.column && cell.column < first_.column + size && cell.row >= first_.row &&
+           cell.row < first_.row + size;
   }
   bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const {
     if (!in_window(cell)) return false;
     const std::uint32_t seen = free_since_[index(cell.column, cell.row)];
-    return seen >= fresh_[static_cast<std::size_t>(drift)] || still_free(cell, seen, drift);
+    return seen >= motion_.fresh[static_cast<std::size_t>(drift)] || still_free(cell, seen, drift);
   }
   bool is_suspected(const FloorCell& cell) const;
   bool is_standing(const FloorCell& cell) const;
@@ -138,7 +138,6 @@ class OccupancyGrid {
   enum Mark : std::uint8_t { heard = 1, standing = 2 };
   void set_mark(int column, int row, Mark mark, bool yes);
   void take_back(const FloorCell& cell);
-  const Epoch& epoch(std::uint32_t number) const { return epochs_[number % epochs_.size()]; }
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
   bool still_free(const FloorCell& cell, std::uint32_t seen, Drift drift) const;
@@ -153,15 +152,21 @@ class OccupancyGrid {
   OccupancyGridOptions options_;
   bool started_ = false;
   Pose2 pose_;
-  int first_column_ = 0, first_row_ = 0;  // of the window
-  std::array<Epoch, 2048> epochs_{};
+  FloorCell first_;  // of the window
   // Instead of the number of the epoch in which a cell was seen free: never; or it was, but then something
   // was heard or seen there.
   static constexpr std::uint32_t never = 0, taken_back = 1, first_epoch = 2;
-  std::uint32_t now_ = first_epoch;  // number of the current epoch
-  /// By Drift: what was seen free then or later counts in all the window.
-  std::array<std::uint32_t, 2> fresh_{first_epoch, first_epoch};
-  Epoch sum_;  // path and turn up to now
+  /// How far the robot has moved, by epochs.
+  struct Motion {
+    std::array<Epoch, 2048> epochs{};
+    std::uint32_t now = first_epoch;  ///< number of the current epoch
+    /// By Drift: what was seen free then or later counts in all the window.
+    std::array<std::uint32_t, 2> fresh{first_epoch, first_epoch};
+    Epoch sum;  ///< path and turn up to now
+
+    const Epoch& epoch(std::uint32_t number) const { return epochs[number % epochs.size()]; }
+  };
+  Motion motion_;
   std::array<double, sonar_count> last_range_m_{};
   std::vector<std::uint32_t> free_since_;
   std::vector<std::uint8_t> marks_, suspects_;  // of cells; how many cells of each block are suspected

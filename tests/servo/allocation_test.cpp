@@ -3,28 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "servo/control/controller.hpp"
-#include "servo/features/builtin_laws.hpp"
 #include "tests/support/allocation_counter.hpp"
+#include "tests/support/counted_law.hpp"
 
 namespace ballservo {
 namespace {
-
-/// Counts what the law takes apart from what the rest of the step takes.
-class CountedLaw final : public Law {
- public:
-  CountedLaw(const std::string& name, const ServoGoal& goal, long& taken)
-      : law_(builtin_laws().make({name}, goal)), taken_(taken) {}
-  std::optional<LawOutput> command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) override {
-    const long before = test::allocations();
-    const auto output = law_->command(p_CB, v_CB);
-    taken_ += test::allocations() - before;
-    return output;
-  }
-
- private:
-  std::unique_ptr<Law> law_;
-  long& taken_;
-};
 
 struct Allocations {
   long by_the_law = 0, by_the_rest = 0;
@@ -34,7 +17,7 @@ Allocations allocations_of_run(const std::string& law, AvoidanceOptions::Type av
   ControllerOptions options;
   options.avoidance.type = avoidance;
   Allocations taken;
-  Controller controller(options, std::make_unique<CountedLaw>(law, options.goal, taken.by_the_law));
+  Controller controller(options, std::make_unique<test::CountedLaw>(law, options.goal, taken.by_the_law));
   long before = 0;
   for (int k = 0; k < 1500; ++k) {
     if (k == 300) {
