@@ -8,18 +8,9 @@
 #include <array>
 
 #include "calibration/base/fault.hpp"
-#include "perception/segmentation/yuyv.hpp"
 
 namespace ballservo {
 namespace {
-
-void require_type(const cv::Mat& picture, int type, const char* allowed) {
-  if (picture.type() == type) return;
-  throw InputError("picture",
-                   std::to_string(picture.channels()) + " channels of " +
-                       std::to_string(8 * picture.elemSize1()) + " bits",
-                   allowed);
-}
 
 BoxKernel fastest_kernel() {
 #if defined(__x86_64__)
@@ -37,15 +28,6 @@ BoxKernel function_of(ClassificationKernel kernel) {
   if (kernel == ClassificationKernel::avx2) return tell_by_boxes_avx2;
 #endif
   return kernel == ClassificationKernel::portable ? tell_by_boxes_portable : fastest;
-}
-
-YuyvKernel yuyv_function_of(ClassificationKernel kernel) {
-#if defined(__x86_64__)
-  static const bool has_avx2 = runs_here(ClassificationKernel::avx2);
-  if (kernel != ClassificationKernel::portable && has_avx2) return yuyv_to_bgr_avx2;
-#endif
-  static_cast<void>(kernel);
-  return yuyv_to_bgr_portable;
 }
 
 // The rows' places in the pictures of all classes.
@@ -139,7 +121,11 @@ bool runs_here(ClassificationKernel kernel) {
 
 void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& classes,
               ClassificationKernel kernel, int threads) {
-  require_type(bgr, CV_8UC3, "8-bit BGR");
+  if (bgr.type() != CV_8UC3)
+    throw InputError(
+        "picture",
+        std::to_string(bgr.channels()) + " channels of " + std::to_string(8 * bgr.elemSize1()) + " bits",
+        "8-bit BGR");
   const BoxKernel kernel_function = function_of(kernel);
   resize(classes, colors, bgr.size());
   if (classes.empty()) return;
@@ -148,26 +134,6 @@ void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& clas
     for (int u = 0; u < bgr.cols; u += chunk) {
       classify_chunk(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(chunk, bgr.cols - u), colors, kernel_function,
                      rows);
-    }
-  });
-}
-
-void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures& classes,
-                   ClassificationKernel kernel, int threads) {
-  require_type(yuyv, CV_8UC2, "YUYV: two 8-bit channels");
-  if (yuyv.cols % 2 != 0)
-    throw InputError("picture", std::to_string(yuyv.cols) + " px wide", "an even width");
-  const BoxKernel kernel_function = function_of(kernel);
-  resize(classes, colors, yuyv.size());
-  if (classes.empty()) return;
-  const YuyvKernel to_bgr = yuyv_function_of(kernel);
-  for_rows(yuyv.rows, threads, [&](int v) {
-    std::array<std::uint8_t, 3 * chunk + yuyv_slack> bgr;
-    RowOfClass rows = rows_of(classes, v);
-    for (int u = 0; u < yuyv.cols; u += chunk) {
-      const int pixels = std::min(chunk, yuyv.cols - u);
-      to_bgr(yuyv.ptr<std::uint8_t>(v) + 2 * u, pixels, bgr.data());
-      classify_chunk(bgr.data(), pixels, colors, kernel_function, rows);
     }
   });
 }

@@ -21,11 +21,6 @@ bool runs_here(ClassificationKernel kernel);
 void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& classes,
               ClassificationKernel kernel = ClassificationKernel::fastest, int threads = 1);
 
-/// The same from what most cameras send, YUYV (CV_8UC2: Y0 U, Y1 V; an even width), without the BGR picture
-/// in between: exactly what OpenCV's COLOR_YUV2BGR_YUY2 and `classify` give.
-void classify_yuyv(const cv::Mat& yuyv, const ColorLookup& colors, ClassPictures& classes,
-                   ClassificationKernel kernel = ClassificationKernel::fastest, int threads = 1);
-
 /// Class numbers (CV_8UC1) for those who want to look at them; 0 where there is no class.
 cv::Mat class_numbers(const ClassPictures& classes, cv::Size size);
 

@@ -18,7 +18,6 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <opencv2/imgproc.hpp>
 #include <tuple>
 
 #include "app/comparison/estimators/opencv_peers.hpp"
@@ -204,36 +203,6 @@ void run_track(benchmark::State& state, ImageSize size, bool cold) {
   }
 }
 
-// A quick conversion, good enough for a benchmark: the colours of every second pixel are dropped. An odd last
-// column is left out.
-cv::Mat to_yuyv(const cv::Mat& bgr) {
-  cv::Mat yuv, yuyv(bgr.rows, bgr.cols / 2 * 2, CV_8UC2);
-  cv::cvtColor(bgr, yuv, cv::COLOR_BGR2YUV);
-  for (int v = 0; v < bgr.rows; ++v) {
-    for (int u = 0; u < yuyv.cols; ++u) {
-      const cv::Vec3b &own = yuv.at<cv::Vec3b>(v, u), &pair = yuv.at<cv::Vec3b>(v, u / 2 * 2);
-      yuyv.at<cv::Vec2b>(v, u) =
-          cv::Vec2b(cv::saturate_cast<std::uint8_t>(16 + own[0] * 219 / 255), pair[1 + u % 2]);
-    }
-  }
-  return yuyv;
-}
-
-// The same frames as a camera sends them: two bytes a pixel.
-void run_yuyv(benchmark::State& state, ImageSize size, bool cold) {
-  const Frames& frames = frames_of(size);
-  static std::map<int, std::vector<cv::Mat>> sent;
-  std::vector<cv::Mat>& yuyv = sent[size.width_px];
-  for (std::size_t i = yuyv.size(); i < frames.cycled.size(); ++i) yuyv.push_back(to_yuyv(frames.cycled[i]));
-  const ColorLookup colors(frames.set.colors);
-  ClassPictures classes;
-  std::size_t next = 0;
-  for (auto _ : state) {
-    classify_yuyv(yuyv[cold ? next++ % yuyv.size() : 0], colors, classes);
-    benchmark::DoNotOptimize(classes.data());
-  }
-}
-
 void run_adapt(benchmark::State& state, ImageSize size, bool cold) {
   const Frames& frames = frames_of(size);
   const BenchFrame& frame = frames.set.frames[0];
@@ -306,9 +275,6 @@ void register_all() {
       }
       benchmark::RegisterBenchmark(("track" + suffix).c_str(), [size, cold](benchmark::State& state) {
         run_track(state, size, cold);
-      })->Unit(benchmark::kMicrosecond);
-      benchmark::RegisterBenchmark(("classify_yuyv" + suffix).c_str(), [size, cold](benchmark::State& state) {
-        run_yuyv(state, size, cold);
       })->Unit(benchmark::kMicrosecond);
       benchmark::RegisterBenchmark(("adapt" + suffix).c_str(), [size, cold](benchmark::State& state) {
         run_adapt(state, size, cold);

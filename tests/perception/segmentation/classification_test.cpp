@@ -3,12 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstring>
-#include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "calibration/base/fault.hpp"
-#include "perception/segmentation/yuyv.hpp"
 #include "tests/perception/painted_ball.hpp"
 #include "tests/perception/segmentation/class_pictures.hpp"
 
@@ -118,54 +115,11 @@ TEST_P(EveryKernel, TakesRowsOfAnyWidthAnywhere) {
   }
 }
 
-TEST_P(EveryKernel, ClassifiesYuyvAsItsBgr) {
-  const ColorLookup lookup(test::red_and_green());
-  auto engine = random_stream(3, "classification_test");
-  ClassPictures direct, converted;
-  for (const int width : {2, 62, 64, 66, 130, 1022, 1024, 1090, 2050}) {
-    cv::Mat yuyv(3, width, CV_8UC2), bgr;
-    for (int i = 0; i < 3 * 2 * width; ++i)
-      yuyv.data[i] = static_cast<std::uint8_t>(uniform_index(engine, 256));
-    cv::cvtColor(yuyv, bgr, cv::COLOR_YUV2BGR_YUY2);
-    classify_yuyv(yuyv, lookup, direct, GetParam());
-    classify(bgr, lookup, converted, GetParam());
-    EXPECT_TRUE(test::ends_are_clear(direct));
-    EXPECT_EQ(cv::norm(class_numbers(direct, bgr.size()), class_numbers(converted, bgr.size())), 0) << width;
-  }
-}
-
-TEST(Yuyv, EveryColourIsConvertedAsByOpenCV) {
-  std::vector<YuyvKernel> kernels{yuyv_to_bgr_portable};
-#if defined(__x86_64__)
-  if (runs_here(ClassificationKernel::avx2)) kernels.push_back(yuyv_to_bgr_avx2);
-#endif
-  // A row for every two levels of Y, a picture for every U, all V along a row.
-  cv::Mat yuyv(128, 512, CV_8UC2), bgr;
-  std::vector<std::uint8_t> ours(3 * 512 + yuyv_slack);
-  for (int u = 0; u < 256; ++u) {
-    for (int row = 0; row < 128; ++row) {
-      for (int i = 0; i < 512; ++i) {
-        const int y = 2 * row + i % 2, chroma = i % 2 ? i / 2 : u;
-        yuyv.at<cv::Vec2b>(row, i) = {static_cast<std::uint8_t>(y), static_cast<std::uint8_t>(chroma)};
-      }
-    }
-    cv::cvtColor(yuyv, bgr, cv::COLOR_YUV2BGR_YUY2);
-    for (const YuyvKernel kernel : kernels) {
-      for (int row = 0; row < 128; ++row) {
-        kernel(yuyv.ptr(row), 512, ours.data());
-        ASSERT_EQ(std::memcmp(ours.data(), bgr.ptr(row), 3 * 512), 0) << "U " << u << ", Y " << 2 * row;
-      }
-    }
-  }
-}
-
 TEST(Classification, RefusesWhatIsNotColour) {
   const ColorLookup lookup(test::red_and_green());
   ClassPictures classes;
   EXPECT_THROW(classify(cv::Mat(8, 8, CV_8UC1), lookup, classes), InputError);
   EXPECT_THROW(classify(cv::Mat(8, 8, CV_16UC3), lookup, classes), InputError);
-  EXPECT_THROW(classify_yuyv(cv::Mat(8, 8, CV_8UC3), lookup, classes), InputError);
-  EXPECT_THROW(classify_yuyv(cv::Mat(8, 7, CV_8UC2), lookup, classes), InputError);
 }
 
 TEST(ColorLookup, RefusesATableOfClassesThatItDoesNotList) {

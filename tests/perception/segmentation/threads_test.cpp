@@ -32,17 +32,14 @@ bool same(const ClassPictures& a, const ClassPictures& b) {
 
 TEST(Threads, ColorsAreTheSameWithAnyNumberOfThreads) {
   const ColorLookup colors(test::red_and_green());
-  const cv::Mat bgr = noise(203, 97, CV_8UC3), yuyv = noise(202, 97, CV_8UC2);
-  ClassPictures alone, alone_yuyv;
+  const cv::Mat bgr = noise(203, 97, CV_8UC3);
+  ClassPictures alone;
   classify(bgr, colors, alone);
-  classify_yuyv(yuyv, colors, alone_yuyv);
   testing::internal::CaptureStderr();
   for (const int threads : thread_counts) {
-    ClassPictures shared, shared_yuyv;
+    ClassPictures shared;
     classify(bgr, colors, shared, ClassificationKernel::fastest, threads);
-    classify_yuyv(yuyv, colors, shared_yuyv, ClassificationKernel::fastest, threads);
     EXPECT_TRUE(same(alone, shared)) << threads;
-    EXPECT_TRUE(same(alone_yuyv, shared_yuyv)) << threads;
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "nor is anything said of more than there are";
 }
