@@ -12,8 +12,8 @@ namespace ballservo {
 namespace {
 
 /// Several inputs of one file name, which is all that the rows say of where a ball was.
-void warn_of_repeated_names(const std::vector<std::string>& sources) {
-  const std::vector<std::string> repeated = repeated_names(sources);
+void warn_of_repeated_names(const std::vector<std::unique_ptr<FrameSequence>>& sequences) {
+  const std::vector<std::string> repeated = repeated_names(sequences);
   if (repeated.empty()) return;
   spdlog::warn(
       "several inputs are called {}{}: `source` names a file without its folders, so that their rows can be "
@@ -48,8 +48,8 @@ void add_ball_search_options(CLI::App& command, BallSearchOptions& options, cons
 
 BallSearch::BallSearch(const BallSearchOptions& options, const std::string& name)
     : options_(options), factory_(checked_factory(options)) {
-  warn_of_repeated_names(options.sources);
   sequences_ = open_sources(options.sources, options.fps, options.common.max_pixels);
+  warn_of_repeated_names(sequences_);
   if (!options.output.empty())
     csv_file_ = std::make_unique<OutputFile>(options.output, options.common.overwrite());
   if (!options.stages.empty()) stages_.emplace(options.stages, options.common.overwrite());

@@ -111,7 +111,7 @@ Lesson learn_from_box(const ColorsOptions& options, const std::pair<std::string,
   Progress progress(tested_regions, 0, options.common.quiet);
   BoxTrainer lesson(box.first, box.second, region_search(options.common, progress));
   // A recorded video ends; a camera would show an empty box for ever.
-  const bool ends = source_files({options.from}).front().kind != SourceFile::Kind::camera;
+  const bool ends = !sequence.files().empty();
   while (!lesson.enough() && (ends || lesson.looked_at() < most_camera_frames)) {
     throw_if_interrupted();
     const auto frame = sequence.next();

@@ -162,6 +162,7 @@ class ImageFiles : public FrameSequence {
   }
   std::string name() const override { return name_; }
   long length() const override { return static_cast<long>(files_.size()); }
+  std::vector<fs::path> files() const override { return files_; }
 
  private:
   std::string name_;
@@ -209,6 +210,7 @@ class VideoFile : public FrameSequence {
   }
   std::string name() const override { return name_; }
   long length() const override { return length_; }
+  std::vector<fs::path> files() const override { return {path_}; }
 
  private:
   void read() {
@@ -278,11 +280,10 @@ std::vector<SourceFile> source_files(const std::vector<std::string>& texts) {
   return files;
 }
 
-std::vector<std::string> repeated_names(const std::vector<std::string>& texts) {
-  FaultList ignored;  // whoever opens the sources says so
+std::vector<std::string> repeated_names(const std::vector<std::unique_ptr<FrameSequence>>& sequences) {
   std::map<std::string, std::set<fs::path>> files;
-  for (const Source& source : classify_all(texts, std::numeric_limits<double>::infinity(), ignored)) {
-    for (const fs::path& file : source.files) {
+  for (const auto& sequence : sequences) {
+    for (const fs::path& file : sequence->files()) {
       std::error_code error;
       files[file.filename().string()].insert(fs::weakly_canonical(file, error));
     }

@@ -29,7 +29,8 @@ class FrameSequence {
   /// The next picture, or nothing at the end. Throws InputError for a picture that cannot be read.
   virtual std::optional<Frame> next() = 0;
   virtual std::string name() const = 0;
-  virtual long length() const = 0;  ///< 0 where unknown
+  virtual long length() const = 0;                                         ///< 0 where unknown
+  virtual std::vector<std::filesystem::path> files() const { return {}; }  ///< none: a camera
   /// How a camera is set, as far as it tells ("exposure", "gain", "white_balance_k" ...).
   virtual std::map<std::string, double> camera_settings() const { return {}; }
 };
@@ -49,9 +50,9 @@ struct SourceFile {
 /// The images, videos and cameras that the sources name (folders opened, in natural order).
 std::vector<SourceFile> source_files(const std::vector<std::string>& sources);
 
-/// File names that several different files of the sources have, in order: results name a file without its
+/// File names that several different files of the sequences have, in order: results name a file without its
 /// folders, so that these can't be told apart there.
-std::vector<std::string> repeated_names(const std::vector<std::string>& sources);
+std::vector<std::string> repeated_names(const std::vector<std::unique_ptr<FrameSequence>>& sequences);
 
 /// The image files that the sources name (folders opened, in natural order); a video or a camera is a
 /// fault.

@@ -108,7 +108,7 @@ std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann
     trial.last_state = control_state_name(run.steps.back().control.state);
     trial.last_reason = run.steps.back().control.reason;
   }
-  return TrialRecord{trial_row(trial), trace_line(trace_of(*scenario, run)) + "\n"};
+  return TrialRecord{trial_row(trial), trace_line(*scenario, run) + "\n"};
 }
 
 std::shared_ptr<const ColorTable> colors_of(const SweepOptions& options) {
@@ -219,7 +219,7 @@ Sweep read_sweep(const MergeableShards& shards) {
     }
     std::istringstream lines(read_file_bytes(traces, max_traces_bytes));
     for (std::string line; std::getline(lines, line);) {
-      const auto record = records.find(parse_trace(line, traces).seed);
+      const auto record = records.find(seed_of_trace(line, traces));
       if (record != records.end()) record->second.trace = line + "\n";
     }
   }

@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "calibration/base/csv_table.hpp"
@@ -17,61 +18,82 @@ constexpr double trace_step_s = 0.25;
 constexpr const char* drawn_prefix = "drawn.";
 constexpr CsvLimits trials_limits{std::size_t{1} << 30, 2000000, 1000};
 
-/// The columns that hold a number of the summary.
-struct NumberColumn {
-  const char* name;
-  double RunSummary::*value;
+/// A column of trials.csv: how a trial writes it and reads it back.
+struct Column {
+  std::string name;
+  std::function<std::string(const Trial&)> cell;
+  std::function<void(const CsvRow&, Trial&)> read;
 };
-constexpr std::array<NumberColumn, 9> number_columns{{{"settled_s", &RunSummary::settled_s},
-                                                      {"time_optimal_s", &RunSummary::time_optimal_s},
-                                                      {"range_error_m", &RunSummary::range_error_m},
-                                                      {"bearing_error_rad", &RunSummary::bearing_error_rad},
-                                                      {"range_rms_m", &RunSummary::range_rms_m},
-                                                      {"bearing_rms_rad", &RunSummary::bearing_rms_rad},
-                                                      {"min_clearance_m", &RunSummary::min_clearance_m},
-                                                      {"out_of_view_s", &RunSummary::out_of_view_s},
-                                                      {"duration_s", &RunSummary::duration_s}}};
 
-const std::vector<std::string>& fixed_columns() {
-  static const std::vector<std::string> columns = [] {
-    std::vector<std::string> names{"scenario_hash", "seed", "outcome", "collision_cause"};
-    for (const NumberColumn& column : number_columns) names.emplace_back(column.name);
-    for (const char* name : {"lost_events", "ball_contacts", "steps", "last_state", "last_reason", "why"}) {
-      names.emplace_back(name);
-    }
-    return names;
-  }();
+void read_cell(const CsvRow& row, const std::string& column, std::string& value) { value = row.text(column); }
+void read_cell(const CsvRow& row, const std::string& column, double& value) {
+  value = row.number(column, {}).value_or(std::numeric_limits<double>::quiet_NaN());
+}
+template <class Integer>
+void read_cell(const CsvRow& row, const std::string& column, Integer& value) {
+  value = static_cast<Integer>(row.count(column));
+}
+
+/// A member of the trial itself.
+template <class T>
+Column own(const char* name, T Trial::*member) {
+  return {name, [=](const Trial& trial) { return csv_cell(trial.*member); },
+          [=](const CsvRow& row, Trial& trial) { read_cell(row, name, trial.*member); }};
+}
+
+/// A member of the summary: empty where the world cannot be.
+template <class T>
+Column measured(const char* name, T RunSummary::*member) {
+  return {name, [=](const Trial& trial) { return trial.feasible ? csv_cell(trial.summary.*member) : ""; },
+          [=](const CsvRow& row, Trial& trial) {
+            if (trial.feasible) read_cell(row, name, trial.summary.*member);
+          }};
+}
+
+void read_outcome(const CsvRow& row, Trial& trial) {
+  const std::string& text = row.text("outcome");
+  trial.feasible = text != "infeasible";
+  if (!trial.feasible) return;
+  for (const Outcome each : {Outcome::reached, Outcome::timeout, Outcome::collision, Outcome::lost,
+                             Outcome::hit_by, Outcome::fault, Outcome::interrupted}) {
+    trial.summary.outcome = each;
+    if (text == outcome_name(each)) return;
+  }
+  row.fault("outcome", text, "infeasible, or an outcome of a run");
+}
+
+/// In order; the outcome stands before what was measured, as reading needs it. What a seed drew follows.
+const std::vector<Column>& fixed_columns() {
+  static const std::vector<Column> columns{
+      own("scenario_hash", &Trial::scenario_hash),
+      own("seed", &Trial::seed),
+      {"outcome", [](const Trial& trial) { return trial.outcome_text(); }, read_outcome},
+      measured("collision_cause", &RunSummary::collision_cause),
+      measured("settled_s", &RunSummary::settled_s),
+      measured("time_optimal_s", &RunSummary::time_optimal_s),
+      measured("range_error_m", &RunSummary::range_error_m),
+      measured("bearing_error_rad", &RunSummary::bearing_error_rad),
+      measured("range_rms_m", &RunSummary::range_rms_m),
+      measured("bearing_rms_rad", &RunSummary::bearing_rms_rad),
+      measured("min_clearance_m", &RunSummary::min_clearance_m),
+      measured("out_of_view_s", &RunSummary::out_of_view_s),
+      measured("duration_s", &RunSummary::duration_s),
+      measured("lost_events", &RunSummary::lost_events),
+      measured("ball_contacts", &RunSummary::ball_contacts),
+      measured("steps", &RunSummary::steps),
+      own("last_state", &Trial::last_state),
+      own("last_reason", &Trial::last_reason),
+      own("why", &Trial::why)};
   return columns;
 }
 
 Trial read_row(const CsvRow& row, const std::vector<std::string>& drawn_columns) {
-  const auto number = [&row](const std::string& column) {
-    return row.number(column, {}).value_or(std::numeric_limits<double>::quiet_NaN());
-  };
   Trial trial;
-  trial.scenario_hash = row.text("scenario_hash");
-  trial.seed = static_cast<std::uint64_t>(row.count("seed"));
-  const std::string& outcome = row.text("outcome");
-  trial.feasible = outcome != "infeasible";
-  bool known = !trial.feasible;
-  for (const Outcome each : {Outcome::reached, Outcome::timeout, Outcome::collision, Outcome::lost,
-                             Outcome::hit_by, Outcome::fault, Outcome::interrupted}) {
-    if (outcome != outcome_name(each)) continue;
-    trial.summary.outcome = each;
-    known = true;
+  for (const Column& column : fixed_columns()) column.read(row, trial);
+  for (const std::string& column : drawn_columns) {
+    auto& [key, value] = trial.drawn.emplace_back(column.substr(std::string(drawn_prefix).size()), 0.0);
+    read_cell(row, column, value);
   }
-  if (!known) row.fault("outcome", outcome, "infeasible, or an outcome of a run");
-  trial.why = row.text("why");
-  trial.summary.collision_cause = row.text("collision_cause");
-  trial.last_state = row.text("last_state");
-  trial.last_reason = row.text("last_reason");
-  for (const std::string& column : drawn_columns)
-    trial.drawn.emplace_back(column.substr(std::string(drawn_prefix).size()), number(column));
-  if (!trial.feasible) return trial;
-  for (const NumberColumn& column : number_columns) trial.summary.*column.value = number(column.name);
-  trial.summary.lost_events = static_cast<int>(row.count("lost_events"));
-  trial.summary.ball_contacts = static_cast<int>(row.count("ball_contacts"));
-  trial.summary.steps = static_cast<long>(row.count("steps"));
   return trial;
 }
 
@@ -82,15 +104,6 @@ nlohmann::json millimetres(const std::vector<Eigen::Vector2d>& points_m) {
     flat.push_back(std::lround(p.y() * 1e3));
   }
   return flat;
-}
-
-std::vector<Eigen::Vector2d> metres(const nlohmann::json& flat) {
-  const auto numbers = flat.get<std::vector<double>>();
-  std::vector<Eigen::Vector2d> points;
-  for (std::size_t k = 0; k + 1 < numbers.size(); k += 2) {
-    points.emplace_back(numbers[k] * 1e-3, numbers[k + 1] * 1e-3);
-  }
-  return points;
 }
 
 }  // namespace
@@ -106,23 +119,15 @@ std::string Trial::cause() const {
 }
 
 std::string trials_csv_header(const std::vector<std::string>& drawn_keys) {
-  std::string header;
-  for (const std::string& column : fixed_columns()) header += (header.empty() ? "" : ",") + column;
-  for (const std::string& key : drawn_keys) header += "," + csv_cell(drawn_prefix + key);
-  return header + "\n";
+  std::vector<std::string> names;
+  for (const Column& column : fixed_columns()) names.push_back(column.name);
+  for (const std::string& key : drawn_keys) names.push_back(csv_cell(drawn_prefix + key));
+  return fmt::format("{}\n", fmt::join(names, ","));
 }
 
 std::string trial_row(const Trial& trial) {
-  const RunSummary& s = trial.summary;
-  std::vector<std::string> cells{trial.scenario_hash, csv_cell(trial.seed), trial.outcome_text(),
-                                 csv_cell(s.collision_cause)};
-  const auto measured = [&](const auto& value) { cells.push_back(trial.feasible ? csv_cell(value) : ""); };
-  for (const NumberColumn& column : number_columns) measured(s.*column.value);
-  measured(s.lost_events);
-  measured(s.ball_contacts);
-  measured(s.steps);
-  for (const std::string& text : {trial.last_state, trial.last_reason, trial.why})
-    cells.push_back(csv_cell(text));
+  std::vector<std::string> cells;
+  for (const Column& column : fixed_columns()) cells.push_back(column.cell(trial));
   for (const auto& entry : trial.drawn) cells.push_back(csv_cell(entry.second));
   return fmt::format("{}\n", fmt::join(cells, ","));
 }
@@ -135,7 +140,9 @@ std::vector<Trial> parse_trials(const std::string& csv, const std::string& name)
     drawn_columns.push_back(heading.substr(at, end - at));
     at = heading.find(drawn_prefix, end);
   }
-  const CsvTable table = parse_csv(csv, name, fixed_columns(), drawn_columns, trials_limits);
+  std::vector<std::string> required;
+  for (const Column& column : fixed_columns()) required.push_back(column.name);
+  const CsvTable table = parse_csv(csv, name, required, drawn_columns, trials_limits);
   FaultList faults;
   std::vector<Trial> trials;
   for (std::size_t row = 0; row < table.rows.size() && faults.faults().size() < 100; ++row) {
@@ -145,69 +152,48 @@ std::vector<Trial> parse_trials(const std::string& csv, const std::string& name)
   return trials;
 }
 
-TrialTrace trace_of(const Scenario& scenario, const RunRecord& run) {
-  TrialTrace trace;
-  trace.seed = scenario.seed;
-  double next_s = 0;
+std::string trace_line(const Scenario& scenario, const RunRecord& run) {
+  std::vector<Eigen::Vector2d> path, ball_path;
+  double next_s = 0, end_yaw_rad = 0;
   for (std::size_t k = 0; k < run.steps.size(); ++k) {
     const StepRecord& step = run.steps[k];
     if (step.time_s < next_s && k + 1 < run.steps.size()) continue;
     next_s = step.time_s + trace_step_s - 1e-9;
-    trace.path.emplace_back(step.pose.x_m, step.pose.y_m);
-    trace.ball_path.push_back(step.p_WB.head<2>());
-    trace.end_yaw_rad = step.pose.yaw_rad;
+    path.emplace_back(step.pose.x_m, step.pose.y_m);
+    ball_path.push_back(step.p_WB.head<2>());
+    end_yaw_rad = step.pose.yaw_rad;
   }
-  trace.room = scenario.world.room;
-  for (const Obstacle& obstacle : scenario.world.obstacles)
-    trace.obstacles.push_back(floor_outline(obstacle));
-  for (const Ball& ball : scenario.world.balls) {
-    if (&ball != &scenario.target_ball() && std::holds_alternative<StaticMotion>(ball.motion))
-      trace.obstacles.push_back({{ball.position_m.head<2>()}, ball.radius_m()});
-  }
-  return trace;
-}
-
-std::string trace_line(const TrialTrace& trace) {
+  const Room& room = scenario.world.room;
   nlohmann::ordered_json line;
-  line["seed"] = trace.seed;
-  line["path_mm"] = millimetres(trace.path);
-  line["end_yaw_mrad"] = std::lround(trace.end_yaw_rad * 1e3);
-  line["ball_path_mm"] = millimetres(trace.ball_path);
-  line["room_mm"] =
-      millimetres({{trace.room.x_min_m, trace.room.y_min_m}, {trace.room.x_max_m, trace.room.y_max_m}});
+  line["seed"] = scenario.seed;
+  line["path_mm"] = millimetres(path);
+  line["end_yaw_mrad"] = std::lround(end_yaw_rad * 1e3);
+  line["ball_path_mm"] = millimetres(ball_path);
+  line["room_mm"] = millimetres({{room.x_min_m, room.y_min_m}, {room.x_max_m, room.y_max_m}});
   line["obstacles_mm"] = nlohmann::json::array();
-  for (const FloorOutline& outline : trace.obstacles) {
-    nlohmann::ordered_json item;
-    item["points"] = millimetres(outline.points_m);
+  const auto add = [&line](const FloorOutline& outline) {
+    nlohmann::ordered_json item{{"points", millimetres(outline.points_m)}};
     if (outline.radius_m > 0) item["radius"] = std::lround(outline.radius_m * 1e3);
     line["obstacles_mm"].push_back(item);
+  };
+  for (const Obstacle& obstacle : scenario.world.obstacles) add(floor_outline(obstacle));
+  for (const Ball& ball : scenario.world.balls) {
+    if (&ball != &scenario.target_ball() && std::holds_alternative<StaticMotion>(ball.motion))
+      add({{ball.position_m.head<2>()}, ball.radius_m()});
   }
   return line.dump();
 }
 
-TrialTrace parse_trace(const std::string& line, const std::string& name) {
+std::uint64_t seed_of_trace(const std::string& line, const std::string& name) {
   const auto shallow = [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < 8; };
-  TrialTrace trace;
   try {
-    const nlohmann::json json = nlohmann::json::parse(line, shallow);
-    trace.seed = json.at("seed").get<std::uint64_t>();
-    trace.path = metres(json.at("path_mm"));
-    trace.end_yaw_rad = json.at("end_yaw_mrad").get<double>() * 1e-3;
-    trace.ball_path = metres(json.at("ball_path_mm"));
-    const auto corners = metres(json.at("room_mm"));
-    if (corners.size() == 2) {
-      trace.room.x_min_m = corners[0].x();
-      trace.room.y_min_m = corners[0].y();
-      trace.room.x_max_m = corners[1].x();
-      trace.room.y_max_m = corners[1].y();
-    }
-    for (const nlohmann::json& item : json.at("obstacles_mm")) {
-      trace.obstacles.push_back({metres(item.at("points")), item.value("radius", 0.0) * 1e-3});
-    }
+    const nlohmann::json trace = nlohmann::json::parse(line, shallow);
+    for (const char* key : {"path_mm", "end_yaw_mrad", "ball_path_mm", "room_mm", "obstacles_mm"})
+      trace.at(key);
+    return trace.at("seed").get<std::uint64_t>();
   } catch (const nlohmann::json::exception&) {
     throw InputError(name, "a line that is no trace", "the file as a sweep wrote it");
   }
-  return trace;
 }
 
 }  // namespace ballservo

@@ -1,7 +1,6 @@
 // One trial of a sweep: its row of trials.csv, and its trace, from which reports draw.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -37,20 +36,12 @@ std::string trial_row(const Trial& trial);
 /// Reads trials.csv as written by this program (any order of rows). Throws InputError with every fault.
 std::vector<Trial> parse_trials(const std::string& csv, const std::string& name);
 
-/// What a trial looked like from above (world, m), to the millimetre.
-struct TrialTrace {
-  std::uint64_t seed = 0;
-  std::vector<Eigen::Vector2d> path;       ///< of the robot's axle, some 4 a second
-  std::vector<Eigen::Vector2d> ball_path;  ///< of the target, at the same moments
-  double end_yaw_rad = 0;
-  Room room;  ///< its walls only
-  std::vector<FloorOutline> obstacles;
-};
+/// One line of traces.jsonl, without its end: what a trial looked like from above (world, to the millimetre):
+/// the paths of the robot's axle and of the target at the same moments, some 4 a second; the walls; what
+/// stands on the floor.
+std::string trace_line(const Scenario& scenario, const RunRecord& run);
 
-TrialTrace trace_of(const Scenario& scenario, const RunRecord& run);
-
-/// One line of traces.jsonl, without its end; and back. InputError about `name` for a line that is none.
-std::string trace_line(const TrialTrace& trace);
-TrialTrace parse_trace(const std::string& line, const std::string& name);
+/// Which trial a line of traces.jsonl is of. InputError about `name` for a line that is none.
+std::uint64_t seed_of_trace(const std::string& line, const std::string& name);
 
 }  // namespace ballservo

@@ -87,10 +87,12 @@ TEST_F(ImageSource, NamesThatSeveralFilesHaveAreTold) {
   for (const char* sub : {"left", "right"}) fs::create_directory(folder.path() / sub);
   const std::string left = put_image("left/a.png"), right = put_image("right/a.png"),
                     b = put_image("left/b.png");
-  EXPECT_EQ(repeated_names({left, right, b}), std::vector<std::string>{"a.png"});
-  EXPECT_EQ(repeated_names({(folder.path() / "left").string(), right}), std::vector<std::string>{"a.png"});
-  EXPECT_TRUE(repeated_names({left, left, b}).empty());  // the same file again is the same file
-  EXPECT_TRUE(repeated_names({left, "missing.png", "camera:0"}).empty());
+  const auto repeated = [](const std::vector<std::string>& sources) {
+    return repeated_names(open_sources(sources, 30, default_max_pixels));
+  };
+  EXPECT_EQ(repeated({left, right, b}), std::vector<std::string>{"a.png"});
+  EXPECT_EQ(repeated({(folder.path() / "left").string(), right}), std::vector<std::string>{"a.png"});
+  EXPECT_TRUE(repeated({left, left, b}).empty());  // the same file again is the same file
 }
 
 TEST_F(ImageSource, VideoCarriesItsOwnTime) {

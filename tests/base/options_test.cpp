@@ -143,7 +143,7 @@ TEST(OptionChecker, JudgesAStructByTheSameDeclaration) {
   sample.part.speed_mps = std::numeric_limits<double>::infinity();
   sample.part.range_m = {2, 1};
   sample.thing = Thing{-1};
-  sample.things = {{1}, {0}};
+  sample.things = {{1}, {0}, {std::numeric_limits<double>::infinity()}};
   EXPECT_THAT(faults_of(sample),
               ElementsAre("sample.count: found 0; allowed: a whole number from 1 to 9",
                           "sample.radius_m: found 2; allowed: a number from 0 to 1 (m)",
@@ -151,7 +151,8 @@ TEST(OptionChecker, JudgesAStructByTheSameDeclaration) {
                           "sample.part.speed_mps: found inf; allowed: a number above 0 up to 10 (m/s)",
                           "sample.part.range_m: found falling; allowed: rising",
                           "sample.thing.size_m: found -1; allowed: a number above 0 (m)",
-                          "sample.things[1].size_m: found 0; allowed: a number above 0 (m)"));
+                          "sample.things[1].size_m: found 0; allowed: a number above 0 (m)",
+                          "sample.things[2].size_m: found inf; allowed: a number above 0 (m)"));
 }
 
 TEST(OptionLister, ListsEveryAlternative) {

@@ -51,7 +51,7 @@ TEST(Trials, ThatAreNoneAreRefused) {
     EXPECT_THROW(parse_trials(bad, "trials.csv"), InputError) << bad;
   }
   for (const char* bad : {"", "{}", "[]", "{\"seed\":1}", "{\"seed\":\"x\"}", "[[[[[[[[[[[[[[[[[[["}) {
-    EXPECT_THROW(parse_trace(bad, "traces.jsonl"), InputError) << bad;
+    EXPECT_THROW(seed_of_trace(bad, "traces.jsonl"), InputError) << bad;
   }
 }
 
