@@ -6,10 +6,10 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
+#include "app/comparison/estimators/stopwatch.hpp"
 #include "app/comparison/pictures/plan_pictures.hpp"
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "app/comparison/resampling.hpp"
-#include "app/comparison/stopwatch.hpp"
 #include "calibration/base/statistics.hpp"
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/teaching/learn_colors.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "app/comparison/stopwatch.hpp"
+#include "app/comparison/estimators/stopwatch.hpp"
 #include "perception/outline/ball_position.hpp"
 
 namespace ballservo {

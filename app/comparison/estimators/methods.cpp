@@ -8,8 +8,8 @@
 #include "app/comparison/estimators/fits.hpp"
 #include "app/comparison/estimators/method_scene.hpp"
 #include "app/comparison/estimators/peers.hpp"
+#include "app/comparison/estimators/stopwatch.hpp"
 #include "app/comparison/frame_record.hpp"
-#include "app/comparison/stopwatch.hpp"
 
 namespace ballservo {
 namespace {
