@@ -42,16 +42,16 @@ class Errors {
     if (fit->iterations) iterations_.push_back(*fit->iterations);
     if (fit->converged) unconverged_.push_back(*fit->converged ? 0 : 1);
     if (truth.outline) {
-      centers_.push_back((fit->outline.center_px - truth.outline->center_px).norm());
-      radii_.push_back(fit->outline.radius_px - truth.outline->radius_px);
-      radius_sizes_.push_back(std::abs(radii_.back()));
+      outline_px_.centers.push_back((fit->outline.center_px - truth.outline->center_px).norm());
+      outline_px_.radii.push_back(fit->outline.radius_px - truth.outline->radius_px);
+      outline_px_.radius_sizes.push_back(std::abs(outline_px_.radii.back()));
     }
     if (!truth.p_CB) return;
     const Eigen::Vector3d error_m = fit->p_C - *truth.p_CB;
     add_position(1000 * error_m, truth);
     if (!fit->covariance_m2) return;
-    nees_.push_back(error_m.dot(fit->covariance_m2->ldlt().solve(error_m)));
-    inside_95_.push_back(nees_.back() < chi2_95_of_3 ? 1 : 0);
+    covariance_.nees.push_back(error_m.dot(fit->covariance_m2->ldlt().solve(error_m)));
+    covariance_.inside_95.push_back(covariance_.nees.back() < chi2_95_of_3 ? 1 : 0);
   }
 
   MethodStatistics statistics(std::uint64_t seed, const std::string& purpose) const {
@@ -61,58 +61,68 @@ class Errors {
     s.failed = balls_ - found_;
     s.found_ci95 = wilson_ci95(found_, balls_);
     s.false_balls = truth_known_ ? false_balls_ : nan;
-    s.radius_median_px = median(radius_sizes_);
-    s.nees_mean = mean(nees_);
-    s.inside_95 = mean(inside_95_);
-    s.center_rms_px = root_mean_square(centers_);
-    s.center_median_px = median(centers_);
-    s.radius_bias_px = mean(radii_);
-    s.radius_rms_px = root_mean_square(radii_);
-    s.position_median_mm = median(positions_);
-    s.position_median_ci95_mm = bootstrap(positions_, median, seed, purpose + "/median");
-    s.position_p90_mm = quantile(positions_, 0.9);
-    s.position_rms_mm = root_mean_square(positions_);
-    s.depth_bias_mm = mean(depths_);
-    s.depth_spread_mm = standard_deviation(depths_);
-    s.depth_rms_mm = root_mean_square(depths_);
-    s.lateral_bias_mm = mean(outward_);
-    s.lateral_spread_mm = std::hypot(standard_deviation(x_), standard_deviation(y_));
+    s.radius_median_px = median(outline_px_.radius_sizes);
+    s.nees_mean = mean(covariance_.nees);
+    s.inside_95 = mean(covariance_.inside_95);
+    s.center_rms_px = root_mean_square(outline_px_.centers);
+    s.center_median_px = median(outline_px_.centers);
+    s.radius_bias_px = mean(outline_px_.radii);
+    s.radius_rms_px = root_mean_square(outline_px_.radii);
+    s.position_median_mm = median(position_mm_.distances);
+    s.position_median_ci95_mm = bootstrap(position_mm_.distances, median, seed, purpose + "/median");
+    s.position_p90_mm = quantile(position_mm_.distances, 0.9);
+    s.position_rms_mm = root_mean_square(position_mm_.distances);
+    s.depth_bias_mm = mean(position_mm_.depths);
+    s.depth_spread_mm = standard_deviation(position_mm_.depths);
+    s.depth_rms_mm = root_mean_square(position_mm_.depths);
+    s.lateral_bias_mm = mean(position_mm_.outward);
+    s.lateral_spread_mm = std::hypot(standard_deviation(position_mm_.x), standard_deviation(position_mm_.y));
     s.time_us_median = median(times_);
     s.iterations_median = median(iterations_);
     s.unconverged = mean(unconverged_);
-    std::vector<double> charged = positions_;
+    std::vector<double> charged = position_mm_.distances;
     charged.resize(charged.size() + static_cast<std::size_t>(s.failed),
                    std::numeric_limits<double>::infinity());
-    s.charged_median_mm = positions_.empty() ? nan : median(charged);
+    s.charged_median_mm = position_mm_.distances.empty() ? nan : median(charged);
     set_bound(s, seed, purpose);
     return s;
   }
 
  private:
   void add_position(const Eigen::Vector3d& error_mm, const FrameTruth& truth) {
-    positions_.push_back(error_mm.norm());
-    depths_.push_back(error_mm.z());
-    x_.push_back(error_mm.x());
-    y_.push_back(error_mm.y());
+    position_mm_.distances.push_back(error_mm.norm());
+    position_mm_.depths.push_back(error_mm.z());
+    position_mm_.x.push_back(error_mm.x());
+    position_mm_.y.push_back(error_mm.y());
     const Eigen::Vector2d across = truth.p_CB->head<2>();
-    if (across.norm() > 0) outward_.push_back(error_mm.head<2>().dot(across.normalized()));
+    if (across.norm() > 0) position_mm_.outward.push_back(error_mm.head<2>().dot(across.normalized()));
     if (!truth.bound_m) return;
-    bounds_mm_.push_back(1000 * *truth.bound_m);
-    bounded_mm_.push_back(error_mm.norm());
+    position_mm_.bounds.push_back(1000 * *truth.bound_m);
+    position_mm_.bounded.push_back(error_mm.norm());
   }
 
   void set_bound(MethodStatistics& s, std::uint64_t seed, const std::string& purpose) const {
-    s.bound_rms_mm = root_mean_square(bounds_mm_);
-    s.rms_over_bound = root_mean_square(bounded_mm_) / s.bound_rms_mm;
-    s.rms_over_bound_ci95 = bootstrap(bounded_mm_, root_mean_square, seed, purpose + "/rms");
+    s.bound_rms_mm = root_mean_square(position_mm_.bounds);
+    s.rms_over_bound = root_mean_square(position_mm_.bounded) / s.bound_rms_mm;
+    s.rms_over_bound_ci95 = bootstrap(position_mm_.bounded, root_mean_square, seed, purpose + "/rms");
     s.rms_over_bound_ci95.low /= s.bound_rms_mm;
     s.rms_over_bound_ci95.high /= s.bound_rms_mm;
   }
 
   int frames_ = 0, balls_ = 0, found_ = 0, false_balls_ = 0;
   bool truth_known_ = true;
-  std::vector<double> centers_, radii_, radius_sizes_, nees_, inside_95_, positions_, depths_, x_, y_,
-      outward_, times_, iterations_, unconverged_, bounds_mm_, bounded_mm_;
+  struct {
+    std::vector<double> centers, radii, radius_sizes;
+  } outline_px_;
+  struct {
+    /// `outward`: across the axis, away from it. `bounds` and `bounded`: of frames that have a bound, it and
+    /// the distance.
+    std::vector<double> distances, depths, x, y, outward, bounds, bounded;
+  } position_mm_;
+  struct {
+    std::vector<double> nees, inside_95;
+  } covariance_;
+  std::vector<double> times_, iterations_, unconverged_;
 };
 
 // The differences of two fits, frame by frame.

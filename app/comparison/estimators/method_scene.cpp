@@ -84,25 +84,26 @@ MethodScene::MethodScene(const cv::Mat& bgr, const DetectorSetup& setup, const M
 }
 
 const std::vector<RingPixel>& MethodScene::ring() {
-  if (!has_ring_ && start_) {
+  if (!ring_.chosen && start_) {
     const Stopwatch choice;
-    select_ring_pixels(bgr_, rays(), *start_, ring_);
-    ring_us_ = choice.us();
+    select_ring_pixels(bgr_, rays(), *start_, ring_.points);
+    ring_.cost_us = choice.us();
   }
-  has_ring_ = true;
-  return ring_;
+  ring_.chosen = true;
+  return ring_.points;
 }
 
 const std::optional<MethodScene::Edges>& MethodScene::edges() {
-  if (!has_edges_ && start_) {
+  if (!edges_.chosen && start_) {
     OutlineFit fit;
     const Stopwatch choice;
     detector_.fit_sphere(bgr_, *start_, boundary_, fit);
-    edges_us_ = choice.us();
-    if (!fit.edges.points.empty()) edges_ = Edges{fit.edges_start, std::move(fit.edges.points), fit.passes};
+    edges_.cost_us = choice.us();
+    if (!fit.edges.points.empty())
+      edges_.points = Edges{fit.edges_start, std::move(fit.edges.points), fit.passes};
   }
-  has_edges_ = true;
-  return edges_;
+  edges_.chosen = true;
+  return edges_.points;
 }
 
 double MethodScene::shared_us(MethodPoints points) const {
@@ -110,9 +111,9 @@ double MethodScene::shared_us(MethodPoints points) const {
     case MethodPoints::detection:
       return detection_us_;
     case MethodPoints::ring:
-      return ring_us_;
+      return ring_.cost_us;
     case MethodPoints::edges:
-      return edges_us_;
+      return edges_.cost_us;
     default:
       return 0;
   }

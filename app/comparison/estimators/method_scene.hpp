@@ -88,12 +88,18 @@ class MethodScene {
   double radius_m_ = 0;
   std::map<BallFit, Detector> whole_;
   std::optional<CircleEstimate> vote_;
-  double detection_us_ = 0, ring_us_ = 0, edges_us_ = 0;
+  double detection_us_ = 0;
   std::optional<UndistortedCircle> start_;
   std::vector<BoundaryPoint> boundary_;
-  bool has_ring_ = false, has_edges_ = false;
-  std::vector<RingPixel> ring_;
-  std::optional<Edges> edges_;
+  /// Points of a fit, chosen when they are first asked for.
+  template <typename Points>
+  struct Choice {
+    bool chosen = false;
+    Points points{};
+    double cost_us = 0;
+  };
+  Choice<std::vector<RingPixel>> ring_;
+  Choice<std::optional<Edges>> edges_;
 };
 
 /// A circle in the picture as given (px) as it is in the undistorted picture: mean of its points' places, and
