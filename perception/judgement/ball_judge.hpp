@@ -9,8 +9,8 @@
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/judgement/outline_support.hpp"
+#include "perception/outline/ball_fitter.hpp"
 #include "perception/outline/camera_response.hpp"
-#include "perception/outline/fitted_ball.hpp"
 #include "perception/segmentation/bit_picture.hpp"
 
 namespace ballservo {
