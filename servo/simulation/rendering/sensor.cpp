@@ -74,14 +74,8 @@ std::vector<float> gaussian_kernel(double sigma_px) {
   return kernel;
 }
 
-void scale_row(const float* __restrict row, float weight, int width, float* __restrict sum) {
-  for (int i = 0; i < width; ++i) sum[i] = weight * row[i];
-}
-
-void add_rows(const float* __restrict one, const float* __restrict other, float weight, int width,
-              float* __restrict sum) {
-  for (int i = 0; i < width; ++i) sum[i] += weight * (one[i] + other[i]);
-}
+using Row = Eigen::Map<Eigen::ArrayXf>;
+using ConstRow = Eigen::Map<const Eigen::ArrayXf>;
 
 /// One row of the blurred picture; `columns` holds the row blurred along y with `reach` pixels more on either
 /// side.
@@ -93,19 +87,22 @@ void blur_row(const cv::Mat& light, int row, const std::vector<float>& kernel, s
     return;
   }
   float* middle = columns.data() + 3 * reach;
-  const auto source = [&](int k) { return light.ptr<float>(std::clamp(row + k, 0, light.rows - 1)); };
-  scale_row(source(0), kernel[0], width, middle);
-  for (int k = 1; k <= reach; ++k)
-    add_rows(source(-k), source(k), kernel[static_cast<std::size_t>(k)], width, middle);
+  const auto source = [&](int k) {
+    return ConstRow(light.ptr<float>(std::clamp(row + k, 0, light.rows - 1)), width);
+  };
+  Row sum(middle, width), blurred_row(blurred.data(), width);
+  sum = kernel[0] * source(0);
+  for (int k = 1; k <= reach; ++k) sum += kernel[static_cast<std::size_t>(k)] * (source(-k) + source(k));
   for (int k = 1; k <= reach; ++k) {
     for (int c = 0; c < 3; ++c) {
       middle[-3 * k + c] = middle[c];
       middle[width - 3 + 3 * k + c] = middle[width - 3 + c];
     }
   }
-  scale_row(middle, kernel[0], width, blurred.data());
+  blurred_row = kernel[0] * sum;
   for (int k = 1; k <= reach; ++k) {
-    add_rows(middle - 3 * k, middle + 3 * k, kernel[static_cast<std::size_t>(k)], width, blurred.data());
+    blurred_row += kernel[static_cast<std::size_t>(k)] *
+                   (ConstRow(middle - 3 * k, width) + ConstRow(middle + 3 * k, width));
   }
 }
 

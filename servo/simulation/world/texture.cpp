@@ -175,22 +175,6 @@ Triple4 wood_colors(const Texture& texture, const Pair4& at, const Pair4& patch)
 
 }  // namespace
 
-std::string_view pattern_name(Pattern pattern) {
-  switch (pattern) {
-    case Pattern::plain:
-      return "plain";
-    case Pattern::checks:
-      return "checks";
-    case Pattern::tiles:
-      return "tiles";
-    case Pattern::noise:
-      return "noise";
-    case Pattern::wood:
-      return "wood";
-  }
-  return "plain";
-}
-
 Triple4 texture_colors(const Texture& texture, const Pair4& uv_m, const Pair4& patch_m) {
   const auto per_m = static_cast<float>(1.0 / texture.scale_m);
   const Pair4 at{uv_m.u * per_m, uv_m.v * per_m};
