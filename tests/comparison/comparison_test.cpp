@@ -326,7 +326,7 @@ TEST(Comparison, TheReportHoldsCurvesAndNamesEachPictureThatItWrites) {
   const auto report = comparison_report(tiny(1), show, write);
   std::size_t named = 0;
   for (const auto& kind : report["photos"]) {
-    for (const auto& frame : kind["frames"]) {
+    for (const auto& frame : kind) {
       const std::string& bytes = pictures[frame["file"]];
       EXPECT_FALSE(cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), cv::IMREAD_COLOR).empty());
       ++named;
