@@ -8,17 +8,17 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/teaching/mean_shift.hpp"
+#include "calibration/teaching/chroma_picture.hpp"
 
 namespace ballservo {
 namespace {
 
-constexpr std::array<double, 3> link_factors = {0.25, 0.5, 1.5};                  // of the chroma radius
-constexpr std::array<double, 6> chroma_factors = {1.0, 1.5, 2.0, 3.0, 5.0, 8.0};  // of the least chroma
-constexpr std::array<double, 4> bandwidth_factors = {0.25, 0.5, 1.0, 2.0};        // of the chroma radius
-constexpr std::array<double, 3> strength_factors = {0.3, 0.5, 0.75};              // of a hue's own strength
+constexpr std::array<double, 2> link_factors = {0.5, 1.5};                  // of the chroma radius
+constexpr std::array<double, 3> chroma_factors = {1.0, 2.0, 5.0};  // of the least chroma
+constexpr std::array<double, 2> bandwidth_factors = {0.5, 1.5};        // of the chroma radius
+constexpr std::array<double, 2> strength_factors = {0.3, 0.6};              // of a hue's own strength
 constexpr double hue_reach_rad = 0.4;                                             // 23 degrees to either side
-constexpr std::size_t most_hues = 16;  // the fullest modes come first; what follows is clutter
+constexpr std::size_t most_hues = 10;  // the fullest modes come first; what follows is clutter
 constexpr int grey_reach = 15;         // how far from sRGB's grey axis the light may push a grey thing
 
 /// Sets of pixels that grow together, by path halving.
