@@ -44,6 +44,10 @@ class Likeness {
   double strength_;
 };
 
+/// How far an edge may lie off a ball's outline: noise and blur alone; or perspective, JPEG, a fuzzy skin.
+double tight_sigma(double radius_px) { return std::hypot(0.12, 0.005 * radius_px); }
+double loose_sigma(double radius_px) { return std::hypot(0.35, 0.02 * radius_px); }
+
 struct Edge {
   double radius_px = 0, contrast = 0;
   bool in_picture = false;
@@ -105,6 +109,7 @@ std::array<Edge, ray_count> edges_of(const cv::Mat3f& lab, const Outline& circle
 }
 
 constexpr double least_contrast = 4;
+constexpr double hidden = 0.3;  // of a ball's rim, expected
 using Harmonics = Eigen::Matrix<double, 5, 1>;
 
 Harmonics harmonics(int k) {
@@ -112,15 +117,13 @@ Harmonics harmonics(int k) {
   return (Harmonics() << 1, std::cos(a), std::sin(a), std::cos(2 * a), std::sin(2 * a)).finished();
 }
 
-double sigma_of(double radius_px) { return std::hypot(0.35, 0.02 * radius_px); }
-
 Harmonics fit(const std::array<Edge, ray_count>& edges, const Outline& circle) {
   const double r = circle.radius_px;
   Harmonics x = Harmonics::Zero();
   x[0] = r;
   const Harmonics prior = (Harmonics() << 0.2 * r, 0.2 * r, 0.2 * r, 0.03 * r, 0.03 * r).finished();
   for (const double scale : {0.1 * r, 0.06 * r, 0.04 * r, 0.03 * r, 0.02 * r}) {
-    const double sigma = std::max(scale, sigma_of(r));
+    const double sigma = std::max(scale, loose_sigma(r));
     Eigen::Matrix<double, 5, 5> normal = (sigma / prior.array()).square().matrix().asDiagonal();
     Harmonics right = normal * (Harmonics() << r, 0, 0, 0, 0).finished();
     for (int k = 0; k < ray_count; ++k) {
@@ -145,7 +148,8 @@ void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& 
   int all = 0;
   double filled = 0;
   Eigen::Vector3d color(0, 0, 0);
-  for (int y = static_cast<int>(std::ceil(circle.center_px.y() - reach)); y <= circle.center_px.y() + reach; y += step) {
+  for (int y = static_cast<int>(std::ceil(circle.center_px.y() - reach)); y <= circle.center_px.y() + reach;
+       y += step) {
     for (int x = static_cast<int>(std::ceil(circle.center_px.x() - reach)); x <= circle.center_px.x() + reach;
          x += step) {
       if (x < 0 || y < 0 || x >= lab.cols || y >= lab.rows) continue;
@@ -201,7 +205,7 @@ struct Contour {
 };
 
 Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics& x, int stride) {
-  const double r = x[0], sigma = sigma_of(r), wide = 0.15 * r, uniform = 1 / r;
+  const double r = x[0], tight = tight_sigma(r), loose = loose_sigma(r), wide = 0.15 * r, uniform = 1 / r;
   const auto gauss = [](double v, double s) {
     return std::exp(-0.5 * v * v / (s * s)) / (s * std::sqrt(2 * pi));
   };
@@ -212,15 +216,15 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
     if (!edges[k].in_picture) continue;
     ++seen;
     if (edges[k].contrast < least_contrast) {
-      result.ratio += std::log(0.15 / 0.5) * stride / ray_count;
+      result.ratio += std::log(hidden / 0.5) * stride / ray_count;
       continue;
     }
     const double away = edges[k].radius_px - harmonics(k).dot(x);
-    result.ratio += std::log((0.85 * gauss(away, sigma) + 0.15 * uniform) /
+    result.ratio += std::log((0.4 * gauss(away, tight) + 0.3 * gauss(away, loose) + hidden * uniform) /
                              (0.5 * gauss(away, wide) + 0.5 * uniform)) *
                     stride / ray_count;
     off.push_back(std::abs(away) / r);
-    if (std::abs(away) <= 2.5 * sigma) {
+    if (std::abs(away) <= 2.5 * loose) {
       ++on;
       contrast.push_back(edges[k].contrast);
     }
@@ -235,10 +239,10 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
 
 double BallEvidence::log_odds() const {
   const double sphere = shading * std::min(1.0, relief / 0.15);
-  return -4 + std::clamp(8 * contour, -8.0, 10.0) + 5 * (sphere - 0.5) +
-         std::clamp(3 * std::log(std::max(1.0, color.tail<2>().norm()) / 25), -5.0, 2.0) +
+  return -4 + std::clamp(8 * contour, -8.0, 10.0) + 8 * sphere - 4.5 +
+         std::clamp(4 * std::log(std::max(1.0, color.tail<2>().norm()) / 25), -6.0, 2.0) +
          std::clamp(std::log(std::max(1.0, edge) / 12), -1.5, 1.5) -
-         std::min(3.0, std::max(0.0, ellipse - 0.03) / 0.03) - 3 * std::min(1.0, smear);
+         std::min(3.0, std::max(0.0, ellipse - 0.03) / 0.03);
 }
 
 BallEvidence ball_evidence(const cv::Mat3f& lab, const Outline& outline, const Eigen::Vector3d& color) {
@@ -267,7 +271,6 @@ BallEvidence ball_evidence(const cv::Mat3f& lab, const Outline& outline, const E
   result.center_px = circle.center_px + circle.shape * Eigen::Vector2d(x[1], x[2]);
   result.radius_px = x[0];
   result.ellipse = std::hypot(x[3], x[4]) / x[0];
-  result.smear = std::log(circle.shape.norm() / std::sqrt(2.0)) * 4;
   result.color = color;
   judge_shading(lab, {result.center_px, result.radius_px, circle.shape}, like, result);
   return result;

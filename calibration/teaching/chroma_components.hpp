@@ -29,7 +29,7 @@ struct Component {
 /// their modes are close enough, for several meanings of both; or when they climb to the same mode of the
 /// picture's chroma histogram; or when both have the hue of one of its modes, in strengths of some part of
 /// it.
-void for_each_segmentation(const cv::Mat& modes, const ComponentOptions& options,
+void for_each_segmentation(const cv::Mat& modes, const cv::Mat3f& lab, const ComponentOptions& options,
                            const std::function<void(const std::vector<int>& labels)>& visit);
 
 /// The components of such labels, in raster order of their first pixels.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calibration/base/statistics.hpp"
+#include "calibration/color/color_space.hpp"
 
 namespace ballservo {
 namespace {
@@ -33,11 +34,22 @@ ChromaMetric::ChromaMetric(float u, float v) {
   ray_v_ = weight * v;
 }
 
+cv::Mat3f lab_image(const cv::Mat& bgr) {
+  cv::Mat3f result(bgr.size());
+  std::transform(bgr.begin<cv::Vec3b>(), bgr.end<cv::Vec3b>(), result.begin(), [](const cv::Vec3b& c) {
+    const Eigen::Vector3f lab = lab_from_bgr(c[0], c[1], c[2]).cast<float>();
+    return cv::Vec3f(lab[0], lab[1], lab[2]);
+  });
+  return result;
+}
+
 cv::Mat chroma_image(const cv::Mat& bgr) {
-  cv::Mat luv, result(bgr.size(), CV_32FC2);
-  bgr.convertTo(luv, CV_32F, 1 / 255.0);
-  cv::cvtColor(luv, luv, cv::COLOR_BGR2Luv);
-  cv::mixChannels(luv, result, {1, 0, 2, 1});
+  cv::Mat result(bgr.size(), CV_32FC2);
+  std::transform(bgr.begin<cv::Vec3b>(), bgr.end<cv::Vec3b>(), result.begin<cv::Vec2f>(),
+                 [](const cv::Vec3b& c) {
+                   const Eigen::Vector3f luv = luv_from_bgr(c[0], c[1], c[2]).cast<float>();
+                   return cv::Vec2f(luv[1], luv[2]);
+                 });
   return result;
 }
 

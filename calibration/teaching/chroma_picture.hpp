@@ -23,6 +23,9 @@ class ChromaMetric {
   float ray_u_, ray_v_;
 };
 
+/// (L, a, b) of every pixel of a CV_8UC3 picture in BGR.
+cv::Mat3f lab_image(const cv::Mat& bgr);
+
 /// (u*, v*) of every pixel, CV_32FC2, of a CV_8UC3 picture in BGR.
 cv::Mat chroma_image(const cv::Mat& bgr);
 

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double farthest_hue_deg = 45;  // beyond a word's border it does not answer
 constexpr double hue_spread_deg = 12;    // of what people call by a word, beyond its border
-constexpr double other_word = 3;         // against a colour that we would call otherwise
-constexpr double decisive_lead = 2, least_log_odds = 0;
+constexpr double other_word = 4;         // against a colour that we would call otherwise
+constexpr double decisive_lead = 2, least_log_odds = 0, sure_log_odds = 5;
 constexpr std::size_t max_listed = 12;
 constexpr double sure_fit_ratio = 0.5, sure_radius_px = 8;
 
@@ -100,7 +100,8 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
   double most = 0;
   for (const ColorGroup& group : groups) most = std::max(most, group.log_odds());
   for (const ColorGroup& group : groups) {
-    if (group.log_odds() >= std::max(least_log_odds, most - candidate_lead)) balls.push_back(group);
+    if (group.log_odds() >= std::clamp(most - candidate_lead, least_log_odds, sure_log_odds))
+      balls.push_back(group);
   }
   if (!balls.empty()) return balls;
   throw Refusal(
@@ -108,9 +109,9 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
           "nothing round and coloured was found. Try a picture where the ball is whole, in even light, and "
           "at least {:.0f} px across; or say where it is: --class NAME=IMAGE --at NAME=CX,CY,R",
           2 * RegionSearchOptions().min_radius_px) +
-      (groups.empty() ? ""
-                      : "\nRound regions that are no sure balls:" +
-                            list_of({"NAME", {0}, {}}, groups, pictures)));
+      (groups.empty()
+           ? ""
+           : "\nRound regions that are no sure balls:" + list_of({"NAME", {0}, {}}, groups, pictures)));
 }
 
 std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures) {
@@ -125,6 +126,9 @@ std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>
     add(fmt::format("{:.0f} % of its colour lies outside round things", 100 * (1 - group.round_share)));
   if (best.region.radius_px < sure_radius_px)
     add(fmt::format("it is only {:.0f} px across", 2 * best.region.radius_px));
+  const bool pointed_at = best.region.mask.empty();
+  if (!pointed_at && hue_distance_to_word_deg(group.word, group.samples.hue_deg()).value_or(0) > 0)
+    add("its colour is rather " + color_word(group.samples.mean_lab()));
   if (reasons.empty()) return {};
   return fmt::format(
       "{} was learnt from what lies around ({:.0f}, {:.0f}) px in {}, but not for sure: {}. Look at the "

@@ -14,11 +14,12 @@ namespace {
 constexpr double min_hue_overlap = 0.45, close_hues_deg = 5, max_saturation_ratio = 2;
 // Of a region's pixels, so many must have a colour (a black disc has none), and their mean (a, b) such a
 // length (black with a tint has less).
-constexpr double min_colored_fraction = 0.2, min_mean_chroma = 7;
+constexpr double min_colored_fraction = 0.1, min_mean_chroma = 7;
 // A ball of a colour counts if it is not smaller than the best one by more: specks of its colour are round
 // too.
 constexpr double max_radius_ratio = 5;
-constexpr std::size_t max_groups = 12;   // the most likely come first; what follows is clutter
+constexpr std::size_t max_groups = 8;    // the most likely come first; what follows is clutter
+constexpr double equal_balls = 2;        // log odds: several balls of a picture are about as likely
 constexpr std::size_t min_samples = 50;  // fewer say nothing about a distribution
 
 /// Fills in every group's share, by the table that all of them together would give: a red ball is no evidence
@@ -93,8 +94,15 @@ std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, cons
       groups.emplace_back();
       groups.back().samples = candidate.samples;
       groups.back().balls.push_back(std::move(candidate));
-    } else if (odds(candidate) >= std::max(0.0, odds(home->balls.front()) - candidate_lead) &&
-               candidate.region.radius_px * max_radius_ratio >= home->balls.front().region.radius_px) {
+      continue;
+    }
+    const auto better = std::find_if(home->balls.begin(), home->balls.end(), [&](const BallCandidate& ball) {
+      return ball.picture == candidate.picture;
+    });
+    const double least = better == home->balls.end() ? odds(home->balls.front()) - candidate_lead
+                                                     : odds(*better) - equal_balls;
+    if (odds(candidate) >= std::max(0.0, least) &&
+        candidate.region.radius_px * max_radius_ratio >= home->balls.front().region.radius_px) {
       home->samples.add(candidate.samples);
       home->balls.push_back(std::move(candidate));
     }

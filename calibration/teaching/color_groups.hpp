@@ -36,7 +36,7 @@ struct ColorGroup {
   double log_odds() const;
 };
 
-/// A candidate counts beside its group's best one down to so much less.
+/// What is less likely than the best by more than that is no ball beside it.
 inline constexpr double candidate_lead = 5;
 
 /// Whether two sets of samples show the same colour.

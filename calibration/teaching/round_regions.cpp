@@ -1,6 +1,7 @@
 #include "calibration/teaching/round_regions.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -24,6 +25,10 @@ constexpr double min_hue_agreement =
 constexpr double pi = 3.14159265358979323846;
 constexpr double least_smear = 1.15, most_smear = 2.5;  // ratio of the axes
 constexpr double least_smeared_radius_px = 8;
+constexpr double most_of_box =
+    0.92;  // of its rectangle: a disc drawn out to twice its width fills 0.89, a bar 1
+constexpr double least_ellipse_fill = 0.85;  // below it the region is no ellipse
+constexpr double hardly_round = -4;  // log odds; only where nothing reaches it a smeared ball is looked for
 // Outlines so near each other, in radii, are drawn to the same rim; those near a sure one's rim to that.
 constexpr double same_place = 0.12, drawn_place = 0.4, sure_log_odds = 5;
 constexpr double same_hue_rad = 0.1;
@@ -31,7 +36,7 @@ constexpr double same_hue_rad = 0.1;
 /// An outline that was looked at, and how far around it the answer holds.
 struct Judged {
   Outline outline;
-  double hue, log_odds, reach;
+  double hue, reach;
 };
 
 /// A region's mask and where it lies; what proposes circles.
@@ -81,8 +86,14 @@ std::optional<Outline> circle_through(const Placed& placed, CircleVoter& voter,
   return Outline{circle->center_px, circle->radius_px + 0.5};
 }
 
+/// A component as an ellipse, and the part of both together that they have in common.
+struct Ellipse {
+  Outline outline;
+  double fill = 0;
+};
+
 /// The ellipse of the component's moments, where it may be a ball smeared by motion.
-std::optional<Outline> ellipse_of(const Placed& placed) {
+std::optional<Ellipse> ellipse_of(const Placed& placed) {
   const cv::Moments m = cv::moments(placed.mask, true);
   if (m.m00 < pi * least_smeared_radius_px * least_smeared_radius_px) return std::nullopt;
   const double xx = m.mu20 / m.m00, yy = m.mu02 / m.m00, xy = m.mu11 / m.m00;
@@ -91,11 +102,22 @@ std::optional<Outline> ellipse_of(const Placed& placed) {
   // A full ellipse of semi-axes a >= b has the variances a^2/4 and b^2/4.
   const double a = 2 * std::sqrt(mean + spread), b = 2 * std::sqrt(mean - spread);
   if (b < least_smeared_radius_px || a > most_smear * b || a < least_smear * b) return std::nullopt;
+  std::vector<cv::Point> points;
+  cv::findNonZero(placed.mask, points);
+  const cv::Size2f box = cv::minAreaRect(points).size;
+  if (m.m00 > most_of_box * (box.width + 1) * (box.height + 1)) return std::nullopt;
   const double angle = 0.5 * std::atan2(2 * xy, xx - yy), radius = std::sqrt(a * b);
-  Outline ellipse{{m.m10 / m.m00 + placed.origin.x, m.m01 / m.m00 + placed.origin.y}, radius};
+  const Eigen::Vector2d center(m.m10 / m.m00, m.m01 / m.m00);
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(angle).toRotationMatrix();
-  ellipse.shape = turn * Eigen::Vector2d(a / radius, b / radius).asDiagonal() * turn.transpose();
-  return ellipse;
+  Ellipse result{{center + Eigen::Vector2d(placed.origin.x, placed.origin.y), radius,
+                  turn * Eigen::Vector2d(a / radius, b / radius).asDiagonal() * turn.transpose()},
+                 0};
+  const Eigen::Matrix2d to_unit = result.outline.shape.inverse() / radius;
+  const auto common = std::count_if(points.begin(), points.end(), [&](const cv::Point& p) {
+    return (to_unit * (Eigen::Vector2d(p.x, p.y) - center)).squaredNorm() <= 1;
+  });
+  result.fill = static_cast<double>(common) / (pi * a * b + m.m00 - static_cast<double>(common));
+  return result.fill >= least_ellipse_fill ? std::optional(result) : std::nullopt;
 }
 
 /// Whether a ball may hide in the region: rules out what is long, thin, or most of the picture, before
@@ -179,63 +201,71 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
   result.scale = static_cast<double>(working.cols) / bgr.cols;
   const cv::Mat raw = chroma_image(working);
   result.chroma = smoothed_chroma(raw);
-  cv::Mat3f lab;
-  working.convertTo(lab, CV_32F, 1 / 255.0);
-  cv::cvtColor(lab, lab, cv::COLOR_BGR2Lab);
+  const cv::Mat3f lab = lab_image(working);
+  cv::Mat3f smooth_lab;
+  cv::medianBlur(lab, smooth_lab, 5);
 
   const double least_area = 0.4 * pi * search.min_radius_px * search.min_radius_px;
   const ComponentOptions components{chroma_radius(raw), min_chroma, least_area};
   std::set<std::tuple<int, int, int, int, int>> seen;
   std::vector<RoundRegion> found;
   std::vector<Judged> judged;
+  std::vector<std::pair<Ellipse, Placed>> ellipses;
   CircleVoter voter;
-  // The log odds of what the outline leads to, as far as they are known.
-  const auto judge = [&](const std::optional<Outline>& outline, const Placed& placed, bool smeared) {
-    constexpr double unknown = -100;
-    if (!outline) return unknown;
-    const Eigen::Vector3d color = mean_color(lab, placed);
-    const double hue = std::atan2(color.z(), color.y());
-    for (const Judged& other : judged) {
-      const double apart = (other.outline.center_px - outline->center_px).norm() / other.outline.radius_px;
-      const double ratio = outline->radius_px / other.outline.radius_px;
-      const bool same = std::abs(std::remainder(hue - other.hue, 2 * pi)) < same_hue_rad;
-      if (same && apart < other.reach && ratio > 1 - other.reach && ratio < 1 + other.reach &&
-          (other.outline.shape - outline->shape).norm() < same_place)
-        return other.log_odds;
-    }
-    // A fist around a ball is round as well.
-    if (hue_agreement(placed, result.chroma) < min_hue_agreement) return unknown;
-    const BallEvidence e = ball_evidence(lab, *outline, color);
-    const double log_odds = e.log_odds();
-    judged.push_back({*outline, hue, log_odds, same_place});
-    if (log_odds > sure_log_odds)
-      judged.push_back({{e.center_px, e.radius_px, outline->shape}, hue, log_odds, drawn_place});
-    if (log_odds < least_log_odds) return log_odds;
+  const auto keep = [&](const BallEvidence& e, bool smeared) {
+    const cv::Rect2d picture(-0.5, -0.5, lab.cols, lab.rows);
+    if (e.log_odds() < least_log_odds || !picture.contains({e.center_px.x(), e.center_px.y()})) return;
     RoundRegion region;
     region.evidence = e;
     region.center_px = (e.center_px + Eigen::Vector2d(0.5, 0.5)) / result.scale - Eigen::Vector2d(0.5, 0.5);
     region.radius_px = e.radius_px / result.scale;
     region.smeared = smeared;
     found.push_back(std::move(region));
-    return log_odds;
   };
-  for_each_segmentation(result.chroma, components, [&](const std::vector<int>& labels) {
+  const auto judge = [&](const std::optional<Outline>& outline, const Placed& placed) {
+    if (!outline) return;
+    const Eigen::Vector3d color = mean_color(lab, placed);
+    const double hue = std::atan2(color.z(), color.y());
+    const bool known = std::any_of(judged.begin(), judged.end(), [&](const Judged& other) {
+      const double apart = (other.outline.center_px - outline->center_px).norm() / other.outline.radius_px;
+      return std::abs(std::remainder(hue - other.hue, 2 * pi)) < same_hue_rad && apart < other.reach &&
+             std::abs(outline->radius_px / other.outline.radius_px - 1) < other.reach;
+    });
+    // A fist around a ball is round as well.
+    if (known || hue_agreement(placed, result.chroma) < min_hue_agreement) return;
+    const BallEvidence e = ball_evidence(lab, *outline, color);
+    judged.push_back({*outline, hue, same_place});
+    if (e.log_odds() > sure_log_odds) judged.push_back({{e.center_px, e.radius_px}, hue, drawn_place});
+    keep(e, false);
+  };
+  for_each_segmentation(result.chroma, smooth_lab, components, [&](const std::vector<int>& labels) {
     for (const Component& c : components_of(labels, working.cols, working.rows)) {
       if (c.area < least_area || !seen.insert({c.area, c.left, c.top, c.right, c.bottom}).second) continue;
       if (search.before_each_test) search.before_each_test();
       const Placed whole{filled_mask(labels, working.cols, c), {c.left - 1, c.top - 1}, working.size()};
-      judge(circle_through(whole, voter, search), whole, false);
+      judge(circle_through(whole, voter, search), whole);
       if (!compact(whole, c.area)) continue;
       const Placed smooth = opened(whole, c.area);
-      if (judge(circle_through(smooth, voter, search), smooth, false) < 0)
-        judge(ellipse_of(smooth), smooth, true);
+      judge(circle_through(smooth, voter, search), smooth);
+      if (const auto ellipse = ellipse_of(smooth)) ellipses.emplace_back(*ellipse, smooth);
     }
   });
+  const bool nothing_round = std::none_of(found.begin(), found.end(), [](const RoundRegion& region) {
+    return region.evidence.log_odds() >= hardly_round;
+  });
+  if (nothing_round) {
+    for (const auto& [ellipse, placed] : ellipses) {
+      if (hue_agreement(placed, result.chroma) < min_hue_agreement) continue;
+      BallEvidence e = ball_evidence(lab, ellipse.outline, mean_color(lab, placed));
+      e.center_px = ellipse.outline.center_px;
+      e.radius_px = ellipse.outline.radius_px;
+      e.contour = 3 * (ellipse.fill - 0.6);  // the rim itself is smeared
+      keep(e, true);
+    }
+  }
   std::stable_sort(found.begin(), found.end(), [](const RoundRegion& a, const RoundRegion& b) {
     return a.evidence.log_odds() > b.evidence.log_odds();
   });
-  cv::Mat3f smooth_lab;
-  cv::GaussianBlur(lab, smooth_lab, {5, 5}, 1);
   for (RoundRegion& region : found) {
     const bool taken =
         std::any_of(result.regions.begin(), result.regions.end(), [&](const RoundRegion& other) {

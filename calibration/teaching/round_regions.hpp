@@ -13,9 +13,9 @@ namespace ballservo {
 
 /// How the search for round coloured regions goes.
 struct RegionSearchOptions {
-  double min_radius_px = 4.5;       ///< at the working scale
-  double max_working_pixels = 1e6;  ///< larger pictures are searched at a reduced scale
-  std::uint64_t seed = 0;           ///< of the circle votes
+  double min_radius_px = 4.5;                ///< at the working scale
+  double max_working_pixels = 1e6;           ///< larger pictures are searched at a reduced scale
+  std::uint64_t seed = 0;                    ///< of the circle votes
   std::function<void()> before_each_test{};  ///< of a region's roundness; what it throws ends the search
 };
 
