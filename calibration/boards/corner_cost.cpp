@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "calibration/camera/lens/lens_list.hpp"
+#include "calibration/camera/lens/lens_models.hpp"
 
 namespace ballservo {
 namespace {
