@@ -27,18 +27,12 @@ constexpr double outlying_view = 3;          // times the median of the views' R
 constexpr double least_noise_px = 0.1;       // that any corner finder has: below it an RMS is luck
 constexpr double least_misfit_px = 0.15;     // RMS below which a lens is well explained, whatever the rest
 constexpr double max_misfit_share = 0.7;     // of the RMS that a model with more coefficients may leave
+constexpr std::size_t least_boards = 3;      // in a cell, to tell a common error from the boards' own
 constexpr double max_structure_share = 0.6;  // of the RMS that may depend on the place in the picture
 
 constexpr const char* what_to_photograph =
     "Photograph the whole board at least three times, better ten, tilted by 20 to 40 degrees to different "
     "sides, near and far, and near the picture's corners too.";
-
-Eigen::Vector3d board_normal(const BoardPose& pose) {
-  const Eigen::Vector3d turn = pose.head<3>();
-  const double angle = turn.norm();
-  if (!(angle > 0)) return Eigen::Vector3d::UnitZ();
-  return Eigen::AngleAxisd(angle, turn / angle) * Eigen::Vector3d::UnitZ();
-}
 
 /// The largest angle (rad) between two boards' planes.
 double angle_spread_rad(const std::vector<BoardPose>& poses) {
@@ -96,6 +90,38 @@ double farthest_corner_gap_px(const std::vector<BoardView>& believed, ImageSize 
     }
   }
   return gap;
+}
+
+// The picture's cells, over which corners are counted and residuals averaged.
+constexpr int cells_across = 8, cells_down = 6;
+constexpr std::size_t cell_count = cells_across * cells_down;
+
+std::size_t cell_of(const Eigen::Vector2d& place_px, ImageSize size) {
+  const int column =
+      std::clamp(static_cast<int>(cells_across * place_px.x() / size.width_px), 0, cells_across - 1);
+  const int row = std::clamp(static_cast<int>(cells_down * place_px.y() / size.height_px), 0, cells_down - 1);
+  return static_cast<std::size_t>(row * cells_across + column);
+}
+
+using CellMeans =
+    std::vector<std::vector<Eigen::Vector2d>>;  // of each cell, the mean of each board seen there
+
+CellMeans cell_means(const std::vector<BoardView>& views, const BoardAdjustment& adjustment) {
+  const ImageSize size = adjustment.parameters.size;
+  CellMeans means(cell_count);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    std::vector<Eigen::Vector2d> sums(means.size(), Eigen::Vector2d::Zero());
+    std::vector<int> counts(means.size(), 0);
+    for (std::size_t i = 0; i < views[v].size(); ++i) {
+      if (adjustment.corners[v].set_aside[i]) continue;
+      const std::size_t cell = cell_of(views[v].corners_px[i], size);
+      sums[cell] += adjustment.corners[v].residuals_px[i];
+      ++counts[cell];
+    }
+    for (std::size_t cell = 0; cell < means.size(); ++cell)
+      if (counts[cell] > 0) means[cell].push_back(sums[cell] / counts[cell]);
+  }
+  return means;
 }
 
 }  // namespace
@@ -266,16 +292,28 @@ std::optional<double> covered_ball_sigma_mm(const std::vector<BoardView>& views,
 }
 
 double picture_coverage(const std::vector<BoardView>& views, ImageSize size) {
-  constexpr int across = 8, down = 6;
-  std::array<bool, across * down> seen{};
-  for (const BoardView& view : views) {
-    for (const Eigen::Vector2d& corner : view.corners_px) {
-      const int column = std::clamp(static_cast<int>(across * corner.x() / size.width_px), 0, across - 1);
-      const int row = std::clamp(static_cast<int>(down * corner.y() / size.height_px), 0, down - 1);
-      seen[static_cast<std::size_t>(row * across + column)] = true;
-    }
+  std::array<bool, cell_count> seen{};
+  for (const BoardView& view : views)
+    for (const Eigen::Vector2d& corner : view.corners_px) seen[cell_of(corner, size)] = true;
+  return static_cast<double>(std::count(seen.begin(), seen.end(), true)) / static_cast<double>(cell_count);
+}
+
+std::optional<double> residual_structure_px(const std::vector<BoardView>& views,
+                                            const BoardAdjustment& adjustment) {
+  double sum_px2 = 0;
+  int cells = 0;
+  for (const std::vector<Eigen::Vector2d>& boards : cell_means(views, adjustment)) {
+    if (boards.size() < least_boards) continue;
+    const auto count = static_cast<double>(boards.size());
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& board : boards) mean += board / count;
+    double scatter_px2 = 0;
+    for (const Eigen::Vector2d& board : boards) scatter_px2 += (board - mean).squaredNorm();
+    sum_px2 += mean.squaredNorm() - scatter_px2 / (count - 1) / count;
+    ++cells;
   }
-  return static_cast<double>(std::count(seen.begin(), seen.end(), true)) / static_cast<double>(seen.size());
+  if (cells == 0) return std::nullopt;
+  return std::sqrt(std::max(0.0, sum_px2 / cells));
 }
 
 }  // namespace ballservo
