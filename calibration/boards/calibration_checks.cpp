@@ -60,16 +60,13 @@ std::string why_no_focal_length(const BoardAdjustment& adjustment) {
   if (one_angle && one_distance)
     return "all pictures show the board at nearly one angle and one distance, so that a longer lens farther "
            "away would give the same pictures. Tilt the board by 20 to 40 degrees, to different sides, and "
-           "take "
-           "pictures from near and from far";
+           "take pictures from near and from far";
   if (one_angle)
     return "all pictures show the board at nearly one angle, so that a longer lens farther away would give "
-           "the "
-           "same pictures. Tilt the board by 20 to 40 degrees, to different sides";
+           "the same pictures. Tilt the board by 20 to 40 degrees, to different sides";
   if (one_distance)
     return "all pictures show the board at nearly one distance, and its tilt tells too little. Fill the "
-           "picture "
-           "with the board in some, and take others from twice as far";
+           "picture with the board in some, and take others from twice as far";
   return "the boards are too few or too small in the picture";
 }
 
@@ -174,11 +171,10 @@ void require_one_camera(const std::vector<BoardView>& views, const BoardAdjustme
   std::array<std::vector<std::string>, 2> names;
   for (std::size_t v = 0; v < views.size(); ++v) names[mixture->second[v] ? 1 : 0].push_back(views[v].name);
   throw Refusal(fmt::format(
-      "The pictures seem to come from two cameras (or from one whose zoom or focus changed): {} give a "
-      "focal length of {:.1f} px and a principal point of ({:.1f}, {:.1f}), {} {:.1f} px and ({:.1f}, "
-      "{:.1f}); together they fit with an RMS of {:.2f} px, apart with {:.2f}. Calibrate each camera from "
-      "its "
-      "own pictures, with autofocus off.",
+      "The pictures seem to come from two cameras (or from one whose zoom or focus changed): {} give a focal "
+      "length of {:.1f} px and a principal point of ({:.1f}, {:.1f}), {} {:.1f} px and ({:.1f}, {:.1f}); "
+      "together they fit with an RMS of {:.2f} px, apart with {:.2f}. Calibrate each camera from its own "
+      "pictures, with autofocus off.",
       fmt::join(names[0], ", "), mixture->first_camera.fx_px, mixture->first_camera.cx_px,
       mixture->first_camera.cy_px, fmt::join(names[1], ", "), mixture->second_camera.fx_px,
       mixture->second_camera.cx_px, mixture->second_camera.cy_px, mixture->rms_together_px,
@@ -196,8 +192,7 @@ std::string lens_misfit(const std::vector<BoardView>& views, const std::vector<L
     return fmt::format(
         "the lens model {} does not explain these pictures (RMS {:.2f} px); {} does ({:.2f} px), but is not "
         "determined over the whole picture: bring the board into the picture's corners, or give --model {} "
-        "to take "
-        "it as it is",
+        "to take it as it is",
         lens_model_name(p.model), adjustment.rms_px, other, fit.rms_px, other);
   }
   std::vector<LensModel> others;
@@ -225,8 +220,7 @@ std::string lens_misfit(const std::vector<BoardView>& views, const std::vector<L
   if (structure_px && *structure_px > max_structure_share * adjustment.rms_px)
     return fmt::format(
         "no lens model explains these pictures: {:.2f} px of {}'s RMS of {:.2f} px depend on the place in "
-        "the "
-        "picture. Is the board flat, the shutter global, every picture sharp?",
+        "the picture. Is the board flat, the shutter global, every picture sharp?",
         *structure_px, name, adjustment.rms_px);
   return "";
 }
@@ -254,8 +248,7 @@ std::vector<std::string> calibration_warnings(const std::vector<BoardView>& view
   if (!calibration.ball_sigma_mm)
     warnings.push_back(
         "the parameters are too uncertain to tell what that does to a ball: take more pictures, or a lens "
-        "model "
-        "with fewer coefficients");
+        "model with fewer coefficients");
   const CameraParameters& p = calibration.camera.parameters();
   if (!covers_picture(p))
     warnings.push_back(
