@@ -16,7 +16,6 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/pictures/image_file.hpp"
-#include "calibration/pictures/image_orientation.hpp"
 
 namespace fs = std::filesystem;
 
