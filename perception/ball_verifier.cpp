@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <cstdlib>
 
 #include "perception/outline/paper_refinement.hpp"
 
@@ -12,6 +13,10 @@ namespace {
 // fills its circle so far: then there may be an outline around it, its radius larger by up to a part of the
 // circle's.
 constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
+
+// A small ball, or one of less quality, is looked at again; and is none where the odds are worse than that.
+constexpr double large_radius_px = 12, clear_quality = 0.75;
+static const double least_log_odds = getenv("LLO") ? atof(getenv("LLO")) : -1;
 
 constexpr const char* no_edge = "no edge along the circle";
 
@@ -58,6 +63,16 @@ const VerifiedCandidate& BallVerifier::verify(const ClassView& view, const Voted
     else
       verdict.reason = no_edge;
   }
+  return looked_at_again(view, candidate);
+}
+
+// Where a ball is expected, less suffices, and nothing is looked at again.
+const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, VerifiedCandidate& candidate) {
+  const OutlineEllipse& outline = candidate.fit.ball.outline;
+  const bool in_doubt = outline.radius_px < large_radius_px || candidate.verdict.quality < clear_quality;
+  if (candidate.is_ball() && in_doubt && view.min_quality >= min_ball_quality &&
+      second_look_.log_odds(view.bgr, view.colored, outline) < least_log_odds)
+    candidate.verdict.reason = "contour and shading are no ball's";
   return candidate;
 }
 
@@ -88,7 +103,7 @@ const VerifiedCandidate& BallVerifier::verify_frayed(const ClassView& view, cons
     around.quality = std::max(around.quality, share_on_outline(around_.fit));
   }
   const bool says_more = around_.is_ball() && !(voted.is_ball() && around.quality <= voted.verdict.quality);
-  return says_more ? around_ : voted;
+  return says_more ? looked_at_again(view, around_) : voted;
 }
 
 std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, const TangentCone& start,

@@ -11,6 +11,7 @@
 #include "perception/candidates/outline_scout.hpp"
 #include "perception/detector_options.hpp"
 #include "perception/judgement/ball_judge.hpp"
+#include "perception/judgement/second_look.hpp"
 #include "perception/outline/ball_fitter.hpp"
 #include "perception/outline/cone_fit.hpp"
 
@@ -73,6 +74,7 @@ class BallVerifier {
  private:
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
                 VerifiedCandidate& candidate);
+  const VerifiedCandidate& looked_at_again(const ClassView& view, VerifiedCandidate& candidate);
   BallJudge judge(const ClassView& view) const { return {view, *rays_, options_.judge}; }
   BallRadius radius(const ClassView& view) const { return options_.radius_of(view.colored.color_class); }
 
@@ -81,6 +83,7 @@ class BallVerifier {
   BoundaryCone boundary_cone_;
   BallFitter fitter_;
   ScoutedOutline scouted_;
+  SecondLook second_look_;
   VerifiedCandidate voted_, around_;
 };
 

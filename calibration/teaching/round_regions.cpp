@@ -173,7 +173,7 @@ Eigen::Vector3d mean_color(const cv::Mat3f& lab, const Placed& region) {
 
 /// The pixels inside the outline that have the ball's hue.
 void find_mask(const cv::Mat3f& lab, RoundRegion& region) {
-  const BallEvidence& e = region.evidence;
+  const CircleEvidence& e = region.evidence;
   const double reach = e.radius_px * 2;
   const cv::Rect box = cv::Rect(cvFloor(e.center_px.x() - reach), cvFloor(e.center_px.y() - reach),
                                 cvCeil(2 * reach) + 1, cvCeil(2 * reach) + 1) &
@@ -212,7 +212,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
   std::vector<Judged> judged;
   std::vector<std::pair<Ellipse, Placed>> ellipses;
   CircleVoter voter;
-  const auto keep = [&](const BallEvidence& e, bool smeared) {
+  const auto keep = [&](const CircleEvidence& e, bool smeared) {
     const cv::Rect2d picture(-0.5, -0.5, lab.cols, lab.rows);
     if (e.log_odds() < least_log_odds || !picture.contains({e.center_px.x(), e.center_px.y()})) return;
     RoundRegion region;
@@ -233,7 +233,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
     });
     // A fist around a ball is round as well.
     if (known || hue_agreement(placed, result.chroma) < min_hue_agreement) return;
-    const BallEvidence e = ball_evidence(lab, *outline, color);
+    const CircleEvidence e = circle_evidence(lab, *outline, color);
     judged.push_back({*outline, hue, same_place});
     if (e.log_odds() > sure_log_odds) judged.push_back({{e.center_px, e.radius_px}, hue, drawn_place});
     keep(e, false);
@@ -256,7 +256,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
   if (nothing_round) {
     for (const auto& [ellipse, placed] : ellipses) {
       if (hue_agreement(placed, result.chroma) < min_hue_agreement) continue;
-      BallEvidence e = ball_evidence(lab, ellipse.outline, mean_color(lab, placed));
+      CircleEvidence e = circle_evidence(lab, ellipse.outline, mean_color(lab, placed));
       e.center_px = ellipse.outline.center_px;
       e.radius_px = ellipse.outline.radius_px;
       e.contour = 3 * (ellipse.fill - 0.6);  // the rim itself is smeared

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calibration/teaching/ball_evidence.hpp"
+#include "calibration/circles/circle_evidence.hpp"
 
 namespace ballservo {
 
@@ -23,7 +23,7 @@ struct RegionSearchOptions {
 struct RoundRegion {
   Eigen::Vector2d center_px{0, 0};  ///< in the picture as given
   double radius_px = 0;
-  BallEvidence evidence;  ///< its circle is that of the working picture
+  CircleEvidence evidence;  ///< its circle is that of the working picture
   bool smeared = false;   ///< an ellipse, as motion makes of a ball
   cv::Mat mask;           ///< CV_8U, 255 where the ball's hue is; empty for a disc that the user pointed at
   cv::Point mask_origin;  ///< where the mask's top left pixel lies in the working picture

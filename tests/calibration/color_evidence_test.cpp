@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "calibration/teaching/ball_evidence.hpp"
+#include "calibration/circles/circle_evidence.hpp"
 #include "calibration/teaching/chroma_picture.hpp"
 #include "calibration/teaching/round_regions.hpp"
 #include "tests/calibration/color_pictures.hpp"
@@ -30,13 +30,13 @@ cv::Mat polygon(int corners, double radius_px) {
   return result;
 }
 
-BallEvidence evidence_at(const cv::Mat& picture, double radius_px) {
+CircleEvidence evidence_at(const cv::Mat& picture, double radius_px) {
   const cv::Mat3f lab = lab_image(picture);
   const cv::Vec3f c = lab(120, 160);
-  return ball_evidence(lab, {{160, 120}, radius_px}, {c[0], c[1], c[2]});
+  return circle_evidence(lab, {{160, 120}, radius_px}, {c[0], c[1], c[2]});
 }
 
-TEST(BallEvidence, SquaresAndHexagonsAreTellablyNoCircles) {
+TEST(CircleEvidence, SquaresAndHexagonsAreTellablyNoCircles) {
   for (const double radius_px : {6.0, 9.0, 12.0, 30.0}) {
     const double circle = evidence_at(polygon(90, radius_px), radius_px).contour;
     EXPECT_LT(evidence_at(polygon(4, 1.2 * radius_px), radius_px).contour, circle - 0.5) << radius_px;
@@ -48,25 +48,25 @@ TEST(BallEvidence, SquaresAndHexagonsAreTellablyNoCircles) {
   }
 }
 
-TEST(BallEvidence, TheShadingOfASphereSpeaksForABall) {
+TEST(CircleEvidence, TheShadingOfASphereSpeaksForABall) {
   cv::Mat ball = grey_picture();
   draw_shaded_ball(ball, 160, 120, 25, red_paint);
-  const BallEvidence round = evidence_at(ball, 25), flat = evidence_at(polygon(90, 25), 25);
+  const CircleEvidence round = evidence_at(ball, 25), flat = evidence_at(polygon(90, 25), 25);
   EXPECT_GT(round.shading, 0.9);
   EXPECT_GT(round.relief, 0.15);
   EXPECT_LT(flat.relief, 0.03);
   EXPECT_GT(round.log_odds(), flat.log_odds() + 4);
 }
 
-TEST(BallEvidence, ARoughCircleIsDrawnToTheRim) {
+TEST(CircleEvidence, ARoughCircleIsDrawnToTheRim) {
   cv::Mat ball = grey_picture();
   draw_shaded_ball(ball, 163.3, 117.6, 25, green_paint);
-  const BallEvidence e = evidence_at(ball, 21);
+  const CircleEvidence e = evidence_at(ball, 21);
   EXPECT_LT((e.center_px - Eigen::Vector2d(163.3, 117.6)).norm(), 0.3);
   EXPECT_NEAR(e.radius_px, 25, 0.6);
 }
 
-TEST(BallEvidence, HalfABallBehindASheetIsStillABall) {
+TEST(CircleEvidence, HalfABallBehindASheetIsStillABall) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 160, 120, 30, yellow_paint);
   cv::rectangle(picture, cv::Rect(165, 0, 60, 240), {120, 60, 60}, cv::FILLED);
@@ -78,7 +78,7 @@ TEST(BallEvidence, HalfABallBehindASheetIsStillABall) {
   EXPECT_GT(regions[0].evidence.log_odds(), 2);
 }
 
-TEST(BallEvidence, ABallBeforeAWallOfItsHueIsFoundByItsLightness) {
+TEST(CircleEvidence, ABallBeforeAWallOfItsHueIsFoundByItsLightness) {
   cv::Mat picture(240, 320, CV_8UC3, cv::Scalar(150, 200, 140));
   draw_shaded_ball(picture, 160, 120, 20, 0.4 * Eigen::Vector3d(0.3, 0.58, 0.26));
   add_noise(picture, 2, 4);

@@ -1,11 +1,11 @@
-#include "calibration/teaching/ball_evidence.hpp"
+#include "calibration/circles/circle_evidence.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <boost/container/static_vector.hpp>
 #include <cmath>
-#include <vector>
 
 #include "calibration/base/statistics.hpp"
 
@@ -13,6 +13,12 @@ namespace ballservo {
 namespace {
 
 constexpr int ray_count = 64;
+/// Samples of a disc: a square of 25 to either side, or of 47 where there are less than two pixels a sample.
+constexpr std::size_t most_samples = 2304, most_along_ray = 128;
+template <class T>
+using Samples = boost::container::static_vector<T, most_samples>;
+template <class T>
+using RaySamples = boost::container::static_vector<T, most_along_ray>;
 constexpr double alike_enough = 0.3;
 constexpr double pi = 3.14159265358979323846;
 
@@ -68,8 +74,8 @@ std::array<Edge, ray_count> edges_of(const cv::Mat3f& lab, const Outline& circle
   const int half = std::max(2, static_cast<int>(std::lround(std::max(1.0, 0.08 * circle.radius_px) / step)));
   const int first = static_cast<int>(nearest * circle.radius_px / step) - half,
             last = static_cast<int>(farthest * circle.radius_px / step) + half + 2;
-  std::vector<cv::Vec3f> color(static_cast<std::size_t>(last - first));
-  std::vector<double> alike(color.size()), score(color.size());
+  RaySamples<cv::Vec3f> color(static_cast<std::size_t>(last - first));
+  RaySamples<double> alike(color.size()), score(color.size());
   static const auto rays = directions();
   std::array<Edge, ray_count> edges;
   for (int k = 0; k < ray_count; k += stride) {
@@ -139,12 +145,12 @@ Harmonics fit(const std::array<Edge, ray_count>& edges, const Outline& circle) {
   return x;
 }
 
-void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& like, BallEvidence& result) {
+void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& like, CircleEvidence& result) {
   const Eigen::Matrix2d to_unit = circle.shape.inverse() / circle.radius_px;
   const double reach = 0.88 * circle.radius_px * circle.shape.norm() / std::sqrt(2.0);
   const int step = std::max(1, static_cast<int>(reach / 12));
-  std::vector<Eigen::Vector4d> normals;
-  std::vector<double> light;
+  Samples<Eigen::Vector4d> normals;
+  Samples<double> light;
   int all = 0;
   double filled = 0;
   Eigen::Vector3d color(0, 0, 0);
@@ -159,7 +165,7 @@ void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& 
       const cv::Vec3f c = lab(y, x);
       const double alike = like(c);
       filled += alike;
-      if (alike < alike_enough) continue;
+      if (alike < alike_enough || light.size() == light.capacity()) continue;
       color += Eigen::Vector3d(c[0], c[1], c[2]);
       const double f = (c[0] + 16) / 116;
       normals.emplace_back(1, n.x(), n.y(), std::sqrt(1 - n.squaredNorm()));
@@ -169,7 +175,7 @@ void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& 
   result.filled = all > 0 ? filled / all : 0;
   if (!light.empty()) result.color = color / static_cast<double>(light.size());
   if (light.size() < 12) return;
-  std::vector<double> weight(light.size(), 1);
+  Samples<double> weight(light.size(), 1.0);
   Eigen::Vector4d x;
   for (int round = 0; round < 5; ++round) {
     Eigen::Matrix4d normal = 1e-6 * Eigen::Matrix4d::Identity();
@@ -179,7 +185,7 @@ void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& 
       right += weight[i] * light[i] * normals[i];
     }
     x = normal.ldlt().solve(right);
-    std::vector<double> off;
+    Samples<double> off;
     for (std::size_t i = 0; i < light.size(); ++i) off.push_back(std::abs(light[i] - x.dot(normals[i])));
     const double scale = 3 * 1.4826 * upper_median(off) + 1e-4;
     for (std::size_t i = 0; i < light.size(); ++i) {
@@ -211,7 +217,7 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
   };
   Contour result;
   int seen = 0, on = 0;
-  std::vector<double> off, contrast;
+  boost::container::static_vector<double, ray_count> off, contrast;
   for (int k = 0; k < ray_count; ++k) {
     if (!edges[k].in_picture) continue;
     ++seen;
@@ -237,19 +243,19 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
 
 }  // namespace
 
-double BallEvidence::sphere() const { return shading * std::min(1.0, relief / 0.15); }
+double CircleEvidence::sphere() const { return shading * std::min(1.0, relief / 0.15); }
 
-double BallEvidence::log_odds() const {
+double CircleEvidence::log_odds() const {
   return -4 + std::clamp(8 * contour, -8.0, 10.0) + 8 * sphere() - 4.5 +
          std::clamp(4 * std::log(std::max(1.0, color.tail<2>().norm()) / 25), -6.0, 2.0) +
          std::clamp(std::log(std::max(1.0, edge) / 12), -1.5, 1.5) -
          std::min(3.0, std::max(0.0, ellipse - 0.03) / 0.03);
 }
 
-BallEvidence ball_evidence(const cv::Mat3f& lab, const Outline& outline, const Eigen::Vector3d& color) {
+CircleEvidence circle_evidence(const cv::Mat3f& lab, const Outline& outline, const Eigen::Vector3d& color) {
   const Likeness like(color);
   Outline circle = outline;
-  BallEvidence result;
+  CircleEvidence result;
   Harmonics x;
   Contour contour;
   for (int round = 0;; ++round) {

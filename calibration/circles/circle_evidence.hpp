@@ -13,7 +13,7 @@ struct Outline {
   Eigen::Matrix2d shape = Eigen::Matrix2d::Identity();
 };
 
-struct BallEvidence {
+struct CircleEvidence {
   Eigen::Vector2d center_px{0, 0};  ///< of the circle through the edges found
   double radius_px = 0;
   double contour = 0;   ///< log likelihood ratio of the rim: circle against any star-shaped outline
@@ -33,7 +33,7 @@ struct BallEvidence {
 };
 
 /// Measures in a picture (L, a, b) around `outline`, of what has `color` (L, a, b) in whatever light.
-BallEvidence ball_evidence(const cv::Mat3f& lab, const Outline& outline, const Eigen::Vector3d& color);
+CircleEvidence circle_evidence(const cv::Mat3f& lab, const Outline& outline, const Eigen::Vector3d& color);
 
 /// The pixels that have `color` in whatever light: CV_8U, 0 or 255.
 cv::Mat ball_pixels(const cv::Mat3f& lab, const Eigen::Vector3d& color);

@@ -1,0 +1,48 @@
+#include "perception/judgement/second_look.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/circles/circle_evidence.hpp"
+#include "calibration/color/color_space.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr double fine_radius_px = 24;  // larger balls are looked at as if they were about that large
+constexpr double reach_radii = 1.7, margin_px = 4;
+constexpr int least_pixels = 6, least_side_px = 4;
+
+}  // namespace
+
+double SecondLook::log_odds(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline) {
+  const Eigen::Vector2d& center = outline.center_px;
+  const double reach = reach_radii * outline.radius_px + margin_px;
+  const cv::Rect around(static_cast<int>(center.x() - reach), static_cast<int>(center.y() - reach),
+                        static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
+  const cv::Rect box = around & cv::Rect({0, 0}, bgr.size());
+  const int stride = std::max(1, static_cast<int>(outline.radius_px / fine_radius_px));
+  const cv::Size size(box.width / stride, box.height / stride);
+  if (size.width < least_side_px || size.height < least_side_px) return 0;
+  lab_.resize(static_cast<std::size_t>(size.area()));
+  Eigen::Vector3d sum(0, 0, 0);
+  int count = 0;
+  for (int row = 0; row < size.height; ++row) {
+    for (int column = 0; column < size.width; ++column) {
+      const int u = box.x + stride * column, v = box.y + stride * row;
+      const cv::Vec3b& c = bgr.at<cv::Vec3b>(v, u);
+      const Eigen::Vector3d lab = lab_from_bgr(c[0], c[1], c[2]);
+      lab_[static_cast<std::size_t>(row * size.width + column)] = cv::Vec3d(lab[0], lab[1], lab[2]);
+      const bool inside = (Eigen::Vector2d(u, v) - center).norm() < outline.radius_px;
+      if (!inside || !colored.knows(u, v) || !colored.at(u, v)) continue;
+      sum += lab;
+      ++count;
+    }
+  }
+  if (count < least_pixels) return 0;
+  const cv::Mat3f lab(size.height, size.width, lab_.data());
+  const Eigen::Vector2d at((center.x() - box.x) / stride, (center.y() - box.y) / stride);
+  return circle_evidence(lab, {at, outline.radius_px / stride}, sum / count).log_odds();
+}
+
+}  // namespace ballservo
