@@ -6,9 +6,11 @@
 // sqrt(depth) + O(depth), so the square root and the ramp carry the shading, and t0 stays the geometric edge.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <optional>
 
+#include "perception/outline/camera_response.hpp"
 #include "perception/segmentation/instructions.hpp"
 
 namespace ballservo {
@@ -68,6 +70,22 @@ struct EdgeProfileFit {
 
 /// Fits the profile by damped Gauss-Newton; nothing where there is no clear edge within reach.
 std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, double start_offset_px,
+                                               const EdgeProfilePrior& prior,
+                                               const EdgeProfileOptions& options);
+
+/// The light (BGR) on both sides of an edge.
+struct EdgeColors {
+  Eigen::Array3f inside, outside;
+};
+
+/// The luma (Rec. 601) of such a light as the camera stores it: a sum of grey levels, not of light.
+float luma(const Eigen::Array3f& light, const CameraResponse& response);
+
+/// Fits the same profile to samples of luma, which is what a coded picture keeps at full resolution. The
+/// light at each pixel is a mix of both sides, O Phi((t - t0)/s) times the one outside, and the rest of the
+/// profile times the one inside, in percent. `start`: a fit of this edge's colours.
+std::optional<EdgeProfileFit> fit_luma_profile(const EdgeSamples& samples, const EdgeColors& colors,
+                                               const CameraResponse& response, const EdgeProfileFit& start,
                                                const EdgeProfilePrior& prior,
                                                const EdgeProfileOptions& options);
 
