@@ -6,7 +6,7 @@
 #include "calibration/circles/circle_vote.hpp"
 #include "calibration/color/color_table.hpp"
 #include "perception/judgement/outline_support.hpp"
-#include "perception/outline/fitted_ball.hpp"
+#include "perception/outline/ball_fitter.hpp"
 
 namespace ballservo {
 

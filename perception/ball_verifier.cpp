@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "perception/outline/ball_position.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
 namespace {

@@ -12,7 +12,7 @@
 #include "perception/detector_options.hpp"
 #include "perception/judgement/ball_judge.hpp"
 #include "perception/outline/ball_fitter.hpp"
-#include "perception/outline/boundary_cone.hpp"
+#include "perception/outline/cone_fit.hpp"
 
 namespace ballservo {
 

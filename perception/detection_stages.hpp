@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -24,7 +23,6 @@ struct DetectionStages {
         outline;  ///< of the region, as far as no earlier circle took it away (picture px)
     std::vector<BoundaryPixel> removed;  ///< what this circle takes away
     VoteHistogram votes;                 ///< over undistorted px, relative to the principal point
-    std::vector<std::uint16_t> radius_votes;
     CircleEstimate estimate;
     std::vector<Eigen::Vector2d> estimate_outline_px;  ///< the voted circle in the picture as given
     std::vector<Eigen::Vector2d> ring_px;              ///< pixels or edge points that the refinement used

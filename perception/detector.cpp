@@ -5,9 +5,13 @@
 #include <utility>
 
 #include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
+#include "calibration/base/range_check.hpp"
 
 namespace ballservo {
 namespace {
+
+constexpr int worth_sharing_px = 100000;  // below, threads cost more to wake than they save
 
 const DetectorOptions& valid(const DetectorOptions& options) {
   options.validate();
@@ -49,11 +53,36 @@ void drop_repeated(std::vector<BallObservation>& balls) {
 
 }  // namespace
 
+BallRadius DetectorOptions::radius_of(ClassIndex color_class) const {
+  const std::size_t index = static_cast<std::size_t>(color_class) - 1;
+  return color_class != no_class && index < radii.size() ? radii[index] : BallRadius{};
+}
+
+void DetectorOptions::validate() const {
+  FaultList faults;
+  check_range(faults, "max_regions", max_regions, 1, 1 << 20);
+  check_range(faults, "max_runs", max_runs, 1, 1 << 24);
+  check_range(faults, "threads", threads, 1, most_threads);
+  check_range(faults, "oval_fraction", oval_fraction, 0, 0.3);
+  for (const BallRadius& radius : radii) {
+    if (!(radius.radius_m >= 0) || !std::isfinite(radius.radius_m))
+      faults.add("radii", number_text(radius.radius_m), "a positive length (m), or 0 where unknown");
+    if (!(radius.sigma_m >= 0) || !std::isfinite(radius.sigma_m))
+      faults.add("radii", number_text(radius.sigma_m), "a sigma of 0 or more (m)");
+  }
+  check_range(faults, "judge.max_leak", judge.max_leak, 0, 1);
+  check_range(faults, "judge.max_small_leak", judge.max_small_leak, 0, 1);
+  check_range(faults, "judge.min_shading_explained", judge.min_shading_explained, 0, 1);
+  check_range(faults, "judge.min_enclosing_edge", judge.min_enclosing_edge, 0, 1);
+  check_range(faults, "judge.min_expected_edge", judge.min_expected_edge, 0, 1);
+  faults.throw_if_any();
+}
+
 Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const ColorTable> colors,
                    const DetectorOptions& options)
     : rays_(std::move(rays)),
       options_(valid(options)),
-      segmenter_(std::move(colors), options.threads),
+      colors_(std::move(colors)),
       regions_(options.max_runs),
       search_(rays_, options) {}
 
@@ -66,12 +95,13 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
   const cv::Rect seen = window.empty() ? everywhere : window & everywhere;
   if (seen.empty()) return balls_;
 
-  const SegmentedWindow& segmented = segmenter_.segment(bgr, seen);
+  segment(bgr, seen);
   if (stages) {
     const auto numbers = [&](const ClassPictures& classes) { return class_numbers(classes, seen.size()); };
-    *stages = {seen, numbers(segmented.classified), numbers(segmented.opened), numbers(segmented.closed), {}};
+    *stages = {
+        seen, numbers(segmented_.classified), numbers(segmented_.opened), numbers(segmented_.closed), {}};
   }
-  regions_.update(segmented.closed, seen.size());
+  regions_.update(segmented_.closed, seen.size());
   left_out_.shorter_px = regions_.shortest_run_px() > 1 ? regions_.shortest_run_px() : 0;
   left_out_.regions = choose_regions(regions_.regions(), 2 * min_ball_radius_px * min_ball_radius_px,
                                      options_.max_regions, chosen_);
@@ -95,9 +125,10 @@ std::optional<BallObservation> Detector::find_expected(
   if (options_.fit != BallFit::sphere) return std::nullopt;
   const cv::Rect seen = window & cv::Rect({0, 0}, bgr.size());
   if (seen.empty()) return std::nullopt;
-  const ClassPictures& classes = segmenter_.segment(bgr, seen).closed;
-  if (expected.color_class == no_class || expected.color_class > classes.size()) return std::nullopt;
-  const ColoredPixels colored{expected.color_class, classes[expected.color_class - 1u], seen.tl()};
+  segment(bgr, seen);
+  if (expected.color_class == no_class || expected.color_class > segmented_.closed.size())
+    return std::nullopt;
+  const ColoredPixels colored{expected.color_class, segmented_.closed[expected.color_class - 1u], seen.tl()};
   const ClassView view{bgr, colored, response(), expected.min_quality};
   const int rings = rings_over(expected.spread_px, expected.reach_px);
   const double spacing_rad = expected.spread_px / std::max(1, rings) / rays_->camera().focal_px();
@@ -124,6 +155,14 @@ bool Detector::fit_sphere(const cv::Mat& bgr, const UndistortedCircle& circle,
   if (!voted.cone) return false;
   const TangentCone rough = search_.verifier().rough_cone(voted, boundary);
   return search_.verifier().fit_sphere(bgr, response(), voted, rough, boundary, {}, fit);
+}
+
+// Stages 1 and 2.
+void Detector::segment(const cv::Mat& bgr, const cv::Rect& window) {
+  const int threads = window.area() >= worth_sharing_px ? options_.threads : 1;
+  classify(bgr(window), colors_, segmented_.classified, ClassificationKernel::fastest, threads);
+  morphology_.open(segmented_.classified, segmented_.opened);
+  morphology_.close(segmented_.opened, segmented_.closed);
 }
 
 void Detector::check(const cv::Mat& bgr) const {

@@ -14,8 +14,9 @@
 #include "perception/detector_options.hpp"
 #include "perception/outline/camera_response.hpp"
 #include "perception/region_search.hpp"
+#include "perception/segmentation/classification.hpp"
+#include "perception/segmentation/morphology.hpp"
 #include "perception/segmentation/regions.hpp"
-#include "perception/segmentation/segmenter.hpp"
 
 namespace ballservo {
 
@@ -61,9 +62,9 @@ class Detector {
 
   const DetectorOptions& options() const { return options_; }
   const RayTable& rays() const { return *rays_; }
-  const ColorTable& colors() const { return segmenter_.colors(); }
+  const ColorTable& colors() const { return colors_.colors(); }
   /// Looks colours up for another light than the taught one.
-  void set_light(const LightCells& light) { segmenter_.set_light(light); }
+  void set_light(const LightCells& light) { colors_.set_light(light); }
   /// What there was too much of for the last `detect` to look at.
   const LeftOut& left_out() const { return left_out_; }
 
@@ -78,12 +79,19 @@ class Detector {
   void doubt_response() { response_belief_.doubt(); }
 
  private:
+  // A window as classified, without specks, and without holes.
+  struct Segmented {
+    ClassPictures classified, opened, closed;
+  };
   void check(const cv::Mat& bgr) const;
+  void segment(const cv::Mat& bgr, const cv::Rect& window);
   bool learn_response(const cv::Mat& bgr);
 
   std::shared_ptr<const RayTable> rays_;
   DetectorOptions options_;
-  Segmenter segmenter_;
+  ColorLookup colors_;
+  ClassMorphology morphology_;
+  Segmented segmented_;
   RegionMap regions_;
   std::vector<int> chosen_;  // regions
   RegionSearch search_;

@@ -6,7 +6,7 @@
 
 #include "calibration/color/color_table.hpp"
 #include "perception/judgement/ball_judge.hpp"
-#include "perception/outline/fitted_ball.hpp"
+#include "perception/outline/ball_fitter.hpp"
 
 namespace ballservo {
 

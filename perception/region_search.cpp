@@ -126,7 +126,6 @@ void RegionSearch::show(int region, ClassIndex color_class, const VotedCircle& c
   shown.color_class = color_class;
   shown.outline = unexplained_.pixels;
   shown.votes = voter_.histogram();
-  shown.radius_votes = voter_.radius_histogram();
   shown.estimate = circle.estimate;
   shown.accepted = candidate.is_ball();
   shown.reason = shown.accepted ? "" : candidate.verdict.reason;

@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "servo/motion/motion_predictor.hpp"
+#include "servo/motion/motion_history.hpp"
 #include "servo/simulation/world/collision.hpp"
 
 namespace ballservo {
@@ -57,7 +57,7 @@ Points contact_points(const Scenario& scenario, const std::string& touched, cons
   Points points = outline_points(scenario.world, touched, {pose.x_m, pose.y_m});
   points.erase(std::remove_if(points.begin(), points.end(),
                               [&](const Eigen::Vector2d& p) {
-                                return footprint_distance(scenario.robot.footprint, in_robot_frame(pose, p)) >
+                                return scenario.robot.footprint.distance_m(in_robot_frame(pose, p)) >
                                        contact_m;
                               }),
                points.end());

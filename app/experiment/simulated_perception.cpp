@@ -5,8 +5,7 @@
 #include "app/io/ball_rows.hpp"
 #include "app/loop/image_perception.hpp"
 #include "calibration/base/fault.hpp"
-#include "servo/simulation/robot/floor_sensor.hpp"
-#include "servo/simulation/robot/geometric_ball_sensor.hpp"
+#include "servo/simulation/robot/geometric_sensors.hpp"
 
 namespace ballservo {
 

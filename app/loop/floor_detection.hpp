@@ -8,7 +8,6 @@
 #include "calibration/camera/camera.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "perception/floor_finder.hpp"
-#include "servo/avoidance/floor_fan.hpp"
 #include "servo/avoidance/floor_scan.hpp"
 
 namespace ballservo {

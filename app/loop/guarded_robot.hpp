@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "app/loop/loop.hpp"
-#include "servo/avoidance/sonar_watch.hpp"
+#include "servo/avoidance/sonar.hpp"
 
 namespace ballservo {
 

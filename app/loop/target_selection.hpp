@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "perception/tracking/tracker.hpp"
-#include "servo/motion/mount.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

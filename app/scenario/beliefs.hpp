@@ -2,7 +2,7 @@
 #pragma once
 
 #include "calibration/camera/camera.hpp"
-#include "servo/motion/mount.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

@@ -4,7 +4,7 @@
 
 #include <variant>
 
-#include "servo/simulation/world/path_planner.hpp"
+#include "servo/simulation/world/collision.hpp"
 
 namespace ballservo {
 

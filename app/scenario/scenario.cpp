@@ -129,9 +129,9 @@ void declare_pose(OptionVisitor& v, Pose2& pose) {
 /// A fault of one transducer or of an array of eight.
 void declare_sonar_fault(OptionVisitor& v, std::vector<SonarFault>& faults) {
   using Kind = SonarFault::Kind;
-  const std::vector<Kind> kinds{Kind::dead, Kind::stuck, Kind::reads_long, Kind::late};
   SonarFault fault;
-  v.one_of("type", fault.kind, names_of(kinds, sonar_fault_name),
+  v.one_of("type", fault.kind,
+           {{"dead", Kind::dead}, {"stuck", Kind::stuck}, {"long", Kind::reads_long}, {"late", Kind::late}},
            "silent, repeating its first answer, reading too long, answering late", required);
   v.number("from_s", fault.from_s, NumberRange::within(0, 3600, "s"), "the fault begins");
   v.only_if(fault.kind == Kind::reads_long, "type: long", [&] {

@@ -56,8 +56,6 @@ class CircleVoter {
   std::optional<CircleEstimate> estimate(const std::vector<BoundaryPoint>& points, RandomEngine& engine);
 
   const VoteHistogram& histogram() const { return histogram_; }  ///< of the last call
-  /// 1 px cells, of the last call.
-  const std::vector<std::uint16_t>& radius_histogram() const { return radii_; }
 
  private:
   bool set_up_histogram(const std::vector<BoundaryPoint>& points);

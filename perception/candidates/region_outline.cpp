@@ -1,13 +1,242 @@
 #include "perception/candidates/region_outline.hpp"
 
-#include "perception/candidates/region_shape.hpp"
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
 namespace {
 
+constexpr int word_bits = BitPicture::word_bits;
+
+struct Move {
+  std::int8_t du = 0, dv = 0;
+};
+
+// A pixel that shares an edge comes before one that shares a corner: else it would be left behind.
+constexpr std::array<Move, 8> moves{Move{1, 0}, Move{0, 1},  Move{-1, 0},  Move{0, -1},
+                                    Move{1, 1}, Move{-1, 1}, Move{-1, -1}, Move{1, -1}};
+
+// Where to go from the middle of 3x3 pixels, by which of them wait: bit 3 (dv + 1) + du + 1. (0, 0) where
+// none does.
+constexpr std::array<Move, 512> make_next_moves() {
+  std::array<Move, 512> table{};
+  for (unsigned around = 0; around < 512; ++around) {
+    for (std::size_t i = moves.size(); i-- > 0;) {
+      if (around >> (3 * (moves[i].dv + 1) + moves[i].du + 1) & 1) table[around] = moves[i];
+    }
+  }
+  return table;
+}
+constexpr std::array<Move, 512> next_moves = make_next_moves();
+
+// The pixels u - 1 to u + 1 of a row.
+unsigned three(const std::uint64_t* row, int u) {
+  const int w = (u - 1) / word_bits, shift = (u - 1) % word_bits;
+  std::uint64_t bits = row[w] >> shift;
+  if (shift > word_bits - 3) bits |= row[w + 1] << (word_bits - shift);
+  return static_cast<unsigned>(bits & 7);
+}
+
+// How far (px) the flattest arc rises over its chord on the length of a side, and what still passes for none.
+constexpr double arc_rise_px = 1.3, straight_rise_px = 0.6;
+// Pixels of a straight side scatter by 0.29 px about it, and noise and texture roughen it.
+constexpr double max_scatter_px = 0.6;
+constexpr std::size_t least_points = 6;
+// Along a line that is neither level nor diagonal pixels take a longer way than its length: by 8 % at most.
+constexpr double way_of_pixels = 1.08;
+
+constexpr double half_pi = 1.57079632679489662;
+// The outline of a smaller thing may be any; one of under 5 px radius may fill its box.
+constexpr std::size_t least_outline_px = 16, least_box_outline_px = 28;
+constexpr int turns = 12;
+constexpr std::size_t most_points = 64;  // for the ellipse: enough
+// Pixels scatter by 0.29 px about a smooth outline. A ball smeared by its own motion is longer than broad
+// too, but rarely so much.
+constexpr double smooth_residual_px = 0.4, least_axis_ratio = 0.82;
+// Above what fills a disc, or what a straight edge leaves of it: 0.79 at most.
+constexpr double most_box_fill = 0.87;
+
+// All turns of the rectangle at once.
+double box_fill(const std::vector<BoundaryPixel>& outline, int pixels) {
+  using Turns = Eigen::Array<float, turns, 1>;
+  const Turns angle = Turns::LinSpaced(0, static_cast<float>(half_pi * (turns - 1) / turns));
+  const Turns cosine = angle.cos(), sine = angle.sin();
+  constexpr float far = 1e6f;
+  Turns left = Turns::Constant(far), right = -left, top = left, bottom = -left;
+  for (const BoundaryPixel& pixel : outline) {
+    const auto u = static_cast<float>(pixel.u_px), v = static_cast<float>(pixel.v_px);
+    const Turns along = u * cosine + v * sine, across = v * cosine - u * sine;
+    left = left.min(along);
+    right = right.max(along);
+    top = top.min(across);
+    bottom = bottom.max(across);
+  }
+  return pixels / static_cast<double>(((right - left + 1) * (bottom - top + 1)).minCoeff());
+}
+
+// Undistorted positions as a camera would see them that looks straight at the middle of the outline.
+class FacingView {
+ public:
+  FacingView(const Eigen::Vector2d& middle, double focal_px) : focal_px_(focal_px) {
+    axis_ = Eigen::Vector3d(middle.x(), middle.y(), focal_px).normalized();
+    basis_ = perpendicular_basis(axis_);
+  }
+  Eigen::Vector2d operator()(const Eigen::Vector2d& p) const {
+    const Eigen::Vector3d ray(p.x(), p.y(), focal_px_);
+    return basis_.transpose() * ray * (focal_px_ / axis_.dot(ray));
+  }
+
+ private:
+  double focal_px_;
+  Eigen::Vector3d axis_;
+  Eigen::Matrix<double, 3, 2> basis_;
+};
+
+// a x^2 + b xy + c y^2 + d x + e y = 1.
+using Conic = Eigen::Matrix<double, 5, 1>;
+
+Conic conic_row(const Eigen::Vector2d& p) {
+  return (Conic() << p.x() * p.x(), p.x() * p.y(), p.y() * p.y(), p.x(), p.y()).finished();
+}
+
+// By least squares of the conic's equation.
+void fit_ellipse(const std::vector<BoundaryPoint>& points, double focal_px, RegionShape& shape) {
+  const std::size_t stride = (points.size() + most_points - 1) / most_points;
+  std::array<Eigen::Vector2d, most_points> seen;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < points.size(); i += stride)
+    seen[count++] = points[i].position_px.cast<double>();
+  const auto begin = seen.begin(), end = begin + static_cast<std::ptrdiff_t>(count);
+  const Eigen::Vector2d middle =
+      std::accumulate(begin, end, Eigen::Vector2d(0, 0)) / static_cast<double>(count);
+  const FacingView facing(middle, focal_px);
+  double size_px = 0;  // the equations are of numbers about 1
+  std::for_each(begin, end, [&](Eigen::Vector2d& p) { size_px = std::max(size_px, (p = facing(p)).norm()); });
+
+  Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
+  Conic right = Conic::Zero();
+  std::for_each(begin, end, [&](Eigen::Vector2d& p) {
+    const Conic row = conic_row(p /= size_px);
+    normal += row * row.transpose();
+    right += row;
+  });
+  const Conic conic = normal.ldlt().solve(right);
+  const Eigen::Matrix2d quadratic =
+      (Eigen::Matrix2d() << conic(0), 0.5 * conic(1), 0.5 * conic(1), conic(2)).finished();
+  const Eigen::Vector2d values =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(quadratic, Eigen::EigenvaluesOnly).eigenvalues();
+  if (!(values(0) > 0) || !conic.allFinite()) return;  // no ellipse
+  double squares = 0;
+  std::for_each(begin, end, [&](const Eigen::Vector2d& p) {
+    const Eigen::Vector2d slope = 2 * quadratic * p + conic.tail<2>();
+    const double distance = (conic_row(p).dot(conic) - 1) / slope.norm();  // to first order (Sampson)
+    squares += distance * distance;
+  });
+  shape.axis_ratio = std::sqrt(values(0) / values(1));
+  shape.ellipse_residual_px = size_px * std::sqrt(squares / static_cast<double>(count));
+}
+
 constexpr std::size_t max_points = 256;
 
 }  // namespace
+
+void BoundaryChain::order(std::vector<BoundaryPixel>& boundary, cv::Size size) {
+  waiting_.resize(size);
+  for (const BoundaryPixel& p : boundary) waiting_.fill(p.v_px, p.u_px, p.u_px + 1, true);
+  ordered_.clear();
+  ordered_.reserve(boundary.capacity());  // they are swapped: neither shall grow again
+  for (const BoundaryPixel& first : boundary) {
+    if (!waiting_.at(first.u_px, first.v_px)) continue;
+    int u = first.u_px, v = first.v_px;
+    while (true) {
+      waiting_.row(v)[u / word_bits] &= ~(std::uint64_t{1} << (u % word_bits));
+      ordered_.push_back({u, v, {0, 0}});
+      const unsigned around =
+          three(waiting_.row(v - 1), u) | three(waiting_.row(v), u) << 3 | three(waiting_.row(v + 1), u) << 6;
+      const Move move = next_moves[around];
+      if (move.du == 0 && move.dv == 0) break;
+      u += move.du;
+      v += move.dv;
+    }
+  }
+  boundary.swap(ordered_);
+}
+
+// The middle third of an arc stands out from the two outer ones by 0.444 of its rise.
+bool StraightSides::is_straight(std::size_t begin, std::size_t end) const {
+  const std::size_t third = (end - begin) / 3;
+  const auto mean = [&](std::size_t from, std::size_t to) -> Eigen::Vector2d {
+    return Eigen::Vector2d(sums_[to].x - sums_[from].x, sums_[to].y - sums_[from].y) /
+           static_cast<double>(to - from);
+  };
+  const Eigen::Vector2d first = mean(begin, begin + third), middle = mean(begin + third, end - third),
+                        last = mean(end - third, end);
+  const Eigen::Vector2d chord = last - first;
+  const double length = chord.norm();
+  if (!(length > 0)) return false;
+  const Eigen::Vector2d normal = Eigen::Vector2d(chord.y(), -chord.x()) / length;
+  const double rise_px = normal.dot(middle - 0.5 * (first + last)) / 0.444;
+  if (!(std::abs(rise_px) < straight_rise_px)) return false;
+  // The scatter across the chord.
+  const Sums &a = sums_[begin], &b = sums_[end];
+  const double count = static_cast<double>(end - begin);
+  const double x = (b.x - a.x) / count, y = (b.y - a.y) / count;
+  const double xx = (b.xx - a.xx) / count - x * x, xy = (b.xy - a.xy) / count - x * y,
+               yy = (b.yy - a.yy) / count - y * y;
+  const double variance =
+      normal.x() * normal.x() * xx + 2 * normal.x() * normal.y() * xy + normal.y() * normal.y() * yy;
+  return variance < max_scatter_px * max_scatter_px;
+}
+
+const std::vector<char>& StraightSides::find(const std::vector<BoundaryPoint>& points) {
+  straight_.assign(points.size(), 0);
+  sums_.assign(points.size() + 1, {});
+  path_px_.assign(points.size(), 0);
+  if (points.empty()) return straight_;
+  Eigen::Vector2f low = points[0].position_px, high = low;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2f& p = points[i].position_px;
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+    // About the first point, so that the squares stay small.
+    const Eigen::Vector2d d = (p - points[0].position_px).cast<double>();
+    const Sums& s = sums_[i];
+    sums_[i + 1] = {s.x + d.x(), s.y + d.y(), s.xx + d.x() * d.x(), s.xy + d.x() * d.y(),
+                    s.yy + d.y() * d.y()};
+    if (i > 0) path_px_[i] = path_px_[i - 1] + static_cast<double>((p - points[i - 1].position_px).norm());
+  }
+  const double size_px = static_cast<double>((high - low).maxCoeff());
+  const double way_px = way_of_pixels * std::sqrt(8 * arc_rise_px * size_px);
+  std::size_t marked = 0;  // all points before it that lie on a side are
+  for (std::size_t begin = 0, end = 0; begin < points.size(); ++begin) {
+    end = std::max(end, begin);
+    while (end < points.size() && path_px_[end] - path_px_[begin] < way_px) ++end;
+    if (end == points.size()) break;
+    if (end + 1 - begin < least_points || !is_straight(begin, end + 1)) continue;
+    for (marked = std::max(marked, begin); marked <= end; ++marked) straight_[marked] = 1;
+  }
+  return straight_;
+}
+
+RegionShape region_shape(const std::vector<BoundaryPixel>& outline, const std::vector<BoundaryPoint>& points,
+                         int pixels, double focal_px) {
+  RegionShape shape;
+  if (points.size() >= least_outline_px) fit_ellipse(points, focal_px, shape);
+  if (outline.size() >= least_box_outline_px) shape.box_fill = box_fill(outline, pixels);
+  return shape;
+}
+
+bool is_no_balls(const RegionShape& shape) {
+  if (shape.ellipse_residual_px < smooth_residual_px) return shape.axis_ratio < least_axis_ratio;
+  return shape.box_fill > most_box_fill;
+}
 
 const RegionOutline& OutlineTracer::trace(const RegionMap& regions, int region_index, const cv::Point& window,
                                           const RayTable& rays) {

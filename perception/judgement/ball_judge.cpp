@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "calibration/base/range_check.hpp"
 #include "perception/judgement/ball_shading.hpp"
 
 namespace ballservo {
@@ -24,14 +23,6 @@ constexpr double min_expected_fill = 0.4;
 constexpr const char* too_weak = "outline and colour together are too weak";
 
 }  // namespace
-
-void JudgeOptions::check(FaultList& faults, const std::string& place) const {
-  check_range(faults, place + ".max_leak", max_leak, 0, 1);
-  check_range(faults, place + ".max_small_leak", max_small_leak, 0, 1);
-  check_range(faults, place + ".min_shading_explained", min_shading_explained, 0, 1);
-  check_range(faults, place + ".min_enclosing_edge", min_enclosing_edge, 0, 1);
-  check_range(faults, place + ".min_expected_edge", min_expected_edge, 0, 1);
-}
 
 Verdict BallJudge::early(const std::vector<BoundaryPoint>& boundary, const TangentCone& cone) const {
   const Camera& camera = rays_.camera();

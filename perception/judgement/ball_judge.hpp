@@ -2,15 +2,13 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <string>
 #include <vector>
 
-#include "calibration/base/fault.hpp"
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/judgement/outline_support.hpp"
+#include "perception/outline/ball_fitter.hpp"
 #include "perception/outline/camera_response.hpp"
-#include "perception/outline/fitted_ball.hpp"
 #include "perception/segmentation/bit_picture.hpp"
 
 namespace ballservo {
@@ -29,8 +27,6 @@ struct JudgeOptions {
   /// On so much of an outline an edge must lie: where the class ends well inside it all around; where a ball
   /// is expected.
   double min_enclosing_edge = 0.5, min_expected_edge = 0.30;
-
-  void check(FaultList& faults, const std::string& place) const;  ///< adds every value that makes no sense
 };
 
 /// One class in a picture.

@@ -3,8 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "perception/outline/ball_position.hpp"
-
 namespace ballservo {
 namespace {
 

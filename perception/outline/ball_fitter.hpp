@@ -1,15 +1,69 @@
 // Stages 5 and 6: from a supposed outline to a ball in space, by the edges around it.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
 
 #include "calibration/camera/ray_table.hpp"
+#include "calibration/camera/sphere_outline.hpp"
 #include "perception/outline/camera_response.hpp"
+#include "perception/outline/cone_fit.hpp"
 #include "perception/outline/edge_points.hpp"
-#include "perception/outline/fitted_ball.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
+
+// What a fit says of a ball, and what it was fitted to.
+
+/// The two ways to fit a ball: the exact tangent cone, or the paper's circle with the paper's formula.
+enum class BallFit { sphere, paper };
+
+/// The ball's radius as the user states it (m); 0: not known.
+struct BallRadius {
+  double radius_m = 0;
+  double sigma_m = 0;
+};
+
+/// A position in 3-D with its covariance.
+struct BallPosition {
+  Eigen::Vector3d p_C{0, 0, 0};                                 ///< centre, camera frame, m
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< m^2
+};
+
+struct FittedBall {
+  OutlineEllipse outline;  ///< in the picture as given
+  TangentCone cone;        ///< direction and angular radius, camera frame
+  Eigen::Matrix3d cone_covariance_rad2 = Eigen::Matrix3d::Zero();  ///< of (turn, turn, alpha), see ConeFit
+  std::optional<BallPosition> position;  ///< where the camera and the radius are known
+  UndistortedCircle start;  ///< where the fit started: the votes' circle, or an outline that edges show
+  double residual_px = 0;   ///< RMS distance of the edge from the outline
+  double step_px = 0;       ///< length of the last Gauss-Newton step
+  double next_step_px = 0;  ///< of the step that would follow it on the same points: what stopping leaves
+  bool one_step_enough = false;  ///< that is less than would matter: see enough_next_step_px
+  double blur_px = 0;            ///< of the edge; 0 where it was not measured
+};
+
+/// A fitted ball with the points of its last step. Reused: its vectors keep their memory.
+struct OutlineFit {
+  FittedBall ball;
+  // Fit sphere:
+  TangentCone edges_start;  ///< the cone around which the edges were measured
+  int passes = 0;           ///< how often they were measured, each time for one step
+  OutlineEdges edges;
+  EdgeOffsets offsets;  ///< of the edges from the fitted outline; no sectors where none were measured
+  // Fit paper:
+  std::vector<RingPixel> ring;
+
+  bool has_edges() const { return offsets.count > 0; }
+  void clear_points() {
+    edges.points.clear();
+    offsets.count = 0;
+    ring.clear();
+  }
+};
 
 /// One step was enough where the next one, on the same points, would be no longer than this: the
 /// comparison's tolerance, below the threshold of 0.059 px that its certificate finds for the paper's step,

@@ -1,11 +1,18 @@
 #include "perception/outline/camera_response.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 namespace ballservo {
-
 namespace {
+
+// The profile's terms at every pixel do not depend on the channel.
+Eigen::Vector4d terms_at(float distance_px, const EdgeProfileFit& edge) {
+  const BlurredBasis basis =
+      blurred_basis((edge.offset_px - static_cast<double>(distance_px)) / edge.blur_px);
+  return {1, basis.step, basis.root, basis.ramp};
+}
 
 CameraResponse linear_response() {
   CameraResponse made;
@@ -48,10 +55,11 @@ const CameraResponse& CameraResponse::srgb(bool coarse_chroma) {
   return coarse_chroma ? with_coarse : fine;
 }
 
-float CameraResponse::level(float of_light) const {
-  const auto above = std::lower_bound(light.begin(), light.end() - 1, of_light);
+GreyLevel CameraResponse::shown(double of_light) const {
+  const auto above = std::lower_bound(light.begin(), light.end() - 1, static_cast<float>(of_light));
   const auto at = static_cast<std::size_t>(above - light.begin());
-  return static_cast<float>(at) + (of_light - light[at]) / slope[at];
+  const auto slope_there = static_cast<double>(slope[at]);
+  return {static_cast<double>(at) + (of_light - static_cast<double>(light[at])) / slope_there, slope_there};
 }
 
 // Coarse colours look like a linear response: edges that show them say nothing of it.
@@ -72,6 +80,41 @@ void ResponseBelief::doubt() {
   srgb_ = std::clamp(srgb_, prior - carried, prior + 2);
   coarse_chroma_ = std::clamp(coarse_chroma_, -carried_chroma, carried_chroma);
   looks_ = 0;
+}
+
+double squares_left(const std::vector<RingColor>& pixels, const EdgeProfileFit& edge,
+                    const CameraResponse& response) {
+  // Least squares of light first, then Gauss-Newton steps on grey levels, where the noise is even.
+  constexpr int steps = 3;
+  std::array<Eigen::Vector4d, 3> levels;
+  levels.fill(Eigen::Vector4d::Zero());
+  double squares = 0;
+  for (int step = 0; step < steps; ++step) {
+    std::array<Eigen::Matrix4d, 3> normal;
+    std::array<Eigen::Vector4d, 3> right;
+    normal.fill(1e-6 * Eigen::Matrix4d::Identity());
+    right.fill(Eigen::Vector4d::Zero());
+    squares = 0;
+    for (const RingColor& pixel : pixels) {
+      const Eigen::Vector4d row = terms_at(pixel.distance_px, edge);
+      for (int c = 0; c < 3; ++c) {
+        const auto channel = static_cast<std::size_t>(c);
+        const unsigned char grey = pixel.bgr[c];
+        GreyLevel model{0, 1};
+        double error = static_cast<double>(response.light[grey]);  // of grey level / slope
+        if (step > 0) {
+          model = response.shown(row.dot(levels[channel]));
+          error = (grey - model.level) * model.slope;
+          squares += (grey - model.level) * (grey - model.level);
+        }
+        const double weight = 1 / (model.slope * model.slope);
+        normal[channel] += weight * row * row.transpose();
+        right[channel] += weight * error * row;
+      }
+    }
+    for (std::size_t c = 0; c < 3; ++c) levels[c] += normal[c].ldlt().solve(right[c]);
+  }
+  return squares;
 }
 
 }  // namespace ballservo

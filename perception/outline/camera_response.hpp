@@ -4,8 +4,17 @@
 
 #include <array>
 #include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "perception/outline/edge_model.hpp"
 
 namespace ballservo {
+
+/// A grey level between the whole ones, and d light / d grey level there.
+struct GreyLevel {
+  double level, slope;
+};
 
 /// One camera's response, the same for its three channels.
 struct CameraResponse {
@@ -16,7 +25,7 @@ struct CameraResponse {
   bool coarse_chroma = false;
 
   /// The grey level that shows this much light, beyond the ends in a straight line.
-  float level(float of_light) const;
+  GreyLevel shown(double of_light) const;
 
   /// Grey levels that are proportional to the light, as of machine-vision cameras and most renderers.
   static const CameraResponse& linear(bool coarse_chroma = false);
@@ -50,5 +59,20 @@ class ResponseBelief {
   double srgb_ = prior, coarse_chroma_ = 0;
   int looks_ = 0;
 };
+
+// How an edge's colours mix. The blur of a lens mixes the light of ball and background, in all channels
+// alike; grey levels that are not proportional to the light mix otherwise, and each channel in a way of its
+// own.
+
+/// A pixel near the outline.
+struct RingColor {
+  float distance_px;  ///< outside the outline, negative inside
+  cv::Vec3b bgr;
+};
+
+/// Sum of the squares (grey levels) that remain when the fitted edge, with levels and shading of its own in
+/// each channel, is taken from the pixels under that response.
+double squares_left(const std::vector<RingColor>& pixels, const EdgeProfileFit& edge,
+                    const CameraResponse& response);
 
 }  // namespace ballservo

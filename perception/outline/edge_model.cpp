@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "perception/outline/camera_response.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -198,23 +200,6 @@ NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, do
   return normal;
 }
 
-struct CodedLuma {
-  double level;
-  Eigen::Array3f slope;  // by percent of light in each channel
-};
-
-CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response) {
-  const Eigen::Array3f weights(0.114f, 0.587f, 0.299f);
-  CodedLuma coded{0, {0, 0, 0}};
-  for (int c = 0; c < 3; ++c) {
-    const float level = response.level(std::max(light[c], 0.0f));
-    coded.level += static_cast<double>(weights[c] * level);
-    coded.slope[c] =
-        0.01f * weights[c] / response.slope[static_cast<std::size_t>(std::clamp(level + 0.5f, 0.0f, 255.0f))];
-  }
-  return coded;
-}
-
 // Of luma that is coded from the light of two colours.
 NormalEquations luma_equations(const EdgeSamples& samples, const EdgeColors& colors,
                                const CameraResponse& response, const Vector& p, double radius_px) {
@@ -232,8 +217,8 @@ NormalEquations luma_equations(const EdgeSamples& samples, const EdgeColors& col
                                   0.01f * static_cast<float>(inside) * colors.inside);
     const CodedLuma coded = code_luma(light, response);
     // Luma by one percent of either light.
-    const double by_outside = static_cast<double>((coded.slope * colors.outside).sum()),
-                 by_inside = static_cast<double>((coded.slope * colors.inside).sum());
+    const double by_outside = 0.01 * static_cast<double>((coded.slope * colors.outside).sum()),
+                 by_inside = 0.01 * static_cast<double>((coded.slope * colors.inside).sum());
     const double by_x = by_inside * slope - by_outside * p(0) * basis.step_slope;
     Vector row;
     row << by_outside * (1 - basis.step), by_inside * basis.step, by_inside * root, by_inside * ramp,
@@ -328,9 +313,14 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
   });
 }
 
-float luma(const Eigen::Array3f& light, const CameraResponse& response) {
-  return 0.114f * response.level(light[0]) + 0.587f * response.level(light[1]) +
-         0.299f * response.level(light[2]);
+CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response) {
+  CodedLuma coded{0, {0, 0, 0}};
+  for (int c = 0; c < 3; ++c) {
+    const GreyLevel grey = response.shown(std::max(static_cast<double>(light[c]), 0.0));
+    coded.level += static_cast<double>(luma_of[c]) * grey.level;
+    coded.slope[c] = luma_of[c] / static_cast<float>(grey.slope);
+  }
+  return coded;
 }
 
 std::optional<EdgeProfileFit> fit_luma_profile(const EdgeSamples& samples, const EdgeColors& colors,

@@ -10,10 +10,11 @@
 #include <array>
 #include <optional>
 
-#include "perception/outline/camera_response.hpp"
 #include "perception/segmentation/instructions.hpp"
 
 namespace ballservo {
+
+struct CameraResponse;
 
 /// Values of the basis functions and their slopes at x = (t0 - t)/s, for s = 1:
 /// Phi(x), its slope phi(x); F(x) = E sqrt(max(0, x + z)), z normal, and F'(x); ramp x Phi(x) + phi(x), slope
@@ -78,8 +79,15 @@ struct EdgeColors {
   Eigen::Array3f inside, outside;
 };
 
-/// The luma (Rec. 601) of such a light as the camera stores it: a sum of grey levels, not of light.
-float luma(const Eigen::Array3f& light, const CameraResponse& response);
+/// Luma's parts of blue, green and red (Rec. 601): of grey levels, not of light.
+inline const Eigen::Vector3f luma_of(0.114f, 0.587f, 0.299f);
+
+/// Such a light as the camera stores it.
+struct CodedLuma {
+  double level;
+  Eigen::Array3f slope;  ///< d level / d light of each channel
+};
+CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response);
 
 /// Fits the same profile to samples of luma, which is what a coded picture keeps at full resolution. The
 /// light at each pixel is a mix of both sides, O Phi((t - t0)/s) times the one outside, and the rest of the

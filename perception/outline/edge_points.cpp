@@ -43,8 +43,6 @@ int to_pixel(double position, int last) {
   return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(last)));
 }
 
-const Eigen::Vector3f luma_of(0.114f, 0.587f, 0.299f);
-
 Eigen::Vector3f grey_levels(const cv::Vec3b& bgr) { return Eigen::Vector3f(bgr[0], bgr[1], bgr[2]); }
 
 struct Interval {
@@ -309,8 +307,9 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_luma(const CameraResponse& response
   if (inside < 3 || outside < 3) return std::nullopt;
   colors.inside /= static_cast<float>(inside);
   colors.outside /= static_cast<float>(outside);
-  const float contrast = luma(colors.inside, response) - luma(colors.outside, response);
-  if (!(static_cast<double>(std::abs(contrast)) >= least_contrast)) return std::nullopt;
+  const double contrast =
+      code_luma(colors.inside, response).level - code_luma(colors.outside, response).level;
+  if (!(std::abs(contrast) >= least_contrast)) return std::nullopt;
   return fit_luma_profile(samples_, colors, response, start, ring_.prior, options);
 }
 

@@ -13,7 +13,6 @@
 
 #include "calibration/camera/ray_table.hpp"
 #include "perception/outline/camera_response.hpp"
-#include "perception/outline/channel_mix.hpp"
 #include "perception/outline/cone_fit.hpp"
 #include "perception/outline/edge_model.hpp"
 

@@ -1,6 +1,7 @@
 #include "perception/segmentation/regions.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace ballservo {
 namespace {
@@ -37,7 +38,86 @@ unsigned seven_around(const BitPicture& picture, int u, int v) {
   return bits & 127;
 }
 
+// One row of the class pictures.
+struct ClassRow {
+  ClassRow(const ClassPictures& pictures, int v) : classes(pictures.size()) {
+    for (std::size_t k = 0; k < classes; ++k) words[k] = pictures[k].row(v);
+  }
+
+  ClassIndex class_at(int w, std::uint64_t bit) const {
+    for (std::size_t k = 0; k < classes; ++k) {
+      if (words[k][w] & bit) return static_cast<ClassIndex>(k + 1);
+    }
+    return no_class;
+  }
+
+  // Pixels of a word, in any class, that are of another class than the one to their left.
+  std::uint64_t changes(int w) const {
+    std::uint64_t changed = 0;
+    for (std::size_t k = 0; k < classes; ++k) {
+      const std::uint64_t left = w > 0 ? words[k][w - 1] >> (BitPicture::word_bits - 1) : 0;
+      changed |= words[k][w] ^ (words[k][w] << 1 | left);
+    }
+    return changed;
+  }
+
+  std::size_t classes;
+  std::array<const std::uint64_t*, max_classes> words;  // the first `classes`
+};
+
+// Calls found(begin, end, class) for each run of a row.
+template <class Found>
+void for_each_run(const ClassPictures& classes, cv::Size size, int v, const Found& found) {
+  int begin = 0;
+  ClassIndex color_class = no_class;
+  const ClassRow row(classes, v);
+  const int words = classes.empty() ? 0 : classes[0].row_words();
+  for (int w = 0; w < words; ++w) {
+    for (std::uint64_t changed = row.changes(w); changed != 0; changed &= changed - 1) {
+      const int u = BitPicture::word_bits * w + __builtin_ctzll(changed);
+      if (u == size.width) break;  // the bits behind the last pixel
+      if (u > begin) found(begin, u, color_class);
+      begin = u;
+      color_class = row.class_at(w, changed & (0 - changed));
+    }
+  }
+  found(begin, size.width, color_class);
+}
+
+void drop_shorter(ClassPictures& classes, cv::Size size, int shortest) {
+  for (int v = 0; v < size.height; ++v) {
+    for_each_run(classes, size, v, [&](int begin, int end, ClassIndex color_class) {
+      if (color_class != no_class && end - begin < shortest)
+        classes[static_cast<std::size_t>(color_class) - 1].fill(v, begin, end, false);
+    });
+  }
+}
+
 }  // namespace
+
+bool Runs::try_to_cut(const ClassPictures& classes, cv::Size size, int max_runs) {
+  runs_.clear();
+  row_begin_.clear();
+  for (int v = 0; v < size.height; ++v) {
+    row_begin_.push_back(static_cast<int>(runs_.size()));
+    for_each_run(classes, size, v, [&](int begin, int end, ClassIndex color_class) {
+      runs_.push_back({v, begin, end, color_class});
+    });
+    if (static_cast<int>(runs_.size()) > max_runs) return false;
+  }
+  row_begin_.push_back(static_cast<int>(runs_.size()));
+  return true;
+}
+
+void Runs::cut(ClassPictures& classes, cv::Size size) {
+  const int max_runs = std::max(max_runs_, size.height);
+  runs_.reserve(static_cast<std::size_t>(max_runs) + static_cast<std::size_t>(size.width));
+  row_begin_.reserve(static_cast<std::size_t>(size.height) + 1);
+  for (shortest_ = 1; !try_to_cut(classes, size, max_runs);) {
+    shortest_ *= 2;
+    drop_shorter(classes, size, shortest_);
+  }
+}
 
 void RegionMap::update(const ClassPictures& classes, cv::Size size) {
   classes_ = classes;
@@ -49,19 +129,16 @@ void RegionMap::update(const ClassPictures& classes, cv::Size size) {
     const cv::Rect& box = region.box;
     region.touches_border = box.x == 0 || box.y == 0 || box.br().x == size.width || box.br().y == size.height;
   }
-  name_touching_regions();
-  list_neighbors();
+  find_surroundings();
   absorb_enclosed();
   list_runs();
 }
 
 // Of n runs, no more than 2 n pairs share an edge between rows, and n in a row.
 void RegionMap::reserve(std::size_t runs) {
-  for (std::vector<int>* of_runs : {&parent_, &next_run_, &first_run_, &neighbors_end_, &seen_})
-    of_runs->reserve(runs + 1);
+  for (std::vector<int>* of_runs : {&parent_, &next_run_, &first_run_}) of_runs->reserve(runs);
   regions_.reserve(runs);
   touching_.reserve(3 * runs);
-  neighbors_.reserve(2 * 3 * runs);
 }
 
 int RegionMap::component_of(int run) {
@@ -117,50 +194,17 @@ void RegionMap::number_components() {
   }
 }
 
-// From runs that touch to regions that do. Most pairs are the last one that the smaller region had, again.
-void RegionMap::name_touching_regions() {
-  seen_.assign(regions_.size(), -1);
-  std::size_t kept = 0;
+// The only region that shares an edge with each one, where there is just one.
+void RegionMap::find_surroundings() {
+  const auto meet = [&](int region, int other) {
+    int& known = regions_[place(region)].only_neighbor;
+    known = known == Region::no_neighbor || known == other ? other : Region::several;
+  };
   for (const auto& [run_a, run_b] : touching_) {
-    const auto [a, b] = std::minmax(parent_[place(run_a)], parent_[place(run_b)]);
-    if (seen_[place(b)] == a) continue;
-    seen_[place(b)] = a;
-    touching_[kept++] = {a, b};
+    const int a = parent_[place(run_a)], b = parent_[place(run_b)];
+    meet(a, b);
+    meet(b, a);
   }
-  touching_.resize(kept);
-}
-
-// Sorted by counting, then each once.
-void RegionMap::list_neighbors() {
-  neighbors_end_.assign(regions_.size() + 1, 0);
-  for (const auto& [a, b] : touching_) {
-    ++neighbors_end_[place(a) + 1];
-    ++neighbors_end_[place(b) + 1];
-  }
-  for (std::size_t i = 1; i < neighbors_end_.size(); ++i) neighbors_end_[i] += neighbors_end_[i - 1];
-  neighbors_.resize(2 * touching_.size());
-  for (const auto& [a, b] : touching_) {
-    neighbors_[place(neighbors_end_[place(a)]++)] = b;
-    neighbors_[place(neighbors_end_[place(b)]++)] = a;
-  }
-  seen_.assign(regions_.size(), -1);
-  int kept = 0, begin = 0;
-  for (int region = 0; region < static_cast<int>(regions_.size()); ++region) {
-    const int end = neighbors_end_[place(region)];
-    for (int i = begin; i < end; ++i) {
-      const int other = neighbors_[place(i)];
-      if (seen_[place(other)] == region) continue;
-      seen_[place(other)] = region;
-      neighbors_[place(kept++)] = other;
-    }
-    begin = end;
-    neighbors_end_[place(region)] = kept;
-  }
-}
-
-RegionNumbers RegionMap::neighbors(int region) const {
-  const int begin = region > 0 ? neighbors_end_[place(region) - 1] : 0;
-  return {neighbors_.data() + begin, neighbors_.data() + neighbors_end_[place(region)]};
 }
 
 // What a single region of a class encloses belongs to it. What absorbs is never absorbed itself: it has a
@@ -168,9 +212,8 @@ RegionNumbers RegionMap::neighbors(int region) const {
 void RegionMap::absorb_enclosed() {
   for (int i = 0; i < static_cast<int>(regions_.size()); ++i) {
     Region& region = regions_[place(i)];
-    const RegionNumbers around_it = neighbors(i);
-    if (region.touches_border || around_it.size() != 1) continue;
-    Region& around = regions_[place(*around_it.begin())];
+    if (region.touches_border || region.only_neighbor < 0) continue;
+    Region& around = regions_[place(region.only_neighbor)];
     // Two regions can be each other's only neighbour: the larger box is the outer one. A region of another
     // class is absorbed only as a speck, for it may be a ball in front of a larger one.
     const bool speck = region.color_class == no_class || region.pixels * 20 < around.pixels;
@@ -178,7 +221,7 @@ void RegionMap::absorb_enclosed() {
         around.box.area() <= region.box.area()) {
       continue;
     }
-    region.absorbed_by = *around_it.begin();
+    region.absorbed_by = region.only_neighbor;
     around.pixels += region.pixels;
   }
 }

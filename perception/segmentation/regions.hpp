@@ -9,9 +9,45 @@
 
 #include "calibration/color/color_table.hpp"
 #include "perception/segmentation/bit_picture.hpp"
-#include "perception/segmentation/runs.hpp"
 
 namespace ballservo {
+
+// A picture's rows cut into runs of pixels of one class.
+
+/// Pixels of one class, or of none, from u = begin to end - 1 of row v.
+struct Run {
+  int v, begin, end;
+  ClassIndex color_class;
+};
+
+/// All runs of a picture in raster order; they cover it. Takes memory when it is made and for larger pictures
+/// alone.
+class Runs {
+ public:
+  /// At most `max_runs`, but one a row in any case.
+  explicit Runs(int max_runs) : max_runs_(max_runs) {}
+
+  /// Where there are more, those of a class that are shorter than 2 pixels become background, in `classes`
+  /// too; if that does not suffice, shorter than 4, 8 and so on.
+  void cut(ClassPictures& classes, cv::Size size);
+
+  const std::vector<Run>& all() const { return runs_; }
+  const Run& operator[](int i) const { return runs_[static_cast<std::size_t>(i)]; }
+  std::size_t capacity() const { return runs_.capacity(); }
+  int size() const { return static_cast<int>(runs_.size()); }
+  /// The number of the first run of a row; of one behind the last row: the number of runs.
+  int row_begin(int v) const { return row_begin_[static_cast<std::size_t>(v)]; }
+  /// Runs of a class shorter than this were dropped; 1 where all were kept.
+  int shortest() const { return shortest_; }
+
+ private:
+  bool try_to_cut(const ClassPictures& classes, cv::Size size, int max_runs);
+
+  int max_runs_;
+  std::vector<Run> runs_;
+  std::vector<int> row_begin_;
+  int shortest_ = 1;
+};
 
 /// One connected component; the background (no class) makes regions too.
 struct Region {
@@ -19,6 +55,8 @@ struct Region {
   int pixels = 0;  ///< with what it has absorbed
   cv::Rect box;
   bool touches_border = false;
+  static constexpr int no_neighbor = -1, several = -2;
+  int only_neighbor = no_neighbor;  ///< the region that shares an edge with it, or one of these
   int absorbed_by = -1;  ///< the region that encloses it and took it in (a highlight in a ball), or -1
 };
 
@@ -27,15 +65,6 @@ struct BoundaryPixel {
   int u_px = 0, v_px = 0;
   Eigen::Vector2f outward{0,
                           0};  ///< unit normal of the outline there (see outward_normal); (0, 0): not known
-};
-
-/// Numbers of regions, in no order.
-struct RegionNumbers {
-  const int* first = nullptr;
-  const int* last = nullptr;
-  const int* begin() const { return first; }
-  const int* end() const { return last; }
-  std::size_t size() const { return static_cast<std::size_t>(last - first); }
 };
 
 /// All components of the class pictures. Takes memory at first and for larger pictures alone.
@@ -57,8 +86,6 @@ class RegionMap {
 
   /// In raster order of their first pixels.
   const std::vector<Region>& regions() const { return regions_; }
-  /// The regions that share an edge with this one.
-  RegionNumbers neighbors(int region) const;
   /// Runs of a class shorter than this counted as background; 1 where the picture had not too many.
   int shortest_run_px() const { return runs_.shortest(); }
 
@@ -71,8 +98,7 @@ class RegionMap {
   int component_of(int run);
   void join_runs();
   void number_components();
-  void name_touching_regions();
-  void list_neighbors();
+  void find_surroundings();
   void absorb_enclosed();
   void list_runs();
 
@@ -82,9 +108,8 @@ class RegionMap {
   std::vector<int> parent_;  // of a run: union-find while they are joined, then the region
   std::vector<int>
       next_run_;  // of a run: the next one of the same region, with what that has absorbed, or -1
-  std::vector<int> first_run_;                         // of a region, with what it has absorbed
-  std::vector<std::pair<int, int>> touching_;          // runs, then regions, that share an edge
-  std::vector<int> neighbors_, neighbors_end_, seen_;  // one region's after the other's; where each ends
+  std::vector<int> first_run_;                 // of a region, with what it has absorbed
+  std::vector<std::pair<int, int>> touching_;  // runs that share an edge
 };
 
 /// The regions in which balls may be: of a class, not absorbed, of at least `min_pixels`; the largest

@@ -114,8 +114,5 @@ Eigen::Vector3d TrackFilter::value() const {
 Eigen::Vector3d TrackFilter::variance() const {
   return {axis_[0].covariance(0, 0), axis_[1].covariance(0, 0), axis_[2].covariance(0, 0)};
 }
-Eigen::Vector3d TrackFilter::velocity() const {
-  return {axis_[0].state.y(), axis_[1].state.y(), axis_[2].state.y()};
-}
 
 }  // namespace ballservo

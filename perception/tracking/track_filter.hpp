@@ -47,7 +47,6 @@ class TrackFilter {
 
   Eigen::Vector3d value() const;
   Eigen::Vector3d variance() const;
-  Eigen::Vector3d velocity() const;  ///< per s
 
  private:
   struct Axis {

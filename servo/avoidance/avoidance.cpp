@@ -6,18 +6,6 @@
 
 namespace ballservo {
 
-std::string_view avoidance_type_name(AvoidanceOptions::Type type) {
-  switch (type) {
-    case AvoidanceOptions::Type::none:
-      return "none";
-    case AvoidanceOptions::Type::shield:
-      return "shield";
-    case AvoidanceOptions::Type::full:
-      break;
-  }
-  return "full";
-}
-
 void declare(OptionVisitor& v, AvoidanceOptions& avoidance) {
   v.boolean("creep", avoidance.creep, "slow commands may pass by the rule of creeping away (SAFETY.md)");
   v.boolean("floor", avoidance.floor, "what the camera sees standing on the floor is not free");
@@ -45,11 +33,11 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
   for (std::size_t k = 0; k < readings_.count; ++k) {
     const SonarReading& reading = readings_.messages[k];
     if (!watch_.hear(reading, now_s, way_m_)) continue;
-    if (const auto pose_then = poses.at(reading.fired_s)) grid_.look(reading, *pose_then);
+    if (const auto pose_then = pose_at(poses, reading.fired_s)) grid_.look(reading, *pose_then);
   }
   for (std::size_t k = 0; k < scans_.count; ++k) {
     const FloorScan& scan = scans_.messages[k];
-    if (const auto pose_then = poses.at(scan.time_s)) grid_.look_at_floor(scan, *pose_then);
+    if (const auto pose_then = pose_at(poses, scan.time_s)) grid_.look_at_floor(scan, *pose_then);
   }
   readings_.count = scans_.count = 0;
 }

@@ -9,9 +9,9 @@
 
 #include "servo/avoidance/braking_shield.hpp"
 #include "servo/avoidance/occupancy_grid.hpp"
-#include "servo/avoidance/sonar_watch.hpp"
+#include "servo/avoidance/sonar.hpp"
 #include "servo/avoidance/steering.hpp"
-#include "servo/motion/pose_history.hpp"
+#include "servo/motion/motion_history.hpp"
 
 namespace ballservo {
 
@@ -31,8 +31,10 @@ struct AvoidanceOptions {
 /// The keys of a scenario's `avoidance` but its type.
 void declare(OptionVisitor& v, AvoidanceOptions& avoidance);
 
-/// "none", "shield", "full".
-std::string_view avoidance_type_name(AvoidanceOptions::Type type);
+inline std::string_view avoidance_type_name(AvoidanceOptions::Type type) {
+  constexpr std::string_view names[] = {"none", "shield", "full"};
+  return names[static_cast<std::size_t>(type)];
+}
 
 class Avoidance {
  public:

@@ -13,21 +13,17 @@ constexpr double creeping_mps = 0.10, creeping_radps = 0.30;
 
 bool finite(const Twist2& twist) { return std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps); }
 
-double corner_m(const Footprint& body) {
-  return std::hypot(std::max(body.front_m, body.rear_m), body.half_width_m);
-}
-
 }  // namespace
 
 Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                       const ShieldOptions& options, FloorCell* blocked) {
   const double margin_m = drive_model_m + 0.5 * spacing_m;
-  const double corner = corner_m(options.footprint);
+  const double corner = options.footprint.reach_m();
 
   // The command's period, then the brake: both speeds fall in proportion, so the robot stays on one arc.
   const Twist2 from = when_it_acts.twist;
   const Twist2 after = limit_acceleration(from, command, options.limits, options.period_s);
-  const Twist2 mean{0.5 * (from.v_mps + after.v_mps), 0.5 * (from.w_radps + after.w_radps)};
+  const Twist2 mean = mean_twist(from, after);
   const Pose2 start = integrate(when_it_acts.pose, mean, options.period_s);
   const auto places_on = [corner](const Twist2& twist, double time_s) {
     const double way_m = time_s * (std::abs(twist.v_mps) + std::abs(twist.w_radps) * corner);

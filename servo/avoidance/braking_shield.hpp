@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "servo/avoidance/occupancy_grid.hpp"
-#include "servo/motion/motion_predictor.hpp"
+#include "servo/motion/motion_history.hpp"
 
 namespace ballservo {
 

@@ -26,7 +26,8 @@ constexpr double virtual_radius_m = 0.18, virtual_s = 8.0;  // of what is put wh
 NavigationFunction::NavigationFunction()
     : clearance_m_(static_cast<std::size_t>(size) * size, static_cast<float>(far_m)),
       cost_(static_cast<std::size_t>(size) * size, none),
-      queue_(static_cast<std::size_t>(size) * size) {}
+      queue_(static_cast<std::size_t>(9 * size) * size) {
+}  // a cell may start, and eight neighbours lower its cost
 
 bool NavigationFunction::block_of(const Eigen::Vector2d& p, int& column, int& row) const {
   column = floor_index(p.x(), block_m) - first_column_;
@@ -111,22 +112,6 @@ bool NavigationFunction::straight(const Eigen::Vector2d& from, const Eigen::Vect
   return true;
 }
 
-void BucketQueue::take(std::size_t cell, std::int32_t cost) {
-  const std::int32_t before = before_[cell], next = next_[cell];
-  (before == nobody ? bucket_[bucket_of(cost)] : next_[static_cast<std::size_t>(before)]) = next;
-  if (next != nobody) before_[static_cast<std::size_t>(next)] = before;
-  --waiting_;
-}
-
-void BucketQueue::put(std::size_t cell, std::int32_t cost) {
-  std::int32_t& head = bucket_[bucket_of(cost)];
-  next_[cell] = head;
-  before_[cell] = nobody;
-  if (head != nobody) before_[static_cast<std::size_t>(head)] = static_cast<std::int32_t>(cell);
-  head = static_cast<std::int32_t>(cell);
-  ++waiting_;
-}
-
 void NavigationFunction::seed(const Eigen::Vector2d& p_OB, double distance_m) {
   int column, row;
   const double margin_m = distance_m + 2 * block_m;
@@ -159,10 +144,9 @@ void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
   };
   std::int32_t stop_at = none;
   for (std::int32_t now = 0; !queue_.empty() && now <= stop_at; ++now) {
-    for (std::int32_t head; (head = queue_.first_at(now)) != BucketQueue::nobody;) {
-      const auto cell = static_cast<std::size_t>(head);
-      if (cost_[cell] != now) break;  // of a later round
-      queue_.take(cell, now);
+    while (const auto waiting = queue_.take(now)) {
+      const auto cell = static_cast<std::size_t>(*waiting);
+      if (cost_[cell] != now) continue;  // it has fallen since
       const int column = static_cast<int>(cell) % size, row = static_cast<int>(cell) / size;
       if (robot_inside && column == robot_column && row == robot_row) {
         stop_at = now + static_cast<std::int32_t>(1.5 * look_ahead_m / quantum_m);
@@ -185,7 +169,6 @@ void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
           const std::int32_t cost =
               now + static_cast<std::int32_t>(length * price(clearance_m) / quantum_m + 0.5);
           if (cost >= cost_[other]) continue;
-          if (cost_[other] != none) queue_.take(other, cost_[other]);
           put(other, cost);
         }
       }

@@ -190,7 +190,7 @@ void OccupancyGrid::move(double time_s, const Pose2& pose) {
   under.add(-c, -s, pose.x_m - c * body.rear_m, pose.y_m - s * body.rear_m);
   under.add(-s, c, pose.x_m - s * body.half_width_m, pose.y_m + c * body.half_width_m);
   under.add(s, -c, pose.x_m + s * body.half_width_m, pose.y_m - c * body.half_width_m);
-  const double reach_m = std::hypot(std::max(body.front_m, body.rear_m), body.half_width_m);
+  const double reach_m = body.reach_m();
   under.y_low_m = pose.y_m - reach_m;
   under.y_high_m = pose.y_m + reach_m;
   mark_free(under, motion_.now, true);
@@ -297,9 +297,7 @@ bool OccupancyGrid::comes_no_nearer(const FloorCell& cell, const Footprint& foot
                                     const Pose2& from) const {
   const Eigen::Vector2d p(center_m(cell.column), center_m(cell.row));
   const auto distance_m = [&footprint, &p](const Pose2& at) {
-    const Eigen::Vector2d q = in_robot_frame(at, p);
-    return std::hypot(std::max({q.x() - footprint.front_m, -footprint.rear_m - q.x(), 0.0}),
-                      std::max(std::abs(q.y()) - footprint.half_width_m, 0.0));
+    return footprint.distance_m(in_robot_frame(at, p));
   };
   const double now_m = distance_m(from);
   const bool known = in_window(cell) && free_since_[index(cell.column, cell.row)] != never;

@@ -9,7 +9,6 @@
 
 #include "servo/avoidance/floor_scan.hpp"
 #include "servo/avoidance/sonar.hpp"
-#include "servo/motion/odometry_bound.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {

@@ -1,9 +1,11 @@
 #include "servo/avoidance/steering.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "servo/motion/speed_envelope.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 
@@ -19,7 +21,69 @@ constexpr double barrier_m = 1.0;      // what is further from the axle does not
 constexpr double small_turn_rad = 0.30, far_turn_rad = 1.4, back_up_m = 0.25;
 constexpr double recovery_turn_radps = 0.6, recovery_back_mps = 0.15, recovery_s = 2.5;
 constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long gives way to the next
+
+constexpr double tolerance = 1e-9;
+
+/// The minimiser of 1/2 u^T H u - g^T u under the first `count` bounds.
+std::optional<Eigen::Vector2d> minimise(const Eigen::Matrix2d& H, const Eigen::Vector2d& g,
+                                        const LinearBound* bounds, std::size_t count) {
+  const Eigen::Matrix2d H_inverse = H.inverse();
+  const auto keeps_all = [&](const Eigen::Vector2d& u) {
+    return std::all_of(bounds, bounds + count,
+                       [&](const LinearBound& bound) { return bound.a.dot(u) <= bound.b + tolerance; });
+  };
+  double best_cost = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d best{0, 0};
+  const auto consider = [&](const Eigen::Vector2d& u) {
+    const double cost = 0.5 * u.dot(H * u) - g.dot(u);
+    if (!(cost < best_cost) || !keeps_all(u)) return;
+    best_cost = cost;
+    best = u;
+  };
+  const Eigen::Vector2d free = H_inverse * g;
+  if (keeps_all(free)) return free;
+  for (std::size_t i = 0; i < count; ++i) {
+    const LinearBound& p = bounds[i];
+    const Eigen::Vector2d q = H_inverse * p.a;
+    const double length2 = p.a.dot(q);
+    if (length2 > 1e-15) consider(free + q * ((p.b - p.a.dot(free)) / length2));
+    for (std::size_t j = 0; j < i; ++j) {
+      const LinearBound& r = bounds[j];
+      const double det = p.a.x() * r.a.y() - p.a.y() * r.a.x();
+      if (std::abs(det) < 1e-12) continue;
+      consider({(p.b * r.a.y() - p.a.y() * r.b) / det, (p.a.x() * r.b - p.b * r.a.x()) / det});
+    }
+  }
+  return std::isfinite(best_cost) ? std::make_optional(best) : std::nullopt;
+}
+
+bool moves(const Twist2& twist) { return std::abs(twist.v_mps) > 0.02 || std::abs(twist.w_radps) > 0.05; }
 }  // namespace
+
+std::optional<Eigen::Vector2d> solve(const BarrierProblem& problem) {
+  if (!problem.wanted.allFinite() || !(problem.weight.minCoeff() > 0.0)) return std::nullopt;
+  std::array<LinearBound, BarrierProblem::max_bounds + 1> bounds;
+  for (std::size_t k = 0; k < problem.count; ++k) {
+    bounds[k] = problem.bounds[k];
+    if (!bounds[k].a.allFinite() || !std::isfinite(bounds[k].b)) return std::nullopt;
+  }
+  Eigen::Matrix2d H = problem.weight.asDiagonal();
+  Eigen::Vector2d g = problem.weight.cwiseProduct(problem.wanted);
+  if (!problem.soft) return minimise(H, g, bounds.data(), problem.count);
+
+  const LinearBound& soft = *problem.soft;
+  if (!soft.a.allFinite() || !std::isfinite(soft.b)) return std::nullopt;
+  // The cost is convex: where the minimum over the side that keeps the soft bound does not touch it, it is
+  // the minimum of all; else the other side holds one that is as good.
+  bounds[problem.count] = soft;
+  const auto kept = minimise(H, g, bounds.data(), problem.count + 1);
+  if (kept && soft.a.dot(*kept) < soft.b - tolerance) return kept;
+  H += problem.slack_weight * soft.a * soft.a.transpose();
+  g += problem.slack_weight * soft.b * soft.a;
+  bounds[problem.count] = {-soft.a, -soft.b};
+  const auto left = minimise(H, g, bounds.data(), problem.count + 1);
+  return left ? left : kept;
+}
 
 Steering::Steering(double half_view_rad, const UnicycleLimits& limits, const Footprint& footprint)
     : half_view_rad_(half_view_rad), limits_(limits), footprint_(footprint) {}
@@ -165,12 +229,6 @@ Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input,
   return {v, command->y()};
 }
 
-namespace {
-
-bool moves(const Twist2& twist) { return std::abs(twist.v_mps) > 0.02 || std::abs(twist.w_radps) > 0.05; }
-
-}  // namespace
-
 /// Stuck: something was wanted, and for a while nothing came of it.
 bool Steering::is_stuck(const SteeringInput& input, const ShieldVerdict& last) {
   const bool near_goal =
@@ -194,31 +252,36 @@ SteeringOutput Steering::recover(const SteeringInput& input) {
   const double moved_m = std::hypot(input.pose.x_m - stuck_at_.x_m, input.pose.y_m - stuck_at_.y_m);
   SteeringOutput output;
   output.stuck = true;
-  const double side = stuck_count_ % 2 == 0 ? -1.0 : 1.0;
+  Recovery next = Recovery::none;
+  double most_s = recovery_s;
+  bool done = true;
   switch (recovery_) {
     case Recovery::look_left:
       output.reason = "blocked: looking around";
       output.command.w_radps = recovery_turn_radps;
-      if (turned > small_turn_rad || stands || in_it_s > recovery_s) begin(Recovery::look_right, input);
+      done = turned > small_turn_rad;
+      next = Recovery::look_right;
       break;
     case Recovery::look_right:
       output.reason = "blocked: looking around";
       output.command.w_radps = -recovery_turn_radps;
-      if (turned < -2.0 * small_turn_rad || stands || in_it_s > recovery_s) recovery_ = Recovery::none;
+      done = turned < -2.0 * small_turn_rad;
       break;
     case Recovery::back_up:
       output.reason = "blocked: backing up";
       output.command.v_mps = -recovery_back_mps;
-      if (moved_m > back_up_m || stands || in_it_s > recovery_s) recovery_ = Recovery::none;
+      done = moved_m > back_up_m;
       break;
     case Recovery::look_far:
       output.reason = "dead end: turning to look for a way";
-      output.command.w_radps = side * recovery_turn_radps;
-      if (std::abs(turned) > far_turn_rad || stands || in_it_s > 2.0 * recovery_s) recovery_ = Recovery::none;
+      output.command.w_radps = (stuck_count_ % 2 == 0 ? -1.0 : 1.0) * recovery_turn_radps;
+      done = std::abs(turned) > far_turn_rad;
+      most_s = 2.0 * recovery_s;
       break;
     case Recovery::none:
       break;
   }
+  if (done || stands || in_it_s > most_s) begin(next, input);
   if (recovery_ == Recovery::none) moving_s_ = input.time_s;
   return output;
 }

@@ -1,13 +1,128 @@
 #include "servo/control/ball_memory.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ballservo {
 
 namespace {
-constexpr double extrapolate_s = 1.5;  // a ball out of sight is taken to go on moving for so long
+
+constexpr double never = -std::numeric_limits<double>::infinity();
+constexpr double max_distance_m = 1e3;  // balls further off are no sightings
+constexpr double max_variance_m2 = 1e4;
+
+// White acceleration of the ball in the floor plane (power density q). The filter's time constant is (r /
+// q)^1/4 for sightings of noise density r: 0.36 s at 30 Hz and 10 mm.
+constexpr double acceleration_psd_m2ps3 = 2e-4;
+constexpr double drift_psd_m2ps = 1e-7;  // odometry's drift, as a random walk of the ball in its frame
+constexpr double speed_sigma_mps = 0.3;  // of a ball just seen
+// What the covariances leave out, the camera's calibration above all: per distance along the ray, and in
+// every direction.
+constexpr double model_share = 0.003, sigma_floor_m = 2e-4;
+constexpr double gate_sigmas = 4.0;     // 0.1 % of good sightings lie beyond (chi-square, 3 degrees)
+constexpr double min_speed_mps = 0.03;  // below this, or below three sigma, the ball is taken to rest
+constexpr double forget_s = 1.5;        // without a sighting for so long, the next one starts the filter anew
+constexpr double extrapolate_s = 1.5;   // a ball out of sight is taken to go on moving for so long
+
 }  // namespace
+
+TargetFilter::TargetFilter(const CameraMount& mount) : X_RC_(mount.X_RC()), time_s_(never), stamp_s_(never) {}
+
+void TargetFilter::propagate(double dt_s, State& state, Covariance& covariance) const {
+  Covariance F = Covariance::Identity();
+  F(0, 3) = F(1, 4) = dt_s;
+  state = F * state;
+  const double q = acceleration_psd_m2ps3;
+  Covariance Q = Covariance::Zero();
+  for (int axis = 0; axis < 2; ++axis) {
+    Q(axis, axis) = q * dt_s * dt_s * dt_s / 3.0;
+    Q(axis, axis + 3) = Q(axis + 3, axis) = q * dt_s * dt_s / 2.0;
+    Q(axis + 3, axis + 3) = q * dt_s;
+  }
+  for (int axis = 0; axis < 3; ++axis) Q(axis, axis) += drift_psd_m2ps * dt_s;
+  covariance = F * covariance * F.transpose() + Q;
+}
+
+void TargetFilter::start(double time_s, const Eigen::Vector3d& p_OB, const Eigen::Matrix3d& covariance_m2) {
+  state_.setZero();
+  state_.head<3>() = p_OB;
+  covariance_.setZero();
+  covariance_.topLeftCorner<3, 3>() = covariance_m2;
+  covariance_(3, 3) = covariance_(4, 4) = speed_sigma_mps * speed_sigma_mps;
+  time_s_ = time_s;
+  started_ = true;
+  doubts_ = 0;
+}
+
+TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, const Pose2& pose) {
+  const Eigen::Vector3d& p_CB = measurement.p_CB;
+  if (!measurement.is_sighting() || !std::isfinite(measurement.time_s) || !(measurement.time_s > stamp_s_) ||
+      !p_CB.allFinite() || !measurement.covariance_m2.allFinite() || p_CB.norm() > max_distance_m ||
+      measurement.covariance_m2.cwiseAbs().maxCoeff() > max_variance_m2) {
+    return Update::ignored;
+  }
+  // Symmetric, and with the floor that keeps it invertible whatever came in.
+  Eigen::Matrix3d R_C = 0.5 * (measurement.covariance_m2 + measurement.covariance_m2.transpose());
+  R_C += sigma_floor_m * sigma_floor_m * Eigen::Matrix3d::Identity() +
+         model_share * model_share * (p_CB * p_CB.transpose());
+  const Eigen::LLT<Eigen::Matrix3d> positive(R_C);
+  if (positive.info() != Eigen::Success) return Update::ignored;
+  stamp_s_ = measurement.time_s;
+
+  const Eigen::Isometry3d X_OC = X_WR(pose) * X_RC_;
+  const Eigen::Vector3d p_OB = X_OC * p_CB;
+  const Eigen::Matrix3d R = X_OC.linear() * R_C * X_OC.linear().transpose();
+  if (!p_OB.allFinite()) return Update::ignored;
+  if (!started_ || measurement.time_s - time_s_ > forget_s) {
+    start(measurement.time_s, p_OB, R);
+    return Update::started;
+  }
+
+  State state = state_;
+  Covariance covariance = covariance_;
+  propagate(measurement.time_s - time_s_, state, covariance);
+  const Eigen::Vector3d innovation = p_OB - state.head<3>();
+  const Eigen::Matrix3d S = covariance.topLeftCorner<3, 3>() + R;
+  const Eigen::LLT<Eigen::Matrix3d> S_llt(S);
+  const double distance2 = innovation.dot(S_llt.solve(innovation));
+  if (S_llt.info() != Eigen::Success || !(distance2 <= gate_sigmas * gate_sigmas)) {
+    if (++doubts_ < doubts_to_restart) return Update::doubted;
+    start(measurement.time_s, p_OB, R);
+    return Update::started;
+  }
+  doubts_ = 0;
+  const Eigen::Matrix<double, 5, 3> K = S_llt.solve(covariance.leftCols<3>().transpose()).transpose();
+  state_ = state + K * innovation;
+  // Joseph's form keeps the covariance positive.
+  Covariance I_KH = Covariance::Identity();
+  I_KH.leftCols<3>() -= K;
+  covariance_ = I_KH * covariance * I_KH.transpose() + K * R * K.transpose();
+  time_s_ = measurement.time_s;
+  return Update::accepted;
+}
+
+std::optional<TargetEstimate> TargetFilter::predict(double time_s) const {
+  if (!started_ || !std::isfinite(time_s)) return std::nullopt;
+  const double dt_s = std::max(0.0, time_s - time_s_);
+
+  // A speed counts once it stands out; in between it fades in, so that the command does not jump.
+  Eigen::Vector2d v = state_.tail<2>();
+  const double speed = v.norm();
+  const double sigma = std::sqrt(std::max(covariance_(3, 3), covariance_(4, 4)));
+  const double threshold = std::max(min_speed_mps, 3.0 * sigma);
+  v *= threshold > 0.0 ? std::clamp((speed - threshold) / (0.5 * threshold), 0.0, 1.0) : 1.0;
+
+  State state = state_;
+  state.tail<2>() = v;
+  Covariance covariance = covariance_;
+  propagate(dt_s, state, covariance);
+  if (!state.allFinite()) return std::nullopt;
+  return TargetEstimate{state.head<3>(), v, covariance.topLeftCorner<3, 3>()};
+}
 
 void BallMemory::see(const BallMeasurement& measurement, double arrived_s) {
   if (inbox_count_ == inbox_.size()) {  // more frames than steps can read: the oldest goes
@@ -32,7 +147,7 @@ void BallMemory::take_in(double time_s, const PoseHistory& poses) {
     frame_arrived_s_ = std::min(inbox_[i].arrived_s, time_s);
     track_state_ = frame.state;
     if (!frame.is_sighting()) continue;
-    const auto pose = poses.at(frame.time_s);
+    const auto pose = pose_at(poses, frame.time_s);
     if (!pose) continue;  // older than all that is remembered
     const TargetFilter::Update update = filter_.update(frame, *pose);
     if (update == TargetFilter::Update::ignored || update == TargetFilter::Update::doubted) continue;

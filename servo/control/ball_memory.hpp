@@ -1,15 +1,58 @@
-// What the controller knows of the ball: the frames that have arrived, and the filter behind them.
+// What the controller knows of the ball: the frames that have arrived, and the filter behind them, which says
+// where the ball is between and behind the camera's frames.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <optional>
 
 #include "servo/control/ball_measurement.hpp"
-#include "servo/control/target_filter.hpp"
-#include "servo/motion/pose_history.hpp"
+#include "servo/motion/motion_history.hpp"
 
 namespace ballservo {
+
+/// The ball as predicted: O is the odometry's frame, in which the robot's pose is X_OR.
+struct TargetEstimate {
+  Eigen::Vector3d p_OB{0, 0, 0};  ///< m
+  Eigen::Vector2d v_OB{0, 0};     ///< in the floor plane (m/s); 0 where the sightings do not support a speed
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< of p_OB
+};
+
+/// A Kalman filter of constant velocity (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to
+/// Tracking and Navigation", 6.2) in the floor plane, constant height. Sightings come late, with their own
+/// time stamps, and with the robot's pose at that time; duplicates and backward stamps are ignored. Allocates
+/// nothing.
+class TargetFilter {
+ public:
+  explicit TargetFilter(const CameraMount& mount);
+
+  /// So many sightings in a row far from the prediction, and the filter starts anew there.
+  static constexpr int doubts_to_restart = 3;
+
+  enum class Update { accepted, started, doubted, ignored };
+  /// `pose` is the odometry's at measurement.time_s. Measurements that are no sightings, not finite, or of an
+  /// impossible covariance are ignored.
+  Update update(const BallMeasurement& measurement, const Pose2& pose);
+
+  /// The ball at time_s, not before the last sighting; nothing before the first.
+  std::optional<TargetEstimate> predict(double time_s) const;
+
+  double last_time_s() const { return time_s_; }  ///< of the newest sighting taken, -inf before the first
+
+ private:
+  using State = Eigen::Matrix<double, 5, 1>;  // x, y, z, vx, vy in O
+  using Covariance = Eigen::Matrix<double, 5, 5>;
+  void propagate(double dt_s, State& state, Covariance& covariance) const;
+  void start(double time_s, const Eigen::Vector3d& p_OB, const Eigen::Matrix3d& covariance_m2);
+
+  Eigen::Isometry3d X_RC_;
+  bool started_ = false;
+  int doubts_ = 0;
+  double time_s_, stamp_s_;  // of the state; of the newest measurement looked at
+  State state_ = State::Zero();
+  Covariance covariance_ = Covariance::Zero();
+};
 
 /// Frames wait in an inbox until a control step takes them in. Allocates nothing.
 class BallMemory {

@@ -1,6 +1,7 @@
 // What the controller is about, and why it changes that: its state machine, as one table.
 #pragma once
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -68,13 +69,12 @@ std::string_view finding_text(Finding finding);
 class Findings {
  public:
   void add(Finding finding, bool holds = true) {
-    if (holds) bits_ |= bit(finding);
+    if (holds) bits_.set(static_cast<std::size_t>(finding));
   }
-  bool has(Finding finding) const { return (bits_ & bit(finding)) != 0; }
+  bool has(Finding finding) const { return bits_[static_cast<std::size_t>(finding)]; }
 
  private:
-  static constexpr std::uint32_t bit(Finding finding) { return 1u << static_cast<unsigned>(finding); }
-  std::uint32_t bits_ = bit(Finding::always);
+  std::bitset<finding_count> bits_{1u << static_cast<unsigned>(Finding::always)};
 };
 
 /// What a transition brings about besides the state.

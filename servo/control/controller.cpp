@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "calibration/base/options.hpp"
-#include "servo/motion/speed_envelope.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 

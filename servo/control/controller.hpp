@@ -11,8 +11,7 @@
 #include "servo/control/control_states.hpp"
 #include "servo/control/law.hpp"
 #include "servo/control/search.hpp"
-#include "servo/motion/motion_predictor.hpp"
-#include "servo/motion/pose_history.hpp"
+#include "servo/motion/motion_history.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {

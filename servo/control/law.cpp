@@ -1,5 +1,6 @@
 #include "servo/control/law.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibration/base/options.hpp"
@@ -30,6 +31,33 @@ void declare(OptionVisitor& v, LawOptions& law, const std::vector<std::string>& 
   v.choice("name", law.name, names, "the law");
   v.number("gain_per_s", law.gain_per_s, NumberRange::above(0, 10, "1/s"),
            "lambda of the exponential decay of the error that it asks for");
+}
+
+void LawCatalog::add(const std::string& name, Factory factory) {
+  for (auto& [known, its_factory] : laws_) {
+    if (known != name) continue;
+    its_factory = std::move(factory);
+    return;
+  }
+  laws_.emplace_back(name, std::move(factory));
+}
+
+std::vector<std::string> LawCatalog::names() const {
+  std::vector<std::string> names;
+  for (const auto& [name, factory] : laws_) names.push_back(name);
+  return names;
+}
+
+std::unique_ptr<Law> LawCatalog::make(const LawOptions& options, const ServoGoal& goal) const {
+  const auto found =
+      std::find_if(laws_.begin(), laws_.end(), [&](const auto& law) { return law.first == options.name; });
+  FaultList faults;
+  OptionChecker checker(faults, "law");
+  LawOptions law = options;
+  declare(checker, law, names());
+  check_options(faults, "target", goal);
+  faults.throw_if_any();
+  return found->second(options, goal);
 }
 
 double max_stable_gain_per_s(double sample_rate_hz, double delay_s) {

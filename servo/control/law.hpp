@@ -5,10 +5,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
@@ -58,13 +61,35 @@ class Law {
   virtual std::optional<LawOutput> command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) = 0;
 };
 
+/// The laws that exist in a program, by name.
+/// A value: a program copies the catalog of builtin_laws(), adds laws of its own, and hands it to whatever
+/// reads a law's name.
+class LawCatalog {
+ public:
+  /// Makes a law for options and goal that have been checked; throws InputError where the law cannot serve
+  /// that goal.
+  using Factory = std::function<std::unique_ptr<Law>(const LawOptions&, const ServoGoal&)>;
+
+  /// Adds a law, or replaces the one of that name.
+  void add(const std::string& name, Factory factory);
+
+  /// In the order in which they were added.
+  std::vector<std::string> names() const;
+
+  /// The law named options.name. Throws InputError with every fault of options and goal, and where no law of
+  /// that name exists.
+  std::unique_ptr<Law> make(const LawOptions& options, const ServoGoal& goal) const;
+
+ private:
+  std::vector<std::pair<std::string, Factory>> laws_;
+};
+
 /// The largest gain lambda (1/s) at which e' = -lambda e stays stable when the command is decided anew
 /// `sample_rate_hz` times a second and acts `delay_s` late: with n whole periods of delay (rounded up),
-/// e[k+1] = e[k]
-/// - lambda dt e[k-n] is stable below lambda dt = 2 sin(pi / (2 (2 n + 1))): 2 without delay, 1 with one
-/// period, 0.62 with two (Levin and May, "A note on difference-delay equations", Theoretical Population
-/// Biology 9, 1976). The controller predicts over the delay, which lifts this limit as long as it knows delay
-/// and motion well.
+/// e[k+1] = e[k] - lambda dt e[k-n] is stable below lambda dt = 2 sin(pi / (2 (2 n + 1))): 2 without delay, 1
+/// with one period, 0.62 with two (Levin and May, "A note on difference-delay equations", Theoretical
+/// Population Biology 9, 1976). The controller predicts over the delay, which lifts this limit as long as it
+/// knows delay and motion well.
 double max_stable_gain_per_s(double sample_rate_hz, double delay_s);
 
 /// Distance of the ball ahead of the axle (X_R, m): every law here is singular exactly where it is 0.

@@ -7,9 +7,6 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
-#include "servo/features/cone_feature.hpp"
-#include "servo/features/floor_feature.hpp"
-#include "servo/features/sphere_feature.hpp"
 #include "servo/features/visp_servo_law.hpp"
 
 namespace ballservo {
@@ -17,10 +14,9 @@ namespace ballservo {
 namespace {
 
 /// The first two coordinates of a BallFeature.
-template <typename Feature>
 class TwoCoordinates final : public BallFeatures {
  public:
-  TwoCoordinates(const Feature& feature, const Eigen::Vector3d& desired_p_CB)
+  TwoCoordinates(const BallFeature& feature, const Eigen::Vector3d& desired_p_CB)
       : s_(feature), desired_(feature) {
     desired_.buildFrom(desired_p_CB);
   }
@@ -34,7 +30,7 @@ class TwoCoordinates final : public BallFeatures {
   }
 
  private:
-  Feature s_, desired_;
+  BallFeature s_, desired_;
 };
 
 class PointAndDepth final : public BallFeatures {
@@ -70,15 +66,13 @@ class PointAndDepth final : public BallFeatures {
   vpFeatureDepth depth_, desired_depth_;
 };
 
-template <typename Feature>
-std::unique_ptr<Law> law_on(const LawOptions& options, const ServoGoal& goal, const Feature& feature) {
+std::unique_ptr<Law> law_on(const LawOptions& options, const ServoGoal& goal, const BallFeature& feature) {
   if (!feature.defined_at(goal.desired_p_CB())) {
     throw InputError("target.distance_m", number_text(goal.distance_m),
                      "a distance at which the features of law " + options.name + " are defined");
   }
-  return std::make_unique<VispServoLaw>(
-      options.gain_per_s, goal.mount,
-      std::make_unique<TwoCoordinates<Feature>>(feature, goal.desired_p_CB()));
+  return std::make_unique<VispServoLaw>(options.gain_per_s, goal.mount,
+                                        std::make_unique<TwoCoordinates>(feature, goal.desired_p_CB()));
 }
 
 }  // namespace

@@ -1,15 +1,15 @@
 // The laws that ballservo brings.
 #pragma once
 
-#include "servo/control/law_catalog.hpp"
+#include "servo/control/law.hpp"
 
 namespace ballservo {
 
-/// Each a set of features in a task of ViSP's (visp_servo_law.hpp):
-///   cone    log range and azimuth of the tangent cone, levelled (cone_feature.hpp); the default
+/// Each a set of features in a task of ViSP's (visp_servo_law.hpp), derived in ball_feature.hpp:
+///   cone    log range and azimuth of the tangent cone, levelled; the default
 ///   visp    x = X/Z of the ball's centre (vpFeaturePoint) and log(Z / Z*) (vpFeatureDepth)
-///   sphere  the first two of the centre over the radius, levelled (sphere_feature.hpp)
-///   pose    range and bearing from the axle in metres (floor_feature.hpp)
+///   sphere  the first two of the centre over the radius, levelled
+///   pose    range and bearing from the axle in metres
 ///
 /// visp in closed form, with s and c the sine and cosine of the pitch and l the camera's distance ahead of
 /// the axle:

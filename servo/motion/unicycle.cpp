@@ -1,7 +1,5 @@
 #include "servo/motion/unicycle.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "calibration/base/options.hpp"
@@ -9,8 +7,6 @@
 namespace ballservo {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// sin(x)/x and (1 - cos(x))/x, also where x is tiny.
 double sinc(double x) { return std::abs(x) < 1e-4 ? 1.0 - x * x / 6.0 : std::sin(x) / x; }
@@ -30,6 +26,19 @@ void cut_scales(double value, double low, double high, double& k_low, double& k_
   k_high = std::min(k_high, std::max(a, b));
 }
 
+/// Scales the whole command so that `speed` (one of its two parts) lies in [low, high].
+void cut(Twist2& command, double Twist2::*speed, double low, double high) {
+  const double wanted = command.*speed;
+  const double allowed = std::clamp(wanted, low, high);
+  if (allowed == wanted) return;
+  const double scale = allowed / wanted;
+  if (scale >= 0.0) {
+    command.v_mps *= scale;
+    command.w_radps *= scale;
+  }
+  command.*speed = allowed;
+}
+
 }  // namespace
 
 void declare(OptionVisitor& v, UnicycleLimits& limits) {
@@ -41,9 +50,35 @@ void declare(OptionVisitor& v, UnicycleLimits& limits) {
            "acceleration and deceleration of the turn");
 }
 
+void declare(OptionVisitor& v, CameraMount& mount) {
+  v.number("forward_m", mount.forward_m, NumberRange::within(-1, 1, "m"), "camera ahead of the axle",
+           required);
+  v.number("up_m", mount.up_m, NumberRange::above(0, 3, "m"), "camera over the floor", required);
+  v.number("pitch_down_rad", mount.pitch_down_rad, NumberRange::within(-1.5707, 1.5707, "rad"),
+           "optical axis below the horizon", required);
+}
+
+void declare(OptionVisitor& v, OdometryBound& bound) {
+  const NumberRange share = NumberRange::within(0, 0.2, "");
+  v.number("distance_share", bound.distance_share, share, "largest error, of the way");
+  v.number("turn_share", bound.turn_share, share, "largest error, of the turned angle");
+  v.number("turn_per_m_radpm", bound.turn_per_m_radpm, NumberRange::within(0, 0.2, "rad/m"),
+           "largest veering along the way");
+}
+
+Eigen::Isometry3d CameraMount::X_RC() const {
+  const double c = std::cos(pitch_down_rad), s = std::sin(pitch_down_rad);
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Vector3d(forward_m, 0.0, up_m);
+  X.linear().col(0) = Eigen::Vector3d(0, -1, 0);   // camera right
+  X.linear().col(1) = Eigen::Vector3d(-s, 0, -c);  // camera down
+  X.linear().col(2) = Eigen::Vector3d(c, 0, -s);   // camera forward
+  return X;
+}
+
 double wrap_angle(double angle_rad) {
-  const double wrapped = std::remainder(angle_rad, 2.0 * pi);
-  return wrapped <= -pi ? pi : wrapped;
+  const double wrapped = std::remainder(angle_rad, 2.0 * M_PI);
+  return wrapped <= -M_PI ? M_PI : wrapped;
 }
 
 Pose2 integrate(const Pose2& pose, const Twist2& twist, double dt_s) {
@@ -87,6 +122,42 @@ Twist2 limit_acceleration(const Twist2& current, const Twist2& command, const Un
   }
   return {std::clamp(wanted.v_mps, current.v_mps - dv, current.v_mps + dv),
           std::clamp(wanted.w_radps, current.w_radps - dw, current.w_radps + dw)};
+}
+
+RobotMotion drive(RobotMotion robot, const Twist2& command, const UnicycleLimits& limits, double dt_s,
+                  int steps) {
+  const double h = dt_s / steps;
+  for (int i = 0; i < steps; ++i) {
+    const Twist2 after = limit_acceleration(robot.twist, command, limits, h);
+    robot.pose = integrate(robot.pose, mean_twist(robot.twist, after), h);
+    robot.twist = after;
+  }
+  return robot;
+}
+
+double braking_speed(double way, double acceleration, double braking_share) {
+  return way > 0.0 ? std::sqrt(2.0 * braking_share * acceleration * way) : 0.0;
+}
+
+Twist2 limit_to_envelope(const Twist2& command, double range_error_m, const Eigen::Vector2d& p_RB,
+                         const Eigen::Vector2d& v_RB, const UnicycleLimits& limits) {
+  const auto speed = [](double way, double acceleration) {
+    return braking_speed(way, acceleration, envelope_braking_share);
+  };
+  Twist2 result = command;
+
+  const double forward = speed(std::max(range_error_m, 0.0) + range_slack_m, limits.a_max_mps2);
+  const double backward = speed(std::max(-range_error_m, 0.0) + range_slack_m, limits.a_max_mps2);
+  cut(result, &Twist2::v_mps, v_RB.x() - backward, v_RB.x() + forward);
+
+  const double bearing_rad = std::atan2(p_RB.y(), p_RB.x());
+  const double range2 = std::max(p_RB.squaredNorm(), 1e-6);
+  const double drift =
+      (p_RB.x() * v_RB.y() - p_RB.y() * v_RB.x()) / range2;  // of the bearing, by the ball's motion
+  const double left = speed(std::max(bearing_rad, 0.0) + bearing_slack_rad, limits.alpha_max_radps2);
+  const double right = speed(std::max(-bearing_rad, 0.0) + bearing_slack_rad, limits.alpha_max_radps2);
+  cut(result, &Twist2::w_radps, drift - right, drift + left);
+  return result;
 }
 
 Eigen::Isometry3d X_WR(const Pose2& pose) {

@@ -1,10 +1,12 @@
-// The plane kinematics of a robot with two driven wheels.
+// A robot with two driven wheels: what it is, its plane kinematics, and the speeds that it can keep.
 //
 // Robot frame R: x forward, y left, z up, origin on the floor under the middle of the axle. World frame W: z
 // up, floor at z = 0. Yaw counts from the world's x axis, counter-clockwise seen from above.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 
 namespace ballservo {
 
@@ -34,10 +36,50 @@ void declare(OptionVisitor& v, UnicycleLimits& limits);
 struct Footprint {
   double front_m = 0.210, rear_m = 0.301;  ///< ahead of the axle, behind it
   double half_width_m = 0.2125;
+
+  /// From the axle to the outermost corner.
+  double reach_m() const { return std::hypot(std::max(front_m, rear_m), half_width_m); }
+  /// From a point of the robot's frame; 0 inside.
+  double distance_m(const Eigen::Vector2d& p_R) const {
+    return std::hypot(std::max({p_R.x() - front_m, -rear_m - p_R.x(), 0.0}),
+                      std::max(std::abs(p_R.y()) - half_width_m, 0.0));
+  }
 };
 
 /// Pioneer 3-DX: 425 mm x 511 mm.
 inline constexpr Footprint pioneer_3dx_footprint{};
+
+/// How the camera sits on the robot: it looks ahead, in the middle plane, pitched down; level for a pitch of
+/// 0.
+struct CameraMount {
+  double forward_m = 0.10;       ///< ahead of the axle
+  double up_m = 0.28;            ///< over the floor
+  double pitch_down_rad = 0.21;  ///< of the optical axis below the horizon
+
+  /// The camera frame (x right, y down, z forward) in the robot frame (x forward, y left, z up).
+  Eigen::Isometry3d X_RC() const;
+};
+void declare(OptionVisitor& v, CameraMount& mount);
+
+/// How wrong dead reckoning may be: the bound that the robot's makers state and everybody else relies on.
+/// Between two moments, with the path length s and the turned angle |turn| both summed without sign:
+///   error of the path's length  <= distance_share * s
+///   error of the heading        <= turn_share * |turn| + turn_per_m * s
+struct OdometryBound {
+  double distance_share = 0;    ///< m per m
+  double turn_share = 0;        ///< rad per rad
+  double turn_per_m_radpm = 0;  ///< rad per m
+
+  /// Bound (m) on the error of where a resting point stands relative to the robot, after the path and turn
+  /// since it was seen; `distance_m` is the point's distance from the axle now. The point's place in the
+  /// robot frame changes by v and w x p, so its error grows by at most |dv| + |dw| |p|, and |p| was never
+  /// more than distance_m + path_m.
+  double point_error_m(double path_m, double turn_rad, double distance_m) const {
+    return distance_share * path_m +
+           (turn_share * turn_rad + turn_per_m_radpm * path_m) * (distance_m + path_m);
+  }
+};
+void declare(OptionVisitor& v, OdometryBound& bound);
 
 /// The same angle in (-pi, pi]; NaN stays NaN.
 double wrap_angle(double angle_rad);
@@ -57,6 +99,44 @@ Twist2 limit_speed(const Twist2& command, const UnicycleLimits& limits);
 /// stands.
 Twist2 limit_acceleration(const Twist2& current, const Twist2& command, const UnicycleLimits& limits,
                           double dt_s);
+
+/// The robot at one instant.
+struct RobotMotion {
+  Pose2 pose;
+  Twist2 twist;
+};
+
+inline Twist2 mean_twist(const Twist2& a, const Twist2& b) {
+  return {0.5 * (a.v_mps + b.v_mps), 0.5 * (a.w_radps + b.w_radps)};
+}
+
+/// The robot after one command was held for dt_s. The twist changes over it, so in so many steps, each an arc
+/// of its mean twist.
+RobotMotion drive(RobotMotion robot, const Twist2& command, const UnicycleLimits& limits, double dt_s,
+                  int steps);
+
+/// Share of the drive's deceleration that the envelope counts on. The rest is for a drive that brakes less
+/// than its model says.
+inline constexpr double envelope_braking_share = 0.85;
+
+/// The envelope takes errors as larger by these. Its slope at an error of 0 is then sqrt(share a / (2
+/// slack)), not infinite: 8 per second for the Pioneer's drive, four times the default gain of the laws.
+inline constexpr double range_slack_m = 0.002, bearing_slack_rad = 0.01;
+
+/// The largest speed from which a drive of acceleration `a` stops within `way`: sqrt(2 share a way); 0 for
+/// way <= 0.
+double braking_speed(double way, double acceleration, double braking_share);
+
+/// Limits a command so that the robot, braking, does not pass its goal: the closing speed stays within
+/// sqrt(2 share a (|range error| + slack)) towards the goal and within sqrt(2 share a slack) away from it,
+/// the turning rate likewise with the bearing. Both are meant relative to the ball.
+///   command          as the law asks for
+///   range_error_m    distance to the ball in the floor plane less the desired one, when the command acts
+///   p_RB, v_RB       the ball in the robot frame then (m), and its velocity over ground in those axes (m/s)
+/// The path keeps its curvature: the command is scaled down as a whole, except where a ball that comes closer
+/// asks for a speed of the other sign.
+Twist2 limit_to_envelope(const Twist2& command, double range_error_m, const Eigen::Vector2d& p_RB,
+                         const Eigen::Vector2d& v_RB, const UnicycleLimits& limits);
 
 /// X_WR as a transform of space.
 Eigen::Isometry3d X_WR(const Pose2& pose);

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "servo/avoidance/floor_fan.hpp"
+#include "servo/avoidance/floor_scan.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
-#include "servo/simulation/robot/floor_sensor.hpp"
+#include "servo/simulation/robot/geometric_sensors.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 
 namespace ballservo {

@@ -14,7 +14,7 @@
 #include "calibration/base/random.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/circles/circle_vote.hpp"
-#include "perception/outline/ball_position.hpp"
+#include "perception/outline/paper_refinement.hpp"
 #include "perception/segmentation/regions.hpp"
 #include "tests/perception/segmentation/class_pictures.hpp"
 

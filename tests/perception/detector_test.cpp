@@ -8,7 +8,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
-#include "perception/outline/ball_position.hpp"
+#include "perception/outline/paper_refinement.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

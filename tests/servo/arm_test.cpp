@@ -5,8 +5,7 @@
 #include <visp3/vs/vpServo.h>
 
 #include "calibration/base/random.hpp"
-#include "servo/features/cone_feature.hpp"
-#include "servo/features/sphere_feature.hpp"
+#include "servo/features/ball_feature.hpp"
 
 namespace ballservo {
 namespace {

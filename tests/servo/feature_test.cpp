@@ -9,9 +9,7 @@
 #include <functional>
 #include <memory>
 
-#include "servo/features/cone_feature.hpp"
-#include "servo/features/floor_feature.hpp"
-#include "servo/features/sphere_feature.hpp"
+#include "servo/features/ball_feature.hpp"
 #include "tests/servo/random_scene.hpp"
 
 namespace ballservo {

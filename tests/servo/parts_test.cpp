@@ -5,10 +5,9 @@
 #include <cmath>
 
 #include "calibration/base/random.hpp"
-#include "servo/control/target_filter.hpp"
-#include "servo/motion/motion_predictor.hpp"
-#include "servo/motion/pose_history.hpp"
-#include "servo/motion/speed_envelope.hpp"
+#include "servo/control/ball_memory.hpp"
+#include "servo/motion/motion_history.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 namespace {
@@ -58,20 +57,20 @@ TEST(SpeedEnvelope, BacksOffFromABallThatComesFast) {
 
 TEST(PoseHistory, InterpolatesAcrossTheWrapAndKnowsItsEnds) {
   PoseHistory history(4);
-  EXPECT_FALSE(history.at(0));
+  EXPECT_FALSE(pose_at(history, 0));
   history.add(1.0, {0, 0, 3.1});
   history.add(2.0, {1, 2, -3.1});
   history.add(1.5, {9, 9, 9});  // backward: ignored
-  ASSERT_TRUE(history.at(1.5));
-  EXPECT_DOUBLE_EQ(history.at(1.5)->x_m, 0.5);
-  EXPECT_NEAR(std::abs(wrap_angle(history.at(1.5)->yaw_rad)), M_PI, 1e-9);
-  EXPECT_DOUBLE_EQ(history.at(2.0)->y_m, 2);
-  EXPECT_FALSE(history.at(2.1));
-  EXPECT_FALSE(history.at(0.9));
-  EXPECT_FALSE(history.at(std::numeric_limits<double>::quiet_NaN()));
+  ASSERT_TRUE(pose_at(history, 1.5));
+  EXPECT_DOUBLE_EQ(pose_at(history, 1.5)->x_m, 0.5);
+  EXPECT_NEAR(std::abs(wrap_angle(pose_at(history, 1.5)->yaw_rad)), M_PI, 1e-9);
+  EXPECT_DOUBLE_EQ(pose_at(history, 2.0)->y_m, 2);
+  EXPECT_FALSE(pose_at(history, 2.1));
+  EXPECT_FALSE(pose_at(history, 0.9));
+  EXPECT_FALSE(pose_at(history, std::numeric_limits<double>::quiet_NaN()));
   for (int i = 3; i < 7; ++i) history.add(i, {});
-  EXPECT_FALSE(history.at(2.0));  // pushed out
-  EXPECT_TRUE(history.at(3.0));
+  EXPECT_FALSE(pose_at(history, 2.0));  // pushed out
+  EXPECT_TRUE(pose_at(history, 3.0));
 }
 
 TEST(MotionPredictor, IsTheRobotItselfThroughTheCommandsInFlight) {

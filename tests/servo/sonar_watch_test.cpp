@@ -1,10 +1,9 @@
-#include "servo/avoidance/sonar_watch.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "calibration/base/random.hpp"
+#include "servo/avoidance/sonar.hpp"
 
 namespace ballservo {
 namespace {

@@ -1,11 +1,10 @@
 // What the geometric reading of the floor says, against rays cast through the scene.
-#include "servo/simulation/robot/floor_sensor.hpp"
-
 #include <gtest/gtest.h>
 
 #include "calibration/base/random.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 #include "servo/simulation/rendering/scene.hpp"
+#include "servo/simulation/robot/geometric_sensors.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

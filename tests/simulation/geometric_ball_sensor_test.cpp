@@ -1,10 +1,9 @@
-#include "servo/simulation/robot/geometric_ball_sensor.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
 #include "calibration/base/fault.hpp"
+#include "servo/simulation/robot/geometric_sensors.hpp"
 #include "tests/simulation/dark_room.hpp"
 
 namespace ballservo {

@@ -1,12 +1,10 @@
-#include "servo/simulation/world/light_course.hpp"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 
-#include "servo/motion/mount.hpp"
 #include "servo/motion/unicycle.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
+#include "servo/simulation/world/world.hpp"
 #include "tests/simulation/dark_room.hpp"
 
 namespace ballservo {

@@ -1,8 +1,8 @@
-#include "servo/simulation/robot/odometry.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "servo/simulation/robot/unicycle_robot.hpp"
 
 namespace ballservo {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "calibration/camera/sphere_outline.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
-#include "servo/simulation/rendering/outline_coverage.hpp"
 #include "tests/simulation/dark_room.hpp"
 
 namespace ballservo {

@@ -1,10 +1,9 @@
-#include "servo/simulation/world/rolling_motion.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "calibration/base/random.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 namespace {

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "calibration/base/random.hpp"
-#include "servo/simulation/rendering/light_map.hpp"
 
 namespace ballservo {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "app/comparison/estimators/stopwatch.hpp"
-#include "perception/outline/ball_position.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
 namespace {

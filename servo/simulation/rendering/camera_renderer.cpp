@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "calibration/base/options.hpp"
-#include "servo/simulation/rendering/outline_coverage.hpp"
 
 namespace ballservo {
 
@@ -27,6 +26,9 @@ struct BallCone {
   double cos_alpha = 1, sin_alpha = 0;
   double tangent_distance = 0;  // from the camera to the outline's points on the ball
   int ball = 0;
+
+  /// The sine of the angle by which a unit ray lies inside: accurate for small balls too.
+  double inside(double cosine, double sine) const { return sin_alpha * cosine - cos_alpha * sine; }
 };
 
 /// One frame's view of the scene.
@@ -62,9 +64,8 @@ double ball_share(const BallCone& cone, const PixelRays& rays, double x, double 
   const double inverse = 1.0 / q.norm();
   const Eigen::Vector3d u = q * inverse;
   const double cosine = u.dot(cone.axis);
-  // Angle inside the cone, by the sine of the difference: accurate for small balls too.
   const double sine = (u - cosine * cone.axis).norm();
-  const double inside_rad = std::asin(std::clamp(cone.sin_alpha * cosine - cone.cos_alpha * sine, -1.0, 1.0));
+  const double inside_rad = std::asin(std::clamp(cone.inside(cosine, sine), -1.0, 1.0));
   if (sine < 1e-9) return inside_rad > 0 ? 1.0 : 0.0;
   // d(angle from the axis)/d(pixel) = -(axis . du/d(pixel)) / sine.
   const Eigen::Vector3d qx = rays.slope_x(y), qy = rays.slope_y(x);
@@ -98,8 +99,7 @@ void find_near_balls(const std::vector<BallCone>& cones, const PixelRays& rays, 
   for (const BallCone& cone : cones) {
     const double cosine = u.dot(cone.axis);
     const double sine = (u - cosine * cone.axis).norm();
-    const double inside =
-        cone.sin_alpha * cosine - cone.cos_alpha * sine;  // sine of the angle inside the cone
+    const double inside = cone.inside(cosine, sine);
     if (cosine <= 0 || inside < -reach_rad) continue;
     found.push_back({&cone, inside > reach_rad});
   }
@@ -198,42 +198,58 @@ std::vector<SolidCone> solid_cones(const Scene& scene, const Eigen::Vector3d& or
 
 }  // namespace
 
+double half_plane_share(double inside, double slope_x, double slope_y, double side) {
+  const double x = std::abs(slope_x) * side / 2, y = std::abs(slope_y) * side / 2;
+  const double longer = std::max(x, y), shorter = std::min(x, y);
+  const double distance = std::abs(inside);
+  double share = 1.0;  // of the side on which the centre lies
+  if (distance < longer - shorter) {
+    share = 0.5 + distance / (2 * longer);
+  } else if (distance < longer + shorter) {
+    const double corner = longer + shorter - distance;  // a triangle is cut off
+    share = 1.0 - corner * corner / (8 * longer * shorter);
+  }
+  return inside >= 0 ? share : 1.0 - share;
+}
+
 CameraRenderer::CameraRenderer(const Camera& camera, World world, const SensorOptions& sensor)
     : camera_(camera), world_(std::move(world)), light_map_(world_), sensor_(sensor) {
   check_options("sensor", sensor_);
   const int width = camera_.size().width_px + 1, height = camera_.size().height_px + 1;
-  corner_rays_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
-                      Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  const Eigen::Vector3f dark = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
+  corner_rays_.resize(static_cast<std::size_t>(width * height));
+  const auto corner = [&](int row, int column) -> Eigen::Vector3f& {
+    return corner_rays_[static_cast<std::size_t>(row * width + column)];
+  };
   tbb::parallel_for(0, height, [&](int row) {
     for (int column = 0; column < width; ++column) {
       const auto ray = camera_.unproject({column - 0.5, row - 0.5});
-      if (!ray) continue;
-      corner_rays_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-                   static_cast<std::size_t>(column)] = ray->cast<float>();
+      corner(row, column) = ray ? ray->cast<float>().eval() : dark;
     }
   });
-  const auto stride = static_cast<std::size_t>(width);
   const int fours = fours_of(width - 1);
-  center_rays_.resize(static_cast<std::size_t>(fours) * static_cast<std::size_t>(height - 1));
+  center_rays_.resize(static_cast<std::size_t>(fours * (height - 1)));
   for (int row = 0; row + 1 < height; ++row) {
     for (int column = 0; column < 4 * fours; ++column) {
-      const std::size_t at = static_cast<std::size_t>(row) * stride + static_cast<std::size_t>(column);
-      const Eigen::Vector3f* above = corner_rays_.data() + at;
-      const Eigen::Vector3f* below = above + stride;
-      const Eigen::Vector3f ray =
-          column + 1 < width ? Eigen::Vector3f(((above[0] + above[1]) + (below[0] + below[1])).normalized())
-                             : Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
+      Eigen::Vector3f ray = dark;
+      if (column + 1 < width) {
+        ray = ((corner(row, column) + corner(row, column + 1)) +
+               (corner(row + 1, column) + corner(row + 1, column + 1)))
+                  .normalized();
+      }
       Triple4& rays = center_rays_[static_cast<std::size_t>(row * fours + column / 4)];
       rays.x[column % 4] = ray.x();
       rays.y[column % 4] = ray.y();
       rays.z[column % 4] = ray.z();
     }
   }
-  for (std::size_t k = stride; k < corner_rays_.size(); ++k) {
-    const Eigen::Vector3f& here = corner_rays_[k];
-    const float along = k % stride == 0 ? 0.0f : (here - corner_rays_[k - 1]).norm();
-    for (const float step : {along, (here - corner_rays_[k - stride]).norm()}) {
-      if (step > widest_pixel_rad_) widest_pixel_rad_ = step;  // never for NaN
+  for (int row = 1; row < height; ++row) {
+    for (int column = 0; column < width; ++column) {
+      const Eigen::Vector3f& here = corner(row, column);
+      const float along = column == 0 ? 0.0f : (here - corner(row, column - 1)).norm();
+      for (const float step : {along, (here - corner(row - 1, column)).norm()}) {
+        if (step > widest_pixel_rad_) widest_pixel_rad_ = step;  // never for NaN
+      }
     }
   }
 }
@@ -245,13 +261,12 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
   const int width = camera_.size().width_px, height = camera_.size().height_px;
   const double pixel_rad = 1.0 / camera_.focal_px();
   const std::vector<SolidCone> solids = solid_cones(scene, view.origin, 2 * pixel_rad);
-  const auto stride = static_cast<std::size_t>(width) + 1;
+  const auto corner = [&](int row, int column) -> Eigen::Vector3d {
+    return view.R_WC * corner_rays_[static_cast<std::size_t>(row * (width + 1) + column)].cast<double>();
+  };
   const auto pixel_rays = [&](int row, int column) {
-    const std::size_t at = static_cast<std::size_t>(row) * stride + static_cast<std::size_t>(column);
-    const auto corner = [&](std::size_t index) -> Eigen::Vector3d {
-      return view.R_WC * corner_rays_[index].cast<double>();
-    };
-    return PixelRays(corner(at), corner(at + 1), corner(at + stride), corner(at + stride + 1));
+    return PixelRays(corner(row, column), corner(row, column + 1), corner(row + 1, column),
+                     corner(row + 1, column + 1));
   };
   const int fours = fours_of(width);
   const auto center_ray = [&](int row, int column) -> Eigen::Vector3d {
@@ -281,10 +296,8 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
     double min_cosine = 1.0;
     for (const int r : {row, row + rows}) {
       for (const int c : {column, column + columns}) {
-        const Eigen::Vector3d corner =
-            view.R_WC *
-            corner_rays_[static_cast<std::size_t>(r) * stride + static_cast<std::size_t>(c)].cast<double>();
-        min_cosine = std::min(min_cosine, corner.allFinite() ? corner.dot(middle) : -1.0);
+        const Eigen::Vector3d ray = corner(r, c);
+        min_cosine = std::min(min_cosine, ray.allFinite() ? ray.dot(middle) : -1.0);
       }
     }
     const double reach = 1.2 * std::acos(std::clamp(min_cosine, -1.0, 1.0)) + 2 * widest_rad;
@@ -331,7 +344,7 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
       if (cosine < cone.cos_alpha - 2 * widest_rad * (cone.sin_alpha + widest_rad)) continue;
       if (cone.tangent_distance >= hit.t) continue;
       const double sine = (direction - cosine * cone.axis).norm();
-      const double inside = cone.sin_alpha * cosine - cone.cos_alpha * sine;
+      const double inside = cone.inside(cosine, sine);
       if (std::abs(inside) < widest_rad) return outline_here;
       if (inside > 0) {
         ball = cone.ball;
@@ -349,6 +362,10 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
     return surfaces.data() + static_cast<std::ptrdiff_t>(row) * width;
   };
   cv::Mat colors(height, width, CV_32FC3);
+  const auto paint = [&colors](int row, int column, const Rgb& color) {
+    float* out = colors.ptr<float>(row) + 3 * column;
+    for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
+  };
   const int tile_columns = (width + tile_width - 1) / tile_width,
             tile_rows = (height + tile_height - 1) / tile_height;
   tbb::parallel_for(0, tile_rows, [&](int tile_row) {
@@ -365,8 +382,7 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
             Rgb color(four_colors.x[k], four_colors.y[k], four_colors.z[k]);
             surface_row(row)[column + k] =
                 surface ? *surface : show_center(row, column + k, near_solids, color);
-            float* out = colors.ptr<float>(row) + 3 * (column + k);
-            for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
+            paint(row, column + k, color);
           }
         }
       }
@@ -391,8 +407,7 @@ cv::Mat CameraRenderer::view_radiance(const CameraView& camera_view) const {
         candidates(rays.at(0.5, 0.5).normalized(), near_solids);
         find_near_balls(view.cones, rays, widest_rad, near_balls);
         const Rgb color = edge_pixel(view, rays, near_balls, near_solids, pixel_rad);
-        float* out = colors.ptr<float>(row) + 3 * column;
-        for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(color[2 - c]);
+        paint(row, column, color);
       }
     }
   });

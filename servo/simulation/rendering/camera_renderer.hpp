@@ -13,12 +13,16 @@
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
-#include "servo/simulation/rendering/light_map.hpp"
 #include "servo/simulation/rendering/scene.hpp"
 #include "servo/simulation/rendering/sensor.hpp"
 #include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
+
+/// How the renderer counts a ball's outline: the share (0 to 1) of a square that lies on the inner side of a
+/// straight line. `inside` is the signed distance of the square's centre from the line, positive inside;
+/// (slope_x, slope_y) the line's unit normal, either way round; lengths in the unit of `side`.
+double half_plane_share(double inside, double slope_x, double slope_y, double side);
 
 /// Where the camera is at one instant of an exposure.
 struct CameraView {

@@ -1,7 +1,7 @@
-#include "servo/simulation/rendering/intersection.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "servo/simulation/rendering/scene.hpp"
 
 namespace ballservo {
 
@@ -81,38 +81,25 @@ double hit_solid(const SceneSolid& solid, const Eigen::Vector3d& origin, const E
 
 void describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& direction,
                   SurfaceHit& hit, int& face) {
-  const Eigen::Vector3d q = to_solid(solid, p - solid.center), d = to_solid(solid, direction);
+  const Eigen::Vector3d q = to_solid(solid, p - solid.center);
   Eigen::Vector3d normal, u_axis, v_axis;
-  if (solid.kind == SceneSolid::Kind::disc) {
-    face = d.x() > 0.0 ? 0 : 1;
-    normal = {d.x() > 0.0 ? -1.0 : 1.0, 0, 0};
-    u_axis = {0, 1, 0};
+  const double radial = std::hypot(q.x(), q.y());
+  // On a cylinder's rim both are near zero; the nearer surface counts.
+  const bool end = solid.half.z() - std::abs(q.z()) < solid.half.x() - radial;
+  if (solid.kind == SceneSolid::Kind::cylinder && !end) {
+    face = 0;
+    normal = Eigen::Vector3d(q.x(), q.y(), 0) / std::max(radial, 1e-12);
+    u_axis = {-normal.y(), normal.x(), 0};
     v_axis = {0, 0, 1};
-    hit.uv_m = {q.y(), q.z()};
-  } else if (solid.kind == SceneSolid::Kind::cylinder) {
-    const double radial = std::hypot(q.x(), q.y());
-    // On the rim both are near zero; the nearer surface counts.
-    if (solid.half.z() - std::abs(q.z()) < solid.half.x() - radial) {
-      face = q.z() > 0 ? 5 : 4;
-      normal = {0, 0, q.z() > 0 ? 1.0 : -1.0};
-      u_axis = {1, 0, 0};
-      v_axis = {0, 1, 0};
-      hit.uv_m = {q.x(), q.y()};
-    } else {
-      face = 0;
-      normal = Eigen::Vector3d(q.x(), q.y(), 0) / std::max(radial, 1e-12);
-      u_axis = {-normal.y(), normal.x(), 0};
-      v_axis = {0, 0, 1};
-      hit.uv_m = {solid.half.x() * std::atan2(q.y(), q.x()), q.z()};
-    }
+    hit.uv_m = {solid.half.x() * std::atan2(q.y(), q.x()), q.z()};
   } else {
-    int axis = 0;
-    (solid.half - q.cwiseAbs()).minCoeff(&axis);
-    const bool positive = q[axis] > 0;
-    face = 2 * axis + (positive ? 1 : 0);
-    normal = Eigen::Vector3d::Zero();
-    normal[axis] = positive ? 1.0 : -1.0;
+    int axis = solid.kind == SceneSolid::Kind::disc ? 0 : 2;
+    if (solid.kind == SceneSolid::Kind::box) (solid.half - q.cwiseAbs()).minCoeff(&axis);
+    const bool positive =
+        solid.kind == SceneSolid::Kind::disc ? to_solid(solid, direction).x() <= 0 : q[axis] > 0;
     const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+    face = 2 * axis + (positive ? 1 : 0);
+    normal = Eigen::Vector3d::Unit(axis) * (positive ? 1.0 : -1.0);
     u_axis = Eigen::Vector3d::Unit(u);
     v_axis = Eigen::Vector3d::Unit(v);
     hit.uv_m = {q[u], q[v]};

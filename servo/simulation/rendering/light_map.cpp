@@ -1,5 +1,3 @@
-#include "servo/simulation/rendering/light_map.hpp"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -14,60 +12,43 @@ namespace {
 constexpr double cell_m = 0.04;
 constexpr int most_cells = 400;  // along a side
 
-/// A point of a surface from its coordinates, and its normal into the room.
-struct SurfaceFrame {
-  Eigen::Vector3d origin, u, v, normal;
-  Eigen::Vector2d low, high;
-};
-
-std::array<SurfaceFrame, 6> surface_frames(const Room& room) {
-  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(),
-                        z = Eigen::Vector3d::UnitZ();
-  const Eigen::Vector2d floor_low(room.x_min_m, room.y_min_m), floor_high(room.x_max_m, room.y_max_m);
-  const Eigen::Vector2d x_wall_low(room.y_min_m, 0), x_wall_high(room.y_max_m, room.height_m);
-  const Eigen::Vector2d y_wall_low(room.x_min_m, 0), y_wall_high(room.x_max_m, room.height_m);
-  return {{{Eigen::Vector3d::Zero(), x, y, z, floor_low, floor_high},
-           {room.height_m * z, x, y, -z, floor_low, floor_high},
-           {room.x_min_m * x, y, z, x, x_wall_low, x_wall_high},
-           {room.x_max_m * x, y, z, -x, x_wall_low, x_wall_high},
-           {room.y_min_m * y, x, z, y, y_wall_low, y_wall_high},
-           {room.y_max_m * y, x, z, -y, y_wall_low, y_wall_high}}};
-}
-
 }  // namespace
 
 LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
   World still = world;
   still.balls.clear();
   const Scene scene(still, 0);
-  const std::array<SurfaceFrame, 6> frames = surface_frames(world.room);
+  const Eigen::Vector3d room_low = world.room.low_m(), room_high = world.room.high_m();
   for (std::size_t surface = 0; surface < grids_.size(); ++surface) {
     const Material& material = surface == 0   ? world.room.floor
                                : surface == 1 ? world.room.ceiling
                                               : world.room.wall;
     if (material.luminous || lamps_ == 0) continue;
-    const SurfaceFrame& frame = frames[surface];
+    const SurfaceAxes& axes = surface_axes[surface / 2];
+    const bool high_end = surface % 2 == 1;
+    const Eigen::Vector3d normal = Eigen::Vector3d::Unit(axes.normal) * (high_end ? -1.0 : 1.0);
     Grid& grid = grids_[surface];
-    const Eigen::Vector2d extent = frame.high - frame.low;
+    grid.origin_m = {room_low[axes.u], room_low[axes.v]};
+    const Eigen::Vector2d extent = Eigen::Vector2d(room_high[axes.u], room_high[axes.v]) - grid.origin_m;
     const auto count = [](double length) {
       return std::clamp(static_cast<int>(std::ceil(length / cell_m)), 1, most_cells) + 1;
     };
     grid.columns = count(extent.x());
     grid.rows = count(extent.y());
-    grid.origin_m = frame.low;
     grid.cells_per_m = {(grid.columns - 1) / extent.x(), (grid.rows - 1) / extent.y()};
     grid.values.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows) * lamps_);
     tbb::parallel_for(0, grid.rows, [&](int row) {
       for (int column = 0; column < grid.columns; ++column) {
-        const double u = frame.low.x() + column / grid.cells_per_m.x();
-        const double v = frame.low.y() + row / grid.cells_per_m.y();
-        const Eigen::Vector3d p = frame.origin + u * frame.u + v * frame.v;
+        Eigen::Vector3d p;
+        p[axes.u] = grid.origin_m.x() + column / grid.cells_per_m.x();
+        p[axes.v] = grid.origin_m.y() + row / grid.cells_per_m.y();
+        p[axes.normal] = (high_end ? room_high : room_low)[axes.normal];
         float* const shares =
             &grid.values[(static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
                           static_cast<std::size_t>(column)) *
                          lamps_];
         for (std::size_t k = 0; k < lamps_; ++k)
-          shares[k] = static_cast<float>(scene.lamp_share(k, p, frame.normal));
+          shares[k] = static_cast<float>(scene.lamp_share(k, p, normal));
       }
     });
   }

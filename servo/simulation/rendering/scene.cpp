@@ -5,14 +5,10 @@
 #include <array>
 #include <cmath>
 
-#include "servo/simulation/rendering/intersection.hpp"
-#include "servo/simulation/rendering/light_map.hpp"
-
 namespace ballservo {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double openness_radii = 8;  // within which a ball keeps off light from everywhere
 
 /// Points on the unit disc, spread evenly (Vogel, Mathematical Biosciences 1979), for shadows of solids.
@@ -38,7 +34,7 @@ double covered_fraction(double a, double b, double distance) {
   const double alpha = std::acos(std::clamp((d2 + a2 - b2) / (2 * distance * a), -1.0, 1.0));
   const double beta = std::acos(std::clamp((d2 + b2 - a2) / (2 * distance * b), -1.0, 1.0));
   const double area = a2 * (alpha - std::sin(2 * alpha) / 2) + b2 * (beta - std::sin(2 * beta) / 2);
-  return std::clamp(area / (pi * a2), 0.0, 1.0);
+  return std::clamp(area / (M_PI * a2), 0.0, 1.0);
 }
 
 SceneSolid scene_solid(const Obstacle& obstacle) {
@@ -117,16 +113,12 @@ SurfaceHit Scene::hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector
                               const std::vector<int>& candidates) const {
   SurfaceHit hit;
   // The room is convex and holds the viewer: its nearest plane ahead is the one that the ray leaves through.
-  const double tx = direction.x() == 0.0
-                        ? no_hit
-                        : ((direction.x() > 0 ? room_.x_max_m : room_.x_min_m) - origin.x()) / direction.x();
-  const double ty = direction.y() == 0.0
-                        ? no_hit
-                        : ((direction.y() > 0 ? room_.y_max_m : room_.y_min_m) - origin.y()) / direction.y();
-  const double tz = direction.z() == 0.0
-                        ? no_hit
-                        : ((direction.z() > 0 ? room_.height_m : 0.0) - origin.z()) / direction.z();
-  hit.t = std::min({tx, ty, tz});
+  const Eigen::Vector3d low = room_.low_m(), high = room_.high_m();
+  Eigen::Vector3d leaves;  // the planes ahead, by axis
+  for (int k = 0; k < 3; ++k)
+    leaves[k] =
+        direction[k] == 0.0 ? no_hit : ((direction[k] > 0 ? high : low)[k] - origin[k]) / direction[k];
+  hit.t = leaves.minCoeff();
   int nearest = -1;
   for (const int index : candidates) {
     const double t = hit_solid(solids_[static_cast<std::size_t>(index)], origin, direction);
@@ -140,22 +132,15 @@ SurfaceHit Scene::hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector
     int face = 0;
     describe_hit(solids_[static_cast<std::size_t>(nearest)], p, direction, hit, face);
     hit.surface = 8 + 8 * nearest + face;
-  } else if (hit.t == tz) {
-    hit.surface = direction.z() > 0 ? 1 : 0;
-    hit.normal = {0, 0, direction.z() > 0 ? -1.0 : 1.0};
-    hit.uv_m = p.head<2>();
-  } else if (hit.t == tx) {
-    hit.surface = direction.x() > 0 ? 3 : 2;
-    hit.normal = {direction.x() > 0 ? -1.0 : 1.0, 0, 0};
-    hit.uv_m = {p.y(), p.z()};
-    hit.u_axis = {0, 1, 0};
-    hit.v_axis = {0, 0, 1};
   } else {
-    hit.surface = direction.y() > 0 ? 5 : 4;
-    hit.normal = {0, direction.y() > 0 ? -1.0 : 1.0, 0};
-    hit.uv_m = {p.x(), p.z()};
-    hit.u_axis = {1, 0, 0};
-    hit.v_axis = {0, 0, 1};
+    const int pair = hit.t == leaves.z() ? 0 : hit.t == leaves.x() ? 1 : 2;
+    const SurfaceAxes& axes = surface_axes[static_cast<std::size_t>(pair)];
+    const bool high_end = direction[axes.normal] > 0;
+    hit.surface = 2 * pair + (high_end ? 1 : 0);
+    hit.normal = Eigen::Vector3d::Unit(axes.normal) * (high_end ? -1.0 : 1.0);
+    hit.uv_m = {p[axes.u], p[axes.v]};
+    hit.u_axis = Eigen::Vector3d::Unit(axes.u);
+    hit.v_axis = Eigen::Vector3d::Unit(axes.v);
   }
   return hit;
 }
@@ -180,7 +165,7 @@ double Scene::visible_fraction(const Light& light, const Eigen::Vector3d& p, con
     const double reach = ball.radius + light.radius_m * std::max(along, 0.0) / distance;
     if (across2 >= 4.0 * reach * reach) continue;  // the disc's size grows near the ball: a wide bound
     const double length = std::sqrt(square);
-    const double ball_angle = length <= ball.radius ? pi / 2 : std::asin(ball.radius / length);
+    const double ball_angle = length <= ball.radius ? M_PI / 2 : std::asin(ball.radius / length);
     const double light_angle = std::max(std::atan2(light.radius_m, distance), 1e-4);
     visible *=
         1.0 - covered_fraction(light_angle, ball_angle, std::atan2(std::sqrt(std::max(across2, 0.0)), along));
@@ -211,23 +196,29 @@ double Scene::visible_fraction(const Light& light, const Eigen::Vector3d& p, con
   return visible;
 }
 
+std::optional<Scene::LampLight> Scene::lamp_light(const Light& light, const Eigen::Vector3d& p,
+                                                  const Eigen::Vector3d& normal, int own_ball,
+                                                  int own_solid) const {
+  const Eigen::Vector3d offset = light.position_m - p;
+  const double square = std::max(offset.squaredNorm(), 1e-4), distance = std::sqrt(square);
+  const Eigen::Vector3d to_light = offset / distance;
+  const double facing = normal.dot(to_light);
+  if (facing <= 0.0) return std::nullopt;
+  const double visible = visible_fraction(light, p, to_light, distance, own_ball, own_solid);
+  return visible <= 0.0 ? std::nullopt : std::make_optional(LampLight{to_light, facing, visible, square});
+}
+
 Rgb Scene::reflected(const Material& material, const Rgb& albedo, const Eigen::Vector3d& p,
                      const Eigen::Vector3d& normal, const Eigen::Vector3d& to_viewer, const Rgb& ambient,
                      int own_ball, int own_solid) const {
   Rgb diffuse = ambient, highlight = Rgb::Zero();
   for (const Light& light : lights_) {
-    const Eigen::Vector3d offset = light.position_m - p;
-    const double square = std::max(offset.squaredNorm(), 1e-4);
-    const double distance = std::sqrt(square);
-    const Eigen::Vector3d to_light = offset / distance;
-    const double facing = normal.dot(to_light);
-    if (facing <= 0.0) continue;
-    const double visible = visible_fraction(light, p, to_light, distance, own_ball, own_solid);
-    if (visible <= 0.0) continue;
-    const Rgb arriving = light.intensity * (visible / square);
-    diffuse += arriving * facing;
+    const auto lamp = lamp_light(light, p, normal, own_ball, own_solid);
+    if (!lamp) continue;
+    const Rgb arriving = light.intensity * (lamp->visible / lamp->square_m2);
+    diffuse += arriving * lamp->facing;
     if (material.specular > 0.0) {
-      const double half = normal.dot((to_light + to_viewer).normalized());
+      const double half = normal.dot((lamp->to_light + to_viewer).normalized());
       if (half > 0.0) highlight += arriving * std::pow(half, material.shininess);
     }
   }
@@ -235,12 +226,8 @@ Rgb Scene::reflected(const Material& material, const Rgb& albedo, const Eigen::V
 }
 
 double Scene::lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
-  const Light& light = lights_[lamp];
-  const Eigen::Vector3d offset = light.position_m - p;
-  const double square = std::max(offset.squaredNorm(), 1e-4), distance = std::sqrt(square);
-  const Eigen::Vector3d to_light = offset / distance;
-  const double facing = normal.dot(to_light);
-  return facing <= 0.0 ? 0.0 : facing * visible_fraction(light, p, to_light, distance, -1, -1) / square;
+  const auto light = lamp_light(lights_[lamp], p, normal, -1, -1);
+  return light ? light->facing * light->visible / light->square_m2 : 0.0;
 }
 
 /// Whether a ball could keep light of some lamp from points: they lie in its cone of half shadow.
@@ -297,17 +284,10 @@ bool Scene::shade_room(int surface, Float4 t, const Eigen::Vector3d& origin, con
   if (any(ball_takes_light(p))) return false;
   const Material& material = room_material(surface);
   const Float4 across_m = t * static_cast<float>(pixel_rad);
-  Pair4 uv_m, patch_m;
-  if (surface <= 1) {
-    uv_m = {p.x, p.y};
-    patch_m = seen_patches(across_m, directions.z, directions.x, directions.y);
-  } else if (surface <= 3) {
-    uv_m = {p.y, p.z};
-    patch_m = seen_patches(across_m, directions.x, directions.y, directions.z);
-  } else {
-    uv_m = {p.x, p.z};
-    patch_m = seen_patches(across_m, directions.y, directions.x, directions.z);
-  }
+  const SurfaceAxes& axes = surface_axes[static_cast<std::size_t>(surface / 2)];
+  const Float4 places[] = {p.x, p.y, p.z}, ways[] = {directions.x, directions.y, directions.z};
+  const Pair4 uv_m{places[axes.u], places[axes.v]};
+  const Pair4 patch_m = seen_patches(across_m, ways[axes.normal], ways[axes.u], ways[axes.v]);
   const Triple4 albedo = texture_colors(material.texture, uv_m, patch_m);
   const Triple4 lamps = light_map_->light(surface, uv_m, lights_), ambient = spread(ambient_);
   const Float4 openness = room_openness(room_, surface, p);

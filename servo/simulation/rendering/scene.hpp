@@ -4,6 +4,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "servo/simulation/world/float4.hpp"
@@ -44,7 +47,44 @@ struct RoomHits {
   Int4 surface;  ///< 0 to 5
 };
 
-class LightMap;
+/// Of the room's surfaces 2 k and 2 k + 1 (at the low and the high end of the normal): the world's axes along
+/// which the surface coordinates u and v run, and the axis of the normal.
+struct SurfaceAxes {
+  int u, v, normal;
+};
+inline constexpr std::array<SurfaceAxes, 3> surface_axes{{{0, 1, 2}, {1, 2, 0}, {0, 2, 1}}};
+
+inline constexpr double no_hit = std::numeric_limits<double>::infinity();
+
+/// Distance along the ray to a solid's surface, `no_hit` where it misses it or starts inside.
+double hit_solid(const SceneSolid& solid, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
+
+/// Face (0-5: -x +x -y +y -z +z of its own frame; cylinders: 0 the side, 4 and 5 the ends), normal and
+/// surface coordinates of a point on the solid.
+void describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& direction,
+                  SurfaceHit& hit, int& face);
+
+/// Lamps and solids stand still, so this is worked out once: what floor, ceiling and walls get of each lamp,
+/// in the shade of the solids but not of the balls, on a grid of 4 cm (coarser where a surface is longer than
+/// 16 m), interpolated in between.
+class LightMap {
+ public:
+  explicit LightMap(const World& world);
+
+  /// The light of all lamps on four points, each lamp as bright as `lights` says (the world's, in its order).
+  /// `surface` from 0 to 5 and `uv_m` as in SurfaceHit.
+  Triple4 light(int surface, const Pair4& uv_m, const std::vector<Light>& lights) const;
+
+ private:
+  struct Grid {
+    Eigen::Vector2d origin_m{0, 0};
+    Eigen::Vector2d cells_per_m{1, 1};
+    int columns = 0, rows = 0;  // 0: nothing to be lit
+    std::vector<float> values;  // lamps fastest, then columns
+  };
+  std::size_t lamps_ = 0;
+  std::array<Grid, 6> grids_;
+};
 
 class Scene {
  public:
@@ -88,6 +128,14 @@ class Scene {
   const Material& room_material(int surface) const;
   Int4 shaded_by_ball(const Triple4& p) const;
   Int4 ball_takes_light(const Triple4& p) const;
+  /// What of a lamp's light comes to a point of a surface.
+  struct LampLight {
+    Eigen::Vector3d to_light;
+    double facing, visible;  // the cosine; the share of the lamp that is not hidden
+    double square_m2;        // of the distance
+  };
+  std::optional<LampLight> lamp_light(const Light& light, const Eigen::Vector3d& p,
+                                      const Eigen::Vector3d& normal, int own_ball, int own_solid) const;
   Rgb reflected(const Material& material, const Rgb& albedo, const Eigen::Vector3d& p,
                 const Eigen::Vector3d& normal, const Eigen::Vector3d& to_viewer, const Rgb& ambient,
                 int own_ball, int own_solid) const;

@@ -17,35 +17,29 @@ namespace ballservo {
 
 namespace {
 
-/// 65536 equally likely values of a standard normal: four draws from each random word.
-class NormalTable {
- public:
-  static constexpr int size = 1 << 16;
-  NormalTable() : values_(size) {
-    // The quantile at (k + 0.5) / size by Newton's method on the distribution function, from the middle
-    // outwards.
-    double z = 0, square_sum = 0;
-    for (int k = size / 2; k < size; ++k) {
-      const double p = (k + 0.5) / size;
-      for (int step = 0; step < 4; ++step) {
-        const double density = 0.3989422804014327 * std::exp(-z * z / 2);
-        z -= (0.5 * std::erfc(-z * 0.7071067811865476) - p) / density;
-      }
-      values_[static_cast<std::size_t>(k)] = static_cast<float>(z);
-      square_sum += 2 * z * z;
+/// So many equally likely values of a standard normal: four draws from each random word.
+constexpr std::size_t normal_values = 1 << 16;
+std::vector<float> normal_table() {
+  std::vector<float> values(normal_values);
+  // The quantile at (k + 0.5) / size by Newton's method on the distribution function, from the middle
+  // outwards.
+  double z = 0, square_sum = 0;
+  for (std::size_t k = normal_values / 2; k < normal_values; ++k) {
+    const double p = (static_cast<double>(k) + 0.5) / normal_values;
+    for (int step = 0; step < 4; ++step) {
+      const double density = 0.3989422804014327 * std::exp(-z * z / 2);
+      z -= (0.5 * std::erfc(-z * 0.7071067811865476) - p) / density;
     }
-    const double scale = 1.0 / std::sqrt(square_sum / size);
-    for (int k = size / 2; k < size; ++k) {
-      float& value = values_[static_cast<std::size_t>(k)];
-      value = static_cast<float>(value * scale);
-      values_[static_cast<std::size_t>(size - 1 - k)] = -value;
-    }
+    values[k] = static_cast<float>(z);
+    square_sum += 2 * z * z;
   }
-  float operator[](std::uint64_t bits) const { return values_[bits & (size - 1)]; }
-
- private:
-  std::vector<float> values_;
-};
+  const double scale = 1.0 / std::sqrt(square_sum / normal_values);
+  for (std::size_t k = normal_values / 2; k < normal_values; ++k) {
+    values[k] = static_cast<float>(values[k] * scale);
+    values[normal_values - 1 - k] = -values[k];
+  }
+  return values;
+}
 
 /// The word of that number in a stream of random words (SplitMix64: Steele, Lea and Flood, OOPSLA 2014).
 std::uint64_t random_word(std::uint64_t stream, std::uint64_t number) {
@@ -53,11 +47,6 @@ std::uint64_t random_word(std::uint64_t stream, std::uint64_t number) {
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
   return x ^ (x >> 31);
-}
-
-const NormalTable& normal_table() {
-  static const NormalTable table;
-  return table;
 }
 
 /// The weights from the middle to one side; the other side's are the same.
@@ -74,14 +63,8 @@ std::vector<float> gaussian_kernel(double sigma_px) {
   return kernel;
 }
 
-void scale_row(const float* __restrict row, float weight, int width, float* __restrict sum) {
-  for (int i = 0; i < width; ++i) sum[i] = weight * row[i];
-}
-
-void add_rows(const float* __restrict one, const float* __restrict other, float weight, int width,
-              float* __restrict sum) {
-  for (int i = 0; i < width; ++i) sum[i] += weight * (one[i] + other[i]);
-}
+using Row = Eigen::Map<Eigen::ArrayXf>;
+using ConstRow = Eigen::Map<const Eigen::ArrayXf>;
 
 /// One row of the blurred picture; `columns` holds the row blurred along y with `reach` pixels more on either
 /// side.
@@ -93,19 +76,22 @@ void blur_row(const cv::Mat& light, int row, const std::vector<float>& kernel, s
     return;
   }
   float* middle = columns.data() + 3 * reach;
-  const auto source = [&](int k) { return light.ptr<float>(std::clamp(row + k, 0, light.rows - 1)); };
-  scale_row(source(0), kernel[0], width, middle);
-  for (int k = 1; k <= reach; ++k)
-    add_rows(source(-k), source(k), kernel[static_cast<std::size_t>(k)], width, middle);
+  const auto source = [&](int k) {
+    return ConstRow(light.ptr<float>(std::clamp(row + k, 0, light.rows - 1)), width);
+  };
+  Row sum(middle, width), blurred_row(blurred.data(), width);
+  sum = kernel[0] * source(0);
+  for (int k = 1; k <= reach; ++k) sum += kernel[static_cast<std::size_t>(k)] * (source(-k) + source(k));
   for (int k = 1; k <= reach; ++k) {
     for (int c = 0; c < 3; ++c) {
       middle[-3 * k + c] = middle[c];
       middle[width - 3 + 3 * k + c] = middle[width - 3 + c];
     }
   }
-  scale_row(middle, kernel[0], width, blurred.data());
+  blurred_row = kernel[0] * sum;
   for (int k = 1; k <= reach; ++k) {
-    add_rows(middle - 3 * k, middle + 3 * k, kernel[static_cast<std::size_t>(k)], width, blurred.data());
+    blurred_row += kernel[static_cast<std::size_t>(k)] *
+                   (ConstRow(middle - 3 * k, width) + ConstRow(middle + 3 * k, width));
   }
 }
 
@@ -138,7 +124,7 @@ cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t
           std::floor(255.0 * std::pow(k / (255.0 * 16.0), 1.0 / options.gamma) + 0.5)));
     }
   }
-  const NormalTable& normal = normal_table();
+  static const std::vector<float> normal = normal_table();
 
   cv::Mat picture(light.rows, light.cols, CV_8UC3);
   tbb::parallel_for(tbb::blocked_range<int>(0, light.rows, 8), [&](const tbb::blocked_range<int>& rows) {
@@ -152,7 +138,7 @@ cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t
         sigmas = (read2 + shot * levels.max(0.0f)).sqrt();
         for (std::size_t i = 0; i < width; i += 4) {
           const std::uint64_t bits = random_word(frame_seed, static_cast<std::uint64_t>(row) * width + i);
-          for (std::size_t k = 0; k < 4; ++k) noise[i + k] = normal[bits >> (16 * k)];
+          for (std::size_t k = 0; k < 4; ++k) noise[i + k] = normal[(bits >> (16 * k)) % normal_values];
         }
         levels += sigmas * Eigen::Map<const Eigen::ArrayXf>(noise.data(), levels.size());
       }

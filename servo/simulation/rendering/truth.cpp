@@ -1,7 +1,5 @@
 #include "servo/simulation/rendering/truth.hpp"
 
-#include "servo/simulation/rendering/visible_fraction.hpp"
-
 namespace ballservo {
 
 namespace {

@@ -31,20 +31,6 @@ void declare(OptionVisitor& v, SonarOptions& sonar) {
            "surfaces echo up to this angle from their normal");
 }
 
-std::string_view sonar_fault_name(SonarFault::Kind kind) {
-  switch (kind) {
-    case SonarFault::Kind::dead:
-      return "dead";
-    case SonarFault::Kind::stuck:
-      return "stuck";
-    case SonarFault::Kind::reads_long:
-      return "long";
-    case SonarFault::Kind::late:
-      break;
-  }
-  return "late";
-}
-
 /// A cone seen from above, and the nearest echo in it so far.
 struct SonarRing::Beam {
   Eigen::Vector2d apex_m, axis, right, left;  // unit vectors; right and left bound the cone

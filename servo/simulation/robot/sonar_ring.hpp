@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "calibration/base/random.hpp"
@@ -47,9 +46,6 @@ struct SonarFault {
   double from_s = 0;
   double amount = 0;
 };
-
-/// "dead", "stuck", "long", "late".
-std::string_view sonar_fault_name(SonarFault::Kind kind);
 
 /// The order in which the transducers of an array fire: neighbours never one after the other.
 inline constexpr std::array<std::size_t, 8> sonar_firing_order{0, 4, 1, 5, 2, 6, 3, 7};

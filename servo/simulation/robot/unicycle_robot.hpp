@@ -1,11 +1,16 @@
-// The simulated robot: takes commands, answers them late, within its limits, along exact arcs.
+// The simulated robot: takes commands, answers them late, within its limits, along exact arcs; and what it
+// believes of its own way.
 #pragma once
 
+#include <cstdint>
 #include <deque>
 
+#include "calibration/base/random.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
+
+class OptionVisitor;
 
 class UnicycleRobot {
  public:
@@ -22,8 +27,8 @@ class UnicycleRobot {
   void advance_to(double time_s);
 
   double time_s() const { return time_s_; }
-  const Pose2& pose() const { return pose_; }     ///< X_WR; the yaw is not wrapped
-  const Twist2& twist() const { return twist_; }  ///< as the wheels turn now
+  const Pose2& pose() const { return motion_.pose; }     ///< X_WR; the yaw is not wrapped
+  const Twist2& twist() const { return motion_.twist; }  ///< as the wheels turn now
 
  private:
   struct Pending {
@@ -32,12 +37,41 @@ class UnicycleRobot {
   };
   void drive(double until_s);
 
-  Pose2 pose_;
+  RobotMotion motion_;
   UnicycleLimits limits_;
   double delay_s_;
   double time_s_ = 0;
-  Twist2 twist_, followed_;
+  Twist2 followed_;
   std::deque<Pending> pending_;
+};
+
+struct OdometryOptions {
+  OdometryBound bound;  ///< what the robot is told
+  /// The errors are this many times those that the bound allows; above 1 it is broken. 0: exact odometry.
+  double excess = 1;
+};
+void declare(OptionVisitor& v, OdometryOptions& odometry);
+
+/// Dead reckoning with an error that stays within a stated bound. Errors are drawn anew for every run: seven
+/// tenths of the bound are the run's own (a wheel's diameter, the axle's length), three tenths change with
+/// every step.
+class Odometry {
+ public:
+  Odometry(const OdometryOptions& options, const Pose2& start, std::uint64_t seed);
+
+  /// The robot has moved on, along one arc, to its true pose.
+  void move(const Pose2& true_pose);
+
+  const Pose2& pose() const { return pose_; }
+  /// The wheels' speeds as measured when they truly are `twist`.
+  Twist2 measure(const Twist2& twist) const;
+
+ private:
+  OdometryOptions options_;
+  bool exact_ = false;
+  RandomEngine engine_;
+  double scale_error_, turn_error_, veer_error_;  // the run's own, in shares of the bound
+  Pose2 pose_, true_pose_;
 };
 
 }  // namespace ballservo

@@ -21,7 +21,10 @@ enum class Pattern { plain, checks, tiles, noise, wood };
 inline constexpr std::array<Pattern, 5> all_patterns{Pattern::plain, Pattern::checks, Pattern::tiles,
                                                      Pattern::noise, Pattern::wood};
 
-std::string_view pattern_name(Pattern pattern);
+inline std::string_view pattern_name(Pattern pattern) {
+  constexpr std::string_view names[] = {"plain", "checks", "tiles", "noise", "wood"};
+  return names[static_cast<std::size_t>(pattern)];
+}
 
 /// A pattern of two colours. `scale_m`: side of a check or tile, size of the noise's largest grains, width of
 /// a board.

@@ -10,8 +10,6 @@
 #include <variant>
 #include <vector>
 
-#include "servo/simulation/world/light_course.hpp"
-#include "servo/simulation/world/rolling_motion.hpp"
 #include "servo/simulation/world/texture.hpp"
 
 namespace ballservo {
@@ -46,6 +44,18 @@ struct WaypointMotion {
     Eigen::Vector3d position_m{0, 0, 0};
   };
   std::vector<Point> points;  ///< one or more, times rising
+};
+/// Rolls straight from `start_s` on, slowed by friction, and is thrown back by the walls of a rectangle.
+struct RollingMotion {
+  Eigen::Vector2d velocity_mps{0, 0};  ///< at start_s
+  double start_s = 0;                  ///< rests before
+  double friction_mps2 = 0;            ///< deceleration along the way; it rests once it stands
+  double restitution = 1;              ///< share of the speed towards a wall that a bounce gives back
+  Eigen::Vector2d low_m{-1e9, -1e9}, high_m{1e9, 1e9};  ///< where its centre can be: the room less its radius
+
+  /// Where a ball that lay at `start_m` is at a time. Exact from bounce to bounce; after 10000 bounces, or
+  /// between walls that leave it no room, it rests.
+  Eigen::Vector2d place(const Eigen::Vector2d& start_m, double time_s) const;
 };
 using Motion = std::variant<StaticMotion, LinearMotion, CircleMotion, WaypointMotion, RollingMotion>;
 
@@ -95,6 +105,31 @@ struct Obstacle {
   double bounding_radius_m() const;
 };
 
+inline constexpr double min_temperature_k = 1667, max_temperature_k = 25000;
+
+/// What a camera of sRGB's primaries sees of a black body of that temperature (K, from min_temperature_k to
+/// max_temperature_k), linear and of luminance 1; a channel outside the gamut is 0. The chromaticity is the
+/// cubic approximation of the Planckian locus by Kang, Moon, Hong, Lee, Cho and Kim, Journal of the Korean
+/// Physical Society 41(6), 2002, pages 865-871; the primaries are those of IEC 61966-2-1.
+Rgb planckian_rgb(double temperature_k);
+
+/// A light at one moment.
+struct LightKey {
+  double time_s = 0;
+  double temperature_k = 6500;
+  double level = 1;  ///< factor on its intensity
+};
+
+/// How a light changes: linearly in temperature and level from one key to the next, at once where two keys
+/// share a time; as the first key before it and as the last one after it.
+struct LightCourse {
+  double white_balance_k = 6500;  ///< the temperature that the camera shows as white
+  std::vector<LightKey> keys;     ///< in order of time; none: the light never changes
+
+  /// Factors on the light's intensity at a time: (1, 1, 1) at the white balance's temperature and level 1.
+  Rgb gain(double time_s) const;
+};
+
 /// A lamp: a sphere that shines alike in all directions. `intensity` is what a surface of reflectance 1 shows
 /// at 1 m when it faces the lamp; it falls with the square of the distance. Its radius makes shadows soft.
 struct Light {
@@ -113,6 +148,9 @@ struct AmbientLight {
 struct Room {
   double x_min_m = -2, x_max_m = 6.5, y_min_m = -3.5, y_max_m = 3.5, height_m = 2.6;
   Material floor, wall, ceiling;
+
+  Eigen::Vector3d low_m() const { return {x_min_m, y_min_m, 0}; }
+  Eigen::Vector3d high_m() const { return {x_max_m, y_max_m, height_m}; }
 };
 
 struct World {
@@ -127,11 +165,14 @@ struct World {
   const Ball* find_ball(const std::string& name) const;
 };
 
-/// Where an obstacle stands, seen from above: the corners of its outline counter-clockwise (world, m); a
-/// circle where `radius_m` > 0 (then the only point is its centre).
+/// Where an obstacle stands, seen from above: the corners of its convex outline counter-clockwise (world, m);
+/// a circle where `radius_m` > 0 (then the only point is its centre).
 struct FloorOutline {
   std::vector<Eigen::Vector2d> points_m;
   double radius_m = 0;
+
+  /// From a point of the floor; 0 inside.
+  double distance_m(const Eigen::Vector2d& p) const;
 };
 FloorOutline floor_outline(const Obstacle& obstacle);
 

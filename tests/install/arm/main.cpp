@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <cstdio>
 
-#include "servo/features/cone_feature.hpp"
+#include "servo/features/ball_feature.hpp"
 
 int main() {
   vpViper850 arm;

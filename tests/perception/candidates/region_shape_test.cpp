@@ -1,10 +1,10 @@
-#include "perception/candidates/region_shape.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
+
+#include "perception/candidates/region_outline.hpp"
 
 namespace ballservo {
 namespace {

@@ -1,5 +1,3 @@
-#include "perception/candidates/straight_sides.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,7 +5,7 @@
 #include <functional>
 #include <set>
 
-#include "perception/segmentation/boundary_chain.hpp"
+#include "perception/candidates/region_outline.hpp"
 #include "perception/segmentation/regions.hpp"
 
 namespace ballservo {

@@ -1,9 +1,9 @@
-#include "perception/judgement/outline_shape.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+
+#include "perception/judgement/outline_support.hpp"
 
 namespace ballservo {
 namespace {

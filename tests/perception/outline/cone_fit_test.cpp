@@ -7,7 +7,7 @@
 
 #include "calibration/base/random.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "perception/outline/ball_position.hpp"
+#include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "perception/outline/ball_position.hpp"
 #include "perception/outline/camera_response.hpp"
+#include "perception/outline/paper_refinement.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

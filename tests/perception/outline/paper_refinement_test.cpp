@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "perception/outline/ball_position.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {

@@ -114,9 +114,9 @@ TEST(Regions, AreThoseOfFlooding) {
       }
     }
     for (std::size_t i = 0; i < regions.size(); ++i) {
-      const RegionNumbers found = segmented.map.neighbors(static_cast<int>(i));
-      ASSERT_EQ(std::set<int>(found.begin(), found.end()), neighbors[i]);
-      ASSERT_EQ(found.size(), neighbors[i].size());
+      ASSERT_EQ(regions[i].only_neighbor, neighbors[i].empty()       ? Region::no_neighbor
+                                          : neighbors[i].size() == 1 ? *neighbors[i].begin()
+                                                                     : Region::several);
       const cv::Rect& box = boxes[i];
       ASSERT_EQ(regions[i].box, box);
       ASSERT_EQ(regions[i].touches_border,
@@ -163,13 +163,13 @@ TEST(Regions, AbsorbAHighlightButNotABallInFrontOfALargerOne) {
     EXPECT_GT(cv::norm(cv::Point(pixel.u_px, pixel.v_px) - cv::Point(34, 24)), 5);
 }
 
-TEST(Regions, KnowTheirNeighbours) {
+TEST(Regions, OfOtherClassesAreNeighboursToo) {
   cv::Mat numbers = blank();
   cv::rectangle(numbers, {10, 10}, {30, 30}, 1, cv::FILLED);
   cv::rectangle(numbers, {31, 10}, {50, 30}, 2, cv::FILLED);
   const Segmented segmented(numbers, 2);
-  const auto neighbors = segmented.map.neighbors(segmented.region_of(1));
-  EXPECT_NE(std::find(neighbors.begin(), neighbors.end(), segmented.region_of(2)), neighbors.end());
+  const auto& regions = segmented.map.regions();
+  EXPECT_EQ(regions[static_cast<std::size_t>(segmented.region_of(1))].only_neighbor, Region::several);
 }
 
 TEST(Regions, BoundaryIsTheRimWithoutHolesAndWithoutThePicturesBorder) {

@@ -1,4 +1,4 @@
-#include "servo/avoidance/floor_fan.hpp"
+#include "servo/avoidance/floor_scan.hpp"
 
 #include <cmath>
 
