@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/base/random.hpp"
@@ -23,22 +24,41 @@ TEST(CameraResponse, RisesFromDarkToWhiteWithItsSlope) {
   }
 }
 
-TEST(ResponseBelief, TakesGreyLevelsForLightUntilTheEdgesSayOtherwise) {
+TEST(ResponseBelief, IsSrgbUntilTheEdgesSayOtherwise) {
   ResponseBelief belief;
-  EXPECT_EQ(&belief.likelier(), &CameraResponse::linear());
-  belief.add(3);
-  EXPECT_EQ(&belief.likelier(), &CameraResponse::linear());
+  EXPECT_TRUE(belief.srgb());
+  belief.add({-8, -5});
+  EXPECT_TRUE(belief.srgb());
+  belief.add({-1e9, -5});  // one picture, however loud, does not settle it
+  EXPECT_FALSE(belief.srgb());
   EXPECT_TRUE(belief.open());
-  belief.add(1e9);  // one ball, however loud, does not settle it
-  EXPECT_EQ(&belief.likelier(), &CameraResponse::srgb());
-  EXPECT_TRUE(belief.open());
-  belief.add(10);
+  belief.add({-20, -20});
+  belief.add({-20, -20});
   EXPECT_FALSE(belief.open());
+}
+
+TEST(ResponseBelief, OfCoarseColoursSaysNothingOfTheResponse) {
+  ResponseBelief belief;
+  belief.add({-1e9, 5});
+  EXPECT_TRUE(belief.coarse_chroma());
+  EXPECT_TRUE(belief.srgb());
+}
+
+TEST(ResponseBelief, OfOneCameraHardlyOutlivesTheNextOnesEdges) {
+  for (const double sign : {1.0, -1.0}) {
+    ResponseBelief belief;
+    for (int i = 0; i < 10; ++i) belief.add({20 * sign, 20 * sign});
+    belief.doubt();
+    belief.add({-13 * sign, -13 * sign});
+    EXPECT_EQ(belief.coarse_chroma(), sign < 0);
+    EXPECT_TRUE(belief.open());
+    if (sign > 0) EXPECT_FALSE(belief.srgb());
+  }
 }
 
 TEST(ResponseBelief, AsksNoLongerWhereNothingIsToldForLong) {
   ResponseBelief belief;
-  for (int i = 0; i < 1000 && belief.open(); ++i) belief.add(i % 2 == 0 ? 1 : -1);
+  for (int i = 0; i < 1000 && belief.open(); ++i) belief.add({i % 2 == 0 ? 1.0 : -1.0, 0});
   EXPECT_FALSE(belief.open());
 }
 
@@ -84,6 +104,24 @@ TEST(CameraResponse, IsToldByTheEdgesOfABall) {
     EXPECT_GT(std::abs(radius_error_px(srgb, ResponseChoice::linear)), 0.05);
     EXPECT_GT(std::abs(radius_error_px(linear, ResponseChoice::srgb)), 0.05);
   }
+}
+
+// As libjpeg writes it by default: colours at half the resolution.
+TEST(CameraResponse, OfAJpegFileIsToldByItsColoursBlur) {
+  double sum_px = 0;
+  constexpr int pictures = 8;
+  for (std::uint64_t seed = 0; seed < pictures; ++seed) {
+    cv::Mat light(120, 120, CV_8UC3, cv::Scalar(90.0 + 10 * static_cast<double>(seed), 100, 80));
+    test::paint_ball(light, test::pinhole({120, 120}, 500), {0.004, 0.002, 0.6}, 0.035, {12, 15, 160});
+    std::vector<unsigned char> bytes;
+    ASSERT_TRUE(cv::imencode(".jpg", taken(light, CameraResponse::srgb(), seed), bytes,
+                             {cv::IMWRITE_JPEG_QUALITY, 85}));
+    const cv::Mat coded = cv::imdecode(bytes, cv::IMREAD_COLOR);
+    const double error_px = radius_error_px(coded, ResponseChoice::by_edges);
+    EXPECT_NEAR(error_px, 0, 0.1);
+    sum_px += error_px;
+  }
+  EXPECT_NEAR(sum_px / pictures, 0, 0.03);
 }
 
 }  // namespace
