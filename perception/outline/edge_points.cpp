@@ -35,7 +35,7 @@ constexpr float coarse_clear_px = 2;
 constexpr double coarse_chroma_sigma_px = 0.2;
 // Averaging over two pixels and interpolating widens a blur by 0.9 px^2 in each halved direction; less than
 // this is said by noise and shading. An edge is asked only where it is clear in luma and in colour.
-constexpr double coarse_chroma_px2 = 0.35, clear_contrast = 20;
+constexpr double coarse_chroma_px2 = 0.25, clear_contrast = 20;
 // Of the camera's response a texture may seem to say much: one segment counts no more than this.
 constexpr double most_of_a_segment = 4, clearly_the_balls = 0.5;
 
