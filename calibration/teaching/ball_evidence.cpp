@@ -237,9 +237,10 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
 
 }  // namespace
 
+double BallEvidence::sphere() const { return shading * std::min(1.0, relief / 0.15); }
+
 double BallEvidence::log_odds() const {
-  const double sphere = shading * std::min(1.0, relief / 0.15);
-  return -4 + std::clamp(8 * contour, -8.0, 10.0) + 8 * sphere - 4.5 +
+  return -4 + std::clamp(8 * contour, -8.0, 10.0) + 8 * sphere() - 4.5 +
          std::clamp(4 * std::log(std::max(1.0, color.tail<2>().norm()) / 25), -6.0, 2.0) +
          std::clamp(std::log(std::max(1.0, edge) / 12), -1.5, 1.5) -
          std::min(3.0, std::max(0.0, ellipse - 0.03) / 0.03);

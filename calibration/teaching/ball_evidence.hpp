@@ -26,6 +26,8 @@ struct BallEvidence {
   double filled = 0;    ///< part of the disc that has the ball's hue
   Eigen::Vector3d color{0, 0, 0};  ///< mean (L, a, b) of what has the ball's hue in the disc
 
+  /// How much it is shaded as a sphere, 0 to 1.
+  double sphere() const;
   /// Logarithm of the odds that it is a ball.
   double log_odds() const;
 };
