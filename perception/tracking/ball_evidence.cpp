@@ -9,13 +9,13 @@ namespace {
 // Looks, as log likelihood ratio: by 132 rendered pictures half of the balls have a quality above 0.9 and a
 // quarter below 0.7, of what is none 3 % and 70 %. The slope between is that of a logistic fit.
 constexpr double even_quality = 0.78, ratio_per_quality = 8, least_ratio = -1.5, most_ratio = 2;
-// In a picture that is not known, so many look-alikes (px^2, over the radius squared): of the same pictures
-// 0.4 of 3 to 6 px, 0.06 of 12 to 24. The patches of a scene that is alike at any scale go with 1/r^2.
-constexpr double look_alikes_px2 = 14;
+// In a scene that is not known, so many look-alikes (px^3, over the radius cubed): of the same pictures 0.4
+// of 3 to 6 px, 0.06 of 12 to 24. As much as so many pictures without any say against it.
+constexpr double look_alikes_px3 = 54, pictures_of_doubt = 10;
 // A ball is there again in most pictures, noise in three of ten: per picture, and no more than so much.
 constexpr double again_ratio = 1.2, most_again = 3;
-// Odds of 45 to 1.
-constexpr double enough = 3.8;
+// Odds of 30 to 1.
+constexpr double enough = 3.4;
 // A picture's weight when the next one comes: sixty are remembered.
 constexpr double fades = 1 - 1.0 / 60;
 
@@ -33,7 +33,7 @@ double BallEvidence::log_ratio_of_looks() const {
   return std::clamp(ratio_per_quality * (quality_ - even_quality), least_ratio, most_ratio);
 }
 
-double BallEvidence::usual_look_alikes() const { return look_alikes_px2 / (radius_px_ * radius_px_); }
+double BallEvidence::usual_look_alikes() const { return look_alikes_px3 / std::pow(radius_px_, 3); }
 
 double BallEvidence::doubt() const {
   return usual_look_alikes() / (usual_look_alikes() + std::exp(log_ratio_of_looks()));
@@ -42,7 +42,8 @@ double BallEvidence::doubt() const {
 bool BallEvidence::suffices(double look_alikes) const {
   if (pictures_ < 3) return false;
   const double again = std::min(again_ratio * (pictures_ - 1), most_again);
-  return log_ratio_of_looks() - std::log(usual_look_alikes() + look_alikes) + again >= enough;
+  const double unknown = pictures_of_doubt / (pictures_of_doubt + pictures_ - 3);
+  return log_ratio_of_looks() - std::log(unknown * usual_look_alikes() + look_alikes) + again >= enough;
 }
 
 void LookAlikes::begin() {

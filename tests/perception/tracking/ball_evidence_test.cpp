@@ -25,14 +25,15 @@ TEST(BallEvidence, AClearBallIsBelievedAtTheThirdPicture) {
   }
 }
 
-TEST(BallEvidence, WhatIsSmallAndUnclearIsNotBelievedHoweverLongItStays) {
-  EXPECT_FALSE(seen(4, 0.6, 1000).suffices(0));
-  EXPECT_TRUE(seen(25, 0.6, 4).suffices(0)) << "a large one is";
+TEST(BallEvidence, OfWhatIsSmallAndUnclearMorePicturesAreAsked) {
+  EXPECT_FALSE(seen(4, 0.6, 20).suffices(0));
+  EXPECT_TRUE(seen(9, 0.65, 4).suffices(0)) << "a ball far away";
+  EXPECT_TRUE(seen(25, 0.6, 3).suffices(0));
 }
 
-TEST(BallEvidence, AmongLookAlikesMoreIsAsked) {
-  EXPECT_TRUE(seen(6, 0.85, 5).suffices(0));
-  EXPECT_FALSE(seen(6, 0.85, 1000).suffices(5));
+TEST(BallEvidence, AmongLookAlikesHowLongItStaysSaysNothing) {
+  EXPECT_TRUE(seen(5, 0.85, 5).suffices(0));
+  EXPECT_FALSE(seen(5, 0.85, 1000).suffices(2));
   EXPECT_TRUE(seen(40, 0.95, 3).suffices(0.5));
 }
 
