@@ -207,7 +207,7 @@ void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& 
 
 /// Mean log likelihood ratio a ray.
 struct Contour {
-  double ratio = 0, arc = 0, residual = 1, edge = 0;
+  double ratio = 0, arc = 0, edge = 0;
 };
 
 Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics& x, int stride) {
@@ -217,7 +217,7 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
   };
   Contour result;
   int seen = 0, on = 0;
-  boost::container::static_vector<double, ray_count> off, contrast;
+  boost::container::static_vector<double, ray_count> contrast;
   for (int k = 0; k < ray_count; ++k) {
     if (!edges[k].in_picture) continue;
     ++seen;
@@ -229,14 +229,12 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
     result.ratio += std::log((0.4 * gauss(away, tight) + 0.3 * gauss(away, loose) + hidden * uniform) /
                              (0.5 * gauss(away, wide) + 0.5 * uniform)) *
                     stride / ray_count;
-    off.push_back(std::abs(away) / r);
     if (std::abs(away) <= 2.5 * loose) {
       ++on;
       contrast.push_back(edges[k].contrast);
     }
   }
   if (seen > 0) result.arc = static_cast<double>(on) / seen;
-  if (!off.empty()) result.residual = upper_median(off);
   if (!contrast.empty()) result.edge = upper_median(contrast);
   return result;
 }
@@ -273,7 +271,6 @@ CircleEvidence circle_evidence(const cv::Mat3f& lab, const Outline& outline, con
   }
   result.contour = contour.ratio;
   result.arc = contour.arc;
-  result.residual = contour.residual;
   result.edge = contour.edge;
   result.center_px = circle.center_px + circle.shape * Eigen::Vector2d(x[1], x[2]);
   result.radius_px = x[0];
