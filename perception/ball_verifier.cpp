@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <utility>
-#include <cstdlib>
 
 #include "perception/outline/paper_refinement.hpp"
 
@@ -14,9 +13,10 @@ namespace {
 // circle's.
 constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
 
-// A small ball, or one of less quality, is looked at again; and is none where the odds are worse than that.
-constexpr double large_radius_px = 12, clear_quality = 0.75;
-static const double least_log_odds = getenv("LLO") ? atof(getenv("LLO")) : -1;
+// A ball smaller than this is looked at again, since some circle fits into a few pixels of anything; and is
+// none where the odds are worse than even. A larger one shows its shape in its outline; and a streak, which
+// is no circle, shows it there alone.
+constexpr double looked_at_again_px = 12, least_log_odds = 0;
 
 constexpr const char* no_edge = "no edge along the circle";
 
@@ -69,8 +69,7 @@ const VerifiedCandidate& BallVerifier::verify(const ClassView& view, const Voted
 // Where a ball is expected, less suffices, and nothing is looked at again.
 const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, VerifiedCandidate& candidate) {
   const OutlineEllipse& outline = candidate.fit.ball.outline;
-  const bool in_doubt = outline.radius_px < large_radius_px || candidate.verdict.quality < clear_quality;
-  if (candidate.is_ball() && in_doubt && view.min_quality >= min_ball_quality &&
+  if (candidate.is_ball() && outline.radius_px < looked_at_again_px && view.min_quality >= min_ball_quality &&
       second_look_.log_odds(view.bgr, view.colored, outline) < least_log_odds)
     candidate.verdict.reason = "contour and shading are no ball's";
   return candidate;

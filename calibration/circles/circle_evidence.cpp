@@ -145,7 +145,8 @@ Harmonics fit(const std::array<Edge, ray_count>& edges, const Outline& circle) {
   return x;
 }
 
-void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& like, CircleEvidence& result) {
+void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& like,
+                   CircleEvidence& result) {
   const Eigen::Matrix2d to_unit = circle.shape.inverse() / circle.radius_px;
   const double reach = 0.88 * circle.radius_px * circle.shape.norm() / std::sqrt(2.0);
   const int step = std::max(1, static_cast<int>(reach / 12));

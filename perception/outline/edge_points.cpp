@@ -33,6 +33,9 @@ constexpr double least_contrast = 4;
 // blurred as grey levels, not as light (0.1 to 0.2 px on JPEG files of rendered balls).
 constexpr float coarse_clear_px = 2;
 constexpr double coarse_chroma_sigma_px = 0.2;
+// Half resolution moves the colours' edge by less than that: where luma puts it elsewhere, it is another
+// edge.
+constexpr double luma_and_colors_agree_px = 1;
 // Averaging over two pixels and interpolating widens a blur by 0.9 px^2 in each halved direction; less than
 // this is said by noise and shading. An edge is asked only where it is clear in luma and in colour.
 constexpr double coarse_chroma_px2 = 0.25, clear_contrast = 20;
@@ -283,7 +286,9 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_segment(const CameraResponse& respo
   const double reach_px = std::min(max_offset_px, ring_.half_width_px - 2);
   const auto by_colors = fit_edge_profile(samples_, coarse_offset(reach_px), ring_.prior, profile);
   if (!by_colors || !response.coarse_chroma) return by_colors;
-  if (const auto by_luma = fit_luma(response, *by_colors, profile)) return by_luma;
+  const auto by_luma = fit_luma(response, *by_colors, profile);
+  if (by_luma && std::abs(by_luma->offset_px - by_colors->offset_px) < luma_and_colors_agree_px)
+    return by_luma;
   EdgeProfileFit fit = *by_colors;
   fit.sigma_px = std::hypot(fit.sigma_px, coarse_chroma_sigma_px);
   return fit;
