@@ -8,8 +8,9 @@
 #include "app/commands/command.hpp"
 #include "app/commands/work_options.hpp"
 #include "app/comparison/comparison_archive.hpp"
-#include "app/comparison/comparison_json.hpp"
 #include "app/comparison/comparison_report.hpp"
+#include "app/comparison/comparison_tables.hpp"
+#include "app/comparison/paper_measurements.hpp"
 #include "app/comparison/pictures/picture_files.hpp"
 #include "app/comparison/pictures/plan_pictures.hpp"
 #include "app/io/interrupt.hpp"
@@ -92,11 +93,11 @@ nlohmann::json job_description(const ComparisonPlan& plan) {
           {"cameras_sha256", sha256_hex(cameras.dump())}};
 }
 
-std::vector<PaperClaim> claims_of(const ComparisonResults& results, const Journal& journal) {
+// Null where the paper's claims were not looked at.
+nlohmann::json paper_measurements(const Journal& journal) {
   const std::optional<std::string> noted = journal.find(claims_key);
-  if (!noted) return {};
   try {
-    return paper_claims(results, paper_measurements_from_json(nlohmann::json::parse(*noted)));
+    return noted ? nlohmann::json::parse(*noted) : nlohmann::json();
   } catch (const nlohmann::json::exception&) {
     throw InputError("the notes of the paper's claims", "damaged", "the folder as the run left it");
   }
@@ -108,17 +109,17 @@ void write_results(const ComparisonSetting& setting, const ShowFrame& show, cons
   const ComparisonResults results = collect_results(
       setting.conditions, setting.methods, comparison_units(setting.conditions, shard), folder.journal(),
       setting.seed, [&](const std::string& name, std::string_view rows) { folder.write(name, rows); });
-  const std::vector<PaperClaim> claims = claims_of(results, folder.journal());
+  const nlohmann::json measurements = paper_measurements(folder.journal());
   for (const auto& [name, contents] : results.files) folder.write(name, contents);
-  folder.write("tables.tex", comparison_tables_tex(results));
   folder.write(setting_name, comparison_setting_text(setting));
   folder.write(summary_name, comparison_json(results).dump(2) + "\n");
-  if (!claims.empty()) folder.write("claims.csv", claims_csv(claims));
   for (const auto& [name, contents] : results.timing_files) folder.write_varying(name, contents);
   const WriteFile write = [&](const std::string& name, std::string_view bytes) {
     folder.write_varying(name, bytes);
   };
-  write(report_json_name, report_text(comparison_report(results, show, write, setting.text, claims)));
+  nlohmann::ordered_json report = comparison_report(results, show, write);
+  report["paper_measurements"] = measurements;
+  write(report_json_name, report_text(report));
   draw_page_or_warn(folder.staging(), output.string(), common.quiet);
   folder.commit_finished(shard.is_whole() ? "" : notes_name);
   write_json_results(common, comparison_json(results));
@@ -146,7 +147,7 @@ int run_job(PictureSource& source, const nlohmann::json& description, Comparison
   try {
     if (setting.text.claims_wanted && shard.index == 1 && !journal.has(claims_key)) {
       spdlog::info("compare: looking at what the paper says of votes, classes and times");
-      journal.add(claims_key, to_json(measure_paper_claims(*plan)).dump());
+      journal.add(claims_key, measure_paper_claims(*plan).dump());
     }
     Progress progress("compare", frames, options.common.quiet);
     run_units(source, setting.methods, units, journal, options.common.threads, [&](long done) {

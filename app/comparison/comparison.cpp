@@ -73,7 +73,7 @@ class NotableFrames {
     if (subject_ && truth.outline) {
       const auto& fit = frame.record.fits[*subject_];
       // What is not found errs without bound: it stands first.
-      frame.value = 1e9;
+      frame.value = NotableFrame::not_found;
       if (fit && at_the_ball(*fit, truth))
         frame.value = truth.p_CB ? 1000 * (fit->p_C - *truth.p_CB).norm()
                                  : (fit->outline.center_px - truth.outline->center_px).norm();
@@ -152,27 +152,29 @@ ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, 
   ComparisonResults results;
   results.methods = methods;
   results.conditions = conditions;
-  std::map<std::string, std::string>& files = results.files;
-  files["compare.csv"] = compare_csv_header();
-  files["pairs.csv"] = pairs_csv_header();
-  files["tests.csv"] = tests_csv_header();
-  rows("fits.csv", fits_csv_header());
-  rows("frames.csv", frames_csv_header());
-  std::string timing = timing_csv_header();
+  const auto write = [&](const RowsByFile& pieces) {
+    for (const auto& [name, piece] : pieces) {
+      if (name == "fits.csv" || name == "frames.csv") {
+        rows(name, piece);
+      } else {
+        (name == "timing.csv" ? results.timing_files : results.files)[name] += piece;
+      }
+    }
+  };
+  write(comparison_headings());
   const NotableFrames notable(methods);
   CertificateStudy study(methods);
   std::size_t next = 0;
   for (std::size_t c = 0; c < results.conditions.size(); ++c) {
     const ConditionInfo& info = results.conditions[c];
-    ConditionStatistics statistics(c, info.name, methods, seed);
+    ConditionStatistics statistics(info.name, methods, seed);
     for (; next < units.size() && units[next].condition == c; ++next) {
       const ComparisonUnit& unit = units[next];
       const std::optional<std::string> text = journal.find(unit.key);
       if (!text) continue;
       int index = unit.first_frame;
       for (ComparisonRecord& record : records_of(unit, *text, methods)) {
-        rows("fits.csv", fits_csv_rows(info, record, methods));
-        rows("frames.csv", frames_csv_row(info, record));
+        write(frame_rows(info, record, methods));
         study.add(c, record);
         statistics.add(record);
         notable.add({c, index++, 0, std::move(record)}, results);
@@ -180,15 +182,11 @@ ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, 
     }
     results.peer_words.push_back(journal.find(settings_key(info)).value_or(""));
     ConditionSummary summary = statistics.summary();
-    files["compare.csv"] += compare_csv_rows(info, summary, methods);
-    files["pairs.csv"] += pairs_csv_rows(info, summary, methods);
-    files["tests.csv"] += tests_csv_rows(info, summary, methods);
-    timing += timing_csv_rows(info, summary, methods);
+    write(condition_rows(info, summary, methods));
     results.summaries.push_back(std::move(summary));
   }
   results.certificates = study.certificates();
-  files["certificate.csv"] = certificate_csv(results.certificates);
-  results.timing_files["timing.csv"] = timing;
+  results.files["certificate.csv"] = certificate_csv(results.certificates);
   return results;
 }
 

@@ -39,6 +39,7 @@ void run_units(PictureSource& source, const MethodList& methods, const std::vect
 
 /// A frame worth looking at.
 struct NotableFrame {
+  static constexpr double not_found = 1e9;  ///< the value where the ball was not found
   std::size_t condition = 0;
   int index = 0;  ///< of the frame within its condition
   double value = 0;

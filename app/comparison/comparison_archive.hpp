@@ -5,9 +5,16 @@
 #include <vector>
 
 #include "app/comparison/comparison.hpp"
-#include "app/comparison/comparison_report.hpp"
 
 namespace ballservo {
+
+/// What a report says beside the figures.
+struct ComparisonReportText {
+  std::string subject;  ///< "basic.yaml", "pictures/"
+  std::string setting;  ///< the plan or the options, as they were read
+  bool rendered = true;
+  bool claims_wanted = false;  ///< the paper's claims are to be looked at one by one
+};
 
 struct ComparisonSetting {
   std::vector<ConditionInfo> conditions;

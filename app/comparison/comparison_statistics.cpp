@@ -25,8 +25,43 @@ void add_pair(const MethodList& methods, std::string_view a, std::string_view b,
   if (place_a && place_b) pairs.push_back({*place_a, *place_b});
 }
 
+// Every n-th, so that a long condition is kept as a short one is.
+std::vector<double> thinned(const std::vector<double>& values) {
+  const std::size_t stride =
+      std::max<std::size_t>(1, (values.size() + kept_differences - 1) / kept_differences);
+  std::vector<double> kept;
+  for (std::size_t i = 0; i < values.size(); i += stride) kept.push_back(values[i]);
+  return kept;
+}
+
+}  // namespace
+
+std::vector<MethodPair> converged_pairs(const MethodList& methods) {
+  std::vector<MethodPair> pairs;
+  add_pair(methods, "paper_one_step", "paper_converged", pairs);
+  add_pair(methods, "sphere_one_step", "sphere_converged", pairs);
+  add_pair(methods, "sphere_steps_2", "sphere_converged", pairs);
+  for (const int steps : {2, 3, 5, 10}) {
+    add_pair(methods, fmt::format("paper_steps_{}", steps), "paper_converged", pairs);
+    add_pair(methods, fmt::format("paper_steps_{}_reselect", steps), "paper_converged", pairs);
+  }
+  add_pair(methods, "paper_robust", "paper_converged", pairs);
+  add_pair(methods, "sphere_robust", "sphere_converged", pairs);
+  return pairs;
+}
+
+std::vector<MethodPair> tested_pairs(const MethodList& methods) {
+  std::vector<MethodPair> pairs;
+  for (const FitMethod* method : methods) {
+    if (method->name != "sphere_one_step") add_pair(methods, method->name, "sphere_one_step", pairs);
+    if (method->name.rfind("paper_", 0) == 0 && method->name != "paper_one_step")
+      add_pair(methods, method->name, "paper_one_step", pairs);
+  }
+  return pairs;
+}
+
 // What one method's answers over a condition's frames add up to.
-class Errors {
+class ConditionStatistics::Errors {
  public:
   void add(const std::optional<MethodFit>& fit, const FrameTruth& truth) {
     ++frames_;
@@ -126,7 +161,7 @@ class Errors {
 };
 
 // The differences of two fits, frame by frame.
-class Differences {
+class ConditionStatistics::Differences {
  public:
   void add(const MethodFit& a, const MethodFit& b) {
     centers_px_.push_back((a.outline.center_px - b.outline.center_px).norm());
@@ -157,7 +192,7 @@ class Differences {
 };
 
 // Which of two methods is nearer to the truth, frame by frame.
-class Duel {
+class ConditionStatistics::Duel {
  public:
   explicit Duel(const MethodPair& pair) { test_.pair = pair; }
   void add(const ComparisonRecord& frame) {
@@ -171,6 +206,7 @@ class Duel {
     differences_mm_.push_back(1000 *
                               ((a->p_C - *frame.truth.p_CB).norm() - (b->p_C - *frame.truth.p_CB).norm()));
   }
+  const MethodPair& pair() const { return test_.pair; }
   PairedTest test(std::uint64_t seed, const std::string& purpose) const {
     PairedTest test = test_;
     test.difference_median_mm = median(differences_mm_);
@@ -185,110 +221,46 @@ class Duel {
   std::vector<double> differences_mm_;
 };
 
-// Every n-th, so that a long condition is kept as a short one is.
-std::vector<double> thinned(const std::vector<double>& values) {
-  const std::size_t stride =
-      std::max<std::size_t>(1, (values.size() + kept_differences - 1) / kept_differences);
-  std::vector<double> kept;
-  for (std::size_t i = 0; i < values.size(); i += stride) kept.push_back(values[i]);
-  return kept;
-}
-
-}  // namespace
-
-std::vector<MethodPair> converged_pairs(const MethodList& methods) {
-  std::vector<MethodPair> pairs;
-  add_pair(methods, "paper_one_step", "paper_converged", pairs);
-  add_pair(methods, "sphere_one_step", "sphere_converged", pairs);
-  add_pair(methods, "sphere_steps_2", "sphere_converged", pairs);
-  for (const int steps : {2, 3, 5, 10}) {
-    add_pair(methods, fmt::format("paper_steps_{}", steps), "paper_converged", pairs);
-    add_pair(methods, fmt::format("paper_steps_{}_reselect", steps), "paper_converged", pairs);
-  }
-  add_pair(methods, "paper_robust", "paper_converged", pairs);
-  add_pair(methods, "sphere_robust", "sphere_converged", pairs);
-  return pairs;
-}
-
-std::vector<MethodPair> tested_pairs(const MethodList& methods) {
-  std::vector<MethodPair> pairs;
-  for (const FitMethod* method : methods) {
-    if (method->name != "sphere_one_step") add_pair(methods, method->name, "sphere_one_step", pairs);
-    if (method->name.rfind("paper_", 0) == 0 && method->name != "paper_one_step")
-      add_pair(methods, method->name, "paper_one_step", pairs);
-  }
-  return pairs;
-}
-
-struct ConditionStatistics::Sums {
-  std::size_t index;
-  std::string name;
-  MethodList methods;
-  std::uint64_t seed;
-  std::vector<MethodPair> pairs;
-  std::vector<Errors> errors;
-  std::vector<Differences> differences;
-  std::vector<Duel> duels;
-  std::vector<double> bounds_mm, votes, qualities, second_passes;
-};
-
-ConditionStatistics::ConditionStatistics(std::size_t index, std::string name, const MethodList& methods,
-                                         std::uint64_t seed)
-    : sums_(std::make_unique<Sums>()) {
-  sums_->index = index;
-  sums_->name = std::move(name);
-  sums_->methods = methods;
-  sums_->seed = seed;
-  sums_->pairs = converged_pairs(methods);
-  sums_->errors.resize(methods.size());
-  sums_->differences.resize(sums_->pairs.size());
-  for (const MethodPair& pair : tested_pairs(methods)) sums_->duels.emplace_back(pair);
+ConditionStatistics::ConditionStatistics(std::string name, const MethodList& methods, std::uint64_t seed)
+    : name_(std::move(name)),
+      methods_(methods),
+      seed_(seed),
+      pairs_(converged_pairs(methods)),
+      errors_(methods.size()),
+      differences_(pairs_.size()) {
+  for (const MethodPair& pair : tested_pairs(methods)) duels_.emplace_back(pair);
 }
 
 ConditionStatistics::~ConditionStatistics() = default;
 
 void ConditionStatistics::add(const ComparisonRecord& frame) {
-  Sums& sums = *sums_;
-  for (std::size_t m = 0; m < sums.methods.size(); ++m) sums.errors[m].add(frame.fits[m], frame.truth);
-  for (std::size_t k = 0; k < sums.pairs.size(); ++k) {
-    const auto &a = frame.fits[sums.pairs[k].a], &b = frame.fits[sums.pairs[k].b];
-    if (a && b && at_the_ball(*a, frame.truth) && at_the_ball(*b, frame.truth))
-      sums.differences[k].add(*a, *b);
+  for (std::size_t m = 0; m < methods_.size(); ++m) errors_[m].add(frame.fits[m], frame.truth);
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const auto &a = frame.fits[pairs_[k].a], &b = frame.fits[pairs_[k].b];
+    if (a && b && at_the_ball(*a, frame.truth) && at_the_ball(*b, frame.truth)) differences_[k].add(*a, *b);
   }
-  for (Duel& duel : sums.duels) duel.add(frame);
-  if (frame.truth.bound_m) sums.bounds_mm.push_back(1000 * *frame.truth.bound_m);
-  if (frame.facts) {
-    sums.votes.push_back(frame.facts->votes);
-    sums.qualities.push_back(frame.facts->quality);
-  }
-  if (frame.passes > 0) sums.second_passes.push_back(frame.passes > 1 ? 1 : 0);
+  for (Duel& duel : duels_) duel.add(frame);
+}
+
+std::string ConditionStatistics::purpose_of(const MethodPair& pair) const {
+  return fmt::format("{}/{}/{}", name_, methods_[pair.a]->name, methods_[pair.b]->name);
 }
 
 ConditionSummary ConditionStatistics::summary() const {
-  const Sums& sums = *sums_;
   ConditionSummary summary;
-  summary.index = sums.index;
-  for (std::size_t m = 0; m < sums.methods.size(); ++m)
-    summary.methods.push_back(sums.errors[m].statistics(sums.seed, sums.name + "/" + sums.methods[m]->name));
-  const auto purpose_of = [&](const MethodPair& pair) {
-    return fmt::format("{}/{}/{}", sums.name, sums.methods[pair.a]->name, sums.methods[pair.b]->name);
-  };
-  for (std::size_t k = 0; k < sums.pairs.size(); ++k) {
-    summary.pairs.push_back(sums.differences[k].statistics(sums.seed, purpose_of(sums.pairs[k])));
-    summary.centers_apart_px.push_back(thinned(sums.differences[k].centers_px()));
+  for (std::size_t m = 0; m < methods_.size(); ++m)
+    summary.methods.push_back(errors_[m].statistics(seed_, name_ + "/" + methods_[m]->name));
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    summary.pairs.push_back(differences_[k].statistics(seed_, purpose_of(pairs_[k])));
+    summary.centers_apart_px.push_back(thinned(differences_[k].centers_px()));
   }
-  const std::vector<MethodPair> tested = tested_pairs(sums.methods);
   std::vector<double> p;
-  for (std::size_t k = 0; k < tested.size(); ++k) {
-    summary.tests.push_back(sums.duels[k].test(sums.seed, purpose_of(tested[k])));
+  for (const Duel& duel : duels_) {
+    summary.tests.push_back(duel.test(seed_, purpose_of(duel.pair())));
     p.push_back(summary.tests.back().wilcoxon_p);
   }
   const std::vector<double> adjusted = holm(p);
   for (std::size_t k = 0; k < adjusted.size(); ++k) summary.tests[k].holm_p = adjusted[k];
-  summary.bound_rms_mm = root_mean_square(sums.bounds_mm);
-  summary.votes_median = median(sums.votes);
-  summary.quality_median = median(sums.qualities);
-  summary.second_pass_rate = mean(sums.second_passes);
   return summary;
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -70,14 +69,11 @@ struct PairedTest {
 
 /// All that is kept of a condition.
 struct ConditionSummary {
-  std::size_t index = 0;  ///< in the source's list
   std::vector<MethodStatistics> methods;
   std::vector<PairStatistics> pairs;  ///< in the order of converged_pairs
   /// Of the same, the distances between the centres (px), thinned to at most 400 frames.
   std::vector<std::vector<double>> centers_apart_px;
   std::vector<PairedTest> tests;
-  double bound_rms_mm;  ///< over the frames that have a bound
-  double votes_median, quality_median, second_pass_rate;
 };
 
 /// The methods that all others are tested against: what runs on line, and the paper's.
@@ -87,17 +83,25 @@ std::vector<MethodPair> tested_pairs(const MethodList& methods);
 class ConditionStatistics {
  public:
   /// `seed` draws the bootstrap's samples.
-  ConditionStatistics(std::size_t index, std::string name, const MethodList& methods, std::uint64_t seed);
+  ConditionStatistics(std::string name, const MethodList& methods, std::uint64_t seed);
   ~ConditionStatistics();
-  ConditionStatistics(const ConditionStatistics&) = delete;
-  ConditionStatistics& operator=(const ConditionStatistics&) = delete;
 
   void add(const ComparisonRecord& frame);
   ConditionSummary summary() const;
 
  private:
-  struct Sums;
-  std::unique_ptr<Sums> sums_;
+  class Errors;
+  class Differences;
+  class Duel;
+  std::string purpose_of(const MethodPair& pair) const;
+
+  std::string name_;
+  MethodList methods_;
+  std::uint64_t seed_;
+  std::vector<MethodPair> pairs_;
+  std::vector<Errors> errors_;
+  std::vector<Differences> differences_;
+  std::vector<Duel> duels_;
 };
 
 }  // namespace ballservo

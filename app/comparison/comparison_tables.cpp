@@ -1,6 +1,6 @@
 #include "app/comparison/comparison_tables.hpp"
 
-#include <initializer_list>
+#include <array>
 
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/numbers.hpp"
@@ -8,168 +8,228 @@
 namespace ballservo {
 namespace {
 
-// ",1.5,,3": what is not finite stays empty.
-std::string cells(std::initializer_list<double> values) {
-  std::string text;
-  for (const double value : values) text += ',' + number_text(value);
-  return text;
+using nlohmann::json;
+
+/// A row of a table: names of the columns with their values; null, and what is not finite, is an empty cell.
+using Row = nlohmann::ordered_json;
+
+std::string heading(std::string text, const Row& row) {
+  for (const auto& cell : row.items()) text += ',' + cell.key();
+  return text + '\n';
 }
 
+std::string csv_row(std::string text, const Row& row) {
+  for (const Row& value : row) {
+    text += ',';
+    if (value.is_number_float()) text += number_text(value.get<double>());
+    if (value.is_number_integer()) text += value.dump();
+    if (value.is_string()) text += csv_cell(value.get<std::string>());
+  }
+  return text + '\n';
+}
+
+Row both(const ConfidenceInterval& interval) { return {interval.low, interval.high}; }
+
 template <class T>
-std::string cell(const std::optional<T>& value) {
-  return ',' + (value ? number_text(static_cast<double>(*value)) : std::string());
+Row known(const std::optional<T>& value, double factor = 1) {
+  return value ? Row(factor * static_cast<double>(*value)) : Row();
+}
+
+Row cells(const MethodStatistics& s) {
+  return {{"frames", s.frames},
+          {"found", s.found},
+          {"failed", s.failed},
+          {"center_rms_px", s.center_rms_px},
+          {"radius_bias_px", s.radius_bias_px},
+          {"radius_rms_px", s.radius_rms_px},
+          {"position_median_mm", s.position_median_mm},
+          {"position_p90_mm", s.position_p90_mm},
+          {"position_rms_mm", s.position_rms_mm},
+          {"depth_bias_mm", s.depth_bias_mm},
+          {"lateral_bias_mm", s.lateral_bias_mm},
+          {"found_low", s.found_ci95.low},
+          {"found_high", s.found_ci95.high},
+          {"center_median_px", s.center_median_px},
+          {"position_median_low_mm", s.position_median_ci95_mm.low},
+          {"position_median_high_mm", s.position_median_ci95_mm.high},
+          {"depth_spread_mm", s.depth_spread_mm},
+          {"depth_rms_mm", s.depth_rms_mm},
+          {"lateral_spread_mm", s.lateral_spread_mm},
+          {"charged_median_mm", s.charged_median_mm},
+          {"bound_rms_mm", s.bound_rms_mm},
+          {"rms_over_bound", s.rms_over_bound},
+          {"rms_over_bound_low", s.rms_over_bound_ci95.low},
+          {"rms_over_bound_high", s.rms_over_bound_ci95.high},
+          {"iterations_median", s.iterations_median},
+          {"unconverged", s.unconverged},
+          {"radius_median_px", s.radius_median_px},
+          {"false_balls", s.false_balls},
+          {"false_per_1000", 1000 * s.false_balls / s.frames},
+          {"nees_mean", s.nees_mean},
+          {"inside_95", s.inside_95}};
+}
+
+Row cells(const PairStatistics& s) {
+  return {{"frames", s.frames},
+          {"center_median_px", s.center_median_px},
+          {"center_max_px", s.center_max_px},
+          {"radius_median_px", s.radius_median_px},
+          {"radius_max_px", s.radius_max_px},
+          {"position_median_mm", s.position_median_mm},
+          {"position_max_mm", s.position_max_mm},
+          {"breaks", s.breaks},
+          {"center_median_low_px", s.center_median_ci95_px.low},
+          {"center_median_high_px", s.center_median_ci95_px.high},
+          {"position_median_low_mm", s.position_median_ci95_mm.low},
+          {"position_median_high_mm", s.position_median_ci95_mm.high}};
+}
+
+Row cells(const PairedTest& t) {
+  return {{"frames", t.frames},
+          {"difference_median_mm", t.difference_median_mm},
+          {"difference_low_mm", t.difference_ci95_mm.low},
+          {"difference_high_mm", t.difference_ci95_mm.high},
+          {"wilcoxon_p", t.wilcoxon_p},
+          {"holm_p", t.holm_p},
+          {"only_a", t.only_a},
+          {"only_b", t.only_b},
+          {"mcnemar_p", t.mcnemar_p}};
+}
+
+Row cells(const MethodFit& fit) {
+  const Eigen::Vector2d& center_px = fit.outline.center_px;
+  Row row{{"cx_px", center_px.x()},
+          {"cy_px", center_px.y()},
+          {"r_px", fit.outline.radius_px},
+          {"x_m", fit.p_C.x()},
+          {"y_m", fit.p_C.y()},
+          {"z_m", fit.p_C.z()},
+          {"iterations", known(fit.iterations)},
+          {"residual_px", known(fit.residual_px)},
+          {"step_px", known(fit.step_px)},
+          {"arc", known(fit.arc)},
+          {"condition_number", known(fit.condition)},
+          {"converged", known(fit.converged)},
+          {"next_step_px", known(fit.next_step_px)},
+          {"others", fit.others}};
+  constexpr std::array<std::pair<int, int>, 6> entries{{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+  for (const auto& [i, j] : entries) {
+    const std::string name{'s', "xyz"[i], "xyz"[j]};
+    row[name + "_m2"] = fit.covariance_m2 ? Row((*fit.covariance_m2)(i, j)) : Row();
+  }
+  return row;
+}
+
+Row cells(const ComparisonRecord& record) {
+  const FrameTruth& truth = record.truth;
+  const auto& outline = truth.outline;
+  const auto& p_CB = truth.p_CB;
+  const auto& facts = record.facts;
+  return {{"source", truth.source},
+          {"frame", truth.frame},
+          {"cx_px", outline ? Row(outline->center_px.x()) : Row()},
+          {"cy_px", outline ? Row(outline->center_px.y()) : Row()},
+          {"r_px", outline ? Row(outline->radius_px) : Row()},
+          {"x_m", p_CB ? Row(p_CB->x()) : Row()},
+          {"y_m", p_CB ? Row(p_CB->y()) : Row()},
+          {"z_m", p_CB ? Row(p_CB->z()) : Row()},
+          {"visible_fraction", known(truth.visible_fraction)},
+          {"bound_mm", known(truth.bound_m, 1000)},
+          {"bound_depth_mm", known(truth.bound_depth_m, 1000)},
+          {"votes", facts ? Row(facts->votes) : Row()},
+          {"vote_points", facts ? Row(facts->points) : Row()},
+          {"vote_quality", facts ? Row(facts->quality) : Row()},
+          {"edge_passes", record.passes > 0 ? Row(record.passes) : Row()}};
 }
 
 }  // namespace
 
-std::string compare_csv_header() {
-  return "condition,method,frames,found,failed,center_rms_px,radius_bias_px,radius_rms_px,position_median_mm,"
-         "position_p90_mm,position_rms_mm,depth_bias_mm,lateral_bias_mm,"
-         "found_low,found_high,center_median_px,position_median_low_mm,position_median_high_mm,"
-         "depth_spread_mm,depth_rms_mm,lateral_spread_mm,charged_median_mm,bound_rms_mm,rms_over_bound,"
-         "rms_over_bound_low,rms_over_bound_high,iterations_median,unconverged,"
-         "radius_median_px,false_balls,false_per_1000,nees_mean,inside_95\n";
+RowsByFile comparison_headings() {
+  return {{"compare.csv", heading("condition,method", cells(MethodStatistics{}))},
+          {"pairs.csv", heading("condition,method_a,method_b", cells(PairStatistics{}))},
+          {"tests.csv", heading("condition,method_a,method_b", cells(PairedTest{}))},
+          {"timing.csv", "condition,method,time_us_median\n"},
+          {"fits.csv", heading("condition,source,frame,method,found", cells(MethodFit{}))},
+          {"frames.csv", heading("condition", cells(ComparisonRecord{}))}};
 }
 
-std::string compare_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
-                             const MethodList& methods) {
-  std::string rows;
-  for (std::size_t m = 0; m < methods.size(); ++m) {
-    const MethodStatistics& s = summary.methods[m];
-    rows += info.name + ',' + methods[m]->name + ',' + std::to_string(s.frames) + ',' +
-            std::to_string(s.found) + ',' + std::to_string(s.failed);
-    rows += cells({s.center_rms_px, s.radius_bias_px, s.radius_rms_px, s.position_median_mm,
-                   s.position_p90_mm, s.position_rms_mm, s.depth_bias_mm, s.lateral_bias_mm});
-    rows += cells({s.found_ci95.low,
-                   s.found_ci95.high,
-                   s.center_median_px,
-                   s.position_median_ci95_mm.low,
-                   s.position_median_ci95_mm.high,
-                   s.depth_spread_mm,
-                   s.depth_rms_mm,
-                   s.lateral_spread_mm,
-                   s.charged_median_mm,
-                   s.bound_rms_mm,
-                   s.rms_over_bound,
-                   s.rms_over_bound_ci95.low,
-                   s.rms_over_bound_ci95.high,
-                   s.iterations_median,
-                   s.unconverged,
-                   s.radius_median_px,
-                   s.false_balls,
-                   1000 * s.false_balls / s.frames,
-                   s.nees_mean,
-                   s.inside_95});
-    rows += '\n';
-  }
-  return rows;
-}
-
-std::string pairs_csv_header() {
-  return "condition,method_a,method_b,frames,center_median_px,center_max_px,radius_median_px,radius_max_px,"
-         "position_median_mm,position_max_mm,"
-         "breaks,center_median_low_px,center_median_high_px,position_median_low_mm,position_median_high_mm\n";
-}
-
-std::string pairs_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
-                           const MethodList& methods) {
-  std::string rows;
-  const std::vector<MethodPair> pairs = converged_pairs(methods);
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const PairStatistics& s = summary.pairs[k];
-    rows += info.name + ',' + methods[pairs[k].a]->name + ',' + methods[pairs[k].b]->name + ',' +
-            std::to_string(s.frames);
-    rows += cells({s.center_median_px, s.center_max_px, s.radius_median_px, s.radius_max_px,
-                   s.position_median_mm, s.position_max_mm});
-    rows += ',' + std::to_string(s.breaks) +
-            cells({s.center_median_ci95_px.low, s.center_median_ci95_px.high, s.position_median_ci95_mm.low,
-                   s.position_median_ci95_mm.high});
-    rows += '\n';
-  }
-  return rows;
-}
-
-std::string tests_csv_header() {
-  return "condition,method_a,method_b,frames,difference_median_mm,difference_low_mm,difference_high_mm,"
-         "wilcoxon_p,holm_p,only_a,only_b,mcnemar_p\n";
-}
-
-std::string tests_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
-                           const MethodList& methods) {
-  std::string rows;
-  for (const PairedTest& t : summary.tests) {
-    rows += info.name + ',' + methods[t.pair.a]->name + ',' + methods[t.pair.b]->name + ',' +
-            std::to_string(t.frames);
-    rows += cells({t.difference_median_mm, t.difference_ci95_mm.low, t.difference_ci95_mm.high, t.wilcoxon_p,
-                   t.holm_p});
-    rows += ',' + std::to_string(t.only_a) + ',' + std::to_string(t.only_b) + cells({t.mcnemar_p}) + '\n';
-  }
-  return rows;
-}
-
-std::string timing_csv_header() { return "condition,method,time_us_median\n"; }
-
-std::string timing_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
-                            const MethodList& methods) {
-  std::string rows;
-  for (std::size_t m = 0; m < methods.size(); ++m)
-    rows += info.name + ',' + methods[m]->name + cells({summary.methods[m].time_us_median}) + '\n';
-  return rows;
-}
-
-std::string fits_csv_header() {
-  return "condition,source,frame,method,found,cx_px,cy_px,r_px,x_m,y_m,z_m,iterations,residual_px,"
-         "step_px,arc,condition_number,converged,next_step_px,others,"
-         "sxx_m2,sxy_m2,sxz_m2,syy_m2,syz_m2,szz_m2\n";
-}
-
-std::string fits_csv_rows(const ConditionInfo& info, const ComparisonRecord& record,
+RowsByFile condition_rows(const ConditionInfo& info, const ConditionSummary& summary,
                           const MethodList& methods) {
-  std::string rows;
+  RowsByFile rows;
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    const std::string place = info.name + ',' + methods[m]->name;
+    rows["compare.csv"] += csv_row(place, cells(summary.methods[m]));
+    rows["timing.csv"] += place + ',' + number_text(summary.methods[m].time_us_median) + '\n';
+  }
+  const auto place_of_pair = [&](const MethodPair& pair) {
+    return info.name + ',' + methods[pair.a]->name + ',' + methods[pair.b]->name;
+  };
+  const std::vector<MethodPair> pairs = converged_pairs(methods);
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    rows["pairs.csv"] += csv_row(place_of_pair(pairs[k]), cells(summary.pairs[k]));
+  for (const PairedTest& test : summary.tests)
+    rows["tests.csv"] += csv_row(place_of_pair(test.pair), cells(test));
+  return rows;
+}
+
+RowsByFile frame_rows(const ConditionInfo& info, const ComparisonRecord& record, const MethodList& methods) {
+  const FrameTruth& truth = record.truth;
+  RowsByFile rows{{"frames.csv", csv_row(info.name, cells(record))}};
   const std::string place =
-      info.name + ',' + csv_cell(record.truth.source) + ',' + std::to_string(record.truth.frame) + ',';
+      info.name + ',' + csv_cell(truth.source) + ',' + std::to_string(truth.frame) + ',';
+  static const std::string no_fit = std::string(cells(MethodFit{}).size(), ',') + '\n';
   for (std::size_t m = 0; m < methods.size(); ++m) {
     const auto& fit = record.fits[m];
-    rows += place + methods[m]->name + (fit && at_the_ball(*fit, record.truth) ? ",1" : ",0");
-    if (!fit) {
-      rows += ",,,,,,,,,,,,,,,,,,,,\n";
-      continue;
-    }
-    rows += cells({fit->outline.center_px.x(), fit->outline.center_px.y(), fit->outline.radius_px,
-                   fit->p_C.x(), fit->p_C.y(), fit->p_C.z()});
-    rows += cell(fit->iterations) + cell(fit->residual_px) + cell(fit->step_px) + cell(fit->arc) +
-            cell(fit->condition) + cell(fit->converged) + cell(fit->next_step_px) + ',' +
-            std::to_string(fit->others);
-    if (const auto& s = fit->covariance_m2) {
-      rows += cells({(*s)(0, 0), (*s)(0, 1), (*s)(0, 2), (*s)(1, 1), (*s)(1, 2), (*s)(2, 2)});
-    } else {
-      rows += ",,,,,,";
-    }
-    rows += '\n';
+    const std::string found = place + methods[m]->name + (fit && at_the_ball(*fit, truth) ? ",1" : ",0");
+    rows["fits.csv"] += fit ? csv_row(found, cells(*fit)) : found + no_fit;
   }
   return rows;
 }
 
-std::string frames_csv_header() {
-  return "condition,source,frame,cx_px,cy_px,r_px,x_m,y_m,z_m,visible_fraction,bound_mm,bound_depth_mm,"
-         "votes,vote_points,vote_quality,edge_passes\n";
-}
-
-std::string frames_csv_row(const ConditionInfo& info, const ComparisonRecord& record) {
-  const FrameTruth& truth = record.truth;
-  std::string row = info.name + ',' + csv_cell(truth.source) + ',' + std::to_string(truth.frame);
-  row += truth.outline
-             ? cells({truth.outline->center_px.x(), truth.outline->center_px.y(), truth.outline->radius_px})
-             : ",,,";
-  row += truth.p_CB ? cells({truth.p_CB->x(), truth.p_CB->y(), truth.p_CB->z()}) : ",,,";
-  row += cell(truth.visible_fraction);
-  const auto mm = [](const std::optional<double>& m) { return m ? std::optional<double>(1000 * *m) : m; };
-  row += cell(mm(truth.bound_m)) + cell(mm(truth.bound_depth_m));
-  row += record.facts ? ',' + std::to_string(record.facts->votes) + ',' +
-                            std::to_string(record.facts->points) + cells({record.facts->quality})
-                      : std::string(",,,");
-  row += record.passes > 0 ? ',' + std::to_string(record.passes) : std::string(",");
-  return row + '\n';
+json comparison_json(const ComparisonResults& results) {
+  json conditions = json::object(), pairs = json::array(), certificates = json::array();
+  const std::vector<MethodPair> all_pairs = converged_pairs(results.methods);
+  for (std::size_t c = 0; c < results.summaries.size(); ++c) {
+    const ConditionSummary& summary = results.summaries[c];
+    const std::string& name = results.conditions[c].name;
+    for (std::size_t m = 0; m < results.methods.size(); ++m) {
+      const MethodStatistics& s = summary.methods[m];
+      json& entry = conditions[name][results.methods[m]->name];
+      const Row row = cells(s);
+      for (const char* key : {"frames", "found", "center_rms_px", "radius_bias_px", "position_median_mm",
+                              "position_p90_mm", "rms_over_bound"})
+        entry[key] = row[key];
+      entry["found_ci95"] = both(s.found_ci95);
+      entry["position_median_ci95_mm"] = both(s.position_median_ci95_mm);
+    }
+    for (std::size_t k = 0; k < all_pairs.size(); ++k) {
+      const PairStatistics& s = summary.pairs[k];
+      const Row row = cells(s);
+      json entry;
+      for (const char* key : {"frames", "center_median_px", "center_max_px", "radius_median_px",
+                              "radius_max_px", "position_median_mm", "position_max_mm", "breaks"})
+        entry[key] = row[key];
+      entry["center_median_ci95_px"] = both(s.center_median_ci95_px);
+      entry["position_median_ci95_mm"] = both(s.position_median_ci95_mm);
+      entry["condition"] = name;
+      entry["method_a"] = results.methods[all_pairs[k].a]->name;
+      entry["method_b"] = results.methods[all_pairs[k].b]->name;
+      pairs.push_back(entry);
+    }
+  }
+  for (const Certificate& c : results.certificates) {
+    for (const CertificateRule& rule : c.rules) {
+      certificates.push_back({{"one_step", c.one_step},
+                              {"rule", rule.name},
+                              {"words", rule.words},
+                              {"tested_frames", rule.tested.frames},
+                              {"breaks", rule.tested.breaks},
+                              {"caught_rate", rule.tested.caught_rate()},
+                              {"false_alarm_rate", rule.tested.false_alarm_rate()},
+                              {"roc_area", rule.tested.area}});
+    }
+  }
+  return {{"conditions", conditions}, {"pairs", pairs}, {"certificates", certificates}};
 }
 
 }  // namespace ballservo

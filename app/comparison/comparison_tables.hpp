@@ -1,32 +1,26 @@
-// A comparison's CSV files (interface: "a comparison's folder"); columns of our own stand behind the
-// promised ones.
+// A comparison's CSV files (interface: "a comparison's folder") and its summary as JSON. Columns of our own
+// stand behind the promised ones.
 #pragma once
 
+#include <map>
+#include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
-#include "app/comparison/comparison_statistics.hpp"
-#include "app/comparison/pictures/picture_source.hpp"
+#include "app/comparison/comparison.hpp"
 
 namespace ballservo {
 
-std::string compare_csv_header();
-std::string compare_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
-                             const MethodList& methods);
-std::string pairs_csv_header();
-std::string pairs_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
-                           const MethodList& methods);
-std::string tests_csv_header();
-std::string tests_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
-                           const MethodList& methods);
-std::string timing_csv_header();
-std::string timing_csv_rows(const ConditionInfo& info, const ConditionSummary& summary,
-                            const MethodList& methods);
-std::string fits_csv_header();
-std::string fits_csv_rows(const ConditionInfo& info, const ComparisonRecord& record,
+using RowsByFile = std::map<std::string, std::string>;
+
+/// The headings of all files that have rows by condition or by frame.
+RowsByFile comparison_headings();
+/// compare.csv, pairs.csv, tests.csv, and timing.csv, which differs from run to run.
+RowsByFile condition_rows(const ConditionInfo& info, const ConditionSummary& summary,
                           const MethodList& methods);
-/// frames.csv: what is true of each frame, its bound, and its votes.
-std::string frames_csv_header();
-std::string frames_csv_row(const ConditionInfo& info, const ComparisonRecord& record);
+/// fits.csv: what each method said; frames.csv: what is true of the frame, its bound, and its votes.
+RowsByFile frame_rows(const ConditionInfo& info, const ComparisonRecord& record, const MethodList& methods);
+
+/// {"conditions": {NAME: {METHOD: figures}}, "pairs": [...], "certificates": [...]}; no times.
+nlohmann::json comparison_json(const ComparisonResults& results);
 
 }  // namespace ballservo

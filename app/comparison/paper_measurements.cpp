@@ -35,13 +35,19 @@ class Stages {
     morphology_.close(opened_, closed_);
     regions_.update(closed_, bgr.size());
   }
-  const std::vector<Region>& regions() const { return regions_.regions(); }
-  std::vector<BoundaryPoint> boundary(int region) {
-    std::vector<BoundaryPoint> points;
-    regions_.boundary(region, pixels_);
-    for (const BoundaryPixel& pixel : pixels_)
-      points.push_back({Eigen::Vector2f(pixel.u_px, pixel.v_px), {0, 0}});
-    return points;
+  /// What a region of the colour that is large enough shows on its boundary; `use` is told its number too.
+  template <class Use>
+  void for_each_region(Use use) {
+    for (std::size_t r = 0; r < regions_.regions().size(); ++r) {
+      const Region& region = regions_.regions()[r];
+      if (region.color_class == no_class || region.absorbed_by >= 0 || region.pixels < least_region_px)
+        continue;
+      std::vector<BoundaryPoint> points;
+      regions_.boundary(static_cast<int>(r), pixels_);
+      for (const BoundaryPixel& pixel : pixels_)
+        points.push_back({Eigen::Vector2f(pixel.u_px, pixel.v_px), {0, 0}});
+      use(r, region, points);
+    }
   }
 
  private:
@@ -88,19 +94,16 @@ void collect_votes(const ComparisonCondition& condition, const std::shared_ptr<c
     if (!frame.truth.outline) continue;
     stages.run(frame.bgr);
     double boundary = 0;
-    for (std::size_t r = 0; r < stages.regions().size(); ++r) {
-      const Region& region = stages.regions()[r];
-      if (region.color_class == no_class || region.absorbed_by >= 0 || region.pixels < least_region_px)
-        continue;
-      const std::vector<BoundaryPoint> points = stages.boundary(static_cast<int>(r));
-      boundary += static_cast<double>(points.size());
-      RandomEngine engine = random_stream(seed, "paper claims", static_cast<std::uint64_t>(k) * 4096 + r);
-      const auto circle = voter.estimate(points, engine);
-      if (!circle) continue;
-      const bool is_ball = holds(region.box, *frame.truth.outline);
-      (is_ball ? votes.quality_ball : votes.quality_other).push_back(circle->quality());
-      if (is_ball) votes.counts.push_back(circle->votes);
-    }
+    stages.for_each_region(
+        [&](std::size_t r, const Region& region, const std::vector<BoundaryPoint>& points) {
+          boundary += static_cast<double>(points.size());
+          RandomEngine engine = random_stream(seed, "paper claims", static_cast<std::uint64_t>(k) * 4096 + r);
+          const auto circle = voter.estimate(points, engine);
+          if (!circle) return;
+          const bool is_ball = holds(region.box, *frame.truth.outline);
+          (is_ball ? votes.quality_ball : votes.quality_other).push_back(circle->quality());
+          if (is_ball) votes.counts.push_back(circle->votes);
+        });
     cv::Mat grey, edges;
     cv::cvtColor(frame.bgr, grey, cv::COLOR_BGR2GRAY);
     cv::Canny(grey, edges, 50, 150);
@@ -136,7 +139,7 @@ std::shared_ptr<const ColorTable> learn(const std::vector<std::string>& words, s
 }
 
 // How the pixels well inside balls of each colour are told, on pictures that were not learnt from.
-void tell_classes(const std::vector<std::string>& words, std::uint64_t seed, PaperMeasurements& m) {
+void tell_classes(const std::vector<std::string>& words, std::uint64_t seed, nlohmann::json& m) {
   const std::shared_ptr<const ColorTable> colors = learn(words, seed);
   double all = 0, right = 0, wrong = 0;
   for (const std::string& word : words) {
@@ -160,12 +163,12 @@ void tell_classes(const std::vector<std::string>& words, std::uint64_t seed, Pap
       }
     }
   }
-  m.class_counts.push_back(static_cast<int>(words.size()));
-  m.class_right.push_back(right / all);
-  m.class_wrong.push_back(wrong / all);
+  m["class_counts"].push_back(words.size());
+  m["class_right"].push_back(right / all);
+  m["class_wrong"].push_back(wrong / all);
 }
 
-void take_times(const std::shared_ptr<const ColorTable>& colors, std::uint64_t seed, PaperMeasurements& m) {
+nlohmann::json times(const std::shared_ptr<const ColorTable>& colors, std::uint64_t seed) {
   ComparisonCondition condition = scene("claims_times", "red");
   CameraParameters p = condition.camera.parameters();
   p.size = {1024, 683};
@@ -185,30 +188,25 @@ void take_times(const std::shared_ptr<const ColorTable>& colors, std::uint64_t s
     const Stopwatch segmenting;
     stages.run(bgr);
     segment.push_back(segmenting.us());
-    for (std::size_t r = 0; r < stages.regions().size(); ++r) {
-      const Region& region = stages.regions()[r];
-      if (region.color_class == no_class || region.absorbed_by >= 0 || region.pixels < least_region_px)
-        continue;
-      const std::vector<BoundaryPoint> points = stages.boundary(static_cast<int>(r));
+    stages.for_each_region([&](std::size_t, const Region&, const std::vector<BoundaryPoint>& points) {
       RandomEngine engine = random_stream(seed, "paper times", static_cast<std::uint64_t>(k));
       const Stopwatch voting;
       voter.estimate(points, engine);
       vote.push_back(voting.us());
-    }
+    });
     const Stopwatch detecting;
     detector.detect(bgr);
     detect.push_back(detecting.us());
   }
-  m.read_us = median(read);
-  m.segment_us = median(segment);
-  m.vote_us = median(vote);
-  m.detect_us = median(detect);
+  return {{"read_us", median(read)},
+          {"segment_us", median(segment)},
+          {"vote_us", median(vote)},
+          {"detect_us", median(detect)}};
 }
 
 }  // namespace
 
-PaperMeasurements measure_paper_claims(const ComparisonPlan& plan) {
-  PaperMeasurements m;
+nlohmann::json measure_paper_claims(const ComparisonPlan& plan) {
   const std::shared_ptr<const ColorTable> red = learn({"red"}, plan.seed);
   Votes apart, touching;
   ComparisonCondition condition = scene("claims_apart", "red");
@@ -217,58 +215,17 @@ PaperMeasurements measure_paper_claims(const ComparisonPlan& plan) {
   condition.name = "claims_touching";
   condition.touching = true;
   collect_votes(condition, red, plan.seed, touching);
-  m.votes = median(apart.counts);
-  m.votes_largest = quantile(apart.counts, 1);
-  m.quality_ball = median(apart.quality_ball);
-  m.quality_touching = median(touching.quality_ball);
-  m.quality_other = median(apart.quality_other);
-  m.boundary_px = median(apart.boundary_px);
-  m.edge_px = median(apart.edge_px);
+  nlohmann::json m = {{"votes", median(apart.counts)},
+                      {"votes_largest", quantile(apart.counts, 1)},
+                      {"quality_ball", median(apart.quality_ball)},
+                      {"quality_touching", median(touching.quality_ball)},
+                      {"quality_other", median(apart.quality_other)},
+                      {"boundary_px", median(apart.boundary_px)},
+                      {"edge_px", median(apart.edge_px)},
+                      {"timing", times(red, plan.seed)}};
   tell_classes({"red", "green"}, plan.seed, m);
   tell_classes({"red", "green", "blue", "yellow"}, plan.seed, m);
   tell_classes({"red", "orange", "yellow", "green", "cyan", "blue", "purple", "pink"}, plan.seed, m);
-  take_times(red, plan.seed, m);
-  return m;
-}
-
-nlohmann::json to_json(const PaperMeasurements& m) {
-  return {{"votes", m.votes},
-          {"votes_largest", m.votes_largest},
-          {"quality_ball", m.quality_ball},
-          {"quality_touching", m.quality_touching},
-          {"quality_other", m.quality_other},
-          {"boundary_px", m.boundary_px},
-          {"edge_px", m.edge_px},
-          {"class_counts", m.class_counts},
-          {"class_right", m.class_right},
-          {"class_wrong", m.class_wrong},
-          {"timing",
-           {{"read_us", m.read_us},
-            {"segment_us", m.segment_us},
-            {"vote_us", m.vote_us},
-            {"detect_us", m.detect_us}}}};
-}
-
-PaperMeasurements paper_measurements_from_json(const nlohmann::json& json) {
-  const auto number = [](const nlohmann::json& object, const char* key) {
-    return object.at(key).is_null() ? std::nan("") : object.at(key).get<double>();
-  };
-  PaperMeasurements m;
-  m.votes = number(json, "votes");
-  m.votes_largest = number(json, "votes_largest");
-  m.quality_ball = number(json, "quality_ball");
-  m.quality_touching = number(json, "quality_touching");
-  m.quality_other = number(json, "quality_other");
-  m.boundary_px = number(json, "boundary_px");
-  m.edge_px = number(json, "edge_px");
-  m.class_counts = json.at("class_counts").get<std::vector<int>>();
-  m.class_right = json.at("class_right").get<std::vector<double>>();
-  m.class_wrong = json.at("class_wrong").get<std::vector<double>>();
-  const nlohmann::json& timing = json.at("timing");
-  m.read_us = number(timing, "read_us");
-  m.segment_us = number(timing, "segment_us");
-  m.vote_us = number(timing, "vote_us");
-  m.detect_us = number(timing, "detect_us");
   return m;
 }
 

@@ -157,7 +157,7 @@ cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>&
 }
 
 cv::Mat segments_picture(const LearntColors& colors, std::size_t index, cv::Size size) {
-  const cv::Mat& modes = colors.pictures[index].modes;
+  const cv::Mat& modes = colors.pictures[index].chroma;
   cv::Mat3f luv(modes.size());
   for (int y = 0; y < modes.rows; ++y) {
     for (int x = 0; x < modes.cols; ++x) {
@@ -260,7 +260,7 @@ std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::v
                                         std::size_t picture) {
   const cv::Mat& bgr = pictures.at(picture).bgr;
   std::vector<PreviewPanel> panels = {{"a_source", "(a) source: " + pictures[picture].source, bgr.clone()},
-                                      {"b_segments", "(b) mean shift on chroma, circles accepted",
+                                      {"b_segments", "(b) chroma, circles accepted",
                                        segments_picture(colors, picture, bgr.size())}};
   for (PreviewPanel& panel : color_preview(colors.table)) panels.push_back(std::move(panel));
   panels.insert(panels.end() - 1,

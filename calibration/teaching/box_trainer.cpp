@@ -20,6 +20,7 @@ constexpr double min_radius_ratio = 0.4, max_radius_ratio = 1.7;  // ball to box
 constexpr int patience = 15;  // frames without the ball, after which the box goes back to where it was drawn
 constexpr double window_radii = 2.5;      // half side of what is looked at, in radii of the box
 constexpr double working_radius_px = 40;  // larger boxes are looked at at a reduced scale
+constexpr double least_log_odds = -2;     // the user says that a ball is there
 constexpr double majority = 0.6;          // of the balls seen must have one colour
 
 }  // namespace
@@ -35,7 +36,6 @@ BoxTrainer::BoxTrainer(std::string name, const PointedBall& box, const RegionSea
   }
   faults.throw_if_any();
   search_.min_radius_px = std::max(4.0, min_radius_ratio * std::min(box.radius_px, working_radius_px));
-  search_.sure_radius_px = search_.min_radius_px + 0.1;  // the user says that a ball is there
 }
 
 bool BoxTrainer::look(const cv::Mat& bgr, int frame) {
@@ -65,11 +65,11 @@ bool BoxTrainer::look(const cv::Mat& bgr, int frame) {
   BallCandidate best;
   double best_score = 0;
   for (BallCandidate& candidate : ball_candidates({"", view}, static_cast<std::size_t>(frame), found)) {
-    if (!candidate.region.stands_out) continue;
+    if (candidate.region.evidence.log_odds() < least_log_odds) continue;
     const double away = (candidate.region.center_px + corner - place_.center_px).norm() / box_.radius_px;
     const double ratio = candidate.region.radius_px / box_.radius_px;
     if (away > reach || ratio < min_radius_ratio || ratio > max_radius_ratio) continue;
-    const double score = candidate.region.fit_ratio * std::min(1.0, ratio) * (1 - 0.5 * away);
+    const double score = candidate.region.fit_ratio() * std::min(1.0, ratio) * (1 - 0.5 * away);
     if (score > best_score) best_score = score, best = std::move(candidate);
   }
   if (best_score == 0) {
@@ -127,7 +127,7 @@ LearntColors BoxTrainer::finish(const std::vector<ColorPicture>& background) con
   std::vector<LearntCircle>& circles = result.circles[name_];
   for (const BallCandidate& ball : most->balls) {
     circles.push_back({0, static_cast<int>(ball.picture), ball.region.center_px, ball.region.radius_px,
-                       ball.region.fit_ratio});
+                       ball.region.fit_ratio()});
   }
   std::sort(circles.begin(), circles.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
   rebuild(result.table);

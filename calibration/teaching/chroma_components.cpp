@@ -8,17 +8,18 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/teaching/mean_shift.hpp"
+#include "calibration/teaching/chroma_picture.hpp"
 
 namespace ballservo {
 namespace {
 
-constexpr std::array<double, 3> link_factors = {0.25, 0.5, 1.5};                  // of the chroma radius
-constexpr std::array<double, 6> chroma_factors = {1.0, 1.5, 2.0, 3.0, 5.0, 8.0};  // of the least chroma
-constexpr std::array<double, 4> bandwidth_factors = {0.25, 0.5, 1.0, 2.0};        // of the chroma radius
-constexpr std::array<double, 3> strength_factors = {0.3, 0.5, 0.75};              // of a hue's own strength
-constexpr double hue_reach_rad = 0.4;                                             // 23 degrees to either side
-constexpr std::size_t most_hues = 16;  // the fullest modes come first; what follows is clutter
+constexpr std::array<double, 2> link_factors = {0.5, 1.5};         // of the chroma radius
+constexpr std::array<double, 3> chroma_factors = {1.0, 2.0, 5.0};  // of the least chroma
+constexpr std::array<double, 2> bandwidth_factors = {0.5, 1.5};    // of the chroma radius
+constexpr std::array<double, 2> strength_factors = {0.3, 0.6};     // of a hue's own strength
+constexpr double hue_reach_rad = 0.4;                              // 23 degrees to either side
+constexpr std::array<float, 3> color_steps = {1, 2, 4};  // Lab, from pixel to pixel of a smooth surface
+constexpr std::size_t most_hues = 10;  // the fullest modes come first; what follows is clutter
 constexpr int grey_reach = 15;         // how far from sRGB's grey axis the light may push a grey thing
 
 /// Sets of pixels that grow together, by path halving.
@@ -106,7 +107,7 @@ cv::Vec2f neutral_chroma(const cv::Mat& modes) {
   return {static_cast<float>(peak.x - grey_reach), static_cast<float>(peak.y - grey_reach)};
 }
 
-void for_each_segmentation(const cv::Mat& modes, const ComponentOptions& options,
+void for_each_segmentation(const cv::Mat& modes, const cv::Mat3f& lab, const ComponentOptions& options,
                            const std::function<void(const std::vector<int>& labels)>& visit) {
   const int cols = modes.cols, rows = modes.rows;
   const cv::Vec2f neutral = neutral_chroma(modes);
@@ -122,6 +123,15 @@ void for_each_segmentation(const cv::Mat& modes, const ComponentOptions& options
                    .squared(chroma[j][0] - chroma[i][0], chroma[j][1] - chroma[i][1]) <= link * link;
       }));
     }
+  }
+  const cv::Vec3f* color = lab.ptr<cv::Vec3f>();
+  for (const float step : color_steps) {
+    visit(connect(
+        cols, rows, [](int) { return true; },
+        [&](int i, int j) {
+          const cv::Vec3f d = color[i] - color[j];
+          return d.dot(d) <= step * step;
+        }));
   }
   for (const double bandwidth_factor : bandwidth_factors) {
     const cv::Mat labels =

@@ -1,4 +1,4 @@
-// Connected components of a mean-shift picture, at several strictnesses (paper, "Calibrage", 2b).
+// Connected components of a chroma picture, at several strictnesses (paper, "Calibrage", 2b).
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@ namespace ballservo {
 
 /// How the modes are taken apart.
 struct ComponentOptions {
-  double chroma_radius = 6;    ///< what mean shift worked with, in (u*, v*); above 0
+  double chroma_radius = 6;    ///< how far apart one surface's chromas lie, in (u*, v*); above 0
   double min_chroma = 6;       ///< least distance from neutral that counts as colour; 0 or more
   double enough_pixels = 100;  ///< that a colour needs to be one; see `mode_labels`
 };
@@ -29,7 +29,7 @@ struct Component {
 /// their modes are close enough, for several meanings of both; or when they climb to the same mode of the
 /// picture's chroma histogram; or when both have the hue of one of its modes, in strengths of some part of
 /// it.
-void for_each_segmentation(const cv::Mat& modes, const ComponentOptions& options,
+void for_each_segmentation(const cv::Mat& modes, const cv::Mat3f& lab, const ComponentOptions& options,
                            const std::function<void(const std::vector<int>& labels)>& visit);
 
 /// The components of such labels, in raster order of their first pixels.

@@ -68,10 +68,22 @@ ChromaGroup chroma_group(const ChromaHistogram& histogram) {
   cells = fullest_component(cells, density);
   group.core = (density >= level_holding(density, core_fraction)) & cells;
 
+  // No cell reaches further than this: `cells` elsewhere need not be looked for.
+  double longest = 0;
+  for (int i = 0; i < side * side; ++i) {
+    if (cells(i / side, i % side))
+      longest = std::max(longest, std::hypot(i % side + 1 - side / 2, i / side + 1 - side / 2));
+  }
+  const int reach = 2 + static_cast<int>(longest * reach_high * (1 / reach_low - 1 + reach_hue_rad));
+  cv::Mat1b near;
+  cv::dilate(cells, near, cv::Mat1b::ones(2 * reach + 1, 2 * reach + 1), {-1, -1}, 1, cv::BORDER_CONSTANT,
+             cv::Scalar(0));
+
   // A closed hole holds next to nothing: let it count as the reach does.
   const auto floor = static_cast<float>(0.01 / std::max(1, cv::countNonZero(cells)));
   for (int row = 0; row < side; ++row) {
     for (int column = 0; column < side; ++column) {
+      if (!near(row, column)) continue;
       const double a = column + 0.5 - side / 2, b = row + 0.5 - side / 2;
       float best = cells(row, column) ? std::max(density(row, column), floor) : 0.0f;
       const double chroma = std::hypot(a, b);

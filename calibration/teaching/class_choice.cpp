@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "calibration/color/color_file.hpp"
@@ -13,13 +12,21 @@
 namespace ballservo {
 namespace {
 
-constexpr double farthest_hue_deg = 20;       // beyond its border a word does not answer
-constexpr double outstanding_evidence = 1.8;  // times the next one's: no question which is meant
-constexpr double least_round_share = 0.1;     // of a colour that was asked for by its word
+constexpr double farthest_hue_deg = 45;  // beyond a word's border it does not answer
+constexpr double hue_spread_deg = 12;    // of what people call by a word, beyond its border
+constexpr double other_word = 4;         // against a colour that we would call otherwise
+constexpr double decisive_lead = 2, least_log_odds = 0, sure_log_odds = 5;
 constexpr std::size_t max_listed = 12;
-constexpr double sure_fit_ratio = 0.5, sure_contrast = 30, sure_radius_px = 8;
+constexpr double sure_fit_ratio = 0.5, sure_radius_px = 8;
 
-bool more_evident(const ColorGroup& a, const ColorGroup& b) { return a.evidence() > b.evidence(); }
+bool more_likely(const ColorGroup& a, const ColorGroup& b) { return a.log_odds() > b.log_odds(); }
+
+/// What the class's name says of a colour: 0 where we would call it so ourselves or the name is no word.
+double log_likelihood_of_word(const std::string& name, const ColorGroup& group) {
+  const auto away = hue_distance_to_word_deg(name, group.samples.hue_deg());
+  if (!away || group.word == name) return 0;
+  return -other_word - 0.5 * std::pow(*away / hue_spread_deg, 2);
+}
 
 /// "CX,CY,R" as `--at` takes it.
 std::string at_text(const RoundRegion& region) {
@@ -31,7 +38,7 @@ std::string at_text(const RoundRegion& region) {
 std::string list_of(const ClassRequest& request, std::vector<ColorGroup> groups,
                     const std::vector<ColorPicture>& pictures) {
   std::string text;
-  std::stable_sort(groups.begin(), groups.end(), more_evident);
+  std::stable_sort(groups.begin(), groups.end(), more_likely);
   if (groups.size() > max_listed) groups.resize(max_listed);
   for (const ColorGroup& group : groups) {
     const auto in_first =
@@ -59,84 +66,52 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
         request.name, pictures[request.pictures.front()].source, 2 * RegionSearchOptions().min_radius_px,
         request.name));
   }
-  // A colour that lies mostly outside round things is a worse answer than one that is all in them.
+  const auto score = [&](const ColorGroup& group) {
+    return group.log_odds() + log_likelihood_of_word(request.name, group);
+  };
+  const auto answers = [&](const ColorGroup& group) {
+    return hue_distance_to_word_deg(request.name, group.samples.hue_deg()).value_or(0) <= farthest_hue_deg;
+  };
   std::stable_sort(groups.begin(), groups.end(), [&](const ColorGroup& a, const ColorGroup& b) {
-    return (a.round_share >= weak_round_share) > (b.round_share >= weak_round_share);
+    return answers(a) != answers(b) ? answers(a) : score(a) > score(b);
   });
-  if (hue_distance_to_word_deg(request.name, 0)) {
-    std::size_t best = 0;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < groups.size(); ++i) {
-      // What we would call so ourselves comes before what only may be called so.
-      constexpr double our_own_word = -1;
-      const double distance = groups[i].word == request.name
-                                  ? our_own_word
-                                  : *hue_distance_to_word_deg(request.name, groups[i].samples.hue_deg());
-      if (distance < nearest) {
-        nearest = distance;
-        best = i;
-      }
-    }
-    if (nearest > farthest_hue_deg) {
-      throw Refusal(
-          fmt::format("class {}: no round thing of that colour was found; say where the ball is, or give the "
-                      "class another name. "
-                      "What was found:{}",
-                      request.name, list_of(request, groups, pictures)));
-    }
-    if (groups[best].round_share < least_round_share) {
-      throw Refusal(fmt::format(
-          "class {}: {:.0f} % of that colour lies outside round things, so that it is rather "
-          "something else than a ball. If it is one, point at it. What was found:{}",
-          request.name, 100 * (1 - groups[best].round_share), list_of(request, groups, pictures)));
-    }
-    return std::move(groups[best]);
+  const ColorGroup& best = groups.front();
+  if (!answers(best)) {
+    throw Refusal(
+        fmt::format("class {}: no round thing of that colour was found; say where the ball is, or give the "
+                    "class another name. What was found:{}",
+                    request.name, list_of(request, groups, pictures)));
   }
-  if (groups.size() == 1) return std::move(groups.front());
-  std::stable_sort(groups.begin(), groups.end(), more_evident);
-  if (groups[0].evidence() >= outstanding_evidence * groups[1].evidence()) return std::move(groups.front());
-  throw Refusal(fmt::format("class {}: round things of several colours were found; say which is meant:{}",
-                            request.name, list_of(request, groups, pictures)));
+  if (best.log_odds() < least_log_odds) {
+    throw Refusal(fmt::format(
+        "class {}: nothing that was found is surely a ball. If one of it is, point at it. What was found:{}",
+        request.name, list_of(request, groups, pictures)));
+  }
+  if (groups.size() > 1 && score(best) < score(groups[1]) + decisive_lead) {
+    throw Refusal(fmt::format("class {}: round things of several colours were found; say which is meant:{}",
+                              request.name, list_of(request, groups, pictures)));
+  }
+  return std::move(groups.front());
 }
 
 std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
                                     const std::vector<ColorPicture>& pictures) {
-  const auto reaching = [&](double share) {
-    std::vector<ColorGroup> result;
-    for (const ColorGroup& group : groups) {
-      if (group.round_share >= share) result.push_back(group);
-    }
-    return result;
-  };
-  std::vector<ColorGroup> clear = reaching(min_round_share), weak = reaching(weak_round_share);
-  std::stable_sort(weak.begin(), weak.end(), more_evident);
-  if (!clear.empty()) {
-    // Half of a ball's colour may lie elsewhere: it is not worse for that than what is hardly round.
-    if (weak.front().round_share < min_round_share) clear.push_back(weak.front());
-    return clear;
+  std::vector<ColorGroup> balls;
+  double most = 0;
+  for (const ColorGroup& group : groups) most = std::max(most, group.log_odds());
+  for (const ColorGroup& group : groups) {
+    if (group.log_odds() >= std::clamp(most - candidate_lead, least_log_odds, sure_log_odds))
+      balls.push_back(group);
   }
-  const ClassRequest any{"NAME", {0}, {}};
-  if (weak.empty()) {
-    throw Refusal(
-        fmt::format(
-            "nothing round and coloured was found. Try a picture where the ball is whole, in even light, and "
-            "at least {:.0f} px across; or say where it is: --class NAME=IMAGE --at NAME=CX,CY,R",
-            2 * RegionSearchOptions().min_radius_px) +
-        (groups.empty() ? ""
-                        : "\nRound regions whose colour lies mostly elsewhere in the picture:" +
-                              list_of(any, groups, pictures)));
-  }
-  std::stable_sort(groups.begin(), groups.end(), more_evident);
-  const bool outstanding =
-      groups.size() == 1 || groups[0].evidence() >= outstanding_evidence * groups[1].evidence();
-  if (!outstanding || groups.front().round_share < weak_round_share) {
-    throw Refusal(
-        "several colours have round regions, but most of each lies elsewhere in the picture, so that none "
-        "is surely a ball's. Say which is meant with --class NAME=IMAGE and:" +
-        list_of(any, groups, pictures));
-  }
-  weak.resize(1);
-  return weak;
+  if (!balls.empty()) return balls;
+  throw Refusal(
+      fmt::format(
+          "nothing round and coloured was found. Try a picture where the ball is whole, in even light, and "
+          "at least {:.0f} px across; or say where it is: --class NAME=IMAGE --at NAME=CX,CY,R",
+          2 * RegionSearchOptions().min_radius_px) +
+      (groups.empty()
+           ? ""
+           : "\nRound regions that are no sure balls:" + list_of({"NAME", {0}, {}}, groups, pictures)));
 }
 
 std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures) {
@@ -145,12 +120,15 @@ std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>
   const auto add = [&](const std::string& reason) { reasons += (reasons.empty() ? "" : "; ") + reason; };
   if (best.region.smeared)
     add("its best ball is an ellipse, as motion makes of one");
-  else if (best.region.fit_ratio < sure_fit_ratio && best.region.contrast < sure_contrast)
-    add(fmt::format("its outline is round to {:.2f} (1 is a whole ball)", best.region.fit_ratio));
+  else if (best.region.fit_ratio() < sure_fit_ratio)
+    add(fmt::format("its outline is round to {:.2f} (1 is a whole ball)", best.region.fit_ratio()));
   if (group.round_share < min_round_share)
     add(fmt::format("{:.0f} % of its colour lies outside round things", 100 * (1 - group.round_share)));
-  if (best.region.radius_px < sure_radius_px && best.region.contrast < sure_contrast)
+  if (best.region.radius_px < sure_radius_px)
     add(fmt::format("it is only {:.0f} px across", 2 * best.region.radius_px));
+  const bool pointed_at = best.region.mask.empty();
+  if (!pointed_at && hue_distance_to_word_deg(group.word, group.samples.hue_deg()).value_or(0) > 0)
+    add("its colour is rather " + color_word(group.samples.mean_lab()));
   if (reasons.empty()) return {};
   return fmt::format(
       "{} was learnt from what lies around ({:.0f}, {:.0f}) px in {}, but not for sure: {}. Look at the "
@@ -166,7 +144,7 @@ ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCand
   pointed.picture = request.pictures.front();
   pointed.region.center_px = request.at->center_px;
   pointed.region.radius_px = request.at->radius_px;
-  pointed.region.inlier_fraction = pointed.region.fill = pointed.region.fit_ratio = 1;
+  pointed.region.evidence.arc = pointed.region.evidence.filled = 1;
   pointed.samples = samples_inside(pictures[pointed.picture].bgr, pointed.region, 1);
   if (pointed.samples.pixels.size() < 10 || pointed.samples.colored_fraction() < 0.1) {
     throw Refusal(
@@ -181,7 +159,7 @@ ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCand
     const double apart = (candidate.region.center_px - pointed.region.center_px).norm();
     if (candidate.picture == pointed.picture && apart < candidate.region.radius_px + pointed.region.radius_px)
       continue;
-    if (!candidate.region.stands_out) continue;
+    if (candidate.region.evidence.log_odds() < least_log_odds) continue;
     if (!same_color(candidate.samples, pointed.samples)) continue;
     group.samples.add(candidate.samples);
     group.balls.push_back(candidate);

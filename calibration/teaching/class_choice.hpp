@@ -8,10 +8,7 @@
 
 namespace ballservo {
 
-/// Leaves out the groups that lie mostly elsewhere: all below min_round_share where any reaches it, but for
-/// the one that is more evident than those that do. Where none does, the most evident is left, if it reaches
-/// weak_round_share and has about twice the evidence of the next. Throws Refusal where nothing is left, or
-/// where it is not clear which, with the `--at` that settles it.
+/// The groups that are balls. Throws Refusal where none is, with the `--at` that settles it.
 std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
                                     const std::vector<ColorPicture>& pictures);
 

@@ -1,6 +1,7 @@
 #include "calibration/teaching/color_groups.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "calibration/color/color_names.hpp"
 #include "calibration/teaching/class_table.hpp"
@@ -13,11 +14,12 @@ namespace {
 constexpr double min_hue_overlap = 0.45, close_hues_deg = 5, max_saturation_ratio = 2;
 // Of a region's pixels, so many must have a colour (a black disc has none), and their mean (a, b) such a
 // length (black with a tint has less).
-constexpr double min_colored_fraction = 0.3, min_mean_chroma = 7;
+constexpr double min_colored_fraction = 0.1, min_mean_chroma = 7;
 // A ball of a colour counts if it is not smaller than the best one by more: specks of its colour are round
 // too.
 constexpr double max_radius_ratio = 5;
-constexpr std::size_t max_groups = 60;   // the best fits come first; what follows is clutter
+constexpr std::size_t max_groups = 8;    // the most likely come first; what follows is clutter
+constexpr double equal_balls = 2;        // log odds: several balls of a picture are about as likely
 constexpr std::size_t min_samples = 50;  // fewer say nothing about a distribution
 
 /// Fills in every group's share, by the table that all of them together would give: a red ball is no evidence
@@ -53,6 +55,11 @@ double ColorGroup::largest_radius_px() const {
   return largest_px;
 }
 
+double ColorGroup::log_odds() const {
+  constexpr double weight = 2, least_share = 0.01;
+  return balls.front().region.evidence.log_odds() + weight * std::log(std::max(least_share, round_share));
+}
+
 bool same_color(const ColorSamples& a, const ColorSamples& b) {
   const double low = std::min(a.saturation(), b.saturation()),
                high = std::max(a.saturation(), b.saturation());
@@ -74,39 +81,37 @@ std::vector<BallCandidate> ball_candidates(const ColorPicture& picture, std::siz
 }
 
 std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, const CellCounts& all_pixels) {
-  // Specks are often rounder than balls: what stands out and is large enough to be sure of comes first.
-  const auto stands_out = [](const BallCandidate& ball) { return ball.region.stands_out; };
-  const auto sureness = [&](const BallCandidate& ball) {
-    return (stands_out(ball) ? 2 : 0) + (ball.region.radius_px >= sure_ball_radius_px ? 1 : 0);
-  };
-  std::stable_sort(candidates.begin(), candidates.end(), [&](const BallCandidate& a, const BallCandidate& b) {
-    return sureness(a) != sureness(b) ? sureness(a) > sureness(b) : a.region.fit_ratio > b.region.fit_ratio;
-  });
+  const auto odds = [](const BallCandidate& ball) { return ball.region.evidence.log_odds(); };
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [&](const BallCandidate& a, const BallCandidate& b) { return odds(a) > odds(b); });
   std::vector<ColorGroup> groups;
   for (BallCandidate& candidate : candidates) {
     const auto home = std::find_if(groups.begin(), groups.end(), [&](const ColorGroup& group) {
       return same_color(candidate.samples, group.samples);
     });
     if (home == groups.end()) {
+      if (groups.size() == max_groups) continue;
       groups.emplace_back();
       groups.back().samples = candidate.samples;
       groups.back().balls.push_back(std::move(candidate));
-    } else if (stands_out(candidate) == stands_out(home->balls.front()) &&
-               candidate.region.fit_ratio >= min_relative_fit * home->best_fit() &&
-               candidate.region.radius_px * max_radius_ratio >= home->balls.front().region.radius_px) {
+      continue;
+    }
+    const auto better = std::find_if(home->balls.begin(), home->balls.end(), [&](const BallCandidate& ball) {
+      return ball.picture == candidate.picture;
+    });
+    const double least = better == home->balls.end() ? odds(home->balls.front()) - candidate_lead
+                                                     : odds(*better) - equal_balls;
+    if (odds(candidate) >= std::max(0.0, least) &&
+        candidate.region.radius_px * max_radius_ratio >= home->balls.front().region.radius_px) {
       home->samples.add(candidate.samples);
       home->balls.push_back(std::move(candidate));
     }
   }
-  if (groups.size() > max_groups) groups.resize(max_groups);
   for (ColorGroup& group : groups) {
     group.chroma = chroma_group(chroma_histogram(group.samples));
     group.word = color_word(group.samples.mean_lab());
   }
   find_round_shares(groups, all_pixels);
-  groups.erase(std::remove_if(groups.begin(), groups.end(),
-                              [&](const ColorGroup& group) { return !stands_out(group.balls.front()); }),
-               groups.end());
   std::stable_sort(groups.begin(), groups.end(), [](const ColorGroup& a, const ColorGroup& b) {
     return a.samples.pixels.size() > b.samples.pixels.size();
   });

@@ -25,21 +25,19 @@ struct BallCandidate {
 
 /// Candidates of one colour.
 struct ColorGroup {
-  std::vector<BallCandidate> balls;  ///< the best fit first
+  std::vector<BallCandidate> balls;  ///< the most likely first
   ColorSamples samples;              ///< of all of them
   ChromaGroup chroma;
   double round_share = 0;  ///< of all pixels of this colour in the pictures: the part inside these circles
   std::string word;        ///< its basic colour word
   double largest_radius_px() const;
-  double best_fit() const { return balls.empty() ? 0 : balls.front().region.fit_ratio; }
-  /// How much speaks for a ball: squared roundness of the best one x share, 0 to 1.
-  double evidence() const { return best_fit() * best_fit() * round_share; }
+  /// Logarithm of the odds that its best candidate is a ball. A thing whose colour lies around it in the
+  /// picture is rather a part of something else.
+  double log_odds() const;
 };
 
-/// Balls from this size on are sure ones: they are looked at first.
-inline constexpr double sure_ball_radius_px = 8;
-/// Others count as balls from this part of the best one's fit ratio on.
-inline constexpr double min_relative_fit = 0.7;
+/// What is less likely than the best by more than that is no ball beside it.
+inline constexpr double candidate_lead = 5;
 
 /// Whether two sets of samples show the same colour.
 bool same_color(const ColorSamples& a, const ColorSamples& b);

@@ -30,7 +30,7 @@ Survey survey(const std::vector<ColorPicture>& pictures, const RegionSearchOptio
     for (BallCandidate& candidate : ball_candidates(cleared, i, found)) {
       result.candidates.push_back(std::move(candidate));
     }
-    result.pictures.push_back({found.modes, found.scale});
+    result.pictures.push_back({found.chroma, found.scale});
   }
   return result;
 }
@@ -69,6 +69,9 @@ CellCounts background_of(const std::vector<ColorPicture>& pictures, const std::v
 /// Smaller round things than a sure ball count if none is larger by more than this factor.
 constexpr double max_speck_ratio = 2;
 
+/// Smaller round things are left out beside a larger one.
+constexpr double sure_ball_radius_px = 8;
+
 /// Beside a ball that is sure, the small print of the picture is none: the pips of cards, lamps, buttons.
 void leave_out_specks(std::vector<ColorGroup>& groups) {
   double largest_px = 0;
@@ -102,7 +105,7 @@ LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vect
     std::vector<LearntCircle>& circles = result.circles[group.word];
     for (const BallCandidate& ball : group.balls) {
       circles.push_back(
-          {ball.picture, 0, ball.region.center_px, ball.region.radius_px, ball.region.fit_ratio});
+          {ball.picture, 0, ball.region.center_px, ball.region.radius_px, ball.region.fit_ratio()});
     }
   }
   rebuild(result.table);
@@ -141,12 +144,6 @@ LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const Regio
   for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = i;
   std::vector<ColorGroup> groups = ball_groups(groups_in(everywhere, seen), pictures);
   leave_out_specks(groups);
-  double best_fit = 0;
-  for (const ColorGroup& group : groups) best_fit = std::max(best_fit, group.best_fit());
-  groups.erase(
-      std::remove_if(groups.begin(), groups.end(),
-                     [&](const ColorGroup& group) { return group.best_fit() < min_relative_fit * best_fit; }),
-      groups.end());
   if (groups.size() > max_classes) groups.resize(max_classes);
   std::map<std::string, int> uses;
   for (ColorGroup& group : groups) {

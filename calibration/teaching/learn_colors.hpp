@@ -13,9 +13,8 @@
 
 namespace ballservo {
 
-/// A colour is a class only if at least that part of its pixels lies in round regions (fingertips are round,
-/// but most of the skin is not); where no colour reaches it, the weaker share will do.
-inline constexpr double min_round_share = 0.5, weak_round_share = 0.2;
+/// Less of a colour's pixels in round regions is worth a doubt.
+inline constexpr double min_round_share = 0.5;
 
 /// A ball that the user points at.
 struct PointedBall {
@@ -44,8 +43,8 @@ using LearntCircles = std::map<std::string, std::vector<LearntCircle>>;
 
 /// A picture as the search saw it.
 struct SegmentedPicture {
-  cv::Mat modes;     ///< (u*, v*) after mean shift, CV_32FC2
-  double scale = 1;  ///< pixels of `modes` per pixel of the picture
+  cv::Mat chroma;    ///< (u*, v*) smoothed, CV_32FC2
+  double scale = 1;  ///< pixels of `chroma` per pixel of the picture
 };
 
 struct LearntColors {

@@ -2,14 +2,28 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace ballservo {
 namespace {
 
-constexpr double size_acceleration_s2 = 3;  // of log distance, as acceleration_radii_s2
-// Sigmas of the velocity when the ball appears.
-constexpr double velocity_radii_s = 20, size_velocity_s = 1;
+// What a ball radius of motion sideways is to the log distance, which changes less and is measured worse.
+constexpr double size_share = 0.015;
+// Sigmas of the velocity when the ball appears, and when it is thrown: 3 m/s of a ball of 35 mm.
+constexpr double velocity_radii_s = 20, thrown_radii_s = 80;
+// Gravity is 90 radii per s^2 of a football, 490 of a table tennis ball. What slows a ball that is left to
+// itself (friction, air) is not modelled: the process noise of rolling and flying balls.
+constexpr double gravity_radii_s2 = 300, free_radii_s2 = 15;
+constexpr std::array<double, 3> at_first{0.5, 0.3, 0.2};
+// How likely another motion turns into this one by the next measurement: seldom into flight. Below such a
+// probability none is believed.
+constexpr std::array<double, 3> begins{0.05, 0.05, 0.007};
+constexpr double least_probability = 0.01;
+
+// Of an axis: its unit for a ball that appears so large.
+double unit(int axis, double radius) { return axis < 2 ? radius : size_share; }
 
 // Derivative of (X/Z, Y/Z) by the centre, and back, of a unit direction.
 Eigen::Matrix<double, 2, 3> normalized_jacobian(const Eigen::Vector3d& axis) {
@@ -54,13 +68,17 @@ BallPosition position_of(const Eigen::Vector3d& features, const Eigen::Vector3d&
           jacobian * variance.asDiagonal() * jacobian.transpose() + by_radius * by_radius.transpose()};
 }
 
-void TrackFilter::restart(const BallFeatures& measured) {
-  const double radius = std::exp(-measured.value.z());
-  for (int i = 0; i < 3; ++i) {
-    const double velocity_sigma = i < 2 ? velocity_radii_s * radius : size_velocity_s;
-    axis_[i].state = {measured.value(i), 0};
-    axis_[i].covariance =
-        Eigen::Vector2d(measured.sigma(i) * measured.sigma(i), velocity_sigma * velocity_sigma).asDiagonal();
+TrackFilter::TrackFilter(const BallFeatures& first, double time_s) : time_s_(time_s), measured_s_(time_s) {
+  const double radius = std::exp(-first.value.z());
+  for (int motion = 0; motion < motions; ++motion) {
+    Model& model = models_[motion];
+    model.probability = at_first[static_cast<std::size_t>(motion)];
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d sigma(first.sigma(i),
+                                  unit(i, radius) * (motion == flying ? thrown_radii_s : velocity_radii_s),
+                                  unit(i, radius) * gravity_radii_s2);
+      model.axis[i] = {{first.value(i), 0, 0}, sigma.cwiseAbs2().asDiagonal()};
+    }
   }
 }
 
@@ -68,51 +86,157 @@ void TrackFilter::predict(double time_s) {
   const double dt = time_s - time_s_;
   if (!(dt > 0)) return;
   time_s_ = time_s;
-  const double radius = std::exp(-axis_[2].state.x());
-  Eigen::Matrix2d transition;
-  transition << 1, dt, 0, 1;
-  Eigen::Matrix2d growth;
-  growth << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
-  for (int i = 0; i < 3; ++i) {
-    const double acceleration = i < 2 ? acceleration_radii_s2 * radius : size_acceleration_s2;
-    axis_[i].state = transition * axis_[i].state;
-    axis_[i].covariance = (transition * axis_[i].covariance * transition.transpose()).eval() +
-                          acceleration * acceleration * acceleration_lasts_s * growth;
+  Eigen::Matrix3d growth = Eigen::Matrix3d::Zero();
+  growth.topLeftCorner<2, 2>() << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
+  for (int motion = 0; motion < motions; ++motion) {
+    Model& model = models_[motion];
+    const double radius = std::exp(-model.axis[2].state.x());
+    const double noise = motion == carried ? acceleration_radii_s2 : free_radii_s2;
+    Eigen::Matrix3d transition;
+    transition << 1, dt, dt * dt / 2, 0, 1, dt, 0, 0, 1;
+    // What does not fly has no acceleration that lasts; what it would have, should it begin to, is not known.
+    if (motion != flying) transition.col(2).setZero();
+    for (int i = 0; i < 3; ++i) {
+      Axis& axis = model.axis[i];
+      axis.state = (transition * axis.state).eval();
+      axis.covariance = (transition * axis.covariance * transition.transpose()).eval();
+      axis.covariance += std::pow(unit(i, radius) * noise, 2) * acceleration_lasts_s * growth;
+      if (motion != flying) axis.covariance(2, 2) = std::pow(unit(i, radius) * gravity_radii_s2, 2);
+    }
   }
+}
+
+double TrackFilter::distance2(const Model& model, const BallFeatures& measured) {
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Axis& axis = model.axis[i];
+    sum += std::pow(measured.value(i) - axis.state.x(), 2) /
+           (axis.covariance(0, 0) + measured.sigma(i) * measured.sigma(i));
+  }
+  return sum;
+}
+
+double TrackFilter::log_likelihood(const Model& model, const BallFeatures& measured) {
+  double determinant = 1;
+  for (int i = 0; i < 3; ++i)
+    determinant *= model.axis[i].covariance(0, 0) + measured.sigma(i) * measured.sigma(i);
+  return -0.5 * (distance2(model, measured) + std::log(determinant));
 }
 
 double TrackFilter::distance2(const BallFeatures& measured) const {
-  return (measured.value - value()).cwiseAbs2().cwiseQuotient(innovation_variance(measured)).sum();
+  double least = std::numeric_limits<double>::infinity();
+  for (const Model& model : models_)
+    if (model.probability >= least_probability) least = std::min(least, distance2(model, measured));
+  return least;
 }
 
 double TrackFilter::negative_log_likelihood(const BallFeatures& measured) const {
-  return distance2(measured) + innovation_variance(measured).array().log().sum();
-}
-
-Eigen::Vector3d TrackFilter::innovation_variance(const BallFeatures& measured) const {
-  return variance() + measured.sigma.cwiseAbs2();
+  double sum = 0;
+  for (const Model& model : models_) sum += model.probability * std::exp(log_likelihood(model, measured));
+  return sum > 0 ? -2 * std::log(sum) : -2 * log_likelihood(likeliest(), measured);
 }
 
 void TrackFilter::correct(const BallFeatures& measured) {
-  for (int i = 0; i < 3; ++i) {
-    Axis& axis = axis_[i];
-    const Eigen::Vector2d gain =
-        axis.covariance.col(0) / (axis.covariance(0, 0) + measured.sigma(i) * measured.sigma(i));
-    axis.state += gain * (measured.value(i) - axis.state.x());
-    // Joseph's form keeps the covariance positive.
-    Eigen::Matrix2d keep = Eigen::Matrix2d::Identity();
-    keep.col(0) -= gain;
-    axis.covariance = (keep * axis.covariance * keep.transpose() +
-                       measured.sigma(i) * measured.sigma(i) * gain * gain.transpose())
-                          .eval();
+  double logs[motions], largest = -std::numeric_limits<double>::infinity(), sum = 0;
+  for (int motion = 0; motion < motions; ++motion) {
+    logs[motion] = std::log(models_[motion].probability) + log_likelihood(models_[motion], measured);
+    largest = std::max(largest, logs[motion]);
+  }
+  for (double& log : logs) sum += log = std::exp(log - largest);
+  for (int motion = 0; motion < motions; ++motion) {
+    Model& model = models_[motion];
+    model.probability = logs[motion] / sum;
+    for (int i = 0; i < 3; ++i) {
+      Axis& axis = model.axis[i];
+      const double variance = measured.sigma(i) * measured.sigma(i);
+      const Eigen::Vector3d gain = axis.covariance.col(0) / (axis.covariance(0, 0) + variance);
+      axis.state += gain * (measured.value(i) - axis.state.x());
+      // Joseph's form keeps the covariance positive.
+      Eigen::Matrix3d keep = Eigen::Matrix3d::Identity();
+      keep.col(0) -= gain;
+      axis.covariance =
+          (keep * axis.covariance * keep.transpose() + variance * gain * gain.transpose()).eval();
+    }
+  }
+  measured_s_ = time_s_;
+  mix();
+}
+
+// Each motion goes on from what the others left, as likely as they turned into it.
+void TrackFilter::mix() {
+  const Model before[motions] = {models_[0], models_[1], models_[2]};
+  for (int to = 0; to < motions; ++to) {
+    Model& mixed = models_[to];
+    double weights[motions];
+    mixed.probability = 0;
+    for (int from = 0; from < motions; ++from) {
+      double turns = begins[static_cast<std::size_t>(to)];
+      if (from == to) turns += 1 - begins[carried] - begins[rolling] - begins[flying];
+      mixed.probability += weights[from] = turns * before[from].probability;
+    }
+    for (int i = 0; i < 3; ++i) {
+      Axis& axis = mixed.axis[i];
+      axis.state.setZero();
+      axis.covariance.setZero();
+      for (int from = 0; from < motions; ++from)
+        axis.state += weights[from] / mixed.probability * before[from].axis[i].state;
+      for (int from = 0; from < motions; ++from) {
+        const Eigen::Vector3d apart = before[from].axis[i].state - axis.state;
+        axis.covariance +=
+            weights[from] / mixed.probability * (before[from].axis[i].covariance + apart * apart.transpose());
+      }
+    }
   }
 }
 
+void TrackFilter::correct_after_jump(const BallFeatures& measured) {
+  const double duration_s = std::max(1e-3, time_s_ - measured_s_);
+  for (int motion = 0; motion < motions; ++motion) {
+    Model& model = models_[motion];
+    model.probability = at_first[static_cast<std::size_t>(motion)];
+    for (int i = 0; i < 3; ++i) {
+      const double radius = std::exp(-measured.value.z());
+      const Eigen::Vector3d moved(duration_s, 1, 0);
+      model.axis[i].covariance += std::pow(unit(i, radius) * thrown_radii_s, 2) * moved * moved.transpose();
+    }
+  }
+  correct(measured);
+}
+
+void TrackFilter::lose() {
+  for (Model& model : models_) {
+    for (Axis& axis : model.axis) {
+      for (int derivative = 1; derivative < 3; ++derivative) {
+        double& value = axis.state(derivative);
+        const double excess = value * value - axis.covariance(derivative, derivative);
+        value = excess > 0 ? excess / value : 0;
+      }
+    }
+  }
+}
+
+const TrackFilter::Model& TrackFilter::likeliest() const {
+  return *std::max_element(models_, models_ + motions,
+                           [](const Model& a, const Model& b) { return a.probability < b.probability; });
+}
+
 Eigen::Vector3d TrackFilter::value() const {
-  return {axis_[0].state.x(), axis_[1].state.x(), axis_[2].state.x()};
+  const Axis* axis = likeliest().axis;
+  return {axis[0].state.x(), axis[1].state.x(), axis[2].state.x()};
+}
+Eigen::Vector3d TrackFilter::velocity() const {
+  const Axis* axis = likeliest().axis;
+  return {axis[0].state.y(), axis[1].state.y(), axis[2].state.y()};
 }
 Eigen::Vector3d TrackFilter::variance() const {
-  return {axis_[0].covariance(0, 0), axis_[1].covariance(0, 0), axis_[2].covariance(0, 0)};
+  const Eigen::Vector3d middle = value();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Model& model : models_) {
+    for (int i = 0; i < 3; ++i)
+      sum(i) += model.probability *
+                (model.axis[i].covariance(0, 0) + std::pow(model.axis[i].state.x() - middle(i), 2));
+  }
+  return sum;
 }
 
 }  // namespace ballservo

@@ -265,7 +265,7 @@ void Tracker::continue_jumps() {
     }
     if (candidates != 1) continue;
     followed.detection = candidate;
-    followed.filter.restart(features(seen_[candidate]));
+    followed.filter.correct_after_jump(features(seen_[candidate]));
   }
 }
 
@@ -300,6 +300,7 @@ void Tracker::see(Followed& followed, const BallObservation& ball, double time_s
 // in view.
 void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
   Track& track = followed.track;
+  if (track.state == TrackState::confirmed) followed.filter.lose();
   const TangentCone cone = cone_of(followed.filter.value());
   const auto outline = project_sphere(detector_.rays().camera(), cone.axis, std::sin(cone.alpha_rad));
   const bool in_view = outline && outline->center_px.x() > -outline->radius_px &&

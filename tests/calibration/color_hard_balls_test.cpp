@@ -214,7 +214,7 @@ TEST(HardBalls, BesideMoreOfItsColorABallIsLearntBeforeWhatIsHardlyRound) {
 }
 
 TEST(HardBalls, BesideMuchMoreOfItsColorABallMustBePointedAt) {
-  const cv::Mat picture = ball_beside_its_color(13, {70, 60}, {60, 60});
+  const cv::Mat picture = ball_beside_its_color(10, {130, 80}, {60, 60});
   try {
     learn_colors({{"bar.png", picture}});
     FAIL();

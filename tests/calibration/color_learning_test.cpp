@@ -7,6 +7,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/color/color_file.hpp"
+#include "calibration/teaching/chroma_picture.hpp"
 #include "calibration/teaching/class_report.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "tests/calibration/color_pictures.hpp"
@@ -53,10 +54,10 @@ const LearntColors& learnt_from_four_balls() {
   return colors;
 }
 
-TEST(MeanShift, IsBlindToLuminance) {
-  // Two halves of one chroma and different lightness: the same picture, as far as mean shift can see.
+TEST(Chroma, IsBlindToLuminance) {
+  // Two halves of one chroma and different lightness: the same picture, as far as chroma goes.
   cv::Mat chroma(40, 60, CV_32FC2, cv::Scalar(30, -12));
-  const cv::Mat modes = mean_shift_filter(chroma, 6);
+  const cv::Mat modes = smoothed_chroma(chroma);
   EXPECT_LT(cv::norm(modes, chroma, cv::NORM_INF), 1e-4);
   // Greys of every lightness have one chroma.
   cv::Mat ramp(20, 256, CV_8UC3);
@@ -64,13 +65,13 @@ TEST(MeanShift, IsBlindToLuminance) {
   EXPECT_LT(cv::norm(chroma_image(ramp), cv::NORM_INF), 1e-4);
 }
 
-TEST(MeanShift, KeepsEdgesAndRemovesNoise) {
+TEST(Chroma, KeepsEdgesAndRemovesNoise) {
   cv::Mat picture(60, 80, CV_8UC3, cv::Scalar(60, 60, 200));
   picture.colRange(40, 80).setTo(cv::Scalar(60, 180, 60));
   const cv::Mat clean = chroma_image(picture);
   add_noise(picture, 4, 3);
   const cv::Mat noisy = chroma_image(picture);
-  const cv::Mat modes = mean_shift_filter(noisy, chroma_radius(noisy));
+  const cv::Mat modes = smoothed_chroma(noisy);
   cv::Mat before = noisy - clean, after = modes - clean;
   EXPECT_LT(cv::norm(after), 0.35 * cv::norm(before));
 }
@@ -82,8 +83,8 @@ TEST(RoundRegions, ShadingDoesNotSplitABall) {
   ASSERT_EQ(found.regions.size(), 1u);
   EXPECT_LT((found.regions[0].center_px - Eigen::Vector2d(160.3, 119.6)).norm(), 1.0);
   EXPECT_NEAR(found.regions[0].radius_px, 60, 1.5);
-  EXPECT_GT(found.regions[0].fit_ratio, 0.85);
-  EXPECT_GT(found.regions[0].inlier_fraction, 0.9);
+  EXPECT_GT(found.regions[0].fit_ratio(), 0.85);
+  EXPECT_GT(found.regions[0].evidence.arc, 0.9);
 }
 
 TEST(RoundRegions, MovesWithThePicture) {
@@ -103,7 +104,8 @@ TEST(RoundRegions, SquaresBarsAndGreyDiscsAreNoBalls) {
   cv::rectangle(picture, cv::Rect(20, 20, 70, 70), {40, 40, 200}, cv::FILLED);
   cv::rectangle(picture, cv::Rect(120, 20, 150, 25), {40, 190, 40}, cv::FILLED);
   cv::circle(picture, {200, 150}, 40, {60, 60, 60}, cv::FILLED);
-  EXPECT_TRUE(find_round_regions(picture).regions.empty());
+  for (const RoundRegion& region : find_round_regions(picture).regions)
+    EXPECT_LT(region.evidence.log_odds(), 0);
 }
 
 TEST(RoundRegions, AFistAroundABallIsNoBall) {
@@ -253,6 +255,29 @@ TEST(LearnClasses, AWordForNothingInSightIsRefused) {
   draw_shaded_ball(picture, 160, 120, 40, blue_paint);
   EXPECT_THROW(learn_classes({{"blue.png", picture}}, {{"yellow", {0}, {}}}), Refusal);
   EXPECT_THROW(learn_classes({{"grey.png", grey_picture()}}, {{"yellow", {0}, {}}}), Refusal);
+}
+
+TEST(LearnClasses, ANeighbouringWordTakesTheBallThatStandsAloneWithAWarning) {
+  // An orange ball, called red, beside a red square and a red disc cut in two: the ball is meant.
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 100, 90, 30, {0.03, 0.2, 0.8});
+  cv::rectangle(picture, cv::Rect(190, 40, 50, 50), {40, 40, 190}, cv::FILLED);
+  cv::ellipse(picture, {220, 180}, {30, 30}, 0, 0, 180, {40, 40, 190}, cv::FILLED);
+  add_noise(picture, 2, 7);
+  const LearntColors colors = learn_classes({{"orange.png", picture}}, {{"red", {0}, {}}});
+  ASSERT_EQ(colors.circles.at("red").size(), 1u);
+  EXPECT_LT((colors.circles.at("red")[0].center_px - Eigen::Vector2d(100, 90)).norm(), 1);
+  ASSERT_EQ(colors.doubts.size(), 1u);
+  EXPECT_NE(colors.doubts[0].find("rather orange"), std::string::npos) << colors.doubts[0];
+}
+
+TEST(LearnClasses, AWordDoesNotTakeASquareNorAGreyPatch) {
+  cv::Mat picture = grey_picture();
+  cv::rectangle(picture, cv::Rect(190, 40, 40, 40), {40, 40, 190}, cv::FILLED);
+  cv::circle(picture, {100, 150}, 25, {128, 133, 146}, cv::FILLED, cv::LINE_AA);
+  add_noise(picture, 2, 7);
+  for (const std::string name : {"red", "orange", "ball"})
+    EXPECT_THROW(learn_classes({{"none.png", picture}}, {{name, {0}, {}}}), Refusal) << name;
 }
 
 TEST(LearnClasses, ThePointedBallIsTheOneLearnt) {

@@ -33,7 +33,7 @@ MethodStatistics measured(const std::string& name, const std::string& method) {
     std::vector<char> needed(plan().conditions.size(), 0);
     needed[c] = 1;
     source.prepare(needed);
-    ConditionStatistics statistics(c, name, plan().methods, plan().seed);
+    ConditionStatistics statistics(name, plan().methods, plan().seed);
     for (int k = 0; k < frames; ++k) statistics.add(measure(source.picture(c, k), plan().methods));
     known.emplace(name, statistics.summary());
   }

@@ -86,7 +86,7 @@ std::vector<ComparisonRecord> known_errors() {
 }
 
 ConditionSummary summarize(const std::vector<ComparisonRecord>& frames, const MethodList& methods) {
-  ConditionStatistics statistics(0, "known", methods, 1);
+  ConditionStatistics statistics("known", methods, 1);
   for (const ComparisonRecord& frame : frames) statistics.add(frame);
   return statistics.summary();
 }
@@ -205,12 +205,11 @@ TEST(ComparisonTables, LeaveUnknownCellsEmpty) {
   const ConditionInfo info{"known", "", 2, "", "", 0, false};
   const std::vector<ComparisonRecord> frames = known_errors();
   const ConditionSummary summary = summarize(frames, two_methods);
-  EXPECT_NE(compare_csv_rows(info, summary, two_methods).find("known,paper_one_step,2,0,2,,,,,,,,,"),
+  EXPECT_NE(condition_rows(info, summary, two_methods)["compare.csv"].find("known,paper_one_step,2,0,2,,,,,,,,,"),
             std::string::npos);
-  EXPECT_NE(fits_csv_rows(info, frames[0], two_methods)
-                .find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,,,,,,,,,\n"),
+  EXPECT_NE(frame_rows(info, frames[0], two_methods)["fits.csv"].find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,,,,,,,,,\n"),
             std::string::npos);
-  EXPECT_NE(fits_csv_rows(info, frames[1], two_methods).find("known,rendered,1,vote,0,200,104,31"),
+  EXPECT_NE(frame_rows(info, frames[1], two_methods)["fits.csv"].find("known,rendered,1,vote,0,200,104,31"),
             std::string::npos);
 }
 
@@ -228,12 +227,12 @@ TEST(ComparisonTables, RowsAreAsLongAsTheirHeadings) {
       EXPECT_EQ(count, commas) << name << ": " << text.substr(begin, end - begin);
     }
   }
-  EXPECT_EQ(compare_csv_header().rfind("condition,method,frames,found,failed,center_rms_px,radius_bias_px,"
+  EXPECT_EQ(comparison_headings()["compare.csv"].rfind("condition,method,frames,found,failed,center_rms_px,radius_bias_px,"
                                        "radius_rms_px,position_median_mm,position_p90_mm,position_rms_mm,"
                                        "depth_bias_mm,lateral_bias_mm,",
                                        0),
             0u);
-  EXPECT_EQ(fits_csv_header().rfind("condition,source,frame,method,found,cx_px,cy_px,r_px,x_m,y_m,z_m,"
+  EXPECT_EQ(comparison_headings()["fits.csv"].rfind("condition,source,frame,method,found,cx_px,cy_px,r_px,x_m,y_m,z_m,"
                                     "iterations,residual_px,",
                                     0),
             0u);
@@ -316,7 +315,7 @@ TEST(Comparison, ShardsTogetherAreTheWhole) {
   EXPECT_EQ(run(book, 1).files, tiny(1).files);
 }
 
-TEST(Comparison, TheReportHoldsAnswersAndNamesEachPictureThatItWrites) {
+TEST(Comparison, TheReportHoldsCurvesAndNamesEachPictureThatItWrites) {
   const ShowFrame show = [](std::size_t condition, int frame) {
     return show_frame(plan(), condition, frame);
   };
@@ -324,11 +323,10 @@ TEST(Comparison, TheReportHoldsAnswersAndNamesEachPictureThatItWrites) {
   const WriteFile write = [&](const std::string& name, std::string_view bytes) {
     pictures.emplace(name, bytes);
   };
-  const auto report = comparison_report(tiny(1), show, write, {"<tiny>.yaml", "{}", true, false},
-                                        {{"<says>", "much", "holds", "a plot"}});
+  const auto report = comparison_report(tiny(1), show, write);
   std::size_t named = 0;
   for (const auto& kind : report["photos"]) {
-    for (const auto& frame : kind["frames"]) {
+    for (const auto& frame : kind) {
       const std::string& bytes = pictures[frame["file"]];
       EXPECT_FALSE(cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), cv::IMREAD_COLOR).empty());
       ++named;
@@ -336,14 +334,12 @@ TEST(Comparison, TheReportHoldsAnswersAndNamesEachPictureThatItWrites) {
   }
   EXPECT_EQ(named, pictures.size());
   EXPECT_GT(named, 2u);
-  EXPECT_EQ(report["conditions"].size(), plan().conditions.size());
-  EXPECT_EQ(report["answers"]["fits"].size(), 2u);
-  EXPECT_EQ(report["claims"][0]["says"], "<says>");
-  EXPECT_TRUE(comparison_report(tiny(1), {}, write, {}, {})["photos"].empty());
-}
-
-TEST(Comparison, TablesInLatexEscapeTheNames) {
-  EXPECT_NE(comparison_tables_tex(tiny(1)).find("sphere\\_one\\_step"), std::string::npos);
+  EXPECT_EQ(report["methods"].size(), plan().methods.size());
+  ASSERT_EQ(report["one_step_pairs"].size(), 2u);
+  EXPECT_EQ(report["one_step_pairs"][0]["one_step"], "sphere_one_step");  // what runs on line
+  EXPECT_EQ(report["one_step_pairs"][1]["one_step"], "paper_one_step");
+  EXPECT_FALSE(report["one_step_pairs"][0]["apart_px"].empty());
+  EXPECT_TRUE(comparison_report(tiny(1), {}, write)["photos"].empty());
 }
 
 // What the others were at work on is left half drawn, and must not be noted.

@@ -29,7 +29,7 @@ TEST(UnbiasedMethods, AreNotBelowTheBound) {
   source.prepare(std::vector<char>(plan.conditions.size(), 1));
   for (std::size_t c = 0; c < plan.conditions.size(); ++c) {
     const std::string& name = plan.conditions[c].name;
-    ConditionStatistics statistics(c, name, plan.methods, plan.seed);
+    ConditionStatistics statistics(name, plan.methods, plan.seed);
     for (int k = 0; k < plan.conditions[c].frames; ++k) {
       const ComparisonRecord frame = measure(source.picture(c, k), plan.methods);
       ASSERT_TRUE(frame.truth.bound_m) << name;
@@ -49,7 +49,7 @@ TEST(UnbiasedMethods, AreNotBelowTheBound) {
 // Answers that scatter by `share` of a bound of 1 mm.
 MethodStatistics scattered(double share) {
   const MethodList methods{find_fit_method("sphere_one_step")};
-  ConditionStatistics statistics(0, "scattered", methods, 1);
+  ConditionStatistics statistics("scattered", methods, 1);
   for (std::uint64_t k = 0; k < 100; ++k) {
     RandomEngine engine = random_stream(1, "method_bound_test", k);
     ComparisonRecord frame;

@@ -21,9 +21,9 @@ def setUpModule():
 class ComparisonPage(PageTest):
     def swept(self, folder):
         """The same with its two conditions as a sweep of one number."""
-        self.edit(folder, "report.json", lambda facts: facts.update(
-            conditions=[{**condition, "swept_value": k + 1} for k, condition in enumerate(facts["conditions"])],
-            sweeps=[{"key": "start.x", "label": "blur (px)", "log": True, "conditions": ["base", "noisy"]}]))
+        self.edit(folder, "comparison.json", lambda setting: setting.update(conditions=[
+            {**condition, "swept_key": "start.x", "swept_label": "blur (px)", "swept_value": k + 1, "swept_log": True}
+            for k, condition in enumerate(setting["conditions"])]))
 
     def test_drawn_again_it_is_the_same_file(self):
         folder = self.copy(WHOLE)
@@ -51,17 +51,16 @@ class ComparisonPage(PageTest):
             self.assertIn(title, titles(html))
         self.assertIn("displaced: vote is that start", html)
 
-    def test_tells_answers_and_claims_as_they_were_written(self):
-        folder = self.copy(WHOLE)
-        self.edit(folder, "report.json", lambda facts: facts.update(
-            claims=[{"says": "it says", "verdict": "holds", "measured": "so much", "shown_by": "a plot"}],
-            certificates={**facts["certificates"], "tested": True, "worth": ["worth it"]}))
-        html, facts = drawn(folder), json.loads((folder / "report.json").read_text())
-        answers = facts["answers"]
-        for text in (*answers["overall"], *(row[1] for row in answers["conditions"]), "so much", "worth it",
-                     *(text for condition in facts["conditions"] for text in condition["enough"]),
-                     *(method["minimises"] for method in facts["methods"])):
+    def test_tells_answers_and_methods(self):
+        html, facts = drawn(self.copy(WHOLE)), json.loads((WHOLE / "report.json").read_text())
+        for text in ("The exact fit (sphere_one_step): of 2 conditions, one step is enough in ", "The paper&#39;s fit: ",
+                     "stepping on moves the ball by ", *(method["minimises"] for method in facts["methods"])):
             self.assertIn(text.replace("'", "&#39;"), html)
+
+    def test_names_in_latex_are_escaped(self):
+        folder = self.copy(WHOLE)
+        drawn(folder)
+        self.assertIn("sphere\\_one\\_step & 6/6 & ", (folder / "tables.tex").read_text())
 
     def test_tables_hold_every_row_of_the_files(self):
         html = drawn(self.copy(WHOLE))
@@ -76,7 +75,7 @@ class ComparisonPage(PageTest):
     def test_shows_each_picture_and_says_where_there_is_none(self):
         folder = self.copy(WHOLE)
         photos = json.loads((folder / "report.json").read_text())["photos"]
-        shown = sum(len(kind["frames"]) for kind in photos.values())
+        shown = sum(map(len, photos.values()))
         self.assertGreater(shown, 2)
         self.assertEqual(drawn(folder).count('src="data:image/'), shown)
         self.edit(folder, "report.json", lambda facts: facts.update(photos={}))
@@ -96,10 +95,14 @@ class ComparisonPage(PageTest):
 
     def test_rates_of_breaks_are_drawn_where_there_are_some(self):
         folder = self.copy(WHOLE)
-        rule = {"name": "bend", "words": HOSTILE, "asks": True, "frames": 20, "breaks": 9, "caught_rate": 0.5,
-                "false_alarm_rate": None, "area": 0.75, "roc_false_alarms": [0, 0.5, 1], "roc_caught": [0, 0.9, 1]}
-        self.edit(folder, "report.json", lambda facts: facts["certificates"].update(
-            tested=True, worth=["w"], fits=[{"one_step": "paper_one_step", "rules": [rule, {**rule, "asks": False}]}]))
+        table = (folder / "certificate.csv").read_text().splitlines()
+        row = dict(zip(table[0].split(","), table[1].split(",")))
+        row.update(threshold="0.5", tested_frames="20", tested_breaks="9")
+        (folder / "certificate.csv").write_text("\n".join((table[0], ",".join(row.values()))) + "\n")
+        self.edit(folder, "summary.json", lambda summary: summary.update(certificates=[
+            {"words": HOSTILE, "caught_rate": 0.5, "false_alarm_rate": None, "roc_area": 0.75}]))
+        self.edit(folder, "report.json", lambda facts: facts.update(roc=[
+            {"one_step": row["one_step"], "rule": "next_step", "false_alarms": [0, 0.5, 1], "caught": [0, 0.9, 1]}]))
         html = drawn(folder)
         self.assertIn("How well the rules tell breaks", titles(html))
         self.assertIn('<td class="number">50.0 %</td><td class="number">-</td><td class="number">0.750</td>', html)
@@ -108,14 +111,17 @@ class ComparisonPage(PageTest):
         folder = self.copy(WHOLE)
 
         def hostile(facts):
-            facts.update(subject=HOSTILE, setting=HOSTILE, the_paper=HOSTILE, peer_settings=[HOSTILE],
-                         enough_heading=[HOSTILE], claims=[dict.fromkeys(("says", "verdict", "measured", "shown_by"), HOSTILE)])
-            facts["answers"].update(overall=[HOSTILE], second_look=HOSTILE, conditions=[[HOSTILE, HOSTILE]],
-                                    sweeps=[[HOSTILE, HOSTILE]], repeated=HOSTILE)
-            facts["conditions"][0].update(words=HOSTILE)
+            facts.update(peer_settings=[HOSTILE])
+            for method in facts["methods"]:
+                method.update(minimises=HOSTILE)
             facts["one_step_pairs"][0].update(worst_condition=HOSTILE)
-            facts["photos"]["worst"]["frames"][0]["caption"] = HOSTILE
+            facts["photos"]["worst"][0]["source"] = HOSTILE
+
+        def hostile_setting(setting):
+            setting["text"].update(subject=HOSTILE, setting=HOSTILE)
+            setting["conditions"][0].update(words=HOSTILE)
         self.edit(folder, "report.json", hostile)
+        self.edit(folder, "comparison.json", hostile_setting)
         self.assertGreaterEqual(drawn(folder).count("&lt;script&gt;"), 15)
 
 

@@ -17,35 +17,29 @@ namespace ballservo {
 
 namespace {
 
-/// 65536 equally likely values of a standard normal: four draws from each random word.
-class NormalTable {
- public:
-  static constexpr int size = 1 << 16;
-  NormalTable() : values_(size) {
-    // The quantile at (k + 0.5) / size by Newton's method on the distribution function, from the middle
-    // outwards.
-    double z = 0, square_sum = 0;
-    for (int k = size / 2; k < size; ++k) {
-      const double p = (k + 0.5) / size;
-      for (int step = 0; step < 4; ++step) {
-        const double density = 0.3989422804014327 * std::exp(-z * z / 2);
-        z -= (0.5 * std::erfc(-z * 0.7071067811865476) - p) / density;
-      }
-      values_[static_cast<std::size_t>(k)] = static_cast<float>(z);
-      square_sum += 2 * z * z;
+/// So many equally likely values of a standard normal: four draws from each random word.
+constexpr std::size_t normal_values = 1 << 16;
+std::vector<float> normal_table() {
+  std::vector<float> values(normal_values);
+  // The quantile at (k + 0.5) / size by Newton's method on the distribution function, from the middle
+  // outwards.
+  double z = 0, square_sum = 0;
+  for (std::size_t k = normal_values / 2; k < normal_values; ++k) {
+    const double p = (static_cast<double>(k) + 0.5) / normal_values;
+    for (int step = 0; step < 4; ++step) {
+      const double density = 0.3989422804014327 * std::exp(-z * z / 2);
+      z -= (0.5 * std::erfc(-z * 0.7071067811865476) - p) / density;
     }
-    const double scale = 1.0 / std::sqrt(square_sum / size);
-    for (int k = size / 2; k < size; ++k) {
-      float& value = values_[static_cast<std::size_t>(k)];
-      value = static_cast<float>(value * scale);
-      values_[static_cast<std::size_t>(size - 1 - k)] = -value;
-    }
+    values[k] = static_cast<float>(z);
+    square_sum += 2 * z * z;
   }
-  float operator[](std::uint64_t bits) const { return values_[bits & (size - 1)]; }
-
- private:
-  std::vector<float> values_;
-};
+  const double scale = 1.0 / std::sqrt(square_sum / normal_values);
+  for (std::size_t k = normal_values / 2; k < normal_values; ++k) {
+    values[k] = static_cast<float>(values[k] * scale);
+    values[normal_values - 1 - k] = -values[k];
+  }
+  return values;
+}
 
 /// The word of that number in a stream of random words (SplitMix64: Steele, Lea and Flood, OOPSLA 2014).
 std::uint64_t random_word(std::uint64_t stream, std::uint64_t number) {
@@ -53,11 +47,6 @@ std::uint64_t random_word(std::uint64_t stream, std::uint64_t number) {
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
   return x ^ (x >> 31);
-}
-
-const NormalTable& normal_table() {
-  static const NormalTable table;
-  return table;
 }
 
 /// The weights from the middle to one side; the other side's are the same.
@@ -135,7 +124,7 @@ cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t
           std::floor(255.0 * std::pow(k / (255.0 * 16.0), 1.0 / options.gamma) + 0.5)));
     }
   }
-  const NormalTable& normal = normal_table();
+  static const std::vector<float> normal = normal_table();
 
   cv::Mat picture(light.rows, light.cols, CV_8UC3);
   tbb::parallel_for(tbb::blocked_range<int>(0, light.rows, 8), [&](const tbb::blocked_range<int>& rows) {
@@ -149,7 +138,7 @@ cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t
         sigmas = (read2 + shot * levels.max(0.0f)).sqrt();
         for (std::size_t i = 0; i < width; i += 4) {
           const std::uint64_t bits = random_word(frame_seed, static_cast<std::uint64_t>(row) * width + i);
-          for (std::size_t k = 0; k < 4; ++k) noise[i + k] = normal[bits >> (16 * k)];
+          for (std::size_t k = 0; k < 4; ++k) noise[i + k] = normal[(bits >> (16 * k)) % normal_values];
         }
         levels += sigmas * Eigen::Map<const Eigen::ArrayXf>(noise.data(), levels.size());
       }

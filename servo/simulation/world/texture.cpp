@@ -37,11 +37,6 @@ class CellGrid {
   std::vector<float> values_;
 };
 
-const CellGrid& cell_grid() {
-  static const CellGrid grid;
-  return grid;
-}
-
 /// Three octaves of smooth value noise on a fine grid, side by side, so that one look-up serves them all.
 class NoiseGrid {
  public:
@@ -96,11 +91,6 @@ class NoiseGrid {
   std::vector<Float4> values_;
 };
 
-const NoiseGrid& noise_grid() {
-  static const NoiseGrid grid;
-  return grid;
-}
-
 /// How much of a wave of unit wavelength is left after averaging over a patch of this size (in wavelengths).
 Float4 remaining(Float4 patch) {
   const Float4 q = patch * patch;
@@ -112,8 +102,9 @@ Float4 fading_noise(Float4 x, Float4 y, Float4 patch) {
   const Float4 first = 0.55f * remaining(patch);
   const Int4 shows = first >= 0.02f;  // a grey level or two
   if (!any(shows)) return four(0.0f);
+  static const NoiseGrid grid;
   const Float4 noise =
-      noise_grid()(x, y, {first, 0.275f * remaining(2.0f * patch), 0.1375f * remaining(4.0f * patch)});
+      grid(x, y, {first, 0.275f * remaining(2.0f * patch), 0.1375f * remaining(4.0f * patch)});
   return shows ? noise : four(0.0f);
 }
 
@@ -156,12 +147,13 @@ Triple4 mixed(const Rgb& color, const Rgb& color_2, Float4 share_2) {
 
 Triple4 wood_colors(const Texture& texture, const Pair4& at, const Pair4& patch) {
   constexpr float board_length = 8;  // in board widths
-  const auto row_shift = [](Int4 row) { return cell_grid()(row, row * 0 - 7); };
+  static const CellGrid cells;
+  const auto row_shift = [](Int4 row) { return cells(row, row * 0 - 7); };
   const Float4 shift = row_shift(floor_index(at.v));
   const Float4 along = at.u / board_length, along_patch = patch.u / board_length;
   const Float4 tone = mean_of_cells(at.v, patch.v, [&](Int4 row) {
     return mean_of_cells(along + row_shift(row), along_patch,
-                         [row](Int4 board) { return cell_grid()(row, board); });
+                         [row](Int4 board) { return cells(row, board); });
   });
   const Float4 grain =
       fading_noise(at.u * 0.5f + 40.0f * shift, at.v * 7.0f, max(patch.u * 0.5f, patch.v * 7.0f));

@@ -1,4 +1,5 @@
-"""python3 -m ballservo.report DIR...: draws report.html into each folder, from the files in it. Exit: 0 done, 2 not."""
+"""python3 -m ballservo.report DIR...: draws report.html, and of a comparison the tables in words and in LaTeX, into each
+folder from the files in it. Exit: 0 done, 2 not."""
 import importlib
 import sys
 from pathlib import Path
@@ -7,18 +8,20 @@ PAGES = ("run", "sweep", "comparison", "camera", "difference", "demo")
 
 
 def draw(folder):
-    """Draws one folder's page; the page is there whole or as it was."""
+    """Draws one folder's page; each file is there whole or as it was."""
     from . import page
     name = page.read_json(folder / "report.json")["page"]
     if name not in PAGES:
         raise ValueError(f"page: found {name}; allowed: {', '.join(PAGES)}")
-    html = importlib.import_module(f".{name}", __package__).page(folder)
-    partial = folder / "report.html.partial"
-    try:
-        partial.write_text(html, encoding="utf-8")
-        partial.replace(folder / "report.html")
-    finally:
-        partial.unlink(missing_ok=True)
+    module = importlib.import_module(f".{name}", __package__)
+    files = {"report.html": module.page(folder), **(module.tables(folder) if hasattr(module, "tables") else {})}
+    for file, text in files.items():
+        partial = folder / f"{file}.partial"
+        try:
+            partial.write_text(text, encoding="utf-8")
+            partial.replace(folder / file)
+        finally:
+            partial.unlink(missing_ok=True)
 
 
 def main(folders):

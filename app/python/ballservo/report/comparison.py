@@ -1,8 +1,15 @@
 """The page of a comparison: is one step enough? Every estimator on the same pixels."""
+import csv
+import io
+import re
+
 import numpy as np
 
-from .page import (COLORS, INK, axes, curve, drawable, drawing, figure_text, goal_line, legend, number, numbers, photo,
-                   read_json, read_rows, render, text_of)
+from .comparison_answers import answers, certificate_worth, percent
+from .comparison_results import Comparison, median
+from .page import (COLORS, INK, axes, curve, drawable, drawing, figure_text, goal_line, legend, number, photo, render,
+                   text_of)
+from .paper_claims import OF_TIMES, claims
 
 # What a plot has room for; a converged fit has its one step's colour, dashed, a whole detector its fit's, dash-dotted.
 HEADLINES = {"sphere_one_step": (COLORS[0], "-"), "sphere_converged": (COLORS[0], "--"),
@@ -13,61 +20,56 @@ HEADLINES = {"sphere_one_step": (COLORS[0], "-"), "sphere_converged": (COLORS[0]
              "detect_hsv_contour": (COLORS[5], "-.")}
 SWEPT_PAIRS = ("paper_one_step", "sphere_one_step", "paper_steps_10_reselect")
 MOST_BARS, MOST_TABLES = 12, 40
+FEWEST_BREAKS = 5  # of a rule's curve
 LEAST_PX = 1e-4  # below it two fits are the same for any purpose
+
+
 
 
 def page(folder):
     data = Comparison(folder)
-    facts = data.facts
-    gallery = {kind: {**shown, "photos": [photo(folder, item["file"], item["caption"]) for item in shown["frames"]]}
+    facts, claimed = data.facts, claims(data)
+    gallery = {kind: [photo(folder, item["file"], caption(data, kind, item)) for item in shown]
                for kind, shown in facts["photos"].items()}
     return render(
-        "comparison.html", title="Is one step enough?", facts=facts, answers=facts["answers"], photos=gallery,
-        subtitle=f"Every estimator of the ball on the same pixels: {facts['subject']}", places=data.places,
+        "comparison.html", title="Is one step enough?", facts=facts, text=data.text, answers=answers(data), photos=gallery,
+        subtitle=f"Every estimator of the ball on the same pixels: {data.text['subject']}", places=data.places,
         methods=[(method["name"], method["minimises"]) for method in facts["methods"]],
-        verdicts=[(claim["says"], claim["verdict"]) for claim in facts["claims"]],
-        measurements=[(claim["says"], claim["measured"], claim["shown_by"]) for claim in facts["claims"]],
+        verdicts=[(it.says, it.verdict) for it in claimed],
+        measurements=[(it.says, it.measured, it.shown_by) for it in claimed],
         steps=step_figures(data), bars=error_bars(data) if data.places and data.named else None,
-        errors=error_figures(data), roc=roc_figure(data), certificate_rows=certificate_rows(facts), costs=costs(data),
+        errors=error_figures(data), roc=roc_figure(data), certificate_rows=certificate_rows(data), costs=costs(data),
+        worth=[certificate_worth(row) for row in first_rules(data) if int(row["tested_frames"]) > 0],
         error_tables=[(c, error_rows(data, c["name"])) for c in data.conditions[:MOST_TABLES]],
-        pair_rows=pair_rows(data), enough_rows=[(c["name"], c["words"], *c["enough"]) for c in data.conditions])
+        others=len(data.conditions) > MOST_TABLES, pair_rows=pair_rows(data),
+        enough_heading=[f"{pair[0]}: is it enough?" for pair in data.step_pairs],
+        enough_rows=[(c["name"], c["words"], *(data.verdict(c["name"], pair).words for pair in data.step_pairs))
+                     for c in data.conditions])
 
 
-class Comparison:
-    """The tables of a comparison's folder."""
-
-    def __init__(self, folder):
-        self.facts = read_json(folder / "report.json")
-        self.conditions = self.facts["conditions"]
-        self.methods = [method["name"] for method in self.facts["methods"]]
-        self.named = [condition["name"] for condition in self.conditions if condition["swept_value"] is None]
-        self.rows = {(row["condition"], row["method"]): row for row in read_rows(folder / "compare.csv")}
-        self.times_us = {(row["condition"], row["method"]): number(row["time_us_median"])
-                         for row in read_rows(folder / "timing.csv")}
-        self.pairs = read_rows(folder / "pairs.csv")
-        self.places = any(np.isfinite(numbers(self.rows.values(), "position_median_mm")))
-
-    def column(self, method, name, conditions=None):
-        names = [condition["name"] for condition in self.conditions] if conditions is None else conditions
-        return numbers([self.rows[condition, method] for condition in names], name)
-
-    def pair_column(self, method, name, conditions):
-        rows = {row["condition"]: row for row in self.pairs if row["method_a"] == method}
-        return numbers([rows[condition] for condition in conditions], name)
-
-    def headlines(self):
-        return [(method, *HEADLINES[method]) for method in HEADLINES if method in self.methods]
-
-    def sweeps(self):
-        """Each with its conditions' names and the values that they vary."""
-        values = {condition["name"]: condition["swept_value"] for condition in self.conditions}
-        return [(sweep, sweep["conditions"], drawable([values[name] for name in sweep["conditions"]]))
-                for sweep in self.facts["sweeps"]]
+def tables(folder):
+    """Files that say in words, or in LaTeX, what the tables hold."""
+    data = Comparison(folder)
+    files, claimed = {"tables.tex": latex_tables(data)}, [it for it in claims(data) if it.shown_by != OF_TIMES]
+    if claimed:
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(("claim", "measured", "verdict", "shown_by"))
+        writer.writerows((it.says, it.measured, it.verdict, it.shown_by) for it in claimed)
+        files["claims.csv"] = text.getvalue()
+    return files
 
 
-def median(values):
-    values = values[np.isfinite(values)]
-    return np.median(values) if len(values) else np.nan
+def caption(data, kind, item):
+    if kind == "examples":
+        return f"{item['condition']}: {data.by_name[item['condition']]['words']}"
+    unit = "px apart (centres or radii)" if kind == "apart" else "mm off" if item["in_space"] else "px off"
+    value = "not found" if item["value"] is None else f"{figure_text(item['value'])} {unit}"
+    return f"{item['condition']}, frame {item['frame']} ({item['source']}): {value}"
+
+
+def headlines(data):
+    return [(method, *HEADLINES[method]) for method in HEADLINES if method in data.methods]
 
 
 def method_color(method):
@@ -82,19 +84,20 @@ def interval(plot, x, low, high, color):
 def error_figures(data):
     if not data.places:
         return []
-    figures = [sweep_errors(data, *sweep) for sweep in data.sweeps()]
-    figures += [sweep_found(data, *sweep) for sweep in data.sweeps() if misses(data, sweep[1])]
+    figures = [sweep_errors(data, sweep) for sweep in data.sweeps()]
+    figures += [sweep_found(data, sweep) for sweep in data.sweeps() if misses(data, sweep.names)]
     return figures + [error_ellipses(data)]
 
 
 def misses(data, names):
-    return any(np.any(data.column(method, "failed", names) > 0) for method, _, _ in data.headlines())
+    return any(np.any(data.column(method, "failed", names) > 0) for method, _, _ in headlines(data))
 
 
-def sweep_found(data, sweep, names, values):
-    plot = axes(f"Balls found against {sweep['label']}", sweep["label"], "found (% of the frames)", 480, 400,
-                "x" if sweep["log"] else "")
-    for method, color, line in data.headlines():
+def sweep_found(data, sweep):
+    names, values = sweep.names, np.array(sweep.values)
+    plot = axes(f"Balls found against {sweep.label}", sweep.label, "found (% of the frames)", 480, 400,
+                "x" if sweep.log else "")
+    for method, color, line in headlines(data):
         share = data.column(method, "found", names) / data.column(method, "frames", names)
         curve(plot, values, 100 * share, method, color=color, linestyle=line, marker="o", markersize=3)
     plot.set_ylim(0, 102)
@@ -104,7 +107,7 @@ def sweep_found(data, sweep, names, values):
 
 def error_bars(data):
     names = data.named[:MOST_BARS]
-    methods = [(method, color) for method, color, line in data.headlines() if line != "--"]
+    methods = [(method, color) for method, color, line in headlines(data) if line != "--"]
     width = min(max(110 * len(names), 480), 1040)
     plot = axes("Error of the ball's centre in 3-D, median", "", "error (mm), log", width, 360, log="y")
     for k, (method, color) in enumerate(methods):
@@ -118,21 +121,23 @@ def error_bars(data):
     return drawing(plot, "Shorter is better; one grid line to the next is a factor.")
 
 
-def sweep_errors(data, sweep, names, values):
-    plot = axes(f"3-D error against {sweep['label']}", sweep["label"], "median error (mm), log", 480, 400,
-                "xy" if sweep["log"] else "y")
-    for method, color, line in data.headlines():
+def sweep_errors(data, sweep):
+    names, values = sweep.names, np.array(sweep.values)
+    plot = axes(f"3-D error against {sweep.label}", sweep.label, "median error (mm), log", 480, 400,
+                "xy" if sweep.log else "y")
+    for method, color, line in headlines(data):
         curve(plot, values, data.column(method, "position_median_mm", names), method, color=color, linestyle=line,
               marker="o", markersize=3)
         if line != "--":
             interval(plot, values, data.column(method, "position_median_low_mm", names),
                      data.column(method, "position_median_high_mm", names), color)
-    bound = {condition["name"]: condition["bound_rms_mm"] for condition in data.conditions}
-    curve(plot, values, [number(bound[name]) for name in names], "bound (RMS)", color=INK, linestyle="--")
+    bounds = [data.frame_values(name, "bound_mm") for name in names]
+    curve(plot, values, [np.sqrt(np.mean(mm ** 2)) if len(mm) else np.nan for mm in bounds], "bound (RMS)", color=INK,
+          linestyle="--")
     legend(plot)
     start = " The fits start from the true circle, displaced: vote is that start."
     return drawing(plot, "Solid: one step. Dashed: converged on the same points. Dash-dotted: whole detectors."
-                   + (start if sweep["key"].startswith("start.") else ""))
+                   + (start if sweep.key.startswith("start.") else ""))
 
 
 def error_ellipses(data):
@@ -158,7 +163,7 @@ def step_figures(data):
         figures.append(distance_shares(data, pair))
         if data.places:
             figures.append(errors_of_both(data, pair))
-    return figures + [sweep_distances(data, *sweep) for sweep in data.sweeps()] if figures else []
+    return figures + [sweep_distances(data, sweep) for sweep in data.sweeps()] if figures else []
 
 
 def distance_shares(data, pair):
@@ -188,12 +193,13 @@ def errors_of_both(data, pair):
     return drawing(plot, "On the dashed line both err alike; below it one step is the better.")
 
 
-def sweep_distances(data, sweep, names, values):
+def sweep_distances(data, sweep):
+    names, values = sweep.names, np.array(sweep.values)
     limit = data.facts["break_px"]
-    plot = axes(f"Way to the converged fit against {sweep['label']}", sweep["label"], "between centres (px), log", 480, 360,
-                "xy" if sweep["log"] else "y")
+    plot = axes(f"Way to the converged fit against {sweep.label}", sweep.label, "between centres (px), log", 480, 360,
+                "xy" if sweep.log else "y")
     for method in SWEPT_PAIRS:
-        if not any(row["method_a"] == method for row in data.pairs):
+        if not any(one == method for _, one, _ in data.pairs):
             continue
         middle, most, low, high = (np.fmax(data.pair_column(method, f"center_{name}_px", names), 1e-5) for name in
                                    ("median", "max", "median_low", "median_high"))
@@ -208,41 +214,44 @@ def sweep_distances(data, sweep, names, values):
                    "counts as broken; a gap is where no frame was found.")
 
 
+def first_rules(data):
+    """Of each fit: it stands for all those that never ask for a step, and one more step was tried by it."""
+    return [row for row in data.certificates if row["rule"] == "next_step"]
+
+
 def roc_figure(data):
     """How well rules tell breaks, of the fits that break often enough."""
-    certificates = data.facts["certificates"]
-    drawn = [fit for fit in certificates["fits"] if fit["rules"][0]["breaks"] >= certificates["fewest"]]
+    drawn = [row["one_step"] for row in first_rules(data) if int(row["tested_breaks"]) >= FEWEST_BREAKS]
     if not drawn:
         return None
     plot = axes("How well the rules tell breaks", "false alarms (% of the frames that do not break)",
                 "breaks caught (%)", 480, 380)
-    for fit in drawn:
-        for k, rule in enumerate(fit["rules"]):
-            curve(plot, 100 * drawable(rule["roc_false_alarms"]), 100 * drawable(rule["roc_caught"]),
-                  f"{fit['one_step']}, {rule['name']}", color=method_color(fit["one_step"]),
-                  linestyle="--" if k else "-", alpha=0.5 if k == len(fit["rules"]) - 1 else 1)
+    for curves in data.facts["roc"]:
+        if curves["one_step"] in drawn:
+            curve(plot, 100 * drawable(curves["false_alarms"]), 100 * drawable(curves["caught"]),
+                  f"{curves['one_step']}, {curves['rule']}", color=method_color(curves["one_step"]),
+                  linestyle="-" if curves["rule"] == "next_step" else "--",
+                  alpha=0.5 if curves["rule"] == "logistic" else 1)
     goal_line(plot, 5, "5 %", vertical=True)
     goal_line(plot, 95, "95 %")
     plot.set(xlim=(0, 100), ylim=(0, 101))
     legend(plot, 2)
     return drawing(plot, "Up and to the left is better. next_step: by the length of the step that would follow; bend: by this "
                    "step's squared; logistic: by four things together. Fits with fewer than "
-                   f"{certificates['fewest']} breaks are left out.")
+                   f"{FEWEST_BREAKS} breaks are left out.")
 
 
-def certificate_rows(facts):
-    def share(value):
-        return "-" if value is None else f"{100 * value:.1f} %"
-    return [(fit["one_step"], rule["words"], rule["frames"], rule["breaks"], share(rule["caught_rate"]),
-             share(rule["false_alarm_rate"]), figure_text(rule["area"]))
-            for fit in facts["certificates"]["fits"] for k, rule in enumerate(fit["rules"]) if rule["asks"] or k == 0]
+def certificate_rows(data):
+    return [(row["one_step"], rule["words"], row["tested_frames"], row["tested_breaks"],
+             percent(number(rule["caught_rate"])), percent(number(rule["false_alarm_rate"])), figure_text(rule["roc_area"]))
+            for row, rule in zip(data.certificates, data.rules) if row["threshold"] or row["rule"] == "next_step"]
 
 
 def costs(data):
     """Times of each method, and what a frame takes in all: our methods', the peers'."""
     time_ms, error_mm = {}, {}
     for method in data.methods:
-        time_ms[method] = median(np.array([data.times_us[c["name"], method] for c in data.conditions])) / 1000
+        time_ms[method] = median(np.array([data.times_us[name, method] for name in data.names])) / 1000
         error_mm[method] = median(data.column(method, "position_median_mm"))
     def total(peers):
         return np.nansum([time_ms[m["name"]] for m in data.facts["methods"] if m["is_peer"] == peers])
@@ -257,7 +266,7 @@ def costs(data):
 
 def cost_plot(data, time_ms, error_mm):
     plot = axes("What each costs, and how well it does", "time a frame (ms), log", "median error (mm), log", 480, 380, "xy")
-    for method, color, line in data.headlines():
+    for method, color, line in headlines(data):
         converged = line == "--"
         plot.plot(drawable([time_ms[method]]), drawable([error_mm[method]]), "o", color=color, label=method,
                   markersize=6 if converged else 9, alpha=0.5 if converged else 1)
@@ -286,14 +295,50 @@ def error_rows(data, condition):
 
 def pair_rows(data):
     rows, before = [], None
-    for row in data.pairs:
+    for (condition, one, other), row in data.pairs.items():
         if int(row["frames"]) == 0:
             continue
-        rows.append((row["condition"] if row["condition"] != before else "", row["method_a"], row["method_b"],
-                     row["frames"], row["breaks"],
+        rows.append((condition if condition != before else "", one, other, row["frames"], row["breaks"],
                      with_interval(row, "center_median_px", "center_median_low_px", "center_median_high_px"),
                      *(figure_text(row[name]) for name in ("center_max_px", "radius_median_px", "radius_max_px")),
                      with_interval(row, "position_median_mm", "position_median_low_mm", "position_median_high_mm"),
                      figure_text(row["position_max_mm"])))
-        before = row["condition"]
+        before = condition
     return rows
+
+
+def latex_tables(data):
+    """The error table and the table of pairs (booktabs)."""
+    def name(text):
+        return re.sub("[_%&#$]", r"\\\g<0>", text)
+
+    def median_of(row, quantity, unit):
+        value, low, high = (figure_text(row[f"{quantity}_median{end}_{unit}"]) for end in ("", "_low", "_high"))
+        return f"{value} [{low}, {high}]" if low != "-" else value
+
+    errors, distances = [], []
+    for condition in data.names:
+        first = name(condition)
+        for method in data.methods:
+            row = data.rows[condition, method]
+            errors.append((first, name(method), f"{row['found']}/{row['frames']}", median_of(row, "position", "mm"),
+                           *(figure_text(row[column]) for column in ("position_p90_mm", "depth_bias_mm", "rms_over_bound"))))
+            first = ""
+    for (condition, one, other), row in data.pairs.items():
+        first = name(condition) if not distances or condition != before else ""
+        distances.append((first, name(one), name(other), median_of(row, "center", "px"), figure_text(row["center_max_px"]),
+                          f"{row['breaks']}/{row['frames']}", median_of(row, "position", "mm")))
+        before = condition
+    return "% Needs \\usepackage{booktabs,longtable}.\n" + "\n".join((
+        latex_table("llrrrrr", ("condition", "method", "found", r"median mm [95\,\%]", r"90\,\% mm", "depth bias mm",
+                                "RMS/bound"), errors, len(data.methods)),
+        latex_table("lllrrrr", ("condition", "fit", "against", r"median px [95\,\%]", "largest px", "breaks",
+                                r"median mm [95\,\%]"), distances, len(distances))))
+
+
+def latex_table(columns, heading, rows, group):
+    """With a line below every so many rows."""
+    lines = [f"\\begin{{longtable}}{{{columns}}}", r"\toprule", " & ".join(heading) + r" \\", r"\midrule", r"\endhead"]
+    for k, row in enumerate(rows):
+        lines += [r"\midrule"] * (0 < k and k % group == 0) + [" & ".join(row) + r" \\"]
+    return "\n".join((*lines, r"\bottomrule", r"\end{longtable}", ""))

@@ -1,4 +1,4 @@
-// Mean shift over position and chroma (paper, "Calibrage", 2a), blind to luminance.
+// A picture's chroma, blind to luminance, and its modes (paper, "Calibrage", 2a).
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -23,6 +23,9 @@ class ChromaMetric {
   float ray_u_, ray_v_;
 };
 
+/// (L, a, b) of every pixel of a CV_8UC3 picture in BGR.
+cv::Mat3f lab_image(const cv::Mat& bgr);
+
 /// (u*, v*) of every pixel, CV_32FC2, of a CV_8UC3 picture in BGR.
 cv::Mat chroma_image(const cv::Mat& bgr);
 
@@ -33,9 +36,8 @@ double chroma_noise(const cv::Mat& chroma);
 /// most 24.
 double chroma_radius(const cv::Mat& chroma);
 
-/// Every pixel's mode: the flat kernel's window (Comaniciu and Meer, PAMI 2002) moves to the mean of the
-/// pixels within `radius` of its chroma until it stands still. Returns the modes' chromas, CV_32FC2.
-cv::Mat mean_shift_filter(const cv::Mat& chroma, double radius);
+/// The median of 5 x 5 pixels, in u* and in v*: takes the noise and keeps the edges.
+cv::Mat smoothed_chroma(const cv::Mat& chroma);
 
 /// Mean shift in chroma alone: which mode of the picture's (u*, v*) histogram, smoothed by a Gaussian of
 /// `bandwidth`, each pixel climbs to; CV_32S, equal numbers for equal modes. A cell counts at most `enough`

@@ -1,4 +1,4 @@
-#include "calibration/teaching/mean_shift.hpp"
+#include "calibration/teaching/chroma_picture.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,6 @@
 namespace ballservo {
 namespace {
 
-constexpr int spatial_radius_px = 5;  // half side of the window
-constexpr int max_iterations = 8;
 constexpr double least_radius = 6, noise_factor = 3;  // in (u*, v*); in sigmas of the noise
 constexpr float full_hue_chroma = 30;  // from here on hue means something: the metric has its full stretch
 
@@ -36,16 +34,22 @@ ChromaMetric::ChromaMetric(float u, float v) {
   ray_v_ = weight * v;
 }
 
+cv::Mat3f lab_image(const cv::Mat& bgr) {
+  cv::Mat3f result(bgr.size());
+  std::transform(bgr.begin<cv::Vec3b>(), bgr.end<cv::Vec3b>(), result.begin(), [](const cv::Vec3b& c) {
+    const Eigen::Vector3f lab = lab_from_bgr(c[0], c[1], c[2]).cast<float>();
+    return cv::Vec3f(lab[0], lab[1], lab[2]);
+  });
+  return result;
+}
+
 cv::Mat chroma_image(const cv::Mat& bgr) {
   cv::Mat result(bgr.size(), CV_32FC2);
-  for (int y = 0; y < bgr.rows; ++y) {
-    const cv::Vec3b* in = bgr.ptr<cv::Vec3b>(y);
-    cv::Vec2f* out = result.ptr<cv::Vec2f>(y);
-    for (int x = 0; x < bgr.cols; ++x) {
-      const Eigen::Vector3d luv = luv_from_bgr(in[x][0], in[x][1], in[x][2]);
-      out[x] = {static_cast<float>(luv[1]), static_cast<float>(luv[2])};
-    }
-  }
+  std::transform(bgr.begin<cv::Vec3b>(), bgr.end<cv::Vec3b>(), result.begin<cv::Vec2f>(),
+                 [](const cv::Vec3b& c) {
+                   const Eigen::Vector3f luv = luv_from_bgr(c[0], c[1], c[2]).cast<float>();
+                   return cv::Vec2f(luv[1], luv[2]);
+                 });
   return result;
 }
 
@@ -67,45 +71,13 @@ double chroma_radius(const cv::Mat& chroma) {
   return std::clamp(noise_factor * chroma_noise(chroma), least_radius, 4 * least_radius);
 }
 
-cv::Mat mean_shift_filter(const cv::Mat& chroma, double radius) {
-  cv::Mat result(chroma.size(), CV_32FC2);
-  const int reach = spatial_radius_px;
-  const float limit = static_cast<float>(radius * radius);
-  for (int y = 0; y < chroma.rows; ++y) {
-    for (int x = 0; x < chroma.cols; ++x) {
-      cv::Vec2f mode = chroma.at<cv::Vec2f>(y, x);
-      float mode_x = static_cast<float>(x), mode_y = static_cast<float>(y);
-      for (int iteration = 0; iteration < max_iterations; ++iteration) {
-        const ChromaMetric metric(mode[0], mode[1]);
-        const int at_x = static_cast<int>(std::lround(mode_x)), at_y = static_cast<int>(std::lround(mode_y));
-        const int left = std::max(0, at_x - reach), right = std::min(chroma.cols - 1, at_x + reach);
-        float sum_u = 0, sum_v = 0, sum_x = 0, sum_y = 0, count = 0;
-        for (int py = std::max(0, at_y - reach); py <= std::min(chroma.rows - 1, at_y + reach); ++py) {
-          const cv::Vec2f* row = chroma.ptr<cv::Vec2f>(py);
-          float row_count = 0;
-          for (int px = left; px <= right; ++px) {
-            const float inside =
-                metric.squared(row[px][0] - mode[0], row[px][1] - mode[1]) <= limit ? 1.0f : 0.0f;
-            sum_u += inside * row[px][0];
-            sum_v += inside * row[px][1];
-            sum_x += inside * static_cast<float>(px);
-            row_count += inside;
-          }
-          sum_y += row_count * static_cast<float>(py);
-          count += row_count;
-        }
-        if (count == 0) break;  // the mean moved between groups that are all out of reach
-        const cv::Vec2f moved(sum_u / count, sum_v / count);
-        const float shift = metric.squared(moved[0] - mode[0], moved[1] - mode[1]);
-        const float step = std::abs(sum_x / count - mode_x) + std::abs(sum_y / count - mode_y);
-        mode = moved;
-        mode_x = sum_x / count;
-        mode_y = sum_y / count;
-        if (shift < 0.01f * limit && step < 1) break;
-      }
-      result.at<cv::Vec2f>(y, x) = mode;
-    }
-  }
+cv::Mat smoothed_chroma(const cv::Mat& chroma) {
+  constexpr int side_px = 5;
+  std::vector<cv::Mat> planes;
+  cv::split(chroma, planes);
+  for (cv::Mat& plane : planes) cv::medianBlur(plane, plane, side_px);
+  cv::Mat result;
+  cv::merge(planes, result);
   return result;
 }
 

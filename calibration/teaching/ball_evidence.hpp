@@ -1,0 +1,39 @@
+// What the pixels at a circle say for a ball: its contour, its shading, its colour.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+namespace ballservo {
+
+/// A circle, or with `shape` (symmetric, determinant 1) an ellipse: center + radius * shape * (unit vector).
+struct Outline {
+  Eigen::Vector2d center_px{0, 0};
+  double radius_px = 0;
+  Eigen::Matrix2d shape = Eigen::Matrix2d::Identity();
+};
+
+struct BallEvidence {
+  Eigen::Vector2d center_px{0, 0};  ///< of the circle through the edges found
+  double radius_px = 0;
+  double contour = 0;   ///< log likelihood ratio of the rim: circle against any star-shaped outline
+  double arc = 0;       ///< of the rim within the picture: the part that has an edge on the circle
+  double ellipse = 0;   ///< amplitude of the second harmonic, of the radius
+  double residual = 0;  ///< robust spread of the edges about the circle, of the radius
+  double edge = 0;      ///< median contrast of the edges on the circle, Lab
+  double shading = 0;   ///< part of the luminance's variance that a sphere's normals explain
+  double relief = 0;    ///< standard deviation of the shading, of the mean luminance
+  double filled = 0;    ///< part of the disc that has the ball's hue
+  Eigen::Vector3d color{0, 0, 0};  ///< mean (L, a, b) of what has the ball's hue in the disc
+
+  /// Logarithm of the odds that it is a ball.
+  double log_odds() const;
+};
+
+/// Measures in a picture (L, a, b) around `outline`, of what has `color` (L, a, b) in whatever light.
+BallEvidence ball_evidence(const cv::Mat3f& lab, const Outline& outline, const Eigen::Vector3d& color);
+
+/// The pixels that have `color` in whatever light: CV_8U, 0 or 255.
+cv::Mat ball_pixels(const cv::Mat3f& lab, const Eigen::Vector3d& color);
+
+}  // namespace ballservo
