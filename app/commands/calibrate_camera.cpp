@@ -188,8 +188,7 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
   if (board.square_m > large_square_m)
     spdlog::warn("--square {:g}: a square of {:g} m? The unit is metres", board.square_m, board.square_m);
   const CameraFileFormat& format = camera_file_format(options.format, options.output);
-  BoardCalibrationOptions calibration_options;
-  calibration_options.models = models_of(options.model, format);
+  const std::vector<LensModel> models = models_of(options.model, format);
   if (!options.report.empty() && fs::weakly_canonical(options.report) == fs::weakly_canonical(options.output))
     throw InputError("--report", options.report.string(), "a folder of its own, not the camera file");
   const Overwrite overwrite = options.common.overwrite();
@@ -199,8 +198,7 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
   if (!options.report.empty()) report.emplace(options.report, overwrite);
 
   const Boards boards = find_all_boards(options, board);
-  const BoardCalibration result =
-      calibrate_from_boards(boards.pictures.size, boards.views, calibration_options);
+  const BoardCalibration result = calibrate_from_boards(boards.pictures.size, boards.views, models);
   throw_if_interrupted();
 
   camera_file.write(camera_file_text(result.camera, format, options.output.stem().string()));

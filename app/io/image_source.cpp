@@ -171,6 +171,22 @@ class ImageFiles : public FrameSequence {
   std::size_t position_ = 0;
 };
 
+/// The EXIF orientation that shows a video's pictures upright. OpenCV 4.6 counts the turn counter-clockwise,
+/// all other versions clockwise (https://github.com/opencv/opencv/issues/22088).
+int orientation_of(const cv::VideoCapture& capture) {
+  constexpr bool counter_clockwise = CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR == 6;
+  switch (static_cast<int>(capture.get(cv::CAP_PROP_ORIENTATION_META))) {
+    case 90:
+      return counter_clockwise ? 8 : 6;
+    case 180:
+      return 3;
+    case 270:
+      return counter_clockwise ? 6 : 8;
+    default:
+      return 1;
+  }
+}
+
 class VideoFile : public FrameSequence {
  public:
   /// Reads the first picture at once, so that a file without any is a fault before work begins.
@@ -194,7 +210,8 @@ class VideoFile : public FrameSequence {
                  fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
       return;
     }
-    capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);  // pixels stay where the sensor has them
+    capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);  // OpenCV 4.6 turns the wrong way
+    orientation_ = orientation_of(capture_);
     const double own_fps = capture_.get(cv::CAP_PROP_FPS);
     fps_ = std::isfinite(own_fps) && own_fps > 0 && own_fps < 1e5 ? own_fps : fps;
     const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
@@ -225,14 +242,14 @@ class VideoFile : public FrameSequence {
     const double time_s = stamp_s - first_stamp_s_;
     // Some containers hold no stamps, or repeat them: then the frame rate tells the time.
     time_s_ = count_ == 0 ? 0 : time_s > time_s_ ? time_s : time_s_ + 1 / fps_;
-    ahead_ = Frame{picture.clone(), name_, count_++, time_s_};
+    ahead_ = Frame{upright(picture, orientation_).clone(), name_, count_++, time_s_};
   }
 
   std::string path_, name_;
   cv::VideoCapture capture_;
   double fps_ = 30, first_stamp_s_ = 0, time_s_ = 0;
   long length_ = 0;
-  int count_ = 0;
+  int count_ = 0, orientation_ = 1;
   std::optional<Frame> ahead_;
 };
 

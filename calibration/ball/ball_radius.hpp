@@ -8,9 +8,9 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/boards/board.hpp"
 #include "calibration/camera/camera.hpp"
 
@@ -54,7 +54,7 @@ class RadiusReader {
   double by_outline(const UnitBall& ball, const Read& read) const;
 
   Camera camera_;
-  std::vector<std::pair<Camera, Camera>> changed_;
+  CameraUncertainty uncertainty_;
 };
 
 struct RadiusEstimate {

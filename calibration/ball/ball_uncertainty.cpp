@@ -1,39 +1,58 @@
 #include "calibration/ball/ball_uncertainty.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
-#include "calibration/ball/covariance_root.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
 namespace {
 
 constexpr int outline_points = 24;
-constexpr double step_sigmas = 0.05;  // small against one sigma, large against rounding
 
 }  // namespace
 
+Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation_of(covariance));
+  Eigen::MatrixXd root = solver.eigenvectors();
+  for (Eigen::Index j = 0; j < root.cols(); ++j) {
+    root.col(j) *= std::sqrt(std::max(0.0, solver.eigenvalues()(j)));
+    root.col(j).array() *= sigma.array();
+  }
+  return root;
+}
+
 CameraUncertainty::CameraUncertainty(const Camera& camera, const Eigen::MatrixXd& covariance)
     : camera_(camera) {
-  auto changed = changed_cameras(camera, covariance, step_sigmas);
-  valid_ = changed.has_value();
-  if (changed) changed_ = std::move(*changed);
+  if (covariance.size() == 0) return;
+  const CameraParameters& known = camera.parameters();
+  const Eigen::VectorXd parameters = parameter_vector(known);
+  const Eigen::MatrixXd root = covariance_root(covariance);
+  for (Eigen::Index axis = 0; valid_ && axis < root.cols(); ++axis) {
+    if (!(root.col(axis).norm() > 0)) continue;
+    const Eigen::VectorXd change = step_sigmas * root.col(axis);
+    try {
+      changed_.emplace_back(Camera(with_parameter_vector(known, parameters + change)),
+                            Camera(with_parameter_vector(known, parameters - change)));
+    } catch (const InputError&) {
+      valid_ = false;
+    }
+  }
 }
 
 std::optional<Eigen::Matrix3d> CameraUncertainty::ball_covariance(const Eigen::Vector3d& p_C,
                                                                   double radius_m) const {
   const auto outline = project_outline(camera_, p_C, radius_m, outline_points);
-  if (!valid_ || outline.empty()) return std::nullopt;
+  if (outline.empty()) return std::nullopt;
+  const auto along_axes = derivatives<Eigen::Vector3d>(
+      [&](const Camera& changed) { return sphere_from_outline(changed, outline, radius_m); });
+  if (!along_axes) return std::nullopt;
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (const auto& [above, below] : changed_) {
-    const auto high = sphere_from_outline(above, outline, radius_m);
-    const auto low = sphere_from_outline(below, outline, radius_m);
-    if (!high || !low) return std::nullopt;
-    const Eigen::Vector3d derivative = (*high - *low) / (2 * step_sigmas);
-    sum += derivative * derivative.transpose();
-  }
+  for (const Eigen::Vector3d& derivative : *along_axes) sum += derivative * derivative.transpose();
   if (!sum.allFinite()) return std::nullopt;
   return sum;
 }

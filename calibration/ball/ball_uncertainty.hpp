@@ -10,20 +10,42 @@
 
 namespace ballservo {
 
-/// What a camera's own uncertainty does to the ball positions that are read through it.
+/// Columns l_i with sum l_i l_i' = covariance; also for a matrix whose entries differ by orders of magnitude.
+Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
+
+/// What a camera's own uncertainty does to what is read through it.
 class CameraUncertainty {
  public:
-  /// `covariance` is of the camera's parameters (see CameraCovariance). Cameras changed along the
-  /// covariance's own axes are made once; where a parameter is so uncertain that a twentieth of its sigma
-  /// leaves what is valid, no covariance is given.
+  /// `covariance` is of the camera's parameters (see CameraCovariance); empty: not known. Cameras changed
+  /// along the covariance's own axes are made once.
   CameraUncertainty(const Camera& camera, const Eigen::MatrixXd& covariance);
 
+  /// False where a parameter is so uncertain that a twentieth of its sigma leaves what is valid: then no
+  /// derivatives are given.
+  bool is_valid() const { return valid_; }
+  std::size_t axes() const { return changed_.size(); }
+
+  /// The derivatives of what `read(camera)` makes of a camera (an optional) per standard deviation along each
+  /// axis of the covariance, by central differences. Nothing where it makes nothing of one of them.
+  template <class Value, class Read>
+  std::optional<std::vector<Value>> derivatives(const Read& read) const {
+    if (!valid_) return std::nullopt;
+    std::vector<Value> result;
+    for (const auto& [above, below] : changed_) {
+      const auto high = read(above), low = read(below);
+      if (!high || !low) return std::nullopt;
+      result.push_back((*high - *low) / (2 * step_sigmas));
+    }
+    return result;
+  }
+
   /// The covariance of a ball's centre (m^2, camera frame) that it causes: the ball's outline as the camera
-  /// sees it, read again with changed parameters, by central differences. Nothing where the outline cannot be
-  /// read.
+  /// sees it, read again with changed parameters. Nothing where the outline cannot be read.
   std::optional<Eigen::Matrix3d> ball_covariance(const Eigen::Vector3d& p_C, double radius_m) const;
 
  private:
+  static constexpr double step_sigmas = 0.05;  // small against one sigma, large against rounding
+
   Camera camera_;
   std::vector<std::pair<Camera, Camera>> changed_;  // up and down along each axis
   bool valid_ = true;

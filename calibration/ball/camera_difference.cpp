@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/ball/covariance_root.hpp"
+#include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/base/statistics.hpp"
@@ -18,7 +18,6 @@ namespace ballservo {
 namespace {
 
 constexpr int outline_points = 24;
-constexpr double step_sigmas = 0.05;  // small against one sigma, large against rounding
 constexpr int rotation_rounds = 20, draws = 20000;
 
 /// A place of the picture with what both cameras read the same there: the pixel, and a ball's outline.
@@ -98,32 +97,6 @@ Eigen::Matrix3Xd ball_differences(const Reading& a, const Reading& b, const Eige
   result.setConstant(std::nan(""));
   for (std::size_t i = 0; i < a.balls.size(); ++i)
     if (a.balls[i] && b.balls[i]) result.col(static_cast<Eigen::Index>(i)) = *b.balls[i] - R_BA * *a.balls[i];
-  return result;
-}
-
-/// The derivatives of the balls' differences along each axis of the two cameras' uncertainties, per sigma.
-/// The rotation follows, as it does when the cameras are compared.
-std::optional<std::vector<Eigen::Matrix3Xd>> derivatives(const Camera& changing,
-                                                         const Eigen::MatrixXd& covariance,
-                                                         const Reading& other, bool changing_is_first,
-                                                         const std::vector<Sight>& seen, double radius_m) {
-  std::vector<Eigen::Matrix3Xd> result;
-  if (covariance.size() == 0) return result;
-  const auto changed = changed_cameras(changing, covariance, step_sigmas);
-  if (!changed) return std::nullopt;
-  const auto differences = [&](const Camera& camera) -> std::optional<Eigen::Matrix3Xd> {
-    const Reading reading = read_sights(camera, seen, radius_m);
-    const Reading& a = changing_is_first ? reading : other;
-    const Reading& b = changing_is_first ? other : reading;
-    const auto R_BA = best_rotation(a, b);
-    if (!R_BA) return std::nullopt;
-    return ball_differences(a, b, *R_BA);
-  };
-  for (const auto& [above, below] : *changed) {
-    const auto high = differences(above), low = differences(below);
-    if (!high || !low) return std::nullopt;
-    result.push_back((*high - *low) / (2 * step_sigmas));
-  }
   return result;
 }
 
@@ -242,8 +215,19 @@ CameraDifference compare_cameras(const Camera& a, const Eigen::MatrixXd& covaria
 
   const bool known_a = covariance_a.size() > 0, known_b = covariance_b.size() > 0;
   if (!known_a && !known_b) return difference;
-  const auto along_a = derivatives(a, covariance_a, reading_b, true, seen, radius_m);
-  const auto along_b = derivatives(b, covariance_b, reading_a, false, seen, radius_m);
+  // The rotation follows, as it does when the cameras are compared.
+  using Differences = Eigen::Matrix3Xd;
+  const auto turned_differences = [](const Reading& by_a, const Reading& by_b) -> std::optional<Differences> {
+    const auto turned = best_rotation(by_a, by_b);
+    if (!turned) return std::nullopt;
+    return ball_differences(by_a, by_b, *turned);
+  };
+  const auto along_a = CameraUncertainty(a, covariance_a).derivatives<Differences>([&](const Camera& camera) {
+    return turned_differences(read_sights(camera, seen, radius_m), reading_b);
+  });
+  const auto along_b = CameraUncertainty(b, covariance_b).derivatives<Differences>([&](const Camera& camera) {
+    return turned_differences(reading_a, read_sights(camera, seen, radius_m));
+  });
   if (!along_a || !along_b) return difference;
   std::vector<Eigen::Matrix3Xd> axes = *along_a;
   axes.insert(axes.end(), along_b->begin(), along_b->end());

@@ -1,5 +1,7 @@
 #include "calibration/base/fault.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace ballservo {
@@ -7,7 +9,6 @@ namespace {
 
 /// One printable line: what a hostile file holds must not reach the terminal as control characters.
 std::string printable(const std::string& text, std::size_t max_length) {
-  static constexpr char digits[] = "0123456789abcdef";
   std::string line;
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
@@ -21,9 +22,7 @@ std::string printable(const std::string& text, std::size_t max_length) {
     } else if (c == '\t') {
       line += ' ';
     } else if (byte < 0x20 || byte == 0x7F) {
-      line += "\\x";
-      line += digits[byte >> 4];
-      line += digits[byte & 15];
+      line += fmt::format("\\x{:02x}", byte);
     } else {
       line += c;
     }
@@ -33,10 +32,7 @@ std::string printable(const std::string& text, std::size_t max_length) {
 
 std::string to_text(const std::vector<Fault>& faults) {
   std::string text;
-  for (const Fault& fault : faults) {
-    if (!text.empty()) text += '\n';
-    text += ballservo::to_text(fault);
-  }
+  for (const Fault& fault : faults) text += (text.empty() ? "" : "\n") + ballservo::to_text(fault);
   return text;
 }
 

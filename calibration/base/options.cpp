@@ -18,12 +18,6 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 /// The number as messages show it: "NaN" and "inf" too.
 std::string shown(double value) {
   if (std::isnan(value)) return "NaN";
@@ -107,7 +101,7 @@ void OptionChecker::option(const Option& o) {
                  [](const bool*) {},
                  [&](const std::string* value) {
                    require(o.choices.empty() || std::count(o.choices.begin(), o.choices.end(), *value) > 0,
-                           o.key, *value, "one of " + joined(o.choices));
+                           o.key, *value, fmt::format("one of {}", fmt::join(o.choices, ", ")));
                  },
                  [&](const std::vector<double>* values) {
                    for (const double value : *values) check(value, o.range.to_text());
@@ -137,23 +131,21 @@ void OptionChecker::require(bool holds, Text key, Text found, Text allowed) {
 
 void OptionLister::option(const Option& o) {
   OptionRow row{path(o.key), o.range.unit, "", o.range.interval(), o.help, conditions_, o};
-  row.fallback =
-      std::visit(Overloaded{
-                     [](const double* value) { return number_text(*value); },
-                     [](const long long* value) { return std::to_string(*value); },
-                     [](const bool* value) { return std::string(*value ? "true" : "false"); },
-                     [](const std::string* value) { return *value; },
-                     [](const std::vector<double>* values) {
-                       std::vector<std::string> texts;
-                       for (const double value : *values) texts.push_back(number_text(value));
-                       return "[" + joined(texts) + "]";
-                     },
-                     [](const std::vector<std::string>* values) { return "[" + joined(*values) + "]"; },
-                 },
-                 o.value);
+  row.fallback = std::visit(
+      Overloaded{
+          [](const double* value) { return number_text(*value); },
+          [](const long long* value) { return std::to_string(*value); },
+          [](const bool* value) { return std::string(*value ? "true" : "false"); },
+          [](const std::string* value) { return *value; },
+          [](const std::vector<double>* values) { return fmt::format("[{}]", fmt::join(*values, ", ")); },
+          [](const std::vector<std::string>* values) {
+            return fmt::format("[{}]", fmt::join(*values, ", "));
+          },
+      },
+      o.value);
   if (std::holds_alternative<bool*>(o.value)) row.allowed = "true, false";
   if (std::holds_alternative<std::string*>(o.value))
-    row.allowed = o.choices.empty() ? "text" : joined(o.choices);
+    row.allowed = o.choices.empty() ? "text" : fmt::format("{}", fmt::join(o.choices, ", "));
   if (std::holds_alternative<long long*>(o.value)) row.allowed = "whole, " + row.allowed;
   if (std::holds_alternative<std::vector<double>*>(o.value))
     row.allowed = (o.count > 0 ? std::to_string(o.count) : "a list") + " in " + row.allowed;

@@ -16,12 +16,6 @@ namespace {
 
 using Kind = YamlValue::Kind;
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 /// What stands at a value, for messages.
 std::string description(const YamlValue& value) {
   switch (value.kind) {
@@ -37,9 +31,16 @@ std::string description(const YamlValue& value) {
   return value.quoted ? "text \"" + value.scalar + "\"" : value.scalar;
 }
 
-std::optional<double> number_of(const YamlValue& value) {
+std::optional<double> number_in(const NumberRange& range, const YamlValue& value) {
   if (value.kind != Kind::scalar || value.quoted) return std::nullopt;
-  return parse_number(value.scalar);
+  const auto number = parse_number(value.scalar);
+  return number && range.contains(*number) ? number : std::nullopt;
+}
+
+/// A number to go on with where a fault is known.
+double harmless_in(const NumberRange& range) {
+  if (range.contains(0)) return 0;
+  return range.contains(1) ? 1 : std::isfinite(range.low) ? range.low : range.high;
 }
 
 std::optional<bool> boolean_of(const YamlValue& value) {
@@ -58,7 +59,7 @@ nlohmann::json to_json(const YamlValue& value) {
   }
   if (value.kind == Kind::map) {
     auto object = nlohmann::json::object();
-    for (std::size_t i = 0; i < value.keys.size(); ++i) object[value.keys[i]] = to_json(*value.children[i]);
+    for (const YamlValue* child : value.children) object[child->name] = to_json(*child);
     return object;
   }
   if (value.quoted) return value.scalar;
@@ -70,14 +71,12 @@ nlohmann::json to_json(const YamlValue& value) {
 
 void add_faults_of_unknown_keys(YamlTree& tree, const YamlValue& value) {
   if (value.settled) return;
-  for (std::size_t i = 0; i < value.children.size(); ++i) {
-    const YamlValue& child = *value.children[i];
-    if (value.kind == Kind::list || value.asked.count(value.keys[i]) > 0) {
-      add_faults_of_unknown_keys(tree, child);
+  for (const YamlValue* child : value.children) {
+    if (value.kind == Kind::list || value.asked.count(child->name) > 0) {
+      add_faults_of_unknown_keys(tree, *child);
     } else {
-      const std::vector<std::string> known(value.asked.begin(), value.asked.end());
-      tree.faults.add(tree.place(child.line, child.path), "an unknown key",
-                      known.empty() ? "no key here" : "one of " + joined(known));
+      const std::string known = fmt::format("one of {}", fmt::join(value.asked, ", "));
+      tree.faults.add(tree.place(*child), "an unknown key", value.asked.empty() ? "no key here" : known);
     }
   }
 }
@@ -135,7 +134,7 @@ struct YamlNode::Impl {
   }
 
   void add_fault(YamlValue& at, std::string allowed) const {
-    tree->faults.add(tree->place(at.line, at.path), description(at), std::move(allowed));
+    tree->faults.add(tree->place(at), description(at), std::move(allowed));
     at.settled = true;
   }
 
@@ -152,7 +151,7 @@ struct YamlNode::Impl {
 
   std::string place_of(const std::string& key) const {
     const YamlValue* child = value->child(key);
-    return tree->place(child ? child->line : value->line, path_below(value->path, key));
+    return tree->place(child ? child->line : value->line, path_below(value->path(), key));
   }
 
   void add_missing(const std::string& key, const std::string& allowed) const {
@@ -178,14 +177,8 @@ struct YamlNode::Impl {
 bool YamlNode::has(const std::string& key) { return impl_->ask(key) != nullptr; }
 
 double YamlNode::number(const std::string& key, const NumberRange& range, std::optional<double> fallback) {
-  const double harmless = range.contains(0)          ? 0
-                          : range.contains(1)        ? 1
-                          : std::isfinite(range.low) ? range.low
-                                                     : range.high;
-  return impl_->get<double>(key, fallback, harmless, range.to_text(), [&](const YamlValue& value) {
-    const auto number = number_of(value);
-    return number && range.contains(*number) ? number : std::nullopt;
-  });
+  return impl_->get<double>(key, fallback, harmless_in(range), range.to_text(),
+                            [&](const YamlValue& value) { return number_in(range, value); });
 }
 
 long long YamlNode::integer(const std::string& key, long long low, long long high,
@@ -214,7 +207,7 @@ std::string YamlNode::text(const std::string& key, std::optional<std::string> fa
 std::string YamlNode::choice(const std::string& key, const std::vector<std::string>& allowed,
                              std::optional<std::string> fallback) {
   const std::string harmless = allowed.empty() ? std::string() : allowed.front();
-  return impl_->get<std::string>(key, fallback, harmless, "one of " + joined(allowed),
+  return impl_->get<std::string>(key, fallback, harmless, fmt::format("one of {}", fmt::join(allowed, ", ")),
                                  [&](const YamlValue& value) -> std::optional<std::string> {
                                    const bool known =
                                        value.kind == Kind::scalar &&
@@ -227,32 +220,22 @@ std::vector<double> YamlNode::numbers(const std::string& key, const NumberRange&
                                       std::optional<std::vector<double>> fallback) {
   const std::string length = count > 0 ? std::to_string(count) : "any number of";
   const std::string allowed = "a list of " + length + " entries, each " + range.to_text();
-  YamlValue* child = impl_->ask(key);
   const std::vector<double> harmless = fallback.value_or(std::vector<double>(count));
-  if (!child) {
-    if (!fallback) impl_->add_missing(key, allowed);
-    return harmless;
-  }
-  if (child->kind != Kind::list) {
-    impl_->add_fault(*child, allowed);
-    return harmless;
-  }
-  if (count > 0 && child->children.size() != count) {
-    impl_->tree->faults.add(impl_->place_of(key), fmt::format("a list of {} entries", child->children.size()),
-                            allowed);
-    child->settled = true;
+  const auto list = impl_->get<YamlValue*>(
+      key, fallback ? std::optional<YamlValue*>(nullptr) : std::nullopt, nullptr, allowed,
+      [](YamlValue& value) { return value.kind == Kind::list ? std::optional(&value) : std::nullopt; });
+  if (!list) return harmless;
+  if (count > 0 && list->children.size() != count) {
+    fault(key, fmt::format("a list of {} entries", list->children.size()), allowed);
     return harmless;
   }
   std::vector<double> values;
-  for (YamlValue* item : child->children) {
-    const auto number = number_of(*item);
-    if (!number || !range.contains(*number)) {
-      impl_->add_fault(*item, range.to_text());
-    } else {
-      values.push_back(*number);
-    }
+  for (YamlValue* item : list->children) {
+    const auto number = number_in(range, *item);
+    if (!number) impl_->add_fault(*item, range.to_text());
+    if (number) values.push_back(*number);
   }
-  return values.size() == child->children.size() ? values : harmless;
+  return values.size() == list->children.size() ? values : harmless;
 }
 
 YamlNode YamlNode::map(const std::string& key, bool required) {
@@ -264,7 +247,7 @@ YamlNode YamlNode::map(const std::string& key, bool required) {
     impl_->add_missing(key, "a map (key: value)");
   }
   YamlValue* empty = impl_->tree->make(Kind::map, impl_->value->line);
-  empty->path = path_below(impl_->value->path, key);
+  empty->parent = impl_->value, empty->name = key;
   empty->settled = child || required || impl_->value->settled;
   return Impl::node(impl_->tree, empty);
 }
@@ -282,17 +265,21 @@ std::vector<YamlNode> YamlNode::list(const std::string& key, bool required) {
   return items;
 }
 
-std::vector<std::string> YamlNode::keys() const { return impl_->value->keys; }
+std::vector<std::string> YamlNode::keys() const {
+  std::vector<std::string> keys;
+  if (impl_->value->kind == Kind::map)
+    for (const YamlValue* child : impl_->value->children) keys.push_back(child->name);
+  return keys;
+}
 
 bool YamlNode::is_map() const { return impl_->value->kind == Kind::map; }
 bool YamlNode::is_scalar() const { return impl_->value->kind == Kind::scalar; }
 bool YamlNode::is_list() const { return impl_->value->kind == Kind::list; }
 
 double YamlNode::as_number(const NumberRange& range) {
-  const auto number = number_of(*impl_->value);
-  if (number && range.contains(*number)) return *number;
+  if (const auto number = number_in(range, *impl_->value)) return *number;
   impl_->add_fault(*impl_->value, range.to_text());
-  return range.contains(0) ? 0 : range.contains(1) ? 1 : std::isfinite(range.low) ? range.low : range.high;
+  return harmless_in(range);
 }
 
 std::string YamlNode::as_text() {
@@ -305,7 +292,7 @@ void YamlNode::leave_aside(const std::string& key) {
   if (YamlValue* child = impl_->ask(key)) child->settled = true;
 }
 
-std::string YamlNode::place() const { return impl_->tree->place(impl_->value->line, impl_->value->path); }
+std::string YamlNode::place() const { return impl_->tree->place(*impl_->value); }
 std::string YamlNode::place(const std::string& key) const { return impl_->place_of(key); }
 
 void YamlNode::fault(const std::string& key, std::string found, std::string allowed) {
@@ -359,7 +346,7 @@ void StrictYaml::set(const std::string& key_path, const std::string& yaml_value)
     YamlValue* next = nullptr;
     if (at->kind == Kind::map) {
       next = at->child(steps[i]);
-      if (!next) tree.add_child(*at, steps[i], next = tree.make(Kind::null, 0));
+      if (!next) at->add(steps[i], next = tree.make(Kind::null, 0));
     } else if (at->kind == Kind::list) {
       const auto item = parse_integer(steps[i]);
       if (!item || *item < 0 || *item >= static_cast<long long>(at->children.size())) {
@@ -368,13 +355,13 @@ void StrictYaml::set(const std::string& key_path, const std::string& yaml_value)
       }
       next = at->children[static_cast<std::size_t>(*item)];
     } else {
-      return refuse(description(*at) + " at " + at->path, "a path through maps and lists");
+      return refuse(description(*at) + " at " + at->path(), "a path through maps and lists");
     }
     at = next;
   }
-  const std::string path = at->path;
+  replacement->parent = at->parent, replacement->name = at->name;
   *at = *replacement;
-  set_paths(*at, path);
+  for (YamlValue* child : at->children) child->parent = at;
 }
 
 void StrictYaml::finish() {

@@ -100,23 +100,18 @@ class TreeBuilder : public YAML::EventHandler {
       root_ = value;
       return;
     }
-    Open& parent = open_.back();
-    if (parent.value->kind == YamlValue::Kind::list) {
-      set_paths(*value, parent.value->path + "[" + std::to_string(parent.value->children.size()) + "]");
-      parent.value->children.push_back(value);
-      return;
-    }
-    const std::string key = *std::exchange(parent.key, std::nullopt);
+    YamlValue& parent = *open_.back().value;
+    if (parent.kind == YamlValue::Kind::list)
+      return parent.add(std::to_string(parent.children.size()), value);
+    const std::string key = *std::exchange(open_.back().key, std::nullopt);
     // The key's line, not its value's: that is where a person looks.
-    value->line = parent.key_line;
-    if (const YamlValue* first = parent.value->child(key)) {
-      tree_.faults.add(tree_.place(value->line, path_below(parent.value->path, key)),
-                       "the key a second time (first on line " + std::to_string(first->line) + ")",
-                       "each key once");
-      set_paths(*value, path_below(parent.value->path, key));
-    } else {
-      tree_.add_child(*parent.value, key, value);
-    }
+    value->line = open_.back().key_line;
+    const YamlValue* first = parent.child(key);
+    if (!first) return parent.add(key, value);
+    value->parent = &parent, value->name = key;
+    tree_.faults.add(tree_.place(*value),
+                     "the key a second time (first on line " + std::to_string(first->line) + ")",
+                     "each key once");
   }
 
   void open(YamlValue::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
@@ -153,7 +148,18 @@ class TreeBuilder : public YAML::EventHandler {
 
 YamlValue* YamlValue::child(const std::string& key) const {
   const auto found = index.find(key);
-  return found == index.end() ? nullptr : children[found->second];
+  return found == index.end() ? nullptr : found->second;
+}
+
+std::string YamlValue::path() const {
+  if (!parent) return "";
+  return parent->kind == Kind::list ? parent->path() + "[" + name + "]" : path_below(parent->path(), name);
+}
+
+void YamlValue::add(const std::string& child_name, YamlValue* child) {
+  child->parent = this, child->name = child_name;
+  children.push_back(child);
+  if (kind == Kind::map) index.emplace(child_name, child);
 }
 
 YamlValue* YamlTree::make(YamlValue::Kind kind, int line) {
@@ -161,13 +167,6 @@ YamlValue* YamlTree::make(YamlValue::Kind kind, int line) {
   value.kind = kind;
   value.line = line;
   return &value;
-}
-
-void YamlTree::add_child(YamlValue& map, const std::string& key, YamlValue* child) {
-  map.index.emplace(key, map.children.size());
-  map.keys.push_back(key);
-  map.children.push_back(child);
-  set_paths(*child, path_below(map.path, key));
 }
 
 std::string YamlTree::place(int line, const std::string& path) const {
@@ -178,15 +177,6 @@ std::string YamlTree::place(int line, const std::string& path) const {
 
 std::string path_below(const std::string& path, const std::string& key) {
   return path.empty() ? key : path + "." + key;
-}
-
-void set_paths(YamlValue& value, const std::string& path) {
-  value.path = path;
-  for (std::size_t i = 0; i < value.children.size(); ++i) {
-    const bool list = value.kind == YamlValue::Kind::list;
-    set_paths(*value.children[i],
-              list ? path + "[" + std::to_string(i) + "]" : path_below(path, value.keys[i]));
-  }
 }
 
 YamlValue* parse_yaml(YamlTree& tree, const std::string& text, bool with_lines) {

@@ -1,7 +1,11 @@
 #include "calibration/boards/board_adjustment.hpp"
 
 #include <ceres/ceres.h>
+#include <ceres/rotation.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -9,17 +13,62 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/statistics.hpp"
-#include "calibration/boards/corner_cost.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
+#include "calibration/camera/lens/lens_models.hpp"
 
 namespace ballservo {
 namespace {
 
+/// Projected minus found position of one corner (px).
+template <class Lens>
+struct CornerResidual {
+  Eigen::Vector3d point;
+  Eigen::Vector2d corner_px;
+
+  template <class T>
+  bool operator()(const T* camera, const T* pose, T* residual) const {
+    const T on_board[3] = {T(point.x()), T(point.y()), T(point.z())};
+    T p[3];
+    ceres::AngleAxisRotatePoint(pose, on_board, p);
+    const Ray3<T> ray{p[0] + pose[3], p[1] + pose[4], p[2] + pose[5]};
+    if (Lens::perspective && !(scalar_part(ray.z) > 0)) return false;
+    const Position2<T> m = Lens::distort(camera + 4, ray);
+    residual[0] = camera[2] + camera[0] * m.x - corner_px.x();
+    residual[1] = camera[3] + camera[1] * m.y - corner_px.y();
+    return std::isfinite(scalar_part(residual[0])) && std::isfinite(scalar_part(residual[1]));
+  }
+};
+
+/// The residual of one corner by the camera's parameters (in parameter_names' order) and the board's pose,
+/// differentiated automatically.
+std::unique_ptr<ceres::CostFunction> corner_cost(LensModel model, const Eigen::Vector3d& point,
+                                                 const Eigen::Vector2d& corner_px) {
+  return with_lens(model, [&](auto lens) -> std::unique_ptr<ceres::CostFunction> {
+    using Lens = decltype(lens);
+    using Residual = CornerResidual<Lens>;
+    return std::make_unique<ceres::AutoDiffCostFunction<Residual, 2, 4 + lens_coefficient_count<Lens>, 6>>(
+        new Residual{point, corner_px});
+  });
+}
+
+/// The sum of the squared residuals (px^2) of the corners that are not set aside.
+struct SquaredDistances {
+  double sum_px2 = 0, count = 0;
+
+  void add(const CornerResiduals& corners) {
+    for (std::size_t i = 0; i < corners.residuals_px.size(); ++i) {
+      if (corners.set_aside[i]) continue;
+      sum_px2 += corners.residuals_px[i].squaredNorm();
+      ++count;
+    }
+  }
+  double rms_px() const { return std::sqrt(sum_px2 / count); }
+};
+
 /// Fills residuals and RMS of a finished adjustment; false where a point does not project.
 bool evaluate(const std::vector<BoardView>& views, BoardAdjustment& adjustment) {
   const Eigen::VectorXd camera = parameter_vector(adjustment.parameters);
-  double sum = 0;
-  std::size_t count = 0;
+  SquaredDistances all;
   adjustment.corners.resize(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
     CornerResiduals& corners = adjustment.corners[v];
@@ -32,12 +81,10 @@ bool evaluate(const std::vector<BoardView>& views, BoardAdjustment& adjustment) 
                ->Evaluate(blocks, residual.data(), nullptr))
         return false;
       corners.residuals_px.push_back(residual);
-      if (corners.set_aside[i]) continue;
-      sum += residual.squaredNorm();
-      ++count;
     }
+    all.add(corners);
   }
-  adjustment.rms_px = std::sqrt(sum / static_cast<double>(count));
+  adjustment.rms_px = all.rms_px();
   return std::isfinite(adjustment.rms_px);
 }
 
@@ -135,17 +182,71 @@ std::optional<BoardAdjustment> started(const std::vector<BoardView>& views, cons
   return result;
 }
 
+using PoseMatrix = Eigen::Matrix<double, 6, 6>;
+
+/// The blocks of J'J that belong to one view.
+struct ViewInformation {
+  Eigen::MatrixXd camera, mixed;  // mixed: camera x pose
+  PoseMatrix pose = PoseMatrix::Zero();
+};
+
+ViewInformation view_information(const BoardView& view, const BoardAdjustment& adjustment, std::size_t v) {
+  const Eigen::VectorXd camera = parameter_vector(adjustment.parameters);
+  const Eigen::Index size = camera.size();
+  ViewInformation information{Eigen::MatrixXd::Zero(size, size), Eigen::MatrixXd::Zero(size, 6)};
+  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  RowMatrix jc(2, size), jp(2, 6);
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    if (adjustment.corners[v].set_aside[i]) continue;
+    const double* blocks[] = {camera.data(), adjustment.poses[v].data()};
+    double* jacobians[] = {jc.data(), jp.data()};
+    double residual[2];
+    if (!corner_cost(adjustment.parameters.model, view.points_m[i], view.corners_px[i])
+             ->Evaluate(blocks, residual, jacobians))
+      continue;
+    information.camera += jc.transpose() * jc;
+    information.mixed += jc.transpose() * jp;
+    information.pose += jp.transpose() * jp;
+  }
+  return information;
+}
+
+/// Inverse of a normal matrix whose parameters differ in size by orders of magnitude: that of the
+/// correlations' matrix, scaled back.
+std::optional<Eigen::MatrixXd> scaled_inverse(const Eigen::MatrixXd& information) {
+  const Eigen::Index size = information.rows();
+  Eigen::VectorXd scale(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (!(information(i, i) > 0)) return std::nullopt;
+    scale(i) = 1 / std::sqrt(information(i, i));
+  }
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
+  const double floor = 1e-15 * solver.eigenvalues()(size - 1);
+  const Eigen::VectorXd inverse = solver.eigenvalues().cwiseMax(floor).cwiseInverse();
+  return scale.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *
+         solver.eigenvectors().transpose() * scale.asDiagonal();
+}
+
+double noise_of(const BoardAdjustment& adjustment) {
+  SquaredDistances squares;
+  for (const CornerResiduals& corners : adjustment.corners) squares.add(corners);
+  const auto unknowns =
+      static_cast<double>(parameter_vector(adjustment.parameters).size() + 6 * adjustment.poses.size());
+  return std::sqrt(squares.sum_px2 / std::max(1.0, 2 * squares.count - unknowns));
+}
+
 }  // namespace
 
+Eigen::Vector3d board_normal(const BoardPose& pose) {
+  const Eigen::Vector3d turn = pose.head<3>();
+  return Eigen::AngleAxisd(turn.norm(), turn.normalized()) * Eigen::Vector3d::UnitZ();
+}
+
 double CornerResiduals::rms_px() const {
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < residuals_px.size(); ++i) {
-    if (set_aside[i]) continue;
-    sum += residuals_px[i].squaredNorm();
-    ++count;
-  }
-  return std::sqrt(sum / static_cast<double>(count));
+  SquaredDistances squares;
+  squares.add(*this);
+  return squares.rms_px();
 }
 
 std::optional<BoardAdjustment> adjust_boards(const std::vector<BoardView>& views,
@@ -201,6 +302,11 @@ std::vector<BoardView> believed_corners(const std::vector<BoardView>& views,
   return result;
 }
 
+Eigen::Matrix<double, 6, 6> pose_information(const BoardView& view, const BoardAdjustment& adjustment,
+                                             std::size_t index) {
+  return view_information(view, adjustment, index).pose;
+}
+
 std::optional<std::vector<BoardPose>> board_poses(const std::vector<BoardView>& views,
                                                   const CameraParameters& parameters) {
   std::vector<BoardPose> poses;
@@ -233,6 +339,38 @@ std::optional<std::vector<BoardPose>> board_poses(const std::vector<BoardView>& 
     return std::nullopt;
   }
   return poses;
+}
+
+std::optional<BoardCovariance> board_covariance(const std::vector<BoardView>& views,
+                                                const BoardAdjustment& adjustment) {
+  const Eigen::Index size = parameter_vector(adjustment.parameters).size();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  // The mean distance is the mean of the poses' last entries; its covariance with the camera comes from how
+  // each pose follows the camera: d pose / d camera = -(J_p'J_p)^-1 J_p'J_c.
+  Eigen::RowVectorXd distance_by_camera = Eigen::RowVectorXd::Zero(size);
+  double own_distance_variance = 0;
+  const double share = 1 / static_cast<double>(views.size());
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const ViewInformation view = view_information(views[v], adjustment, v);
+    const Eigen::LDLT<PoseMatrix> pose(view.pose);
+    const Eigen::MatrixXd follows = pose.solve(view.mixed.transpose());
+    const PoseMatrix inverse = pose.solve(PoseMatrix::Identity());
+    if (!follows.allFinite() || !inverse.allFinite()) continue;
+    information += view.camera - view.mixed * follows;
+    distance_by_camera -= share * follows.row(5);
+    own_distance_variance += share * share * inverse(5, 5);
+  }
+  const auto inverse = scaled_inverse(information);
+  if (!inverse || !inverse->allFinite()) return std::nullopt;
+  const double covariance = (distance_by_camera * inverse->col(0)).value();
+  const double distance_variance =
+      own_distance_variance + (distance_by_camera * *inverse * distance_by_camera.transpose()).value();
+  BoardCovariance result;
+  result.noise_px = noise_of(adjustment);
+  result.parameters = result.noise_px * result.noise_px * *inverse;
+  result.focal_distance_correlation =
+      std::clamp(covariance / std::sqrt((*inverse)(0, 0) * distance_variance), -1.0, 1.0);
+  return result;
 }
 
 }  // namespace ballservo

@@ -13,6 +13,9 @@ namespace ballservo {
 /// X_CB as rotation vector (rad) and translation (m).
 using BoardPose = Eigen::Matrix<double, 6, 1>;
 
+/// The board's z axis in the camera frame.
+Eigen::Vector3d board_normal(const BoardPose& X_CB);
+
 /// What is known of each corner of one view, in the view's order.
 struct CornerResiduals {
   std::vector<Eigen::Vector2d> residuals_px;  ///< projected minus found
@@ -50,9 +53,28 @@ std::optional<BoardAdjustment> adjust_poses(const std::vector<BoardView>& views,
 std::vector<BoardView> believed_corners(const std::vector<BoardView>& views,
                                         const BoardAdjustment& adjustment);
 
+/// J'J (1/px^2) of the residuals of one view by its pose.
+Eigen::Matrix<double, 6, 6> pose_information(const BoardView& view, const BoardAdjustment& adjustment,
+                                             std::size_t index);
+
 /// Each board's pose under a given camera, from the rays of its points (planar homography, then OpenCV's
 /// iterative solvePnP on the plane Z = 1); nothing where one has none.
 std::optional<std::vector<BoardPose>> board_poses(const std::vector<BoardView>& views,
                                                   const CameraParameters& camera);
+
+/// How well boards determine a camera.
+struct BoardCovariance {
+  Eigen::MatrixXd parameters;  ///< covariance, in parameter_names' order
+  double noise_px = 0;         ///< standard deviation of a corner's coordinate, from the residuals themselves
+  /// Correlation of the focal length fx with the boards' mean distance, -1 to 1: near 1 the pictures tell
+  /// only their ratio.
+  double focal_distance_correlation = 0;
+};
+
+/// The inverse of the normal matrix J'J with the poses eliminated (Schur complement), times the residuals'
+/// variance with the degrees of freedom counted; corners set aside have no part. A direction that the boards
+/// leave open gets an enormous variance. Nothing where a parameter has no influence at all.
+std::optional<BoardCovariance> board_covariance(const std::vector<BoardView>& views,
+                                                const BoardAdjustment& adjustment);
 
 }  // namespace ballservo

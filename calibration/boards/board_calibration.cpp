@@ -1,38 +1,15 @@
 #include "calibration/boards/board_calibration.hpp"
 
-#include <fmt/format.h>
-
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/boards/calibration_checks.hpp"
 #include "calibration/boards/lens_choice.hpp"
-#include "calibration/boards/residual_structure.hpp"
 
 namespace ballservo {
-namespace {
-
-std::vector<ModelTrial> trials_of(const std::vector<LensCandidate>& candidates) {
-  std::vector<ModelTrial> trials;
-  for (const LensCandidate& candidate : candidates)
-    trials.push_back({candidate.adjustment.parameters.model, candidate.adjustment.rms_px,
-                      candidate.held_out_rms_px(), candidate.usable});
-  return trials;
-}
-
-}  // namespace
-
-void BoardCalibrationOptions::validate() const {
-  FaultList faults;
-  if (models.empty()) faults.add("lens models", "none", "at least one");
-  if (folds < 2) faults.add("folds", fmt::format("{}", folds), "at least 2");
-  faults.throw_if_any();
-}
-
 BoardCalibration calibrate_from_boards(ImageSize size, const std::vector<BoardView>& views,
-                                       const BoardCalibrationOptions& options) {
-  options.validate();
+                                       const std::vector<LensModel>& models) {
   require_enough_views(views);
-  const std::vector<LensCandidate> candidates = lens_candidates(views, size, options.models, options.folds);
+  const std::vector<LensCandidate> candidates = lens_candidates(views, size, models);
   if (candidates.empty())
     throw Refusal("No camera fits these boards. Do rows and columns agree with the board?");
   const std::size_t chosen = choose_lens(candidates);
@@ -44,7 +21,7 @@ BoardCalibration calibrate_from_boards(ImageSize size, const std::vector<BoardVi
   BoardCalibration result{require_sensible_camera(believed, adjustment), std::move(covariance)};
   result.structure_px = residual_structure_px(views, adjustment);
   const std::string misfit = lens_misfit(views, candidates, adjustment, result.structure_px);
-  if (!misfit.empty() && options.models.size() > 1) throw Refusal(misfit);
+  if (!misfit.empty() && models.size() > 1) throw Refusal(misfit);
   // A lens that fits nothing fits two halves of the pictures better than all of them.
   if (misfit.empty()) require_one_camera(views, adjustment);
   result.rms_px = adjustment.rms_px;
@@ -54,7 +31,9 @@ BoardCalibration calibrate_from_boards(ImageSize size, const std::vector<BoardVi
   result.covered_ball_sigma_mm = covered_ball_sigma_mm(believed, result);
   result.corners = adjustment.corners;
   result.poses = adjustment.poses;
-  result.trials = trials_of(candidates);
+  for (const LensCandidate& candidate : candidates)
+    result.trials.push_back({candidate.adjustment.parameters.model, candidate.adjustment.rms_px,
+                             candidate.held_out_rms_px(), candidate.usable});
   result.warnings = calibration_warnings(views, believed, result);
   if (!misfit.empty()) result.warnings.insert(result.warnings.begin(), misfit);
   return result;

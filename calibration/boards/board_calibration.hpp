@@ -8,20 +8,9 @@
 
 #include "calibration/boards/board.hpp"
 #include "calibration/boards/board_adjustment.hpp"
-#include "calibration/boards/board_covariance.hpp"
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {
-
-struct BoardCalibrationOptions {
-  /// The models to choose among; one: that one, even where it fits badly. Of several the simplest whose
-  /// held-out error lies within one standard error of the best one's.
-  std::vector<LensModel> models{LensModel::brown};
-  int folds = 4;  ///< of the boards, for the held-out error; at least 2
-
-  /// InputError for no models or fewer than 2 folds.
-  void validate() const;
-};
 
 /// The error of each candidate of a choice.
 struct ModelTrial {
@@ -39,17 +28,18 @@ struct BoardCalibration {
   double coverage = 0;         ///< part of the picture's cells (8 by 6) in which a corner lies
   std::optional<double> ball_sigma_mm{};          ///< see ball_uncertainty.hpp
   std::optional<double> covered_ball_sigma_mm{};  ///< the same, the median where boards were
-  std::optional<double> structure_px{};           ///< see residual_structure.hpp
+  std::optional<double> structure_px{};           ///< see calibration_checks.hpp
   std::vector<CornerResiduals> corners{};         ///< of each view
   std::vector<BoardPose> poses{};                 ///< X_CB of each view
   std::vector<ModelTrial> trials{};               ///< the models tried, simplest first
   std::vector<std::string> warnings{};            ///< in words, of what a user should look at
 };
 
-/// Calibrates from at least three views. The final solve is the same for all models: distances in pixels,
-/// each corner with the same weight, corners that are plainly wrong set aside.
-/// Throws Refusal, in words that say what to photograph, for what calibration_checks.hpp lists.
+/// Calibrates from at least three views. One of `models` is taken even where it fits badly; of several the
+/// simplest whose held-out error lies within one standard error of the best one's. The final solve is the
+/// same for all models: distances in pixels, each corner with the same weight, corners that are plainly wrong
+/// set aside. Throws Refusal, in words that say what to photograph, for what calibration_checks.hpp lists.
 BoardCalibration calibrate_from_boards(ImageSize size, const std::vector<BoardView>& views,
-                                       const BoardCalibrationOptions& options = {});
+                                       const std::vector<LensModel>& models = {LensModel::brown});
 
 }  // namespace ballservo

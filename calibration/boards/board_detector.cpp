@@ -33,11 +33,15 @@ bool is_whole(const Grid& grid) {
                      [](const cv::Point2f& p) { return std::isfinite(p.x) && std::isfinite(p.y); });
 }
 
+/// Points of the longer and of the shorter side.
+template <class GridOrBoard>
+std::pair<int, int> size_of(const GridOrBoard& grid) {
+  return {std::max(grid.columns, grid.rows), std::min(grid.columns, grid.rows)};
+}
+
 /// Whether a grid lies inside another, in one direction or the other.
 bool fits(const Grid& part, const Board& board) {
-  const auto [low, high] = std::minmax(part.columns, part.rows);
-  const auto [board_low, board_high] = std::minmax(board.columns, board.rows);
-  return low <= board_low && high <= board_high;
+  return size_of(part).first <= size_of(board).first && size_of(part).second <= size_of(board).second;
 }
 
 std::optional<Grid> whole_chessboard(const cv::Mat& gray, const Board& board) {
@@ -128,11 +132,6 @@ cv::Mat scaled(const cv::Mat& gray, double scale) {
 void unscale(Grid& grid, double scale) {
   const auto shift = static_cast<float>(0.5 / scale - 0.5), factor = static_cast<float>(1 / scale);
   for (cv::Point2f& p : grid.points) p = p * factor + cv::Point2f(shift, shift);
-}
-
-template <class GridOrBoard>
-std::pair<int, int> size_of(const GridOrBoard& grid) {
-  return {std::max(grid.columns, grid.rows), std::min(grid.columns, grid.rows)};
 }
 
 cv::Mat gray_of(const cv::Mat& picture) {

@@ -27,18 +27,12 @@ constexpr double outlying_view = 3;          // times the median of the views' R
 constexpr double least_noise_px = 0.1;       // that any corner finder has: below it an RMS is luck
 constexpr double least_misfit_px = 0.15;     // RMS below which a lens is well explained, whatever the rest
 constexpr double max_misfit_share = 0.7;     // of the RMS that a model with more coefficients may leave
+constexpr std::size_t least_boards = 3;      // in a cell, to tell a common error from the boards' own
 constexpr double max_structure_share = 0.6;  // of the RMS that may depend on the place in the picture
 
 constexpr const char* what_to_photograph =
     "Photograph the whole board at least three times, better ten, tilted by 20 to 40 degrees to different "
     "sides, near and far, and near the picture's corners too.";
-
-Eigen::Vector3d board_normal(const BoardPose& pose) {
-  const Eigen::Vector3d turn = pose.head<3>();
-  const double angle = turn.norm();
-  if (!(angle > 0)) return Eigen::Vector3d::UnitZ();
-  return Eigen::AngleAxisd(angle, turn / angle) * Eigen::Vector3d::UnitZ();
-}
 
 /// The largest angle (rad) between two boards' planes.
 double angle_spread_rad(const std::vector<BoardPose>& poses) {
@@ -66,16 +60,13 @@ std::string why_no_focal_length(const BoardAdjustment& adjustment) {
   if (one_angle && one_distance)
     return "all pictures show the board at nearly one angle and one distance, so that a longer lens farther "
            "away would give the same pictures. Tilt the board by 20 to 40 degrees, to different sides, and "
-           "take "
-           "pictures from near and from far";
+           "take pictures from near and from far";
   if (one_angle)
     return "all pictures show the board at nearly one angle, so that a longer lens farther away would give "
-           "the "
-           "same pictures. Tilt the board by 20 to 40 degrees, to different sides";
+           "the same pictures. Tilt the board by 20 to 40 degrees, to different sides";
   if (one_distance)
     return "all pictures show the board at nearly one distance, and its tilt tells too little. Fill the "
-           "picture "
-           "with the board in some, and take others from twice as far";
+           "picture with the board in some, and take others from twice as far";
   return "the boards are too few or too small in the picture";
 }
 
@@ -96,6 +87,38 @@ double farthest_corner_gap_px(const std::vector<BoardView>& believed, ImageSize 
     }
   }
   return gap;
+}
+
+// The picture's cells, over which corners are counted and residuals averaged.
+constexpr int cells_across = 8, cells_down = 6;
+constexpr std::size_t cell_count = cells_across * cells_down;
+
+std::size_t cell_of(const Eigen::Vector2d& place_px, ImageSize size) {
+  const int column =
+      std::clamp(static_cast<int>(cells_across * place_px.x() / size.width_px), 0, cells_across - 1);
+  const int row = std::clamp(static_cast<int>(cells_down * place_px.y() / size.height_px), 0, cells_down - 1);
+  return static_cast<std::size_t>(row * cells_across + column);
+}
+
+using CellMeans =
+    std::vector<std::vector<Eigen::Vector2d>>;  // of each cell, the mean of each board seen there
+
+CellMeans cell_means(const std::vector<BoardView>& views, const BoardAdjustment& adjustment) {
+  const ImageSize size = adjustment.parameters.size;
+  CellMeans means(cell_count);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    std::vector<Eigen::Vector2d> sums(means.size(), Eigen::Vector2d::Zero());
+    std::vector<int> counts(means.size(), 0);
+    for (std::size_t i = 0; i < views[v].size(); ++i) {
+      if (adjustment.corners[v].set_aside[i]) continue;
+      const std::size_t cell = cell_of(views[v].corners_px[i], size);
+      sums[cell] += adjustment.corners[v].residuals_px[i];
+      ++counts[cell];
+    }
+    for (std::size_t cell = 0; cell < means.size(); ++cell)
+      if (counts[cell] > 0) means[cell].push_back(sums[cell] / counts[cell]);
+  }
+  return means;
 }
 
 }  // namespace
@@ -148,11 +171,10 @@ void require_one_camera(const std::vector<BoardView>& views, const BoardAdjustme
   std::array<std::vector<std::string>, 2> names;
   for (std::size_t v = 0; v < views.size(); ++v) names[mixture->second[v] ? 1 : 0].push_back(views[v].name);
   throw Refusal(fmt::format(
-      "The pictures seem to come from two cameras (or from one whose zoom or focus changed): {} give a "
-      "focal length of {:.1f} px and a principal point of ({:.1f}, {:.1f}), {} {:.1f} px and ({:.1f}, "
-      "{:.1f}); together they fit with an RMS of {:.2f} px, apart with {:.2f}. Calibrate each camera from "
-      "its "
-      "own pictures, with autofocus off.",
+      "The pictures seem to come from two cameras (or from one whose zoom or focus changed): {} give a focal "
+      "length of {:.1f} px and a principal point of ({:.1f}, {:.1f}), {} {:.1f} px and ({:.1f}, {:.1f}); "
+      "together they fit with an RMS of {:.2f} px, apart with {:.2f}. Calibrate each camera from its own "
+      "pictures, with autofocus off.",
       fmt::join(names[0], ", "), mixture->first_camera.fx_px, mixture->first_camera.cx_px,
       mixture->first_camera.cy_px, fmt::join(names[1], ", "), mixture->second_camera.fx_px,
       mixture->second_camera.cx_px, mixture->second_camera.cy_px, mixture->rms_together_px,
@@ -170,8 +192,7 @@ std::string lens_misfit(const std::vector<BoardView>& views, const std::vector<L
     return fmt::format(
         "the lens model {} does not explain these pictures (RMS {:.2f} px); {} does ({:.2f} px), but is not "
         "determined over the whole picture: bring the board into the picture's corners, or give --model {} "
-        "to take "
-        "it as it is",
+        "to take it as it is",
         lens_model_name(p.model), adjustment.rms_px, other, fit.rms_px, other);
   }
   std::vector<LensModel> others;
@@ -199,8 +220,7 @@ std::string lens_misfit(const std::vector<BoardView>& views, const std::vector<L
   if (structure_px && *structure_px > max_structure_share * adjustment.rms_px)
     return fmt::format(
         "no lens model explains these pictures: {:.2f} px of {}'s RMS of {:.2f} px depend on the place in "
-        "the "
-        "picture. Is the board flat, the shutter global, every picture sharp?",
+        "the picture. Is the board flat, the shutter global, every picture sharp?",
         *structure_px, name, adjustment.rms_px);
   return "";
 }
@@ -228,8 +248,7 @@ std::vector<std::string> calibration_warnings(const std::vector<BoardView>& view
   if (!calibration.ball_sigma_mm)
     warnings.push_back(
         "the parameters are too uncertain to tell what that does to a ball: take more pictures, or a lens "
-        "model "
-        "with fewer coefficients");
+        "model with fewer coefficients");
   const CameraParameters& p = calibration.camera.parameters();
   if (!covers_picture(p))
     warnings.push_back(
@@ -266,16 +285,28 @@ std::optional<double> covered_ball_sigma_mm(const std::vector<BoardView>& views,
 }
 
 double picture_coverage(const std::vector<BoardView>& views, ImageSize size) {
-  constexpr int across = 8, down = 6;
-  std::array<bool, across * down> seen{};
-  for (const BoardView& view : views) {
-    for (const Eigen::Vector2d& corner : view.corners_px) {
-      const int column = std::clamp(static_cast<int>(across * corner.x() / size.width_px), 0, across - 1);
-      const int row = std::clamp(static_cast<int>(down * corner.y() / size.height_px), 0, down - 1);
-      seen[static_cast<std::size_t>(row * across + column)] = true;
-    }
+  std::array<bool, cell_count> seen{};
+  for (const BoardView& view : views)
+    for (const Eigen::Vector2d& corner : view.corners_px) seen[cell_of(corner, size)] = true;
+  return static_cast<double>(std::count(seen.begin(), seen.end(), true)) / static_cast<double>(cell_count);
+}
+
+std::optional<double> residual_structure_px(const std::vector<BoardView>& views,
+                                            const BoardAdjustment& adjustment) {
+  double sum_px2 = 0;
+  int cells = 0;
+  for (const std::vector<Eigen::Vector2d>& boards : cell_means(views, adjustment)) {
+    if (boards.size() < least_boards) continue;
+    const auto count = static_cast<double>(boards.size());
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& board : boards) mean += board / count;
+    double scatter_px2 = 0;
+    for (const Eigen::Vector2d& board : boards) scatter_px2 += (board - mean).squaredNorm();
+    sum_px2 += mean.squaredNorm() - scatter_px2 / (count - 1) / count;
+    ++cells;
   }
-  return static_cast<double>(std::count(seen.begin(), seen.end(), true)) / static_cast<double>(seen.size());
+  if (cells == 0) return std::nullopt;
+  return std::sqrt(std::max(0.0, sum_px2 / cells));
 }
 
 }  // namespace ballservo

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "calibration/boards/board_adjustment.hpp"
-#include "calibration/boards/board_covariance.hpp"
 #include "calibration/boards/lens_choice.hpp"
 
 namespace ballservo {
@@ -29,7 +28,7 @@ Camera require_sensible_camera(const std::vector<BoardView>& views, const BoardA
 void require_one_camera(const std::vector<BoardView>& views, const BoardAdjustment& adjustment);
 
 /// Where the lens model cannot explain the pictures, in words: one that was not tried leaves much less of the
-/// error, or most of it depends on the place in the picture (`structure_px`, residual_structure.hpp). Empty
+/// error, or most of it depends on the place in the picture (`structure_px`). Empty
 /// where nothing is wrong.
 std::string lens_misfit(const std::vector<BoardView>& views, const std::vector<LensCandidate>& tried,
                         const BoardAdjustment& adjustment, std::optional<double> structure_px);
@@ -46,5 +45,12 @@ std::optional<double> covered_ball_sigma_mm(const std::vector<BoardView>& views,
 
 /// Part of the picture's cells (8 by 6) in which a corner lies, 0 to 1.
 double picture_coverage(const std::vector<BoardView>& views, ImageSize size);
+
+/// The part of the residuals (px, RMS of the 2-D vectors) that depends on the place in the picture: the mean
+/// in each cell of a grid over it, averaged first over each board's corners there, less what chance alone
+/// leaves (the boards' scatter tells). A camera whose model is right has 0, or little more. Nothing where no
+/// cell is seen by three boards.
+std::optional<double> residual_structure_px(const std::vector<BoardView>& views,
+                                            const BoardAdjustment& adjustment);
 
 }  // namespace ballservo

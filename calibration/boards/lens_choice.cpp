@@ -8,7 +8,6 @@
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/statistics.hpp"
-#include "calibration/boards/board_covariance.hpp"
 
 namespace ballservo {
 namespace {
@@ -47,9 +46,8 @@ double standard_error(const std::vector<double>& values) {
   return standard_deviation(values) / std::sqrt(static_cast<double>(values.size()));
 }
 
-std::vector<double> held_out_errors_px2(const std::vector<BoardView>& views, const BoardAdjustment& all,
-                                        int folds) {
-  const std::size_t fold_count = std::min(views.size(), static_cast<std::size_t>(folds));
+std::vector<double> held_out_errors_px2(const std::vector<BoardView>& views, const BoardAdjustment& all) {
+  const std::size_t fold_count = std::min<std::size_t>(views.size(), 4);
   std::vector<double> errors(views.size(), 0.0);
   for (std::size_t fold = 0; fold < fold_count; ++fold) {
     std::vector<BoardView> kept, tested;
@@ -126,7 +124,7 @@ std::optional<BoardAdjustment> fit_lens(const std::vector<BoardView>& views, Ima
 }
 
 std::vector<LensCandidate> lens_candidates(const std::vector<BoardView>& views, ImageSize size,
-                                           std::vector<LensModel> models, int folds) {
+                                           std::vector<LensModel> models) {
   std::stable_sort(models.begin(), models.end(),
                    [](LensModel a, LensModel b) { return coefficient_count(a) < coefficient_count(b); });
   std::vector<LensCandidate> candidates;
@@ -142,7 +140,7 @@ std::vector<LensCandidate> lens_candidates(const std::vector<BoardView>& views, 
                                      });
   const std::vector<BoardView> believed = believed_corners(views, best->adjustment);
   for (LensCandidate& candidate : candidates) {
-    candidate.held_out_px2 = held_out_errors_px2(believed, candidate.adjustment, folds);
+    candidate.held_out_px2 = held_out_errors_px2(believed, candidate.adjustment);
     candidate.usable = is_usable(views, candidate.adjustment);
   }
   return candidates;

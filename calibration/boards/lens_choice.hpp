@@ -12,13 +12,12 @@ namespace ballservo {
 /// A model fitted to boards, and how it does on boards that it has not seen.
 struct LensCandidate {
   BoardAdjustment adjustment;
-  /// Mean squared error (px^2) of each board under the camera that the other boards give (in `folds` groups),
+  /// Mean squared error (px^2) of each board under the camera that the other boards give (in four groups),
   /// its pose fitted; empty where some of the boards alone give no camera.
   std::vector<double> held_out_px2;
 
   /// Whether every corner of the picture has a ray, and the parameters are known well enough to tell what
-  /// their uncertainty does to a ball: a choice takes no other
-  /// while there is one.
+  /// their uncertainty does to a ball: a choice takes no other while there is one.
   bool usable = false;
 
   double held_out_rms_px() const;  ///< NaN where there is none
@@ -30,7 +29,7 @@ std::optional<BoardAdjustment> fit_lens(const std::vector<BoardView>& views, Ima
 
 /// All models that can be fitted, the ones with fewer coefficients first.
 std::vector<LensCandidate> lens_candidates(const std::vector<BoardView>& views, ImageSize size,
-                                           std::vector<LensModel> models, int folds);
+                                           std::vector<LensModel> models);
 
 /// Index of the simplest candidate whose held-out error lies within one standard error of the best one's
 /// (Breiman et al., Classification and Regression Trees, 1984); the candidates come simplest first. The

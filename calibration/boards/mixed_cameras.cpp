@@ -1,10 +1,10 @@
 #include "calibration/boards/mixed_cameras.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "calibration/base/random.hpp"
-#include "calibration/boards/board_bend.hpp"
 
 namespace ballservo {
 namespace {
@@ -16,6 +16,77 @@ constexpr double least_error_ratio = 1.3;
 // Pictures that either camera explains about as well; where they are many, the cameras are made up.
 constexpr double most_undecided = 0.1, clear_error_ratio = 1.5;
 constexpr double floor_px2 = 0.05 * 0.05;  // below it no error tells anything: no finder is that good
+
+/// The boards bent as one board is, and what then fits them.
+struct BentBoards {
+  Eigen::Vector3d bend_per_m{0, 0, 0};  ///< z = b0 x^2 + b1 x y + b2 y^2 (m) about the board's middle
+  std::vector<BoardView> views;         ///< with that z
+  BoardAdjustment adjustment;
+};
+
+Eigen::Vector2d middle_m(const std::vector<BoardView>& views) {
+  Eigen::Vector2d low(0, 0), high(0, 0);
+  for (const BoardView& view : views) {
+    for (const Eigen::Vector3d& point : view.points_m) {
+      low = low.cwiseMin(point.head<2>());
+      high = high.cwiseMax(point.head<2>());
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+std::optional<BentBoards> bent(const std::vector<BoardView>& views, const Eigen::Vector3d& bend_per_m,
+                               const BoardAdjustment& start) {
+  std::vector<BoardView> raised = views;
+  const Eigen::Vector2d middle = middle_m(views);
+  for (BoardView& view : raised) {
+    for (Eigen::Vector3d& point : view.points_m) {
+      const Eigen::Vector2d p = point.head<2>() - middle;
+      point.z() = bend_per_m.dot(Eigen::Vector3d(p.x() * p.x(), p.x() * p.y(), p.y() * p.y()));
+    }
+  }
+  auto adjustment = adjust_boards(raised, start.parameters, start.poses);
+  if (!adjustment) return std::nullopt;
+  return BentBoards{bend_per_m, std::move(raised), std::move(*adjustment)};
+}
+
+Eigen::VectorXd residuals_px(const BoardAdjustment& adjustment) {
+  std::vector<double> all;
+  for (const CornerResiduals& corners : adjustment.corners)
+    for (const Eigen::Vector2d& residual : corners.residuals_px)
+      all.insert(all.end(), {residual.x(), residual.y()});
+  return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+/// The quadratic bend, the same in all views, that lets one camera explain them best: Gauss and Newton over
+/// the bend, with camera and poses solved anew for each (variable projection: Golub and Pereyra, 1973).
+/// Nothing where a solution fails.
+std::optional<BentBoards> bend_boards(const std::vector<BoardView>& views, const BoardAdjustment& flat) {
+  constexpr int steps = 2;  // it is nearly linear
+  constexpr double rise_of_width = 1e-3;
+  // A trial's bend raises the board's rim by a thousandth of its half-width.
+  const double half_width_m = middle_m(views).norm();
+  if (!(half_width_m > 0)) return std::nullopt;
+  const double trial_per_m = rise_of_width / half_width_m;
+  auto best = bent(views, Eigen::Vector3d::Zero(), flat);
+  for (int step = 0; best && step < steps; ++step) {
+    const Eigen::VectorXd residuals = residuals_px(best->adjustment);
+    Eigen::Matrix<double, Eigen::Dynamic, 3> by_bend(residuals.size(), 3);
+    for (int i = 0; i < 3; ++i) {
+      const auto tried =
+          bent(views, best->bend_per_m + trial_per_m * Eigen::Vector3d::Unit(i), best->adjustment);
+      if (!tried) return std::nullopt;
+      by_bend.col(i) = (residuals_px(tried->adjustment) - residuals) / trial_per_m;
+    }
+    const Eigen::Matrix3d normal = by_bend.transpose() * by_bend;
+    const Eigen::Vector3d change = -normal.ldlt().solve(by_bend.transpose() * residuals);
+    if (!change.allFinite()) return best;
+    auto next = bent(views, best->bend_per_m + change, best->adjustment);
+    if (!next || next->adjustment.rms_px >= best->adjustment.rms_px) return best;
+    best = std::move(next);
+  }
+  return best;
+}
 
 struct Group {
   std::vector<std::size_t> members;
@@ -117,10 +188,10 @@ std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& al
                                                 const BoardAdjustment& flat, std::size_t least_views) {
   if (all_views.size() < 2 * least_views) return std::nullopt;
   // A bent board is the commonest other reason why no one camera fits: what it explains is no second camera.
-  const auto bent = bend_boards(believed_corners(all_views, flat), flat);
-  if (!bent) return std::nullopt;
-  const std::vector<BoardView>& views = bent->views;
-  const BoardAdjustment& together = bent->adjustment;
+  const auto best_bent = bend_boards(believed_corners(all_views, flat), flat);
+  if (!best_bent) return std::nullopt;
+  const std::vector<BoardView>& views = best_bent->views;
+  const BoardAdjustment& together = best_bent->adjustment;
   RandomEngine engine = random_stream(0, "mixed cameras");
   std::optional<Split> best;
   for (int start = 0; start < starts; ++start) {

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/camera/dual.hpp"
 #include "calibration/camera/lens/lens_domain.hpp"
-#include "calibration/camera/lens/lens_list.hpp"
+#include "calibration/camera/lens/lens_models.hpp"
 
 namespace ballservo {
 namespace {
@@ -17,42 +17,30 @@ namespace {
 constexpr double half_pi = 1.5707963267948966;
 constexpr int max_side_px = 65536;
 
-void check_side(FaultList& faults, const std::string& place, const char* name, int side_px) {
-  if (side_px < 1 || side_px > max_side_px)
-    faults.add(place + ": " + name, fmt::format("{}", side_px), fmt::format("1 to {} (px)", max_side_px));
-}
-
-void check_focal(FaultList& faults, const std::string& place, const char* name, double focal_px) {
-  if (!std::isfinite(focal_px) || focal_px <= 0)
-    faults.add(place + ": " + name, fmt::format("{}", focal_px), "a finite number above 0 (px)");
-}
-
-void check_principal(FaultList& faults, const std::string& place, const char* name, double position_px,
-                     int side_px, double margin_px) {
-  if (!(position_px >= -margin_px && position_px <= side_px + margin_px))
-    faults.add(place + ": " + name, fmt::format("{}", position_px),
-               fmt::format("{} to {} (px): no further from the picture than its larger side", -margin_px,
-                           side_px + margin_px));
-}
-
 void check(const CameraParameters& parameters, const std::string& place) {
   FaultList faults;
-  check_side(faults, place, "image width", parameters.size.width_px);
-  check_side(faults, place, "image height", parameters.size.height_px);
-  check_focal(faults, place, "fx_px", parameters.fx_px);
-  check_focal(faults, place, "fy_px", parameters.fy_px);
-  const int side = std::clamp(std::max(parameters.size.width_px, parameters.size.height_px), 1, max_side_px);
-  check_principal(faults, place, "cx_px", parameters.cx_px, parameters.size.width_px, side);
-  check_principal(faults, place, "cy_px", parameters.cy_px, parameters.size.height_px, side);
+  const auto fault = [&](const char* name, auto found, std::string allowed) {
+    faults.add(fmt::format("{}: {}", place, name), fmt::format("{}", found), std::move(allowed));
+  };
+  const auto [width_px, height_px] = parameters.size;
+  for (const auto& [name, side_px] : {std::pair{"image width", width_px}, {"image height", height_px}})
+    if (side_px < 1 || side_px > max_side_px) fault(name, side_px, fmt::format("1 to {} (px)", max_side_px));
+  for (const auto& [name, focal_px] : {std::pair{"fx_px", parameters.fx_px}, {"fy_px", parameters.fy_px}})
+    if (!std::isfinite(focal_px) || focal_px <= 0) fault(name, focal_px, "a finite number above 0 (px)");
+  const double margin_px = std::clamp(std::max(width_px, height_px), 1, max_side_px);
+  for (const auto& [name, position_px, side_px] :
+       {std::tuple{"cx_px", parameters.cx_px, width_px}, {"cy_px", parameters.cy_px, height_px}})
+    if (!(position_px >= -margin_px && position_px <= side_px + margin_px))
+      fault(name, position_px,
+            fmt::format("{} to {} (px): no further from the picture than its larger side", -margin_px,
+                        side_px + margin_px));
   const auto names = coefficient_names(parameters.model);
   for (std::size_t i = 0; i < parameters.coefficients.size(); ++i) {
     const double value = parameters.coefficients[i];
-    if (i < names.size() && !std::isfinite(value))
-      faults.add(place + ": " + names[i], fmt::format("{}", value), "a finite number");
+    if (i < names.size() && !std::isfinite(value)) fault(names[i].c_str(), value, "a finite number");
     if (i >= names.size() && value != 0)
-      faults.add(
-          place + ": coefficients", fmt::format("{} as number {}", value, i + 1),
-          fmt::format("{} coefficients for the model {}", names.size(), lens_model_name(parameters.model)));
+      fault("coefficients", fmt::format("{} as number {}", value, i + 1),
+            fmt::format("{} coefficients for the model {}", names.size(), lens_model_name(parameters.model)));
   }
   faults.throw_if_any();
 }
@@ -136,10 +124,10 @@ std::optional<Eigen::Matrix<double, 2, 3>> Camera::project_jacobian(const Eigen:
   if (!may_appear(p_C)) return std::nullopt;
   using T = Dual<3>;
   const Ray3<T> ray{T::variable(p_C.x(), 0), T::variable(p_C.y(), 1), T::variable(p_C.z(), 2)};
-  std::array<T, 8> k;
-  for (std::size_t i = 0; i < k.size(); ++i) k[i] = T(parameters_.coefficients[i]);
-  const auto position =
-      with_lens(parameters_.model, [&](auto lens) { return decltype(lens)::distort(k.data(), ray); });
+  const auto position = with_lens(parameters_.model, [&](auto lens) {
+    using Lens = decltype(lens);
+    return Lens::distort(lens_constants<Lens, T>(parameters_.coefficients.data()).data(), ray);
+  });
   Eigen::Matrix<double, 2, 3> jacobian;
   jacobian.row(0) = parameters_.fx_px * position.x.v;
   jacobian.row(1) = parameters_.fy_px * position.y.v;

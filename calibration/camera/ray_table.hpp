@@ -9,8 +9,7 @@
 
 namespace ballservo {
 
-/// Unit rays on the pixel grid (with a margin of a few pixels around the picture), interpolated in between to
-/// under 1e-3 px (tested for every model; to 1e-2 in the last 4 px before a lens folds over). Immutable after
+/// Unit rays on the pixel grid, with a margin of a few pixels around the picture. Immutable after
 /// construction; look-ups allocate nothing.
 class RayTable {
  public:
@@ -18,10 +17,6 @@ class RayTable {
 
   const Camera& camera() const { return camera_; }
   ImageSize size() const { return camera_.size(); }
-
-  /// The unit ray at a (distorted) pixel position; nothing outside the table or where no ray reaches the
-  /// pixel.
-  std::optional<Eigen::Vector3d> ray(const Eigen::Vector2d& pixel_px) const;
 
   /// The unit ray of an integer pixel, straight from the table; null outside it or where no ray reaches the
   /// pixel.
@@ -32,9 +27,6 @@ class RayTable {
                                        static_cast<std::size_t>(column)];
     return ray.x() == ray.x() ? &ray : nullptr;
   }
-
-  /// Derivative of the unit ray by the pixel position (3 x 2, per px); nothing where `ray` gives nothing.
-  std::optional<Eigen::Matrix<double, 3, 2>> ray_jacobian(const Eigen::Vector2d& pixel_px) const;
 
   /// The position of an integer pixel in the undistorted picture of square pixels, relative to its principal
   /// point: focal_px * (X/Z, Y/Z) of its ray (px). Nothing for rays of more than 85 degrees from the axis.

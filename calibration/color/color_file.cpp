@@ -23,7 +23,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -102,60 +101,42 @@ class Lines {
   long line_ = 0;
 };
 
-bool is_in_order(const OccupiedCells& cells) {
-  std::uint64_t next = 0;
-  for (const CellCount& cell : cells) {
-    if (cell.cell < next || cell.cell >= ColorTable::entries || cell.count == 0) return false;
-    next = cell.cell + std::uint64_t{1};
-  }
-  return true;
-}
+/// The words of lines that count cells of some table, and what their message says of them.
+struct CellLines {
+  const char* wanted;
+  const char* order;
+  std::size_t words;
+};
 
-/// What is wrong with a table in memory; empty if nothing is.
-std::string complaint(const ColorTable& table) {
-  if (table.classes.size() > max_classes) return "too many classes";
-  if (table.table.size() != ColorTable::entries) return "a table of another size";
-  for (std::size_t i = 0; i < table.classes.size(); ++i) {
-    const ColorClass& color = table.classes[i];
-    if (!is_class_name(color.name)) return "a bad class name";
-    if (table.find(color.name) != static_cast<ClassIndex>(i + 1)) return "a class name used twice";
-    if (color.histogram.counts.size() != ChromaHistogram::side * ChromaHistogram::side) {
-      return "a histogram of another size";
-    }
-    std::uint64_t total = 0;
-    for (const std::uint32_t count : color.histogram.counts) total += count;
-    if (color.samples > max_samples || total > color.samples)
-      return "a histogram that counts more than the samples";
-    if (!is_in_order(color.cells)) return "cells out of order";
-    total = 0;
-    for (const CellCount& cell : color.cells) total += cell.count;
-    if (total > color.samples) return "cells that count more than the samples";
+/// Calls use(cell, pixels) for each of `count` such lines; their cells (`cell_of(words)`) rise, and their
+/// pixels come to at most `limit`.
+template <class CellOf, class Use>
+void parse_counts(Lines& lines, const CellLines& kind, std::uint64_t count, std::uint64_t limit,
+                  const std::string& allowed, const CellOf& cell_of, const Use& use) {
+  std::uint64_t next = 0, total = 0;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto words = lines.words("", kind.words, kind.wanted);
+    const std::uint64_t cell = cell_of(words);
+    const std::uint64_t pixels =
+        lines.number(words.back(), 1, std::numeric_limits<std::uint32_t>::max(), "count");
+    if (cell < next) lines.fail(kind.order);
+    next = cell + 1;
+    total += pixels;
+    if (total > limit) lines.fail(fmt::format("{} counted so far", total), allowed);
+    use(cell, static_cast<std::uint32_t>(pixels));
   }
-  if (!is_in_order(table.background)) return "background cells out of order";
-  for (const auto& [name, value] : table.camera_settings) {
-    if (!is_class_name(name) || !std::isfinite(value)) return "a bad camera setting";
-  }
-  for (const ClassIndex index : table.table) {
-    if (index > table.classes.size()) return "a class number without a class";
-  }
-  return {};
 }
 
 /// `count` lines of a table's cell and its count, which come to at most `limit`.
 OccupiedCells parse_cells(Lines& lines, std::uint64_t count, std::uint64_t limit) {
   OccupiedCells result;
-  std::uint64_t next = 0, total = 0;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const auto words = lines.words("", 2, "CELL COUNT of a cell of the table");
-    const std::uint64_t cell = lines.number(words[0], 0, ColorTable::entries - 1, "cell");
-    if (cell < next) lines.fail("cells in rising order, each once");
-    next = cell + 1;
-    const std::uint64_t pixels =
-        lines.number(words[1], 1, std::numeric_limits<std::uint32_t>::max(), "count");
-    total += pixels;
-    if (total > limit) lines.fail(fmt::format("{} counted so far", total), fmt::format("at most {}", limit));
-    result.push_back({static_cast<std::uint32_t>(cell), static_cast<std::uint32_t>(pixels)});
-  }
+  parse_counts(
+      lines, {"CELL COUNT of a cell of the table", "cells in rising order, each once", 2}, count, limit,
+      fmt::format("at most {}", limit),
+      [&](const auto& words) { return lines.number(words[0], 0, ColorTable::entries - 1, "cell"); },
+      [&](std::uint64_t cell, std::uint32_t pixels) {
+        result.push_back({static_cast<std::uint32_t>(cell), pixels});
+      });
   return result;
 }
 
@@ -181,21 +162,14 @@ ColorClass parse_class(Lines& lines) {
   color.samples = lines.number(words[2], 0, max_samples, "samples");
   constexpr std::uint64_t side = ChromaHistogram::side;
   const std::uint64_t cells = lines.number(words[3], 0, side * side, "histogram cells");
-  std::uint64_t next_index = 0, total = 0;
-  for (std::uint64_t i = 0; i < cells; ++i) {
-    const auto cell = lines.words("", 3, "COLUMN ROW COUNT of a histogram cell");
-    const std::uint64_t column = lines.number(cell[0], 0, side - 1, "column");
-    const std::uint64_t row = lines.number(cell[1], 0, side - 1, "row");
-    const std::uint64_t count = lines.number(cell[2], 1, std::numeric_limits<std::uint32_t>::max(), "count");
-    const std::uint64_t index = row * side + column;
-    if (index < next_index) lines.fail("histogram cells in rising order, each once");
-    next_index = index + 1;
-    color.histogram.counts[index] = static_cast<std::uint32_t>(count);
-    total += count;
-    if (total > color.samples)
-      lines.fail(fmt::format("{} counted so far", total),
-                 fmt::format("at most the {} samples of the class", color.samples));
-  }
+  parse_counts(
+      lines, {"COLUMN ROW COUNT of a histogram cell", "histogram cells in rising order, each once", 3}, cells,
+      color.samples, fmt::format("at most the {} samples of the class", color.samples),
+      [&](const auto& cell) {
+        const std::uint64_t column = lines.number(cell[0], 0, side - 1, "column");
+        return lines.number(cell[1], 0, side - 1, "row") * side + column;
+      },
+      [&](std::uint64_t index, std::uint32_t pixels) { color.histogram.counts[index] = pixels; });
   color.cells =
       parse_cells(lines, lines.number(words[4], 0, ColorTable::entries, "table cells"), color.samples);
   return color;
@@ -237,9 +211,6 @@ bool is_class_name(std::string_view name) {
 }
 
 std::string color_file_bytes(const ColorTable& table) {
-  if (const std::string wrong = complaint(table); !wrong.empty()) {
-    throw std::invalid_argument("a colour table that can't be written: " + wrong);
-  }
   fmt::memory_buffer body;
   const auto out = std::back_inserter(body);
   fmt::format_to(out, "settings {}\n", table.camera_settings.size());
@@ -268,7 +239,14 @@ std::string color_file_bytes(const ColorTable& table) {
   for (const auto& [length, index] : runs) fmt::format_to(out, "{} {}\n", length, index);
   fmt::format_to(out, "end\n");
   const std::string text = fmt::to_string(body);
-  return fmt::format("{}\nversion {}\nsha256 {}\n", magic, color_file_version, sha256_hex(text)) + text;
+  const std::string file =
+      fmt::format("{}\nversion {}\nsha256 {}\n", magic, color_file_version, sha256_hex(text)) + text;
+  try {
+    parse_color_file(file, "colours");
+  } catch (const InputError& error) {
+    throw std::invalid_argument(std::string("a colour table that can't be written: ") + error.what());
+  }
+  return file;
 }
 
 ColorTable parse_color_file(std::string_view bytes, const std::string& place) {

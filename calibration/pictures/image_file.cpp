@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
-#include "calibration/pictures/image_completeness.hpp"
-#include "calibration/pictures/image_orientation.hpp"
 
 namespace ballservo {
 namespace {
@@ -45,6 +44,19 @@ cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels) {
     throw InputError(place, "a damaged picture", readable_image);
   }
   return image;
+}
+
+cv::Mat upright(const cv::Mat& image, int orientation) {
+  if (image.empty() || orientation < 2 || orientation > 8) return image;
+  cv::Mat result = image;
+  if (orientation >= 5) cv::transpose(image, result);
+  // Left to right, top to bottom, or both (cv::flip's 1, 0, -1).
+  constexpr int flips[] = {1, -1, 0, 2, 1, -1, 0};
+  const int flip = flips[orientation - 2];
+  if (flip == 2) return result;
+  cv::Mat flipped;
+  cv::flip(result, flipped, flip);
+  return flipped;
 }
 
 void write_image(const std::filesystem::path& file, const cv::Mat& image) {

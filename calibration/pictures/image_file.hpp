@@ -1,27 +1,22 @@
-// Pictures from files, with their size known from the header before anything is decoded.
+// Pictures from files and into files.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <opencv2/core.hpp>
-#include <optional>
-#include <string>
-#include <string_view>
 
-#include "calibration/base/image_size.hpp"
+#include "calibration/pictures/image_header.hpp"
 
 namespace ballservo {
 
 inline constexpr double default_max_pixels = 32e6;
 
-/// The upright picture's size (EXIF orientation applied) from the first bytes of a PNG, JPEG, BMP, PNM, TIFF
-/// or WebP file; nothing if it is none of these or the header is damaged.
-std::optional<ImageSize> image_size_from_header(std::string_view bytes);
-
 /// Reads a picture as 8-bit BGR, upright: grey is spread over the channels, 16 bits are scaled to 8, alpha is
 /// dropped, EXIF orientation is applied, so that pixels are where a viewer shows them.
 /// Throws InputError for a missing, empty, truncated, non-image or too large file.
 cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels = default_max_pixels);
+
+/// The picture as it is to be shown, by its EXIF orientation (1 to 8).
+cv::Mat upright(const cv::Mat& image, int orientation);
 
 /// Encodes by the file name's extension and writes the bytes at `file` (an ordinary write into a staging
 /// folder).

@@ -1,56 +1,116 @@
-// Sizes from image headers: PNG (ISO 15948), JPEG (ITU-T T.81), BMP, PNM, TIFF 6.0, WebP (RFC 9649).
-// The bytes are hostile: every read is checked against their end.
+// What the containers say: PNG (ISO 15948), JPEG (ITU-T T.81), BMP, PNM, TIFF 6.0, WebP (RFC 9649),
+// EXIF 2.32. The bytes are hostile: every read is checked against their end.
+#include "calibration/pictures/image_header.hpp"
+
+#include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <optional>
-#include <string_view>
-
-#include "calibration/base/bytes.hpp"
-#include "calibration/pictures/image_file.hpp"
-#include "calibration/pictures/image_orientation.hpp"
 
 namespace ballservo {
 namespace {
 
-bool starts_with(std::string_view bytes, std::string_view magic) {
-  return bytes.substr(0, magic.size()) == magic;
+using namespace std::string_view_literals;
+using Number = std::optional<std::uint32_t>;
+
+/// Unsigned numbers at an offset, or nothing beyond the end.
+class Bytes {
+ public:
+  explicit Bytes(std::string_view bytes) : bytes_(bytes) {}
+
+  Number u8(std::size_t offset) const { return number(offset, 1, true); }
+  Number big16(std::size_t offset) const { return number(offset, 2, true); }
+  Number big32(std::size_t offset) const { return number(offset, 4, true); }
+  Number little16(std::size_t offset) const { return number(offset, 2, false); }
+  Number little24(std::size_t offset) const { return number(offset, 3, false); }
+  Number little32(std::size_t offset) const { return number(offset, 4, false); }
+
+  Number number(std::size_t offset, std::size_t length, bool big_endian) const {
+    if (offset > bytes_.size() || bytes_.size() - offset < length) return std::nullopt;
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < length; ++i) {
+      const std::size_t at = big_endian ? i : length - 1 - i;
+      value = value << 8 | static_cast<unsigned char>(bytes_[offset + at]);
+    }
+    return value;
+  }
+
+ private:
+  std::string_view bytes_;
+};
+
+enum class Format { none, png, jpeg, bmp, pnm, tiff, webp };
+
+Format format_of(std::string_view bytes) {
+  const auto starts_with = [&](std::string_view magic) { return bytes.substr(0, magic.size()) == magic; };
+  if (starts_with("\x89PNG\r\n\x1A\n"sv)) return Format::png;
+  if (starts_with("\xFF\xD8\xFF"sv)) return Format::jpeg;
+  if (starts_with("BM"sv)) return Format::bmp;
+  if (starts_with("II*\0"sv) || starts_with("MM\0*"sv)) return Format::tiff;
+  if (starts_with("RIFF"sv) && bytes.size() >= 16 && bytes.substr(8, 4) == "WEBP"sv) return Format::webp;
+  if (bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6') return Format::pnm;
+  return Format::none;
 }
 
-std::optional<ImageSize> checked_size(std::optional<std::uint32_t> width,
-                                      std::optional<std::uint32_t> height) {
+std::optional<ImageSize> checked_size(Number width, Number height) {
   constexpr std::uint32_t limit = std::numeric_limits<std::int32_t>::max();
   if (!width || !height || *width == 0 || *height == 0 || *width > limit || *height > limit)
     return std::nullopt;
   return ImageSize{static_cast<int>(*width), static_cast<int>(*height)};
 }
 
-std::optional<ImageSize> png_size(std::string_view bytes) {
-  if (bytes.size() < 24 || bytes.substr(12, 4) != "IHDR") return std::nullopt;
+/// The contents of the first chunk of that type, among PNG's chunks or RIFF's; nothing if the bytes end
+/// before the end of such a chunk.
+std::optional<std::string_view> chunk(std::string_view bytes, std::size_t at, std::string_view type,
+                                      bool png) {
   const Bytes in(bytes);
-  return checked_size(in.big32(16), in.big32(20));
+  while (true) {
+    const std::size_t around = png ? 12 : 8;  // length, type, and PNG's checksum
+    const auto length = png ? in.big32(at) : in.little32(at + 4);
+    if (!length || bytes.size() - at < around || bytes.size() - at - around < *length) return std::nullopt;
+    if (bytes.substr(at + (png ? 4 : 0), 4) == type) return bytes.substr(at + 8, *length);
+    at += around + std::size_t{*length} + (png ? 0 : *length % 2);  // RIFF's padding
+  }
 }
 
-/// Walks the segments up to the frame header (T.81, B.2.2).
+/// Calls visit(marker, place of what follows it) for each segment of a JPEG (T.81, B.1.1) until that returns
+/// true; false where it never did. The segments are walked rather than searched: an embedded thumbnail has
+/// markers of its own.
+template <class Visit>
+bool visit_jpeg_segments(std::string_view bytes, const Visit& visit) {
+  const Bytes in(bytes);
+  bool in_scan = false;
+  for (std::size_t at = 2;;) {
+    const auto first = in.u8(at), marker = in.u8(at + 1);
+    if (!first || !marker || (*first != 0xFF && !in_scan)) return false;
+    if (*first != 0xFF || *marker == 0xFF) {  // coded pixels, or padding before a marker
+      ++at;
+    } else if (in_scan && (*marker == 0 || (*marker >= 0xD0 && *marker <= 0xD7))) {
+      at += 2;  // a stuffed byte, or a restart
+    } else if (visit(*marker, at + 2)) {
+      return true;
+    } else {
+      const auto length = in.big16(at + 2);
+      if (!length || *length < 2) return false;
+      at += 2 + *length;
+      in_scan = *marker == 0xDA;
+    }
+  }
+}
+
+bool ends_jpeg_header(std::uint32_t marker) {
+  const bool frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+  return frame || marker < 0xC0 || (marker >= 0xD0 && marker <= 0xDA);
+}
+
 std::optional<ImageSize> jpeg_size(std::string_view bytes) {
   const Bytes in(bytes);
-  std::size_t at = 2;
-  while (true) {
-    const auto fill = in.u8(at);
-    if (!fill || *fill != 0xFF) return std::nullopt;
-    const auto marker = in.u8(at + 1);
-    if (!marker) return std::nullopt;
-    if (*marker == 0xFF) {  // padding before a marker
-      ++at;
-      continue;
-    }
-    const auto length = in.big16(at + 2);
-    const bool frame =
-        *marker >= 0xC0 && *marker <= 0xCF && *marker != 0xC4 && *marker != 0xC8 && *marker != 0xCC;
-    if (frame) return checked_size(in.big16(at + 7), in.big16(at + 5));
-    const bool before_frame_only = *marker >= 0xC0 && *marker != 0xD8 && *marker != 0xD9 && *marker != 0xDA;
-    if (!before_frame_only || !length || *length < 2) return std::nullopt;
-    at += 2 + *length;
-  }
+  std::optional<ImageSize> size;
+  visit_jpeg_segments(bytes, [&](std::uint32_t marker, std::size_t at) {
+    if (!ends_jpeg_header(marker)) return false;
+    if (marker >= 0xC0 && marker <= 0xCF) size = checked_size(in.big16(at + 5), in.big16(at + 3));
+    return true;
+  });
+  return size;
 }
 
 std::optional<ImageSize> bmp_size(std::string_view bytes) {
@@ -66,15 +126,11 @@ std::optional<ImageSize> bmp_size(std::string_view bytes) {
 
 std::optional<ImageSize> pnm_size(std::string_view bytes) {
   std::size_t at = 2;
-  const auto next_number = [&]() -> std::optional<std::uint32_t> {
+  const auto next_number = [&]() -> Number {
     const auto blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
     const std::size_t start = at;
     while (at < bytes.size() && (blank(bytes[at]) || bytes[at] == '#')) {
-      if (bytes[at] == '#') {
-        while (at < bytes.size() && bytes[at] != '\n') ++at;
-      } else {
-        ++at;
-      }
+      at = bytes[at] == '#' ? std::min(bytes.find('\n', at), bytes.size()) : at + 1;
     }
     if (at == start) return std::nullopt;
     std::uint64_t value = 0;
@@ -91,25 +147,38 @@ std::optional<ImageSize> pnm_size(std::string_view bytes) {
   return checked_size(width, height);
 }
 
-/// Tags 256 (ImageWidth) and 257 (ImageLength) of the first image file directory.
-std::optional<ImageSize> tiff_size(std::string_view bytes) {
-  const Bytes in(bytes);
-  const bool big = bytes[0] == 'M';
+/// Calls visit(tag, type, count, place of the value) for each entry of the first directory of a TIFF
+/// structure until that returns true; false where the directory is damaged before.
+template <class Visit>
+bool visit_tiff_entries(std::string_view tiff, const Visit& visit) {
+  if (format_of(tiff) != Format::tiff) return false;
+  const Bytes in(tiff);
+  const bool big = tiff[0] == 'M';
   const auto directory = in.number(4, 4, big);
-  const auto count = directory ? in.number(*directory, 2, big) : std::nullopt;
-  if (!count) return std::nullopt;
-  std::optional<std::uint32_t> width, height;
-  for (std::size_t i = 0; i < *count; ++i) {
+  const auto entries = directory ? in.number(*directory, 2, big) : std::nullopt;
+  if (!entries) return false;
+  for (std::size_t i = 0; i < *entries; ++i) {
     const std::size_t entry = std::size_t{*directory} + 2 + 12 * i;
     const auto tag = in.number(entry, 2, big), type = in.number(entry + 2, 2, big),
-               values = in.number(entry + 4, 4, big);
-    if (!tag || !type || !values) return std::nullopt;
-    if (*tag != 256 && *tag != 257) continue;
-    const bool is_short = *type == 3, is_long = *type == 4;
-    if ((!is_short && !is_long) || *values != 1) return std::nullopt;
-    (*tag == 256 ? width : height) = in.number(entry + 8, is_short ? 2 : 4, big);
+               count = in.number(entry + 4, 4, big);
+    if (!tag || !type || !count) return false;
+    if (visit(*tag, *type, *count, entry + 8)) return true;
   }
-  return checked_size(width, height);
+  return true;
+}
+
+std::optional<ImageSize> tiff_size(std::string_view bytes) {
+  constexpr std::uint32_t width_tag = 256, height_tag = 257, short_type = 3, long_type = 4;
+  Number width, height;
+  const bool whole = visit_tiff_entries(
+      bytes, [&](std::uint32_t tag, std::uint32_t type, std::uint32_t count, std::size_t at) {
+        const bool number = (type == short_type || type == long_type) && count == 1;
+        if (tag == width_tag || tag == height_tag)
+          (tag == width_tag ? width : height) =
+              number ? Bytes(bytes).number(at, type == short_type ? 2 : 4, bytes[0] == 'M') : std::nullopt;
+        return false;
+      });
+  return whole ? checked_size(width, height) : std::nullopt;
 }
 
 std::optional<ImageSize> webp_size(std::string_view bytes) {
@@ -117,40 +186,132 @@ std::optional<ImageSize> webp_size(std::string_view bytes) {
   const std::string_view kind = bytes.substr(12, 4);
   if (kind == "VP8X") {
     const auto width = in.little24(24), height = in.little24(27);
-    if (!width || !height) return std::nullopt;
-    return checked_size(*width + 1, *height + 1);
-  }
-  if (kind == "VP8L") {
+    if (width && height) return checked_size(*width + 1, *height + 1);
+  } else if (kind == "VP8L") {
     const auto bits = in.little32(21);
-    if (in.u8(20).value_or(0) != 0x2F || !bits) return std::nullopt;
-    return checked_size((*bits & 0x3FFF) + 1, (*bits >> 14 & 0x3FFF) + 1);
-  }
-  if (kind == "VP8 ") {
+    if (in.u8(20) == 0x2Fu && bits) return checked_size((*bits & 0x3FFF) + 1, (*bits >> 14 & 0x3FFF) + 1);
+  } else if (kind == "VP8 ") {
     const auto width = in.little16(26), height = in.little16(28);
-    if (in.little24(23).value_or(0) != 0x2A019D || !width || !height) return std::nullopt;
-    return checked_size(*width & 0x3FFF, *height & 0x3FFF);
+    if (in.little24(23) == 0x2A019Du && width && height)
+      return checked_size(*width & 0x3FFF, *height & 0x3FFF);
   }
   return std::nullopt;
 }
 
 std::optional<ImageSize> stored_size(std::string_view bytes) {
-  using namespace std::string_view_literals;
-  if (starts_with(bytes, "\x89PNG\r\n\x1A\n"sv)) return png_size(bytes);
-  if (starts_with(bytes, "\xFF\xD8\xFF"sv)) return jpeg_size(bytes);
-  if (starts_with(bytes, "BM"sv)) return bmp_size(bytes);
-  if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv)) return tiff_size(bytes);
-  if (starts_with(bytes, "RIFF"sv) && bytes.size() >= 16 && bytes.substr(8, 4) == "WEBP")
-    return webp_size(bytes);
-  if (bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6') return pnm_size(bytes);
+  const Bytes in(bytes);
+  switch (format_of(bytes)) {
+    case Format::png:
+      if (bytes.size() < 24 || bytes.substr(12, 4) != "IHDR") return std::nullopt;
+      return checked_size(in.big32(16), in.big32(20));
+    case Format::jpeg:
+      return jpeg_size(bytes);
+    case Format::bmp:
+      return bmp_size(bytes);
+    case Format::pnm:
+      return pnm_size(bytes);
+    case Format::tiff:
+      return tiff_size(bytes);
+    case Format::webp:
+      return webp_size(bytes);
+    case Format::none:
+      break;
+  }
   return std::nullopt;
+}
+
+/// Tag 0x0112 of the first directory of a TIFF structure, as EXIF holds it.
+int orientation_in_tiff(std::string_view tiff) {
+  int orientation = 1;
+  visit_tiff_entries(tiff, [&](std::uint32_t tag, std::uint32_t type, std::uint32_t, std::size_t at) {
+    if (tag != 0x0112) return false;
+    const auto value = Bytes(tiff).number(at, 2, tiff[0] == 'M');
+    if (type == 3 && value && *value >= 1 && *value <= 8) orientation = static_cast<int>(*value);
+    return true;
+  });
+  return orientation;
+}
+
+/// Of the first APP1 segment that is EXIF, before the frame header (T.81, B.2.2; EXIF 2.32, 4.7.2).
+int orientation_in_jpeg(std::string_view bytes) {
+  int orientation = 1;
+  visit_jpeg_segments(bytes, [&](std::uint32_t marker, std::size_t at) {
+    if (ends_jpeg_header(marker)) return true;
+    const auto length = Bytes(bytes).big16(at);
+    if (!length || *length < 2 || bytes.size() - at < *length) return true;
+    const std::string_view segment = bytes.substr(at + 2, *length - 2);
+    if (marker != 0xE1 || segment.substr(0, 6) != "Exif\0\0"sv) return false;
+    orientation = orientation_in_tiff(segment.substr(6));
+    return true;
+  });
+  return orientation;
+}
+
+/// Only the uncompressed kinds have a size known beforehand.
+bool bmp_is_complete(std::string_view bytes, const ImageSize& size) {
+  const Bytes in(bytes);
+  const bool old_header = in.little32(14) == 12u;
+  if (bytes.size() < (old_header ? 26u : 54u)) return false;
+  const std::uint64_t bits = *in.little16(old_header ? 24 : 28), pixels_at = *in.little32(10);
+  const std::uint32_t compression = old_header ? 0 : *in.little32(30);
+  if (compression == 1 || compression == 2) return true;
+  if (bits > 32) return false;
+  const std::uint64_t row_bytes = (bits * static_cast<std::uint64_t>(size.width_px) + 31) / 32 * 4;
+  return pixels_at <= bytes.size() && row_bytes <= bytes.size() &&
+         row_bytes * static_cast<std::uint64_t>(size.height_px) <= bytes.size() - pixels_at;
+}
+
+/// A lower bound that leaves out the header's few bytes.
+bool pnm_is_complete(std::string_view bytes, const ImageSize& size) {
+  const auto width = static_cast<std::uint64_t>(size.width_px),
+             height = static_cast<std::uint64_t>(size.height_px);
+  const std::uint64_t bytes_a_row = bytes[1] == '4'   ? (width + 7) / 8
+                                    : bytes[1] == '6' ? 3 * width
+                                                      : width;  // as digits, at least one a pixel
+  return bytes_a_row * height < bytes.size();
 }
 
 }  // namespace
 
 std::optional<ImageSize> image_size_from_header(std::string_view bytes) {
   const auto stored = stored_size(bytes);
-  if (!stored || !swaps_sides(image_orientation_from_header(bytes))) return stored;
-  return ImageSize{stored->height_px, stored->width_px};
+  const bool on_its_side = image_orientation_from_header(bytes) >= 5;
+  return stored && on_its_side ? ImageSize{stored->height_px, stored->width_px} : stored;
+}
+
+int image_orientation_from_header(std::string_view bytes) {
+  switch (format_of(bytes)) {
+    case Format::jpeg:
+      return orientation_in_jpeg(bytes);
+    case Format::png:
+      return orientation_in_tiff(chunk(bytes, 8, "eXIf", true).value_or(""));
+    case Format::webp: {
+      std::string_view exif = chunk(bytes, 12, "EXIF", false).value_or("");
+      if (exif.substr(0, 6) == "Exif\0\0"sv) exif.remove_prefix(6);
+      return orientation_in_tiff(exif);
+    }
+    default:
+      return 1;
+  }
+}
+
+bool image_is_complete(std::string_view bytes) {
+  const auto size = stored_size(bytes);
+  if (!size) return false;
+  switch (format_of(bytes)) {
+    case Format::png:
+      return chunk(bytes, 8, "IEND", true).has_value();
+    case Format::jpeg:  // bytes after the end marker are allowed, as cameras append them
+      return visit_jpeg_segments(bytes, [](std::uint32_t marker, std::size_t) { return marker == 0xD9; });
+    case Format::bmp:
+      return bmp_is_complete(bytes, *size);
+    case Format::pnm:
+      return pnm_is_complete(bytes, *size);
+    case Format::webp:
+      return *Bytes(bytes).little32(4) <= bytes.size() - 8;
+    default:
+      return true;
+  }
 }
 
 }  // namespace ballservo

@@ -1,4 +1,3 @@
-#include "calibration/pictures/image_orientation.hpp"
 
 #include <gtest/gtest.h>
 

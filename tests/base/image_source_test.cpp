@@ -34,6 +34,31 @@ class ImageSource : public testing::Test {
     for (int k = 0; k < frames; ++k) writer.write(cv::Mat(16, 32, CV_8UC3, cv::Scalar::all(20 * k)));
     return file;
   }
+  /// A phone's upright video: stored lying, its left half white, with the track header's matrix (ISO/IEC
+  /// 14496-12, 8.3.2) that turns it to be shown: (x, y) to (-turn y, turn x).
+  std::string put_portrait_video(const std::string& name, int turn) const {
+    const std::string file = (folder.path() / name).string();
+    cv::Mat lying(32, 64, CV_8UC3, cv::Scalar::all(0));
+    lying(cv::Rect(0, 0, 32, 32)).setTo(cv::Scalar::all(255));
+    {
+      cv::VideoWriter writer(file, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), 10, lying.size());
+      EXPECT_TRUE(writer.isOpened());
+      for (int k = 0; k < 3; ++k) writer.write(lying);
+    }
+    std::string bytes = read_file_bytes(file, 1 << 20);
+    constexpr std::size_t matrix_in_header = 44;  // from the box's name on
+    const std::size_t header = bytes.find("tkhd");
+    EXPECT_NE(header, std::string::npos);
+    const auto put = [&](int entry, std::int32_t fixed_point) {
+      for (int k = 0; k < 4; ++k)
+        bytes.at(header + matrix_in_header + static_cast<std::size_t>(4 * entry + k)) =
+            static_cast<char>(fixed_point >> (24 - 8 * k));
+    };
+    constexpr std::int32_t one = 1 << 16;
+    put(0, 0), put(1, turn * one), put(3, -turn * one), put(4, 0);
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file;
+  }
   static std::size_t faults_of(const std::vector<std::string>& sources) {
     try {
       open_sources(sources, 30, default_max_pixels);
@@ -107,6 +132,18 @@ TEST_F(ImageSource, VideoCarriesItsOwnTime) {
     ++count;
   }
   EXPECT_EQ(count, 5);
+}
+
+TEST_F(ImageSource, APortraitVideoStandsUpright) {
+  for (const int turn : {1, -1}) {
+    const auto sequences = open_sources({put_portrait_video("phone.mp4", turn)}, 30, default_max_pixels);
+    const auto frame = sequences.front()->next();
+    ASSERT_TRUE(frame);
+    ASSERT_EQ(frame->bgr.size(), cv::Size(32, 64));
+    const double top = cv::mean(frame->bgr.rowRange(0, 32))[0],
+                 bottom = cv::mean(frame->bgr.rowRange(32, 64))[0];
+    EXPECT_GT(turn * (top - bottom), 200);
+  }
 }
 
 TEST_F(ImageSource, EveryBadSourceIsNamedAtOnce) {

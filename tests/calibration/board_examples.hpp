@@ -17,11 +17,7 @@ namespace ballservo::test {
 
 inline const Board chessboard{BoardPattern::chessboard, 9, 6, 0.025};
 
-inline BoardCalibrationOptions only(LensModel model) {
-  BoardCalibrationOptions options;
-  options.models = {model};
-  return options;
-}
+inline std::vector<LensModel> only(LensModel model) { return {model}; }
 
 /// Where a board stands.
 struct PlacedBoard {

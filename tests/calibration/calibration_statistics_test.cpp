@@ -7,7 +7,6 @@
 
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/ball/camera_difference.hpp"
-#include "calibration/boards/board_covariance.hpp"
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/boards/lens_choice.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
@@ -167,7 +166,7 @@ struct Choice {
 Choice choice_for(const Camera& truth, double noise_px, std::uint64_t seed) {
   const auto candidates =
       lens_candidates(test::random_views(truth, 40, noise_px, seed), truth.size(),
-                      {LensModel::pinhole, LensModel::visp, LensModel::brown, LensModel::kannala_brandt}, 4);
+                      {LensModel::pinhole, LensModel::visp, LensModel::brown, LensModel::kannala_brandt});
   const CameraParameters& found = candidates[choose_lens(candidates)].adjustment.parameters;
   return {found.model == truth.parameters().model,
           compare_cameras(truth, {}, Camera(found), {}).shift_px.rms};

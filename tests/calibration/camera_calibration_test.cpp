@@ -75,13 +75,13 @@ TEST_P(EveryLensCalibrated, TheCovarianceTellsTheErrors) {
 }
 
 TEST(BoardCalibration, AutoTakesTheSimplestModelThatSuffices) {
-  BoardCalibrationOptions options;
-  options.models = {LensModel::brown8, LensModel::brown, LensModel::pinhole, LensModel::visp};
+  const std::vector<LensModel> models{LensModel::brown8, LensModel::brown, LensModel::pinhole,
+                                      LensModel::visp};
   for (const char* name : {"pinhole", "visp_barrel", "brown"}) {
     for (const auto& example : camera_examples()) {
       if (example.name != name) continue;
       const Camera truth(example.parameters);
-      const auto result = calibrate_from_boards(truth.size(), random_views(truth, 12, 0.1, 5), options);
+      const auto result = calibrate_from_boards(truth.size(), random_views(truth, 12, 0.1, 5), models);
       EXPECT_EQ(result.camera.parameters().model, truth.parameters().model) << name;
       EXPECT_EQ(result.trials.size(), 4u);
     }

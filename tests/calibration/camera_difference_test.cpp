@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/ball/covariance_root.hpp"
+#include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"

@@ -9,7 +9,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/camera/files/visp_camera_file.hpp"
+#include "calibration/camera/files/camera_formats.hpp"
 #include "tests/calibration/camera_examples.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -11,7 +11,6 @@
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/boards/calibration_checks.hpp"
 #include "calibration/boards/lens_choice.hpp"
-#include "calibration/boards/residual_structure.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"
@@ -29,9 +28,9 @@ using testing::Not;
 const CameraParameters barrel = camera_parameters(LensModel::brown, 533, {-0.28, 0.05, 1e-3, -5e-4, 0.09});
 
 /// The refusal's words; empty where there is none.
-std::string refusal_of(const std::vector<BoardView>& views, const BoardCalibrationOptions& options) {
+std::string refusal_of(const std::vector<BoardView>& views, const std::vector<LensModel>& models) {
   try {
-    calibrate_from_boards({640, 480}, views, options);
+    calibrate_from_boards({640, 480}, views, models);
   } catch (const Refusal& refusal) {
     return refusal.what();
   }
@@ -181,11 +180,9 @@ TEST(Refusals, SayWhetherAngleOrDistanceIsMissing) {
 }
 
 TEST(Refusals, AModelThatExplainsNothingOfTheLens) {
-  BoardCalibrationOptions options;
-  options.models = {LensModel::pinhole, LensModel::visp};
   const Camera fisheye(camera_parameters(LensModel::kannala_brandt, 236, {-0.02, 0.003, -0.001, 0.0001}));
   const auto views = random_views(fisheye, 14, 0.1, 51);
-  const std::string text = refusal_of(views, options);
+  const std::string text = refusal_of(views, {LensModel::pinhole, LensModel::visp});
   EXPECT_THAT(text, HasSubstr("does not explain"));
   EXPECT_THAT(text, HasSubstr("kannala_brandt"));
   // Named by the user it is a warning; and the right one raises none.

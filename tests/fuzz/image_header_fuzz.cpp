@@ -1,6 +1,5 @@
 // Sizes from picture headers, and whether a picture's file goes on to its end.
-#include "calibration/pictures/image_completeness.hpp"
-#include "calibration/pictures/image_file.hpp"
+#include "calibration/pictures/image_header.hpp"
 #include "tests/fuzz/fuzz_folder.hpp"
 
 using namespace ballservo;

@@ -15,8 +15,13 @@ namespace {
 
 constexpr std::size_t max_covariance_file_bytes = 1u << 20;
 
-CameraCovariance from_json(const nlohmann::json& json, const std::string& place, bool& same_camera,
-                           const Camera& camera) {
+Eigen::Map<const Eigen::VectorXd> as_vector(const std::vector<double>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+/// Nothing where it was written for another camera.
+std::optional<CameraCovariance> from_json(const nlohmann::json& json, const std::string& place,
+                                          const Camera& camera) {
   CameraCovariance result;
   result.names = json.at("parameters").get<std::vector<std::string>>();
   const auto values = json.at("values").get<std::vector<double>>();
@@ -26,32 +31,23 @@ CameraCovariance from_json(const nlohmann::json& json, const std::string& place,
     throw InputError(place,
                      fmt::format("{} parameters, {} values, {} rows", count, values.size(), rows.size()),
                      "4 to 12, as many of each");
-  result.covariance.setZero(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(count));
+  result.covariance.resize(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(count));
   for (std::size_t i = 0; i < count; ++i) {
     if (rows[i].size() != count)
       throw InputError(place + ": covariance", fmt::format("a row of {} numbers", rows[i].size()),
                        fmt::format("{}", count));
-    for (std::size_t j = 0; j < count; ++j)
-      result.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = rows[i][j];
+    result.covariance.row(static_cast<Eigen::Index>(i)) = as_vector(rows[i]).transpose();
   }
-  const double scale = result.covariance.cwiseAbs().maxCoeff();
-  // Parameters differ in size by orders of magnitude: look at the correlations.
-  const Eigen::VectorXd sigma = result.covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  Eigen::MatrixXd correlation = result.covariance;
-  for (Eigen::Index i = 0; i < correlation.rows(); ++i)
-    for (Eigen::Index j = 0; j < correlation.cols(); ++j)
-      if (sigma(i) > 0 && sigma(j) > 0) correlation(i, j) /= sigma(i) * sigma(j);
-  if (!std::isfinite(scale) || !correlation.allFinite() || result.covariance.diagonal().minCoeff() < 0 ||
+  const Eigen::MatrixXd correlation = correlation_of(result.covariance);
+  if (!result.covariance.allFinite() || !correlation.allFinite() ||
+      result.covariance.diagonal().minCoeff() < 0 ||
       (correlation - correlation.transpose()).cwiseAbs().maxCoeff() > 1e-9 ||
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff() < -1e-6)
     throw InputError(place + ": covariance", "a matrix that is no covariance",
                      "finite, symmetric, positive semi-definite");
-  const Eigen::VectorXd own = parameter_vector(camera.parameters());
-  same_camera = result.names == parameter_names(camera.parameters().model);
-  for (std::size_t i = 0; same_camera && i < count; ++i) {
-    const double value = own(static_cast<Eigen::Index>(i));
-    same_camera = std::abs(values[i] - value) <= 1e-9 * (1e-3 + std::abs(value));
-  }
+  if (result.names != parameter_names(camera.parameters().model)) return std::nullopt;
+  const Eigen::ArrayXd own = parameter_vector(camera.parameters());
+  if (!((as_vector(values).array() - own).abs() <= 1e-9 * (1e-3 + own.abs())).all()) return std::nullopt;
   return result;
 }
 
@@ -79,6 +75,15 @@ CameraParameters with_parameter_vector(CameraParameters parameters, const Eigen:
   return parameters;
 }
 
+Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  Eigen::MatrixXd correlation = covariance;
+  for (Eigen::Index i = 0; i < correlation.rows(); ++i)
+    for (Eigen::Index j = 0; j < correlation.cols(); ++j)
+      if (sigma(i) > 0 && sigma(j) > 0) correlation(i, j) /= sigma(i) * sigma(j);
+  return correlation;
+}
+
 std::string covariance_file_name(const std::string& camera_file) {
   return split_camera_name(camera_file).file.string() + ".covariance.json";
 }
@@ -89,11 +94,7 @@ std::string camera_covariance_text(const Camera& camera, const Eigen::MatrixXd& 
   json["parameters"] = parameter_names(camera.parameters().model);
   json["values"] = std::vector<double>(values.data(), values.data() + values.size());
   auto& rows = json["covariance"] = nlohmann::ordered_json::array();
-  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
-    std::vector<double> row;
-    for (Eigen::Index j = 0; j < covariance.cols(); ++j) row.push_back(covariance(i, j));
-    rows.push_back(row);
-  }
+  for (const auto& row : covariance.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
   return json.dump(2) + "\n";
 }
 
@@ -103,10 +104,7 @@ std::optional<CameraCovariance> read_camera_covariance(const std::string& camera
   if (!std::filesystem::exists(place, ignored)) return std::nullopt;
   const std::string text = read_file_bytes(place, max_covariance_file_bytes);
   try {
-    bool same_camera = false;
-    CameraCovariance result = from_json(nlohmann::json::parse(text), place, same_camera, camera);
-    if (!same_camera) return std::nullopt;
-    return result;
+    return from_json(nlohmann::json::parse(text), place, camera);
   } catch (const nlohmann::json::exception& error) {
     throw InputError(place, error.what(), "a covariance as `calibrate camera` writes it");
   }

@@ -25,6 +25,9 @@ std::vector<std::string> parameter_names(LensModel model);
 Eigen::VectorXd parameter_vector(const CameraParameters& parameters);
 CameraParameters with_parameter_vector(CameraParameters parameters, const Eigen::VectorXd& vector);
 
+/// The matrix of correlations: parameters differ in size by orders of magnitude. Rows without variance stay.
+Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance);
+
 /// "camera.yaml" -> "camera.yaml.covariance.json"; of FILE:NAME, FILE's.
 std::string covariance_file_name(const std::string& camera_file);
 

@@ -6,24 +6,12 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
-#include "calibration/camera/files/kalibr_camera_file.hpp"
-#include "calibration/camera/files/opencv_camera_file.hpp"
-#include "calibration/camera/files/ros_camera_file.hpp"
-#include "calibration/camera/files/visp_camera_file.hpp"
+#include "calibration/camera/files/camera_formats.hpp"
 
 namespace ballservo {
 namespace {
 
 constexpr std::size_t max_camera_file_bytes = 1u << 20;
-
-std::string titles() {
-  std::string text;
-  for (const CameraFileFormat& format : camera_file_formats()) {
-    if (!text.empty()) text += " or ";
-    text += format.title;
-  }
-  return text;
-}
 
 std::string shown(std::string_view text) {
   std::string line(text.substr(0, std::min<std::size_t>(text.find_first_of("\r\n"), 60)));
@@ -42,17 +30,20 @@ const std::vector<CameraFileFormat>& camera_file_formats() {
 
 const CameraFileFormat& camera_file_format(std::string_view name, const std::filesystem::path& file) {
   const std::string extension = file.extension().string();
-  std::string names, extensions;
+  std::vector<std::string_view> names, extensions;
   for (const CameraFileFormat& format : camera_file_formats()) {
     const auto& own = format.extensions;
     if (name.empty() ? std::find(own.begin(), own.end(), extension) != own.end() : format.name == name)
       return format;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", format.name);
-    if (!own.empty()) extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", fmt::join(own, ", "));
+    names.push_back(format.name);
+    extensions.insert(extensions.end(), own.begin(), own.end());
   }
-  if (!name.empty()) throw InputError("camera file format", std::string(name), "one of " + names);
-  throw InputError(file.string(), extension.empty() ? "no extension" : "extension " + extension,
-                   fmt::format("{} (or say --format {})", extensions, names));
+  if (!name.empty())
+    throw InputError("camera file format", std::string(name),
+                     fmt::format("one of {}", fmt::join(names, ", ")));
+  throw InputError(
+      file.string(), extension.empty() ? "no extension" : "extension " + extension,
+      fmt::format("{} (or say --format {})", fmt::join(extensions, ", "), fmt::join(names, ", ")));
 }
 
 CameraFileName split_camera_name(const std::string& file_or_file_and_name) {
@@ -72,7 +63,9 @@ Camera read_camera(const std::string& file_or_file_and_name) {
   if (text.find("<opencv_storage") != std::string::npos)
     throw InputError(file.string(), "a file of OpenCV's in XML",
                      "its YAML form, which FileStorage writes to names that end in .yml");
-  throw InputError(file.string(), shown(text), "a camera file: " + titles());
+  std::vector<std::string_view> titles;
+  for (const CameraFileFormat& format : camera_file_formats()) titles.push_back(format.title);
+  throw InputError(file.string(), shown(text), fmt::format("a camera file: {}", fmt::join(titles, " or ")));
 }
 
 std::string camera_file_text(const Camera& camera, const CameraFileFormat& format,
@@ -81,11 +74,10 @@ std::string camera_file_text(const Camera& camera, const CameraFileFormat& forma
   std::vector<LensModel> known = format.models;
   known.insert(known.end(), format.partly.begin(), format.partly.end());
   if (std::find(known.begin(), known.end(), model) == known.end()) {
-    std::string names;
-    for (const LensModel held : known)
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", lens_model_name(held));
+    std::vector<std::string_view> names;
+    for (const LensModel held : known) names.push_back(lens_model_name(held));
     throw InputError(fmt::format("lens model for {}", format.title), std::string(lens_model_name(model)),
-                     "a model that this format holds: " + names);
+                     fmt::format("a model that this format holds: {}", fmt::join(names, ", ")));
   }
   return format.write(camera, camera_name);
 }

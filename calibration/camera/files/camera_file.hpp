@@ -1,7 +1,7 @@
 // Camera files of other people's tools, told apart by their content.
 //
 // A format is one file (`visp_camera_file.cpp`, `ros_camera_file.cpp`, `opencv_camera_file.cpp`,
-// `kalibr_camera_file.cpp`) and one line in `camera_file.cpp`.
+// `kalibr_camera_file.cpp`), declared in `camera_formats.hpp`, and one line in `camera_file.cpp`.
 #pragma once
 
 #include <filesystem>

@@ -12,6 +12,19 @@ Camera finished_camera(StrictYaml& yaml, CameraParameters parameters, const std:
   return Camera(parameters, place);
 }
 
+void check_camera_name(YamlNode& root, const std::string& wanted) {
+  const std::string name = root.text("camera_name", "");
+  if (!wanted.empty() && wanted != name)
+    root.fault("camera_name", "\"" + name + "\"", "\"" + wanted + "\", the name asked for");
+}
+
+void read_sides(YamlNode& node, const std::string& key, ImageSize& size) {
+  const auto sides = node.numbers(key, NumberRange::within(1, 65536, "px"), 2);
+  for (const double side : sides)
+    if (side != static_cast<int>(side)) node.fault(key, fmt::format("{}", side), "whole numbers (px)");
+  if (sides.size() == 2) size = {static_cast<int>(sides[0]), static_cast<int>(sides[1])};
+}
+
 void set_brown(CameraParameters& parameters, const std::vector<double>& coefficients) {
   std::copy(coefficients.begin(), coefficients.end(), parameters.coefficients.begin());
   const bool straight =
@@ -31,16 +44,23 @@ void set_camera_matrix(YamlNode& node, const std::string& key, const std::vector
     if (focal <= 0) node.fault(key, fmt::format("focal length {}", focal), "a number above 0 (px)");
 }
 
-std::string yaml_float(double value) {
-  std::string text = fmt::format("{}", value);
-  if (text.find('.') == std::string::npos) text.insert(std::min(text.find('e'), text.size()), ".0");
-  return text;
+std::vector<double> camera_matrix(const CameraParameters& p) {
+  return {p.fx_px, 0, p.cx_px, 0, p.fy_px, p.cy_px, 0, 0, 1};
+}
+
+std::vector<double> coefficients(const CameraParameters& p) {
+  const int count = coefficient_count(p.model == LensModel::pinhole ? LensModel::brown : p.model);
+  return {p.coefficients.begin(), p.coefficients.begin() + count};
 }
 
 std::string yaml_floats(const std::vector<double>& values) {
-  std::string text = "[";
-  for (const double value : values) text += (text.size() > 1 ? ", " : "") + yaml_float(value);
-  return text + "]";
+  std::string list;
+  for (const double value : values) {
+    std::string text = fmt::format("{}", value);
+    if (text.find('.') == std::string::npos) text.insert(std::min(text.find('e'), text.size()), ".0");
+    list += (list.empty() ? "" : ", ") + text;
+  }
+  return "[" + list + "]";
 }
 
 std::string yaml_quoted(const std::string& text) {

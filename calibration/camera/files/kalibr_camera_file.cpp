@@ -1,9 +1,8 @@
-#include "calibration/camera/files/kalibr_camera_file.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "calibration/camera/files/camera_formats.hpp"
 #include "calibration/camera/files/camera_yaml.hpp"
 
 namespace ballservo {
@@ -16,12 +15,11 @@ bool is_camera_name(std::string_view name) {
 
 bool recognises(std::string_view text) {
   // A line that begins with the key cam0, or another number.
-  for (std::size_t start = 0; start < text.size();) {
-    const std::size_t end = std::min(text.find('\n', start), text.size());
-    const std::string_view line = text.substr(start, end - start);
-    if (is_camera_name(line.substr(0, line.find(':'))) && line.find(':') != std::string_view::npos)
+  for (std::size_t start = 0; start < text.size();
+       start = std::min(text.find('\n', start), text.size() - 1) + 1) {
+    const std::string_view line = text.substr(start, text.find('\n', start) - start);
+    if (line.find(':') != std::string_view::npos && is_camera_name(line.substr(0, line.find(':'))))
       return true;
-    start = end + 1;
   }
   return false;
 }
@@ -43,14 +41,6 @@ std::string chosen_camera(StrictYaml& yaml, YamlNode& root, const std::string& f
     if (other != chosen) root.leave_aside(other);
   yaml.faults().throw_if_any();
   return chosen;
-}
-
-void read_intrinsics(YamlNode& node, CameraParameters& parameters) {
-  const auto numbers = node.numbers("intrinsics", NumberRange::any(""), 4);
-  if (numbers.size() == 4) {
-    parameters.fx_px = numbers[0], parameters.fy_px = numbers[1];
-    parameters.cx_px = numbers[2], parameters.cy_px = numbers[3];
-  }
 }
 
 void read_distortion(YamlNode& node, CameraParameters& parameters) {
@@ -78,18 +68,16 @@ Camera read(const std::filesystem::path& file, const std::string& text, const st
   CameraParameters parameters;
   const std::string model = node.text("camera_model");
   if (model == "pinhole") {
-    read_intrinsics(node, parameters);
+    const auto numbers = node.numbers("intrinsics", NumberRange::any(""), 4);
+    parameters.fx_px = numbers[0], parameters.fy_px = numbers[1];
+    parameters.cx_px = numbers[2], parameters.cy_px = numbers[3];
     read_distortion(node, parameters);
   } else {
     node.fault("camera_model", model.empty() ? "nothing" : model,
                "pinhole, with distortion_model none, radtan or equidistant");
     for (const char* key : {"intrinsics", "distortion_model", "distortion_coeffs"}) node.leave_aside(key);
   }
-  const auto sides = node.numbers("resolution", NumberRange::within(1, 65536, "px"), 2);
-  for (const double side : sides)
-    if (side != static_cast<int>(side))
-      node.fault("resolution", fmt::format("{}", side), "whole numbers (px)");
-  if (sides.size() == 2) parameters.size = {static_cast<int>(sides[0]), static_cast<int>(sides[1])};
+  read_sides(node, "resolution", parameters.size);
   for (const char* key :
        {"rostopic", "cam_overlaps", "T_cn_cnm1", "T_cam_imu", "timeshift_cam_imu", "line_delay"})
     node.leave_aside(key);

@@ -1,9 +1,8 @@
-#include "calibration/camera/files/opencv_camera_file.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "calibration/camera/files/camera_formats.hpp"
 #include "calibration/camera/files/camera_yaml.hpp"
 
 namespace ballservo {
@@ -69,24 +68,9 @@ Matrix read_matrix(YamlNode& root, const std::string& key) {
 
 void read_size(YamlNode& root, ImageSize& size) {
   const std::string key = key_of(root, size_names, "");
-  if (!key.empty()) {
-    const auto sides = root.numbers(key, NumberRange::within(1, 65536, "px"), 2);
-    for (const double side : sides)
-      if (side != static_cast<int>(side)) root.fault(key, fmt::format("{}", side), "whole numbers (px)");
-    if (sides.size() == 2) size = {static_cast<int>(sides[0]), static_cast<int>(sides[1])};
-    return;
-  }
+  if (!key.empty()) return read_sides(root, key, size);
   size.width_px = static_cast<int>(root.integer(key_of(root, width_names, "image_width"), 1, 65536));
   size.height_px = static_cast<int>(root.integer(key_of(root, height_names, "image_height"), 1, 65536));
-}
-
-void read_fisheye(YamlNode& root, const std::string& key, const std::vector<double>& data,
-                  CameraParameters& parameters) {
-  if (data.size() != 4)
-    return root.fault(key, fmt::format("{} coefficients with fisheye_model: 1", data.size()),
-                      "k1 k2 k3 k4, as cv::fisheye has them");
-  parameters.model = LensModel::kannala_brandt;
-  std::copy(data.begin(), data.end(), parameters.coefficients.begin());
 }
 
 void read_distortion(YamlNode& root, CameraParameters& parameters) {
@@ -96,19 +80,21 @@ void read_distortion(YamlNode& root, CameraParameters& parameters) {
   if (data.empty()) return;
   if (rows != 1 && columns != 1)
     return root.fault(key, fmt::format("a matrix of {} x {}", rows, columns), "one row or one column");
-  if (fisheye) return read_fisheye(root, key, data, parameters);
   const std::size_t count = data.size();
-  if (count == 4 || count == 5) return set_brown(parameters, data);
-  if (count != 8 && count != 12 && count != 14)
+  if (fisheye && count != 4)
+    return root.fault(key, fmt::format("{} coefficients with fisheye_model: 1", count),
+                      "k1 k2 k3 k4, as cv::fisheye has them");
+  if (!fisheye && (count == 4 || count == 5)) return set_brown(parameters, data);
+  if (!fisheye && count != 8 && count != 12 && count != 14)
     return root.fault(key, fmt::format("{} coefficients", count), "4, 5, 8, 12 or 14");
-  if (std::any_of(data.begin() + 8, data.end(), [](double value) { return value != 0; }))
+  if (count > 8 && std::any_of(data.begin() + 8, data.end(), [](double value) { return value != 0; }))
     return root.fault(key,
                       fmt::format("{} coefficients, with {}", count,
                                   count == 12 ? "a thin prism (s1 to s4)"
                                               : "a thin prism or a tilted sensor (s1 to s4, taux, tauy)"),
                       "at most k1 k2 p1 p2 k3 k4 k5 k6, or zeros beyond them");
-  parameters.model = LensModel::brown8;
-  std::copy_n(data.begin(), 8, parameters.coefficients.begin());
+  parameters.model = fisheye ? LensModel::kannala_brandt : LensModel::brown8;
+  std::copy_n(data.begin(), fisheye ? 4 : 8, parameters.coefficients.begin());
 }
 
 /// What else may stand in the file: anything that does not speak of the lens.
@@ -134,9 +120,7 @@ Camera read(const std::filesystem::path& file, const std::string& text, const st
   YamlNode root = yaml.root();
   CameraParameters parameters;
   read_size(root, parameters.size);
-  const std::string name = root.text("camera_name", "");
-  if (!camera_name.empty() && camera_name != name)
-    root.fault("camera_name", "\"" + name + "\"", "\"" + camera_name + "\", the name asked for");
+  check_camera_name(root, camera_name);
   const std::string key = key_of(root, matrix_names, "camera_matrix");
   const Matrix matrix = read_matrix(root, key);
   if (!matrix.data.empty() && (matrix.rows != 3 || matrix.columns != 3))
@@ -155,14 +139,13 @@ std::string matrix_text(std::string_view name, int rows, const std::vector<doubl
 
 std::string write(const Camera& camera, const std::string& camera_name) {
   const CameraParameters& p = camera.parameters();
-  const int count = coefficient_count(p.model == LensModel::pinhole ? LensModel::brown : p.model);
-  const std::vector<double> coefficients(p.coefficients.begin(), p.coefficients.begin() + count);
+  const std::vector<double> column = coefficients(p);
   return fmt::format(
              "%YAML:1.0\n---\ncamera_name: {}\nimage_width: {}\nimage_height: {}\nfisheye_model: {}\n",
              yaml_quoted(camera_name), p.size.width_px, p.size.height_px,
              p.model == LensModel::kannala_brandt ? 1 : 0) +
-         matrix_text("camera_matrix", 3, {p.fx_px, 0, p.cx_px, 0, p.fy_px, p.cy_px, 0, 0, 1}) +
-         matrix_text("distortion_coefficients", count, coefficients);
+         matrix_text("camera_matrix", 3, camera_matrix(p)) +
+         matrix_text("distortion_coefficients", static_cast<int>(column.size()), column);
 }
 
 }  // namespace

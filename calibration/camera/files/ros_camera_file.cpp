@@ -1,9 +1,8 @@
-#include "calibration/camera/files/ros_camera_file.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "calibration/camera/files/camera_formats.hpp"
 #include "calibration/camera/files/camera_yaml.hpp"
 
 namespace ballservo {
@@ -72,9 +71,7 @@ Camera read(const std::filesystem::path& file, const std::string& text, const st
   CameraParameters parameters;
   parameters.size.width_px = static_cast<int>(root.integer("image_width", 1, 65536));
   parameters.size.height_px = static_cast<int>(root.integer("image_height", 1, 65536));
-  const std::string name = root.text("camera_name", "");
-  if (!camera_name.empty() && camera_name != name)
-    root.fault("camera_name", "\"" + name + "\"", "\"" + camera_name + "\", the name asked for");
+  check_camera_name(root, camera_name);
   set_camera_matrix(root, "camera_matrix", read_matrix(root, "camera_matrix", 3, 3, true), parameters);
   read_distortion(root, parameters);
   read_matrix(root, "rectification_matrix", 3, 3, false);
@@ -99,13 +96,11 @@ std::string write(const Camera& camera, const std::string& camera_name) {
   const LensModel model = p.model == LensModel::pinhole ? LensModel::brown : p.model;
   const auto ros = std::find_if(ros_models().begin(), ros_models().end(),
                                 [&](const RosModel& candidate) { return candidate.model == model; });
-  const std::vector<double> coefficients(p.coefficients.begin(),
-                                         p.coefficients.begin() + coefficient_count(model));
   return fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n", p.size.width_px,
                      p.size.height_px, yaml_quoted(camera_name)) +
-         matrix_text("camera_matrix", 3, {p.fx_px, 0, p.cx_px, 0, p.fy_px, p.cy_px, 0, 0, 1}) +
+         matrix_text("camera_matrix", 3, camera_matrix(p)) +
          fmt::format("distortion_model: {}\n", ros->name) +
-         matrix_text("distortion_coefficients", 1, coefficients) +
+         matrix_text("distortion_coefficients", 1, coefficients(p)) +
          matrix_text("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
          matrix_text("projection_matrix", 3, {p.fx_px, 0, p.cx_px, 0, 0, p.fy_px, p.cy_px, 0, 0, 0, 1, 0});
 }

@@ -2,25 +2,15 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
-#include "calibration/camera/dual.hpp"
-#include "calibration/camera/lens/lens_list.hpp"
+#include "calibration/camera/lens/lens_models.hpp"
 
 namespace ballservo {
 namespace {
 
 constexpr int outward_steps = 1024, directions = 32;
-
-template <class T, int count>
-std::array<T, count + 1> constants(const double* coefficients) {
-  std::array<T, count + 1> k;  // one more, so that a lens without coefficients has an array too
-  for (int i = 0; i < count; ++i) k[static_cast<std::size_t>(i)] = T(coefficients[i]);
-  k[count] = T(0.0);
-  return k;
-}
 
 /// A two-dimensional chart of the rays: the plane Z = 1 for perspective lenses, equidistant polar coordinates
 /// (angle from the axis times direction) for the others.
@@ -43,17 +33,28 @@ Ray3<T> ray_of_chart(const T& a, const T& b) {
   }
 }
 
-/// The normalised position of a point of the chart, and its Jacobian by the chart.
+/// A map of the plane at one point: its value there and its derivative.
+struct Mapped {
+  Eigen::Vector2d value;
+  Eigen::Matrix2d jacobian;
+};
+template <class Map>
+Mapped mapped(const Eigen::Vector2d& at, const Map& map) {
+  const auto image = map(Dual<2>::variable(at.x(), 0), Dual<2>::variable(at.y(), 1));
+  Mapped result;
+  result.value << image.x.a, image.y.a;
+  result.jacobian.row(0) = image.x.v;
+  result.jacobian.row(1) = image.y.v;
+  return result;
+}
+
+/// From the chart to the normalised position.
 template <class Lens>
-void distort_chart(const double* coefficients, const Eigen::Vector2d& w, Eigen::Vector2d& m,
-                   Eigen::Matrix2d& jacobian) {
-  using T = Dual<2>;
-  const auto k = constants<T, lens_coefficient_count<Lens>>(coefficients);
-  const auto position =
-      Lens::distort(k.data(), ray_of_chart<Lens>(T::variable(w.x(), 0), T::variable(w.y(), 1)));
-  m << position.x.a, position.y.a;
-  jacobian.row(0) = position.x.v;
-  jacobian.row(1) = position.y.v;
+Mapped distort_chart(const double* coefficients, const Eigen::Vector2d& w) {
+  const auto k = lens_constants<Lens, Dual<2>>(coefficients);
+  return mapped(w, [&](const Dual<2>& a, const Dual<2>& b) {
+    return Lens::distort(k.data(), ray_of_chart<Lens>(a, b));
+  });
 }
 
 template <class Lens>
@@ -72,70 +73,53 @@ double last_good(double good, double bad, Predicate is_good) {
   return good;
 }
 
-template <class Lens>
-LensDomain find_domain_from_ray(const double* coefficients) {
-  const double limit = Lens::perspective ? M_PI / 2 : M_PI;
-  const auto k = constants<double, lens_coefficient_count<Lens>>(coefficients);
-  double max_angle = limit;
+/// How far outwards (`limit` at most) a map of the plane stays one-to-one: `at(t, direction)` is it at the
+/// point that the parameter t stands for.
+template <class At>
+double one_to_one_limit(double limit, const At& at) {
+  double smallest = limit;
   for (int d = 0; d < directions; ++d) {
     const Eigen::Vector2d direction(std::cos(2 * M_PI * d / directions), std::sin(2 * M_PI * d / directions));
     // A pole of a rational lens has a positive determinant on both sides: there the sign of the distance
     // itself changes.
-    const auto is_good = [&](double angle) {
-      Eigen::Vector2d m;
-      Eigen::Matrix2d jacobian;
-      distort_chart<Lens>(k.data(), chart_radius<Lens>(angle) * direction, m, jacobian);
-      return jacobian.determinant() > 0 && direction.dot(jacobian * direction) > 0 && direction.dot(m) > 0;
+    const auto is_good = [&](double t) {
+      const Mapped there = at(t, direction);
+      return there.jacobian.determinant() > 0 && direction.dot(there.jacobian * direction) > 0 &&
+             direction.dot(there.value) > 0;
     };
     double good = 0;
-    for (int i = 1; i < outward_steps && good < max_angle; ++i) {
-      const double angle = limit * i / outward_steps;
-      if (is_good(angle)) {
-        good = angle;
-        continue;
+    for (int i = 1; i < outward_steps && good < smallest; ++i) {
+      const double t = limit * i / outward_steps;
+      if (!is_good(t)) {
+        smallest = std::min(smallest, last_good(good, t, is_good));
+        break;
       }
-      max_angle = std::min(max_angle, last_good(good, angle, is_good));
-      break;
+      good = t;
     }
   }
-  return {max_angle, std::numeric_limits<double>::infinity()};
+  return smallest;
 }
 
 template <class Lens>
-LensDomain find_domain_from_pixel(const double* coefficients) {
-  const auto k = constants<Dual<2>, lens_coefficient_count<Lens>>(coefficients);
-  LensDomain domain{M_PI / 2, std::numeric_limits<double>::infinity()};
-  for (int d = 0; d < directions; ++d) {
-    const Eigen::Vector2d direction(std::cos(2 * M_PI * d / directions), std::sin(2 * M_PI * d / directions));
-    // Radii from 0 to infinity are the tangents of these angles.
-    const auto ray_at = [&](double t, Eigen::Matrix2d& jacobian) {
-      const Eigen::Vector2d m = std::tan(t) * direction;
-      const auto ray = Lens::undistort(
-          k.data(), Position2<Dual<2>>{Dual<2>::variable(m.x(), 0), Dual<2>::variable(m.y(), 1)});
-      jacobian.row(0) = ray.x.v;
-      jacobian.row(1) = ray.y.v;
-      return Eigen::Vector2d(ray.x.a, ray.y.a);
+LensDomain find_domain(const double* coefficients) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  if constexpr (IsDefinedFromPixel<Lens>::value) {
+    const auto k = lens_constants<Lens, Dual<2>>(coefficients);
+    // Radii from 0 to infinity are the tangents of the parameter.
+    const auto ray_at = [&](double t, const Eigen::Vector2d& direction) {
+      return mapped(std::tan(t) * direction, [&](const Dual<2>& x, const Dual<2>& y) {
+        return Lens::undistort(k.data(), Position2<Dual<2>>{x, y});
+      });
     };
-    const auto is_good = [&](double t) {
-      Eigen::Matrix2d jacobian;
-      const Eigen::Vector2d ray = ray_at(t, jacobian);
-      return jacobian.determinant() > 0 && direction.dot(jacobian * direction) > 0 && direction.dot(ray) > 0;
+    const double edge = one_to_one_limit(M_PI / 2, ray_at);
+    if (edge == M_PI / 2) return {M_PI / 2, infinity};
+    return {std::atan(ray_at(edge, Eigen::Vector2d::UnitX()).value.norm()), std::tan(edge)};
+  } else {
+    const auto position_at = [&](double angle_rad, const Eigen::Vector2d& direction) {
+      return distort_chart<Lens>(coefficients, chart_radius<Lens>(angle_rad) * direction);
     };
-    double good = 0;
-    for (int i = 1; i < outward_steps; ++i) {
-      const double t = M_PI / 2 * i / outward_steps;
-      if (is_good(t)) {
-        good = t;
-        continue;
-      }
-      const double edge = last_good(good, t, is_good);
-      Eigen::Matrix2d unused;
-      domain.max_radius = std::min(domain.max_radius, std::tan(edge));
-      domain.max_angle_rad = std::min(domain.max_angle_rad, std::atan(ray_at(edge, unused).norm()));
-      break;
-    }
+    return {one_to_one_limit(Lens::perspective ? M_PI / 2 : M_PI, position_at), infinity};
   }
-  return domain;
 }
 
 /// Newton's method in the chart with halved steps; true if it ends on the position, inside the domain.
@@ -143,25 +127,21 @@ template <class Lens>
 bool solve_chart(const double* k, double max_chart_radius, const Eigen::Vector2d& position,
                  Eigen::Vector2d& w) {
   const double accepted = 1e-13 * (1 + position.norm());
-  Eigen::Vector2d m;
-  Eigen::Matrix2d jacobian;
-  distort_chart<Lens>(k, w, m, jacobian);
-  double error = (position - m).norm();
+  Mapped here = distort_chart<Lens>(k, w);
+  double error = (position - here.value).norm();
   for (int i = 0; i < 50; ++i) {
     if (!std::isfinite(error)) return false;
     if (error == 0) break;
-    const Eigen::Vector2d step = jacobian.inverse() * (position - m);
+    const Eigen::Vector2d step = here.jacobian.inverse() * (position - here.value);
     if (!step.allFinite()) return false;
     bool improved = false;
     for (double scale = 1; scale > 1e-4 && !improved; scale *= 0.5) {
       const Eigen::Vector2d trial = w + scale * step;
       if (trial.norm() < max_chart_radius) {
-        Eigen::Vector2d trial_m;
-        Eigen::Matrix2d trial_jacobian;
-        distort_chart<Lens>(k, trial, trial_m, trial_jacobian);
-        const double trial_error = (position - trial_m).norm();
+        const Mapped there = distort_chart<Lens>(k, trial);
+        const double trial_error = (position - there.value).norm();
         if (trial_error < error) {
-          w = trial, m = trial_m, jacobian = trial_jacobian, error = trial_error, improved = true;
+          w = trial, here = there, error = trial_error, improved = true;
           continue;
         }
       }
@@ -177,21 +157,17 @@ bool solve_chart(const double* k, double max_chart_radius, const Eigen::Vector2d
 template <class Lens>
 double radial_start(const double* k, double max_chart_radius, double distance,
                     const Eigen::Vector2d& direction) {
-  Eigen::Vector2d m;
-  Eigen::Matrix2d jacobian;
   double low = 0, high = max_chart_radius;
   if (!std::isfinite(high)) {
-    for (high = std::max(1.0, distance); high < 1e9; high *= 2) {
-      distort_chart<Lens>(k, high * direction, m, jacobian);
-      if (direction.dot(m) >= distance) break;
-    }
+    for (high = std::max(1.0, distance); high < 1e9; high *= 2)
+      if (direction.dot(distort_chart<Lens>(k, high * direction).value) >= distance) break;
   }
   double radius = std::min(distance, 0.5 * (low + high));
   for (int i = 0; i < 80; ++i) {
-    distort_chart<Lens>(k, radius * direction, m, jacobian);
-    const double excess = direction.dot(m) - distance;
+    const Mapped here = distort_chart<Lens>(k, radius * direction);
+    const double excess = direction.dot(here.value) - distance;
     (excess < 0 ? low : high) = radius;
-    double next = radius - excess / direction.dot(jacobian * direction);
+    double next = radius - excess / direction.dot(here.jacobian * direction);
     if (!(next > low && next < high)) next = 0.5 * (low + high);
     if (std::abs(next - radius) <= 1e-12 * (1 + radius)) return next;
     radius = next;
@@ -200,12 +176,11 @@ double radial_start(const double* k, double max_chart_radius, double distance,
 }
 
 template <class Lens>
-std::optional<Eigen::Vector3d> solve(const double* coefficients, const LensDomain& domain,
+std::optional<Eigen::Vector3d> solve(const double* k, const LensDomain& domain,
                                      const Eigen::Vector2d& position, const Eigen::Vector3d* guess) {
-  const auto k = constants<double, lens_coefficient_count<Lens>>(coefficients);
   if constexpr (IsDefinedFromPixel<Lens>::value) {
     if (!(position.norm() < domain.max_radius)) return std::nullopt;
-    const auto ray = Lens::undistort(k.data(), Position2<double>{position.x(), position.y()});
+    const auto ray = Lens::undistort(k, Position2<double>{position.x(), position.y()});
     return Eigen::Vector3d(ray.x, ray.y, ray.z);
   } else {
     const double max_chart_radius = chart_radius<Lens>(domain.max_angle_rad);
@@ -219,16 +194,16 @@ std::optional<Eigen::Vector3d> solve(const double* coefficients, const LensDomai
         w /= guess->z();
       else if (w.norm() > 0)
         w *= std::atan2(w.norm(), guess->z()) / w.norm();
-      if (w.norm() < max_chart_radius && solve_chart<Lens>(k.data(), max_chart_radius, position, w))
+      if (w.norm() < max_chart_radius && solve_chart<Lens>(k, max_chart_radius, position, w))
         return ray_at(w);
     }
     const double distance = position.norm();
     if (distance == 0) return Eigen::Vector3d(0, 0, 1);
     const Eigen::Vector2d direction = position / distance;
-    Eigen::Vector2d w = radial_start<Lens>(k.data(), max_chart_radius, distance, direction) * direction;
+    Eigen::Vector2d w = radial_start<Lens>(k, max_chart_radius, distance, direction) * direction;
     // Not the very edge, where the Jacobian is singular.
     if (w.norm() >= max_chart_radius) w *= (1 - 1e-6) * max_chart_radius / w.norm();
-    if (!solve_chart<Lens>(k.data(), max_chart_radius, position, w)) return std::nullopt;
+    if (!solve_chart<Lens>(k, max_chart_radius, position, w)) return std::nullopt;
     return ray_at(w);
   }
 }
@@ -236,13 +211,7 @@ std::optional<Eigen::Vector3d> solve(const double* coefficients, const LensDomai
 }  // namespace
 
 LensDomain find_lens_domain(LensModel model, const double* coefficients) {
-  return with_lens(model, [&](auto lens) {
-    using Lens = decltype(lens);
-    if constexpr (IsDefinedFromPixel<Lens>::value)
-      return find_domain_from_pixel<Lens>(coefficients);
-    else
-      return find_domain_from_ray<Lens>(coefficients);
-  });
+  return with_lens(model, [&](auto lens) { return find_domain<decltype(lens)>(coefficients); });
 }
 
 std::optional<Eigen::Vector3d> solve_ray(LensModel model, const double* coefficients,
