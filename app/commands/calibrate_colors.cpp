@@ -25,7 +25,6 @@
 #include "calibration/teaching/merge_colors.hpp"
 
 namespace ballservo {
-
 namespace {
 
 long cells_of(const ColorTable& colors, std::size_t k) {
@@ -103,6 +102,7 @@ std::string classes_text(const ColorTable& colors, const std::vector<ClassReport
   }
   return text;
 }
+
 struct ColorsOptions {
   CommonOptions common;
   std::vector<std::string> sources, classes, at, background, add;

@@ -22,6 +22,7 @@ Shard parse_shard(const std::string& text, const std::string& place) {
                    "I/N with I from 1 to N, such as 2/4 for the second of four parts (N up to " +
                        std::to_string(max_shards) + ")");
 }
+
 namespace {
 
 constexpr std::size_t max_manifest_bytes = 16u << 20;
