@@ -174,19 +174,23 @@ void Detector::check(const cv::Mat& bgr) const {
 }
 
 const CameraResponse& Detector::response() const {
-  if (options_.response == ResponseChoice::linear) return CameraResponse::linear();
-  if (options_.response == ResponseChoice::srgb) return CameraResponse::srgb();
-  return response_belief_.likelier();
+  const bool srgb = options_.response == ResponseChoice::by_edges ? response_belief_.srgb()
+                                                                  : options_.response == ResponseChoice::srgb;
+  const bool coarse_chroma = response_belief_.coarse_chroma();
+  return srgb ? CameraResponse::srgb(coarse_chroma) : CameraResponse::linear(coarse_chroma);
 }
 
 // Looks at the edges of balls that were found. Is another response believed now?
 bool Detector::learn_response(const cv::Mat& bgr) {
-  if (options_.response != ResponseChoice::by_edges || options_.fit != BallFit::sphere) return false;
+  if (options_.fit != BallFit::sphere || balls_.empty() || !response_belief_.open()) return false;
   const CameraResponse& before = response();
+  ResponseEvidence evidence;
   for (const BallObservation& ball : balls_) {
-    if (!response_belief_.open()) break;
-    response_belief_.add(search_.verifier().fitter().srgb_evidence(bgr, response(), ball.cone));
+    const ResponseEvidence of_ball = search_.verifier().fitter().response_evidence(bgr, before, ball.cone);
+    evidence.srgb += of_ball.srgb;
+    evidence.coarse_chroma += of_ball.coarse_chroma;
   }
+  response_belief_.add(evidence);
   return &response() != &before;
 }
 

@@ -76,7 +76,7 @@ class Detector {
   /// How the camera's grey levels follow the light, as stated or as believed by now.
   const CameraResponse& response() const;
   /// The next picture may be another camera's.
-  void forget_response() { response_belief_ = {}; }
+  void doubt_response() { response_belief_.doubt(); }
 
  private:
   // A window as classified, without specks, and without holes.

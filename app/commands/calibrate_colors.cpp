@@ -300,8 +300,8 @@ void add_calibrate_colors_command(CLI::App& calibrate, Action& action) {
   ballservo calibrate colors --show both.colors --preview preview/
 
 Bare pictures: every colour whose regions are round becomes a class, named red, orange, yellow, green, cyan,
-blue, purple or pink (red_2 where two share a word). With --class the name is yours; where a picture shows
-round things of several colours, a name that is a colour word says which is meant, and --at any other.
+blue, purple or pink (red_2 where two share a word). With --class the name is yours; of several balls a
+colour word prefers its own colour; where no thing is clearly the likeliest ball, --at says which is meant.
 Beside a ball, things below 16 px across that are less than half as large are left out.
 --from: hold the ball where the box is; the first 30 frames with it there are learnt from, and it may drift.
 --add: classes of one name are united, from files and from pictures; others join.

@@ -54,14 +54,15 @@ int run_detect(const DetectOptions& options) {
   std::set<std::string> used_names;
   long balls_found = 0;
   search.each_sequence([&](FrameSequence& sequence) {
-    for (auto& [size, detector] : detectors) detector.forget_response();
     while (const auto frame = search.next(sequence)) {
+      const bool of_video = sequence.length() != 1 && frame->source == sequence.name();
       const ImageSize size{frame->bgr.cols, frame->bgr.rows};
       const std::pair key(size.width_px, size.height_px);
       auto found = detectors.find(key);
       if (found == detectors.end())
         found = detectors.emplace(key, search.factory().make(size, frame->source)).first;
       Detector& detector = found->second;
+      if (!of_video || frame->index == 0) detector.doubt_response();
       DetectionStages stages;
       const std::vector<BallObservation>& balls =
           detector.detect(frame->bgr, {}, search.shows_stages() ? &stages : nullptr);
@@ -72,8 +73,7 @@ int run_detect(const DetectOptions& options) {
         listed.push_back(ball_json(ball, detector.colors().name_of(ball.color_class)));
       }
       pictures.push_back({{"source", frame->source}, {"frame", frame->index}, {"balls", listed}});
-      const std::string name = unused_name(
-          used_names, frame_name(*frame, sequence.length() != 1 && frame->source == sequence.name()));
+      const std::string name = unused_name(used_names, frame_name(*frame, of_video));
       if (overlay_folder) {
         cv::Mat picture = frame->bgr.clone();
         draw_balls(picture, balls, detector);

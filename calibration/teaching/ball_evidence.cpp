@@ -201,7 +201,7 @@ void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& 
 
 /// Mean log likelihood ratio a ray.
 struct Contour {
-  double ratio = 0, arc = 0, residual = 1, edge = 0;
+  double ratio = 0, arc = 0, edge = 0;
 };
 
 Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics& x, int stride) {
@@ -211,7 +211,7 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
   };
   Contour result;
   int seen = 0, on = 0;
-  std::vector<double> off, contrast;
+  std::vector<double> contrast;
   for (int k = 0; k < ray_count; ++k) {
     if (!edges[k].in_picture) continue;
     ++seen;
@@ -223,23 +223,22 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
     result.ratio += std::log((0.4 * gauss(away, tight) + 0.3 * gauss(away, loose) + hidden * uniform) /
                              (0.5 * gauss(away, wide) + 0.5 * uniform)) *
                     stride / ray_count;
-    off.push_back(std::abs(away) / r);
     if (std::abs(away) <= 2.5 * loose) {
       ++on;
       contrast.push_back(edges[k].contrast);
     }
   }
   if (seen > 0) result.arc = static_cast<double>(on) / seen;
-  if (!off.empty()) result.residual = upper_median(off);
   if (!contrast.empty()) result.edge = upper_median(contrast);
   return result;
 }
 
 }  // namespace
 
+double BallEvidence::sphere() const { return shading * std::min(1.0, relief / 0.15); }
+
 double BallEvidence::log_odds() const {
-  const double sphere = shading * std::min(1.0, relief / 0.15);
-  return -4 + std::clamp(8 * contour, -8.0, 10.0) + 8 * sphere - 4.5 +
+  return -4 + std::clamp(8 * contour, -8.0, 10.0) + 8 * sphere() - 4.5 +
          std::clamp(4 * std::log(std::max(1.0, color.tail<2>().norm()) / 25), -6.0, 2.0) +
          std::clamp(std::log(std::max(1.0, edge) / 12), -1.5, 1.5) -
          std::min(3.0, std::max(0.0, ellipse - 0.03) / 0.03);
@@ -266,7 +265,6 @@ BallEvidence ball_evidence(const cv::Mat3f& lab, const Outline& outline, const E
   }
   result.contour = contour.ratio;
   result.arc = contour.arc;
-  result.residual = contour.residual;
   result.edge = contour.edge;
   result.center_px = circle.center_px + circle.shape * Eigen::Vector2d(x[1], x[2]);
   result.radius_px = x[0];

@@ -21,6 +21,14 @@ constexpr double sure_fit_ratio = 0.5, sure_radius_px = 8;
 
 bool more_likely(const ColorGroup& a, const ColorGroup& b) { return a.log_odds() > b.log_odds(); }
 
+/// What fingers hide and blur softens is no clear circle; shaded as a sphere and of a colour that is nowhere
+/// else, it is a ball where nothing else comes near it.
+bool may_stand_alone(const ColorGroup& group) {
+  constexpr double least_sphere = 0.5, least_alone = -6;
+  return group.round_share >= min_round_share && group.log_odds() >= least_alone &&
+         group.balls.front().region.evidence.sphere() >= least_sphere;
+}
+
 /// What the class's name says of a colour: 0 where we would call it so ourselves or the name is no word.
 double log_likelihood_of_word(const std::string& name, const ColorGroup& group) {
   const auto away = hue_distance_to_word_deg(name, group.samples.hue_deg());
@@ -82,7 +90,7 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
                     "class another name. What was found:{}",
                     request.name, list_of(request, groups, pictures)));
   }
-  if (best.log_odds() < least_log_odds) {
+  if (best.log_odds() < least_log_odds && !may_stand_alone(best)) {
     throw Refusal(fmt::format(
         "class {}: nothing that was found is surely a ball. If one of it is, point at it. What was found:{}",
         request.name, list_of(request, groups, pictures)));
@@ -104,6 +112,10 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
       balls.push_back(group);
   }
   if (!balls.empty()) return balls;
+  std::stable_sort(groups.begin(), groups.end(), more_likely);
+  if (!groups.empty() && may_stand_alone(groups[0]) &&
+      (groups.size() == 1 || groups[0].log_odds() >= groups[1].log_odds() + decisive_lead))
+    return {groups[0]};
   throw Refusal(
       fmt::format(
           "nothing round and coloured was found. Try a picture where the ball is whole, in even light, and "

@@ -98,11 +98,10 @@ void BallFitter::measure(const cv::Mat& bgr, const CameraResponse& response, con
   robust_weights_.set(cone, edges.points, robust_floor_px, oval_fraction_);
 }
 
-double BallFitter::srgb_evidence(const cv::Mat& bgr, const CameraResponse& response,
-                                 const TangentCone& cone) {
+ResponseEvidence BallFitter::response_evidence(const cv::Mat& bgr, const CameraResponse& response,
+                                               const TangentCone& cone) {
   measure(bgr, response, cone, evident_edges_);
-  return edge_meter_.evidence(bgr, *rays_, cone, evident_edges_.points, CameraResponse::srgb(),
-                              CameraResponse::linear());
+  return edge_meter_.evidence(bgr, *rays_, cone, evident_edges_.points);
 }
 
 }  // namespace ballservo

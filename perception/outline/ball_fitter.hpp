@@ -87,9 +87,9 @@ class BallFitter {
   bool fit_circle(const cv::Mat& bgr, const UndistortedCircle& start, const BallRadius& radius,
                   OutlineFit& fit) const;
 
-  /// What the edges of a ball say of the camera: ln of the likelihoods' ratio of sRGB and linear response.
-  /// `response` is the one under which they are measured.
-  double srgb_evidence(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& cone);
+  /// What the edges of a ball say of the camera. `response` is the one under which they are measured.
+  ResponseEvidence response_evidence(const cv::Mat& bgr, const CameraResponse& response,
+                                     const TangentCone& cone);
 
  private:
   void measure(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& cone,

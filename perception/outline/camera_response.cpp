@@ -7,22 +7,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double clear_evidence = 6, settled_evidence = 30, most_of_one_ball = 20;
-constexpr int most_looks = 64;
-
-// The grey level that shows this much light, beyond the ends in a straight line, and d light / d grey there.
-struct GreyLevel {
-  double level, slope;
-};
-
-GreyLevel grey_level(const CameraResponse& response, double light) {
-  const auto above =
-      std::lower_bound(response.light.begin(), response.light.end() - 1, static_cast<float>(light));
-  const auto at = static_cast<std::size_t>(above - response.light.begin());
-  const auto slope = static_cast<double>(response.slope[at]);
-  return {static_cast<double>(at) + (light - static_cast<double>(response.light[at])) / slope, slope};
-}
-
 // The profile's terms at every pixel do not depend on the channel.
 Eigen::Vector4d terms_at(float distance_px, const EdgeProfileFit& edge) {
   const BlurredBasis basis =
@@ -30,41 +14,72 @@ Eigen::Vector4d terms_at(float distance_px, const EdgeProfileFit& edge) {
   return {1, basis.step, basis.root, basis.ramp};
 }
 
+CameraResponse linear_response() {
+  CameraResponse made;
+  for (std::size_t k = 0; k < 256; ++k) made.light[k] = static_cast<float>(k), made.slope[k] = 1;
+  return made;
+}
+
+CameraResponse srgb_response() {
+  CameraResponse made;
+  for (std::size_t k = 0; k < 256; ++k) {
+    const double level = static_cast<double>(k) / 255;
+    const bool dark = level <= 0.04045;
+    const double base = (level + 0.055) / 1.055;
+    made.light[k] = static_cast<float>(255 * (dark ? level / 12.92 : std::pow(base, 2.4)));
+    made.slope[k] = static_cast<float>(dark ? 1 / 12.92 : 2.4 / 1.055 * std::pow(base, 1.4));
+  }
+  return made;
+}
+
+CameraResponse coarse(CameraResponse response) {
+  response.coarse_chroma = true;
+  return response;
+}
+
+// One picture counts no more than that. Beyond `settled` no picture could turn the belief at once.
+constexpr double most_of_one_picture = 20, settled_response = 30, settled_chroma = 30;
+constexpr int most_looks = 64;
+// What one camera's pictures carry over to the next still: less than a clear picture's own edges say.
+constexpr double carried = 8, carried_chroma = 2;
+
 }  // namespace
 
-const CameraResponse& CameraResponse::linear() {
-  static const CameraResponse response = [] {
-    CameraResponse made;
-    for (std::size_t k = 0; k < 256; ++k) made.light[k] = static_cast<float>(k), made.slope[k] = 1;
-    return made;
-  }();
-  return response;
+const CameraResponse& CameraResponse::linear(bool coarse_chroma) {
+  static const CameraResponse fine = linear_response(), with_coarse = coarse(fine);
+  return coarse_chroma ? with_coarse : fine;
 }
 
-const CameraResponse& CameraResponse::srgb() {
-  static const CameraResponse response = [] {
-    CameraResponse made;
-    for (std::size_t k = 0; k < 256; ++k) {
-      const double level = static_cast<double>(k) / 255;
-      const bool dark = level <= 0.04045;
-      const double base = (level + 0.055) / 1.055;
-      made.light[k] = static_cast<float>(255 * (dark ? level / 12.92 : std::pow(base, 2.4)));
-      made.slope[k] = static_cast<float>(dark ? 1 / 12.92 : 2.4 / 1.055 * std::pow(base, 1.4));
-    }
-    return made;
-  }();
-  return response;
+const CameraResponse& CameraResponse::srgb(bool coarse_chroma) {
+  static const CameraResponse fine = srgb_response(), with_coarse = coarse(fine);
+  return coarse_chroma ? with_coarse : fine;
 }
 
-void ResponseBelief::add(double evidence) {
-  evidence_ += std::clamp(evidence, -most_of_one_ball, most_of_one_ball);
+GreyLevel CameraResponse::shown(double of_light) const {
+  const auto above = std::lower_bound(light.begin(), light.end() - 1, static_cast<float>(of_light));
+  const auto at = static_cast<std::size_t>(above - light.begin());
+  const auto slope_there = static_cast<double>(slope[at]);
+  return {static_cast<double>(at) + (of_light - static_cast<double>(light[at])) / slope_there, slope_there};
+}
+
+// Coarse colours look like a linear response: edges that show them say nothing of it.
+void ResponseBelief::add(const ResponseEvidence& evidence) {
+  const auto capped = [](double x) { return std::clamp(x, -most_of_one_picture, most_of_one_picture); };
+  coarse_chroma_ += capped(evidence.coarse_chroma);
+  if (evidence.coarse_chroma <= 0) srgb_ += capped(evidence.srgb);
   ++looks_;
 }
 
-bool ResponseBelief::open() const { return std::abs(evidence_) < settled_evidence && looks_ < most_looks; }
+bool ResponseBelief::open() const {
+  const bool settled = coarse_chroma_ >= settled_chroma ||
+                       (coarse_chroma_ <= -settled_chroma && std::abs(srgb_) >= settled_response);
+  return !settled && looks_ < most_looks;
+}
 
-const CameraResponse& ResponseBelief::likelier() const {
-  return evidence_ > clear_evidence ? CameraResponse::srgb() : CameraResponse::linear();
+void ResponseBelief::doubt() {
+  srgb_ = std::clamp(srgb_, prior - carried, prior + 2);
+  coarse_chroma_ = std::clamp(coarse_chroma_, -carried_chroma, carried_chroma);
+  looks_ = 0;
 }
 
 double squares_left(const std::vector<RingColor>& pixels, const EdgeProfileFit& edge,
@@ -88,7 +103,7 @@ double squares_left(const std::vector<RingColor>& pixels, const EdgeProfileFit& 
         GreyLevel model{0, 1};
         double error = static_cast<double>(response.light[grey]);  // of grey level / slope
         if (step > 0) {
-          model = grey_level(response, row.dot(levels[channel]));
+          model = response.shown(row.dot(levels[channel]));
           error = (grey - model.level) * model.slope;
           squares += (grey - model.level) * (grey - model.level);
         }

@@ -1,4 +1,5 @@
-// How a camera's grey levels follow the light that falls on its pixels.
+// How a camera's grey levels follow the light that falls on its pixels, and what coding left of their
+// colours.
 #pragma once
 
 #include <array>
@@ -10,30 +11,52 @@
 
 namespace ballservo {
 
+/// A grey level between the whole ones, and d light / d grey level there.
+struct GreyLevel {
+  double level, slope;
+};
+
 /// One camera's response, the same for its three channels.
 struct CameraResponse {
   std::array<float, 256> light{};  ///< of each grey level, 0 to 255
   std::array<float, 256> slope{};  ///< d light / d grey level
+  /// Colours are stored at half the resolution of brightness, as most JPEG files and videos and all webcams
+  /// do: an edge is sharp in luma (Rec. 601) alone.
+  bool coarse_chroma = false;
+
+  /// The grey level that shows this much light, beyond the ends in a straight line.
+  GreyLevel shown(double of_light) const;
 
   /// Grey levels that are proportional to the light, as of machine-vision cameras and most renderers.
-  static const CameraResponse& linear();
+  static const CameraResponse& linear(bool coarse_chroma = false);
   /// As of pictures made to be looked at: IEC 61966-2-1, close to the power 2.2.
-  static const CameraResponse& srgb();
+  static const CameraResponse& srgb(bool coarse_chroma = false);
 };
 
-/// Which of the two responses a camera has, from what balls' edges say. The edges of one picture may leave it
-/// open, and a video that was resampled as grey levels may leave it open for ever, so looks are counted.
+/// What edges say of the camera.
+struct ResponseEvidence {
+  double srgb = 0;           ///< ln of the likelihoods' ratio of sRGB and linear response
+  double coarse_chroma = 0;  ///< edges whose colours are blurred more than their brightness, less the others
+};
+
+/// What is believed of one camera, from what balls' edges say. A picture that people look at is sRGB unless
+/// strong evidence is against it. The edges of one picture may leave it open, and a video that was resampled
+/// as grey levels may leave it open for ever, so looks are counted.
 class ResponseBelief {
  public:
-  /// `evidence` of one ball: the logarithm of the likelihoods' ratio, positive for sRGB.
-  void add(double evidence);
+  /// Of one picture's balls together.
+  void add(const ResponseEvidence& evidence);
   /// Is it worth while to look at more edges?
   bool open() const;
-  /// Linear until the evidence for sRGB is clear.
-  const CameraResponse& likelier() const;
+  /// What follows may be of another camera: what was believed carries less than one picture says.
+  void doubt();
+
+  bool srgb() const { return coarse_chroma() || srgb_ > 0; }
+  bool coarse_chroma() const { return coarse_chroma_ > 0; }
 
  private:
-  double evidence_ = 0;
+  static constexpr double prior = 10;  // of sRGB: no edge of an sRGB picture has said so much against it
+  double srgb_ = prior, coarse_chroma_ = 0;
   int looks_ = 0;
 };
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "perception/outline/camera_response.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -198,40 +200,49 @@ NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, do
   return normal;
 }
 
-}  // namespace
-
-BlurredBasis blurred_basis(double x) {
-  const Float4 basis = look_up(basis_table(), static_cast<float>(x));
-  const double step = static_cast<double>(basis[0]), density = static_cast<double>(basis[1]);
-  const double ramp = x > static_cast<double>(table_low) ? x * step + density : 0;
-  return {step, density, static_cast<double>(basis[2]), static_cast<double>(basis[3]), ramp, step};
+// Of luma that is coded from the light of two colours.
+NormalEquations luma_equations(const EdgeSamples& samples, const EdgeColors& colors,
+                               const CameraResponse& response, const Vector& p, double radius_px) {
+  const double width = std::exp(p(5)), turn = 0.25 / radius_px, root_scale = std::sqrt(width);
+  NormalEquations normal;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(samples.count); ++i) {
+    const double x = (p(4) - static_cast<double>(samples.distance_px[i])) / width;
+    const BlurredBasis basis = blurred_basis(x);
+    const double ramp = width * basis.ramp;
+    const double root_factor = root_scale * (1 - std::min(turn * ramp, 0.5)), root = root_factor * basis.root;
+    const double slope =
+        p(1) * basis.step_slope + p(2) * root_factor * basis.root_slope + p(3) * width * basis.step;
+    const double inside = p(1) * basis.step + p(2) * root + p(3) * ramp;
+    const Eigen::Array3f light = (0.01f * static_cast<float>(p(0) * (1 - basis.step)) * colors.outside +
+                                  0.01f * static_cast<float>(inside) * colors.inside);
+    const CodedLuma coded = code_luma(light, response);
+    // Luma by one percent of either light.
+    const double by_outside = 0.01 * static_cast<double>((coded.slope * colors.outside).sum()),
+                 by_inside = 0.01 * static_cast<double>((coded.slope * colors.inside).sum());
+    const double by_x = by_inside * slope - by_outside * p(0) * basis.step_slope;
+    Vector row;
+    row << by_outside * (1 - basis.step), by_inside * basis.step, by_inside * root, by_inside * ramp,
+        by_x / width, by_inside * (0.5 * p(2) * root + p(3) * ramp) - x * by_x;
+    const double residual = coded.level - static_cast<double>(samples.intensity[i]);
+    normal.matrix += row * row.transpose();
+    normal.right -= residual * row;
+    normal.squares += residual * residual;
+  }
+  return normal;
 }
 
-std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, double start_offset_px,
-                                               const EdgeProfilePrior& prior,
-                                               const EdgeProfileOptions& options) {
-  if (samples.count < 2 * parameters) return std::nullopt;
-  float inside = 0, outside = 0;
-  int inside_count = 0, outside_count = 0;
-  const auto clear = static_cast<float>(1.5 * prior.blur_px), start = static_cast<float>(start_offset_px);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(samples.count); ++i) {
-    const float t = samples.distance_px[i] - start;
-    if (t < -clear) inside += samples.intensity[i], ++inside_count;
-    if (t > clear) outside += samples.intensity[i], ++outside_count;
-  }
-  if (inside_count < 4 || outside_count < 4) return std::nullopt;
-  const double outside_level = static_cast<double>(outside) / outside_count;
-  const double contrast = static_cast<double>(inside) / inside_count - outside_level;
-  if (!(std::abs(contrast) >= options.min_contrast)) return std::nullopt;
-
-  Vector p;
-  p << outside_level, contrast, prior.root, 0, start_offset_px, std::log(prior.blur_px);
+// Damped Gauss-Newton from p; `equations_at` are the normal equations of `count` samples there.
+template <class EquationsAt>
+std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfilePrior& prior,
+                                          const EdgeProfileOptions& options,
+                                          const EquationsAt& equations_at) {
+  const double contrast = p(1);
   double noise = 0;
   Eigen::LLT<Matrix> llt;
   double variance = 0;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
-    NormalEquations normal = normal_equations(samples, p, prior.radius_px, options.instructions);
-    const double freedom = samples.count - parameters;
+    NormalEquations normal = equations_at(p);
+    const double freedom = count - parameters;
     noise = std::sqrt(normal.squares / std::max(1.0, freedom));
     // Priors count as measurements in units of the noise; a floor stands for quantisation.
     variance = std::max(noise * noise, 0.04);
@@ -267,6 +278,61 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
   if (!same_sign || !std::isfinite(fit.sigma_px) || !(std::abs(fit.offset_px) <= options.max_offset_px))
     return std::nullopt;
   return fit;
+}
+
+}  // namespace
+
+BlurredBasis blurred_basis(double x) {
+  const Float4 basis = look_up(basis_table(), static_cast<float>(x));
+  const double step = static_cast<double>(basis[0]), density = static_cast<double>(basis[1]);
+  const double ramp = x > static_cast<double>(table_low) ? x * step + density : 0;
+  return {step, density, static_cast<double>(basis[2]), static_cast<double>(basis[3]), ramp, step};
+}
+
+std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, double start_offset_px,
+                                               const EdgeProfilePrior& prior,
+                                               const EdgeProfileOptions& options) {
+  if (samples.count < 2 * parameters) return std::nullopt;
+  float inside = 0, outside = 0;
+  int inside_count = 0, outside_count = 0;
+  const auto clear = static_cast<float>(1.5 * prior.blur_px), start = static_cast<float>(start_offset_px);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(samples.count); ++i) {
+    const float t = samples.distance_px[i] - start;
+    if (t < -clear) inside += samples.intensity[i], ++inside_count;
+    if (t > clear) outside += samples.intensity[i], ++outside_count;
+  }
+  if (inside_count < 4 || outside_count < 4) return std::nullopt;
+  const double outside_level = static_cast<double>(outside) / outside_count;
+  const double contrast = static_cast<double>(inside) / inside_count - outside_level;
+  if (!(std::abs(contrast) >= options.min_contrast)) return std::nullopt;
+
+  Vector p;
+  p << outside_level, contrast, prior.root, 0, start_offset_px, std::log(prior.blur_px);
+  return fit_profile(samples.count, p, prior, options, [&](const Vector& at) {
+    return normal_equations(samples, at, prior.radius_px, options.instructions);
+  });
+}
+
+CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response) {
+  CodedLuma coded{0, {0, 0, 0}};
+  for (int c = 0; c < 3; ++c) {
+    const GreyLevel grey = response.shown(std::max(static_cast<double>(light[c]), 0.0));
+    coded.level += static_cast<double>(luma_of[c]) * grey.level;
+    coded.slope[c] = luma_of[c] / static_cast<float>(grey.slope);
+  }
+  return coded;
+}
+
+std::optional<EdgeProfileFit> fit_luma_profile(const EdgeSamples& samples, const EdgeColors& colors,
+                                               const CameraResponse& response, const EdgeProfileFit& start,
+                                               const EdgeProfilePrior& prior,
+                                               const EdgeProfileOptions& options) {
+  if (samples.count < 2 * parameters) return std::nullopt;
+  Vector p;
+  p << 100, 100, 0, 0, start.offset_px, std::log(prior.blur_px);
+  return fit_profile(samples.count, p, prior, options, [&](const Vector& at) {
+    return luma_equations(samples, colors, response, at, prior.radius_px);
+  });
 }
 
 }  // namespace ballservo

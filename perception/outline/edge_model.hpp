@@ -6,12 +6,15 @@
 // sqrt(depth) + O(depth), so the square root and the ramp carry the shading, and t0 stays the geometric edge.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <optional>
 
 #include "perception/segmentation/instructions.hpp"
 
 namespace ballservo {
+
+struct CameraResponse;
 
 /// Values of the basis functions and their slopes at x = (t0 - t)/s, for s = 1:
 /// Phi(x), its slope phi(x); F(x) = E sqrt(max(0, x + z)), z normal, and F'(x); ramp x Phi(x) + phi(x), slope
@@ -68,6 +71,29 @@ struct EdgeProfileFit {
 
 /// Fits the profile by damped Gauss-Newton; nothing where there is no clear edge within reach.
 std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, double start_offset_px,
+                                               const EdgeProfilePrior& prior,
+                                               const EdgeProfileOptions& options);
+
+/// The light (BGR) on both sides of an edge.
+struct EdgeColors {
+  Eigen::Array3f inside, outside;
+};
+
+/// Luma's parts of blue, green and red (Rec. 601): of grey levels, not of light.
+inline const Eigen::Vector3f luma_of(0.114f, 0.587f, 0.299f);
+
+/// Such a light as the camera stores it.
+struct CodedLuma {
+  double level;
+  Eigen::Array3f slope;  ///< d level / d light of each channel
+};
+CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response);
+
+/// Fits the same profile to samples of luma, which is what a coded picture keeps at full resolution. The
+/// light at each pixel is a mix of both sides, O Phi((t - t0)/s) times the one outside, and the rest of the
+/// profile times the one inside, in percent. `start`: a fit of this edge's colours.
+std::optional<EdgeProfileFit> fit_luma_profile(const EdgeSamples& samples, const EdgeColors& colors,
+                                               const CameraResponse& response, const EdgeProfileFit& start,
                                                const EdgeProfilePrior& prior,
                                                const EdgeProfileOptions& options);
 

@@ -29,12 +29,21 @@ constexpr double max_offset_px = 3, max_offset_radii = 0.07;
 constexpr float clear_px = 1.5f;
 // Between levels that near to each other no edge can be placed, however dark it is.
 constexpr double least_contrast = 4;
+// The same where colours are coarse. An edge that only colours show is placed no better than this: they were
+// blurred as grey levels, not as light (0.1 to 0.2 px on JPEG files of rendered balls).
+constexpr float coarse_clear_px = 2;
+constexpr double coarse_chroma_sigma_px = 0.2;
+// Averaging over two pixels and interpolating widens a blur by 0.9 px^2 in each halved direction; less than
+// this is said by noise and shading. An edge is asked only where it is clear in luma and in colour.
+constexpr double coarse_chroma_px2 = 0.25, clear_contrast = 20;
 // Of the camera's response a texture may seem to say much: one segment counts no more than this.
 constexpr double most_of_a_segment = 4, clearly_the_balls = 0.5;
 
 int to_pixel(double position, int last) {
   return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(last)));
 }
+
+Eigen::Vector3f grey_levels(const cv::Vec3b& bgr) { return Eigen::Vector3f(bgr[0], bgr[1], bgr[2]); }
 
 struct Interval {
   double low, high;
@@ -272,7 +281,36 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_segment(const CameraResponse& respo
   profile.min_contrast = *min_contrast;
   profile.max_offset_px = std::max(max_offset_px, max_offset_radii * ring_.radius_px);
   const double reach_px = std::min(max_offset_px, ring_.half_width_px - 2);
-  return fit_edge_profile(samples_, coarse_offset(reach_px), ring_.prior, profile);
+  const auto by_colors = fit_edge_profile(samples_, coarse_offset(reach_px), ring_.prior, profile);
+  if (!by_colors || !response.coarse_chroma) return by_colors;
+  if (const auto by_luma = fit_luma(response, *by_colors, profile)) return by_luma;
+  EdgeProfileFit fit = *by_colors;
+  fit.sigma_px = std::hypot(fit.sigma_px, coarse_chroma_sigma_px);
+  return fit;
+}
+
+// The edge again, by luma alone; nothing where that differs too little. Leaves luma in the samples.
+std::optional<EdgeProfileFit> EdgeMeter::fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
+                                                  const EdgeProfileOptions& options) {
+  EdgeColors colors{{0, 0, 0}, {0, 0, 0}};
+  int inside = 0, outside = 0;
+  const float clear = std::min(coarse_clear_px, static_cast<float>(ring_.half_width_px) - 1),
+              edge = static_cast<float>(start.offset_px);
+  samples_.count = 0;
+  for (const RingColor& pixel : pixels_) {
+    const Eigen::Array3f light(response.light[pixel.bgr[0]], response.light[pixel.bgr[1]],
+                               response.light[pixel.bgr[2]]);
+    if (pixel.distance_px - edge < -clear) colors.inside += light, ++inside;
+    if (pixel.distance_px - edge > clear) colors.outside += light, ++outside;
+    samples_.add(pixel.distance_px, luma_of.dot(grey_levels(pixel.bgr)));
+  }
+  if (inside < 3 || outside < 3) return std::nullopt;
+  colors.inside /= static_cast<float>(inside);
+  colors.outside /= static_cast<float>(outside);
+  const double contrast =
+      code_luma(colors.inside, response).level - code_luma(colors.outside, response).level;
+  if (!(std::abs(contrast) >= least_contrast)) return std::nullopt;
+  return fit_luma_profile(samples_, colors, response, start, ring_.prior, options);
 }
 
 // The ring around the outline, cut into segments by the outline's length; false where no segment is in the
@@ -302,23 +340,59 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
   return ring_.segments_in_picture > 0;
 }
 
-double EdgeMeter::evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
-                           const std::vector<EdgePoint>& points, const CameraResponse& a,
-                           const CameraResponse& b) {
-  if (!place_ring(bgr.size(), rays.camera(), outline)) return 0;
-  double sum = 0;
+// By how much (px^2) the colours of the gathered edge are blurred more than its luma; nothing where it is not
+// clear in both. In grey levels: where both were blurred alike their curve is the same.
+std::optional<double> EdgeMeter::excess_chroma_blur(const EdgeProfileFit& edge) {
+  const auto chroma = [](const cv::Vec3b& bgr) {
+    const Eigen::Vector3f grey = grey_levels(bgr);
+    return Eigen::Vector3f(grey.array() - luma_of.dot(grey));
+  };
+  Eigen::Vector3f inside(0, 0, 0), outside(0, 0, 0);
+  int inside_count = 0, outside_count = 0;
+  for (const RingColor& pixel : pixels_) {
+    const float outside_px = pixel.distance_px - static_cast<float>(edge.offset_px);
+    if (outside_px < -coarse_clear_px) inside += chroma(pixel.bgr), ++inside_count;
+    if (outside_px > coarse_clear_px) outside += chroma(pixel.bgr), ++outside_count;
+  }
+  if (inside_count < 3 || outside_count < 3) return std::nullopt;
+  const Eigen::Vector3f direction =
+      (inside / static_cast<float>(inside_count) - outside / static_cast<float>(outside_count)).normalized();
+  EdgeProfileOptions options;
+  options.min_contrast = clear_contrast;
+  const auto variance_px2 = [&](const auto& level) -> std::optional<double> {
+    samples_.count = 0;
+    for (const RingColor& pixel : pixels_) samples_.add(pixel.distance_px, level(pixel.bgr));
+    const auto fit = fit_edge_profile(samples_, edge.offset_px, ring_.prior, options);
+    return fit ? std::optional(fit->blur_px * fit->blur_px) : std::nullopt;
+  };
+  const auto of_luma = variance_px2([](const cv::Vec3b& bgr) { return luma_of.dot(grey_levels(bgr)); });
+  if (!of_luma) return std::nullopt;
+  const auto of_chroma = variance_px2([&](const cv::Vec3b& bgr) { return direction.dot(chroma(bgr)); });
+  if (!of_chroma) return std::nullopt;
+  return *of_chroma - *of_luma;
+}
+
+ResponseEvidence EdgeMeter::evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
+                                     const std::vector<EdgePoint>& points) {
+  ResponseEvidence evidence;
+  if (!place_ring(bgr.size(), rays.camera(), outline)) return evidence;
+  const CameraResponse &srgb = CameraResponse::srgb(), &linear = CameraResponse::linear();
   for (const EdgePoint& point : points) {
     if (point.weight < clearly_the_balls) continue;
     gather(bgr, rays, outline, static_cast<std::size_t>(point.angle_rad / (2 * M_PI) * ring_.segments));
-    const auto by_a = fit_segment(a), by_b = fit_segment(b);
-    if (!by_a || !by_b) continue;
+    const auto by_srgb = fit_segment(srgb), by_linear = fit_segment(linear);
+    if (!by_srgb || !by_linear) continue;
     const auto values = 3 * static_cast<double>(pixels_.size());
     const double rounding = values / 12;  // of whole grey levels
-    const double left_a = squares_left(pixels_, *by_a, a), left_b = squares_left(pixels_, *by_b, b);
-    sum += std::clamp(0.5 * values * std::log((left_b + rounding) / (left_a + rounding)), -most_of_a_segment,
-                      most_of_a_segment);
+    const double left_by_srgb = squares_left(pixels_, *by_srgb, srgb),
+                 left_by_linear = squares_left(pixels_, *by_linear, linear);
+    evidence.srgb +=
+        std::clamp(0.5 * values * std::log((left_by_linear + rounding) / (left_by_srgb + rounding)),
+                   -most_of_a_segment, most_of_a_segment);
+    if (const auto excess_px2 = excess_chroma_blur(*by_srgb))
+      evidence.coarse_chroma += std::clamp(*excess_px2 / coarse_chroma_px2 - 1, -1.0, 1.0);
   }
-  return sum;
+  return evidence;
 }
 
 void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,

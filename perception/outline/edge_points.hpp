@@ -53,10 +53,10 @@ class EdgeMeter {
   void measure(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
                const CameraResponse& response, OutlineEdges& edges);
 
-  /// How much better the edges that `measure` found are explained by response `a` than by `b`: the logarithm
-  /// of their likelihoods' ratio, the noise of each segment unknown. Counts points of some weight.
-  double evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
-                  const std::vector<EdgePoint>& points, const CameraResponse& a, const CameraResponse& b);
+  /// What the edges that `measure` found say of the camera, the noise of each segment unknown. Counts points
+  /// of some weight.
+  ResponseEvidence evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
+                            const std::vector<EdgePoint>& points);
 
  private:
   // How the outline runs at one angle.
@@ -79,6 +79,9 @@ class EdgeMeter {
   void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t segment);
   std::optional<double> take_samples(const CameraResponse& response);
   std::optional<EdgeProfileFit> fit_segment(const CameraResponse& response);
+  std::optional<EdgeProfileFit> fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
+                                         const EdgeProfileOptions& options);
+  std::optional<double> excess_chroma_blur(const EdgeProfileFit& edge);
   double coarse_offset(double reach_px) const;
 
   Ring ring_;

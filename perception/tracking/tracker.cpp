@@ -39,7 +39,6 @@ bool same_ball(const BallObservation& a, const BallObservation& b) {
 
 void TrackerOptions::validate() const {
   FaultList faults;
-  check_range(faults, "confirm_after", confirm_after, 1, 1e6);
   check_range(faults, "newcomers_every", newcomers_every, 1, 1e6);
   check_range(faults, "clear_quality", clear_quality, 0, 1);
   check_range(faults, "sigma_floor_radii", sigma_floor_radii, 0, 1);
@@ -47,7 +46,7 @@ void TrackerOptions::validate() const {
 }
 
 Tracker::Tracker(Detector detector, const TrackerOptions& options)
-    : detector_(std::move(detector)), options_(options) {
+    : detector_(std::move(detector)), options_(options), look_alikes_(detector_.colors().classes.size()) {
   options_.validate();
   if (!options_.fixed_colors) light_.emplace();
 }
@@ -67,6 +66,8 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   if (light_) look_under_another_light(bgr);
   correct_matched();
   continue_jumps();
+  for (Followed& followed : followed_)
+    if (followed.detection) followed.evidence.see(seen_[*followed.detection]);
   rejoin_newcomers();
 
   for (Followed& followed : followed_) {
@@ -76,19 +77,22 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
       miss(followed, time_s, bgr.size());
   }
   followed_.erase(
-      std::remove_if(followed_.begin(), followed_.end(), [](const Followed& f) { return f.hits == 0; }),
+      std::remove_if(followed_.begin(), followed_.end(), [](const Followed& f) { return f.ended; }),
       followed_.end());
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     if (is_taken(i) || seen_[i].quality < min_ball_quality) continue;
     Followed newcomer{{next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
                       TrackFilter(features(seen_[i]), time_s),
-                      0,
+                      {},
+                      false,
                       time_s,
                       time_s};
     newcomer.detection = i;
+    newcomer.evidence.see(seen_[i]);
     see(newcomer, seen_[i], time_s);
     followed_.push_back(newcomer);
   }
+  count_look_alikes();
   ++pictures_;
   if (light_) {
     learn_light(bgr);
@@ -139,6 +143,18 @@ void Tracker::learn_light(const cv::Mat& bgr) {
 bool Tracker::is_taken(std::size_t seen) const {
   return std::any_of(followed_.begin(), followed_.end(),
                      [&](const Followed& followed) { return followed.detection == seen; });
+}
+
+// Other things of its class and size tell what this one may be.
+bool Tracker::is_believed(const Followed& followed) const {
+  return followed.evidence.suffices(look_alikes_.near(followed.track.color_class, followed.evidence));
+}
+
+void Tracker::count_look_alikes() {
+  look_alikes_.begin();
+  for (const Followed& followed : followed_)
+    if (followed.track.state == TrackState::tentative)
+      look_alikes_.add(followed.track.color_class, followed.evidence);
 }
 
 // Near the predictions first, where a weak detection suffices; the whole picture when a ball is missing
@@ -273,8 +289,7 @@ void Tracker::continue_jumps() {
 // since it appeared.
 void Tracker::rejoin_newcomers() {
   for (Followed& newcomer : followed_) {
-    if (newcomer.track.state != TrackState::tentative || !newcomer.detection ||
-        newcomer.hits + 1 < options_.confirm_after)
+    if (newcomer.track.state != TrackState::tentative || !newcomer.detection || !is_believed(newcomer))
       continue;
     const auto is_missing = [&](const Followed& followed) {
       return followed.track.state == TrackState::coasting && followed.seen_s < newcomer.born_s &&
@@ -288,12 +303,10 @@ void Tracker::rejoin_newcomers() {
 }
 
 void Tracker::see(Followed& followed, const BallObservation& ball, double time_s) {
-  ++followed.hits;
   followed.seen_s = time_s;
   followed.track.ball = ball;
-  const bool believed =
-      followed.track.state != TrackState::tentative || followed.hits >= options_.confirm_after;
-  followed.track.state = believed ? TrackState::confirmed : TrackState::tentative;
+  if (followed.track.state != TrackState::tentative || is_believed(followed))
+    followed.track.state = TrackState::confirmed;
 }
 
 // A tentative ball that is missed once was none; a confirmed one is predicted for a while, as long as it is
@@ -310,7 +323,7 @@ void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
   const double followed_s = followed.seen_s - followed.born_s;
   const double coast_s = std::min(max_coast_s, max_coast_ratio * followed_s);
   if (track.state == TrackState::tentative || !in_view || time_s - followed.seen_s > coast_s) {
-    followed.hits = 0;
+    followed.ended = true;
     return;
   }
   track.state = TrackState::coasting;

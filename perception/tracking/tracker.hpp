@@ -7,13 +7,13 @@
 
 #include "calibration/base/track_state.hpp"
 #include "perception/detector.hpp"
+#include "perception/tracking/ball_evidence.hpp"
 #include "perception/tracking/light_adaptation.hpp"
 #include "perception/tracking/track_filter.hpp"
 
 namespace ballservo {
 
 struct TrackerOptions {
-  int confirm_after = 3;       ///< pictures in a row
   int newcomers_every = 10;    ///< pictures between two looks at the whole picture while no ball is missing
   double clear_quality = 0.5;  ///< below, a detection continues a track only in the size that is expected
   double sigma_floor_radii = 0.03;  ///< see features_of
@@ -49,7 +49,8 @@ class Tracker {
   struct Followed {
     Track track;
     TrackFilter filter;
-    int hits = 1;
+    BallEvidence evidence{};
+    bool ended = false;
     double seen_s = 0, born_s = 0;
     BallLight light{};
     std::optional<std::size_t> detection{};  // its ball among those of this picture
@@ -64,6 +65,8 @@ class Tracker {
   void look_under_another_light(const cv::Mat& bgr);
   void learn_light(const cv::Mat& bgr);
   bool is_taken(std::size_t seen) const;
+  bool is_believed(const Followed& followed) const;
+  void count_look_alikes();
   void look(const cv::Mat& bgr, DetectionStages* stages);
   void look_near_predictions(const cv::Mat& bgr);
   void detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality, DetectionStages* stages);
@@ -86,6 +89,7 @@ class Tracker {
   std::optional<LightAdaptation> light_;
   bool taught_light_ = false;  // looks under the taught light, though another is believed
   std::vector<Followed> followed_;
+  LookAlikes look_alikes_;
   LeftOut left_out_;                   // of this picture
   std::vector<BallObservation> seen_;  // balls of this picture
   std::vector<Pair> pairs_;            // of a track and a ball that may belong together; reused

@@ -1,11 +1,10 @@
 // What tells a ball from what is nearly one, at any size.
-#include "calibration/teaching/ball_evidence.hpp"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "calibration/teaching/ball_evidence.hpp"
 #include "calibration/teaching/chroma_picture.hpp"
 #include "calibration/teaching/round_regions.hpp"
 #include "tests/calibration/color_pictures.hpp"

@@ -23,22 +23,41 @@ TEST(CameraResponse, RisesFromDarkToWhiteWithItsSlope) {
   }
 }
 
-TEST(ResponseBelief, TakesGreyLevelsForLightUntilTheEdgesSayOtherwise) {
+TEST(ResponseBelief, IsSrgbUntilTheEdgesSayOtherwise) {
   ResponseBelief belief;
-  EXPECT_EQ(&belief.likelier(), &CameraResponse::linear());
-  belief.add(3);
-  EXPECT_EQ(&belief.likelier(), &CameraResponse::linear());
+  EXPECT_TRUE(belief.srgb());
+  belief.add({-8, -5});
+  EXPECT_TRUE(belief.srgb());
+  belief.add({-1e9, -5});  // one picture, however loud, does not settle it
+  EXPECT_FALSE(belief.srgb());
   EXPECT_TRUE(belief.open());
-  belief.add(1e9);  // one ball, however loud, does not settle it
-  EXPECT_EQ(&belief.likelier(), &CameraResponse::srgb());
-  EXPECT_TRUE(belief.open());
-  belief.add(10);
+  belief.add({-20, -20});
+  belief.add({-20, -20});
   EXPECT_FALSE(belief.open());
+}
+
+TEST(ResponseBelief, OfCoarseColoursSaysNothingOfTheResponse) {
+  ResponseBelief belief;
+  belief.add({-1e9, 5});
+  EXPECT_TRUE(belief.coarse_chroma());
+  EXPECT_TRUE(belief.srgb());
+}
+
+TEST(ResponseBelief, OfOneCameraHardlyOutlivesTheNextOnesEdges) {
+  for (const double sign : {1.0, -1.0}) {
+    ResponseBelief belief;
+    for (int i = 0; i < 10; ++i) belief.add({20 * sign, 20 * sign});
+    belief.doubt();
+    belief.add({-13 * sign, -13 * sign});
+    EXPECT_EQ(belief.coarse_chroma(), sign < 0);
+    EXPECT_TRUE(belief.open());
+    EXPECT_EQ(belief.srgb(), sign < 0);
+  }
 }
 
 TEST(ResponseBelief, AsksNoLongerWhereNothingIsToldForLong) {
   ResponseBelief belief;
-  for (int i = 0; i < 1000 && belief.open(); ++i) belief.add(i % 2 == 0 ? 1 : -1);
+  for (int i = 0; i < 1000 && belief.open(); ++i) belief.add({i % 2 == 0 ? 1.0 : -1.0, 0});
   EXPECT_FALSE(belief.open());
 }
 
@@ -84,6 +103,36 @@ TEST(CameraResponse, IsToldByTheEdgesOfABall) {
     EXPECT_GT(std::abs(radius_error_px(srgb, ResponseChoice::linear)), 0.05);
     EXPECT_GT(std::abs(radius_error_px(linear, ResponseChoice::srgb)), 0.05);
   }
+}
+
+// As JPEG files (4:2:0) and videos keep it: colours averaged over 2x2 pixels.
+cv::Mat with_coarse_chroma(const cv::Mat& bgr) {
+  cv::Mat coded, restored;
+  std::vector<cv::Mat> planes;
+  cv::cvtColor(bgr, coded, cv::COLOR_BGR2YCrCb);
+  cv::split(coded, planes);
+  for (const std::size_t chroma : {1u, 2u}) {
+    cv::Mat half;
+    cv::resize(planes[chroma], half, bgr.size() / 2, 0, 0, cv::INTER_AREA);
+    cv::resize(half, planes[chroma], bgr.size(), 0, 0, cv::INTER_LINEAR);
+  }
+  cv::merge(planes, coded);
+  cv::cvtColor(coded, restored, cv::COLOR_YCrCb2BGR);
+  return restored;
+}
+
+TEST(CameraResponse, WhereColoursAreCoarseTheEdgeIsThatOfLuma) {
+  double sum_px = 0;
+  constexpr int pictures = 8;
+  for (std::uint64_t seed = 0; seed < pictures; ++seed) {
+    cv::Mat light(120, 120, CV_8UC3, cv::Scalar(90.0 + 10 * static_cast<double>(seed), 100, 80));
+    test::paint_ball(light, test::pinhole({120, 120}, 500), {0.004, 0.002, 0.6}, 0.035, {12, 15, 160});
+    const cv::Mat coarse = with_coarse_chroma(taken(light, CameraResponse::srgb(), seed));
+    const double error_px = radius_error_px(coarse, ResponseChoice::by_edges);
+    EXPECT_NEAR(error_px, 0, 0.06);
+    sum_px += error_px;
+  }
+  EXPECT_NEAR(sum_px / pictures, 0, 0.03);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calibration/base/random.hpp"
+#include "perception/outline/camera_response.hpp"
 
 namespace ballservo {
 namespace {
@@ -98,6 +99,31 @@ TEST(EdgeProfile, NoEdgeHasNoFit) {
   EXPECT_FALSE(fit_edge_profile({}, 0, {}, {}));
   flat.intensity.fill(std::nanf(""));
   EXPECT_FALSE(fit_edge_profile(flat, 0, {}, {}));
+}
+
+// Luma is a mix of grey levels, the blur one of light: a dark red ball, darker at its limb, before grey.
+TEST(LumaProfile, FindsTheEdgeThatWasBlurredAsLight) {
+  const CameraResponse& srgb = CameraResponse::srgb();
+  const EdgeColors colors{{8, 10, 90}, {70, 80, 75}};
+  for (const double offset_px : {-0.7, 0.0, 0.4}) {
+    constexpr double blur_px = 0.8, limb = 0.6, root = 0.2;
+    EdgeSamples samples;
+    for (int i = 0; i < 60; ++i) {
+      const double t = -5 + 10.0 * i / 59;
+      const BlurredBasis basis = blurred_basis((offset_px - t) / blur_px);
+      const double ball = limb * basis.step + root * std::sqrt(blur_px) * basis.root;
+      const Eigen::Array3f light =
+          static_cast<float>(ball) * colors.inside + static_cast<float>(1 - basis.step) * colors.outside;
+      samples.add(static_cast<float>(t), static_cast<float>(code_luma(light, srgb).level));
+    }
+    EdgeProfileFit start;
+    start.offset_px = offset_px + 0.15;
+    const auto fit = fit_luma_profile(samples, colors, srgb, start, {}, {});
+    ASSERT_TRUE(fit);
+    EXPECT_NEAR(fit->offset_px, offset_px, 0.01);
+    const auto by_grey_levels = fit_edge_profile(samples, offset_px, {}, {});
+    EXPECT_TRUE(!by_grey_levels || std::abs(by_grey_levels->offset_px - offset_px) > 0.03);
+  }
 }
 
 }  // namespace

@@ -109,8 +109,8 @@ TEST(TrackFilter, ThePredictionsCovarianceIsTheirErrorAtAnyRate) {
   }
 }
 
-/// Measurements of a ball under constant acceleration (radii, s), every thirtieth of a second; the filter after
-/// them.
+/// Measurements of a ball under constant acceleration (radii, s), every thirtieth of a second; the filter
+/// after them.
 TrackFilter filter_of(const Eigen::Vector2d& velocity, const Eigen::Vector2d& acceleration, int pictures,
                       double sigma_radii, RandomEngine& engine) {
   constexpr double radius = 0.05;

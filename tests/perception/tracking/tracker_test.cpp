@@ -58,12 +58,12 @@ TEST(Tracker, CoastsThroughAShortOcclusionAndKnowsTheBallAgain) {
 TEST(Tracker, ADetectionCountsOnce) {
   // Seen and predicted an instant later, a ball is known as well as its own fit says, not better.
   TrackerOptions options;
-  options.confirm_after = 1;
   options.sigma_floor_radii = 0;
   Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
-  tracker.update(picture_with({{160, 120}}), 0);  // so long ago that it says nothing of the place
-  const auto seen = tracker.update(picture_with({{160, 120}}), 1).at(0);
-  const auto predicted = tracker.update(test::grey_picture(), 1 + 1e-6).at(0);
+  // So long ago that it says nothing of the place.
+  for (const double time_s : {0.0, 2.0}) tracker.update(picture_with({{160, 120}}), time_s);
+  const auto seen = tracker.update(picture_with({{160, 120}}), 4).at(0);
+  const auto predicted = tracker.update(test::grey_picture(), 4 + 1e-6).at(0);
   ASSERT_EQ(predicted.state, TrackState::coasting);
   const Eigen::Vector3d fitted = seen.ball.position->covariance_m2.diagonal();
   const Eigen::Vector3d known = predicted.ball.position->covariance_m2.diagonal();
@@ -181,8 +181,7 @@ TEST(Tracker, OptionsThatMakeNoSenseAreNamed) {
   EXPECT_EQ(faults_of([](TrackerOptions&) {}), Places{});
   EXPECT_EQ(faults_of([&](TrackerOptions& o) { o.sigma_floor_radii = -1, o.clear_quality = nan; }),
             (Places{"clear_quality", "sigma_floor_radii"}));
-  EXPECT_EQ(faults_of([](TrackerOptions& o) { o.confirm_after = o.newcomers_every = 0; }),
-            (Places{"confirm_after", "newcomers_every"}));
+  EXPECT_EQ(faults_of([](TrackerOptions& o) { o.newcomers_every = 0; }), Places{"newcomers_every"});
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+// Whether what was seen again and again is a ball: a sequential likelihood ratio test (Wald 1945) against the
+// look-alikes that this scene shows.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "perception/ball_observation.hpp"
+
+namespace ballservo {
+
+/// What the pictures said of one track.
+class BallEvidence {
+ public:
+  void see(const BallObservation& ball);
+
+  /// Whether it is believed, `look_alikes` being the number of others of its class and size that were in a
+  /// picture of late. That it stays tells a thing from noise, not a ball from a leaf: this counts for no more
+  /// than a few pictures. Its looks do not add up from picture to picture: they are one thing's.
+  bool suffices(double look_alikes) const;
+
+  int pictures() const { return pictures_; }
+  double radius_px() const { return radius_px_; }  ///< geometric mean
+  /// Probability that it is none, by its looks and size alone.
+  double doubt() const;
+
+ private:
+  double log_ratio_of_looks() const;
+  double usual_look_alikes() const;
+
+  int pictures_ = 0;
+  double quality_ = 0, radius_px_ = 0;  // means
+};
+
+/// How many things a picture showed, in the mean of the last few, that were like a ball and not believed.
+class LookAlikes {
+ public:
+  explicit LookAlikes(std::size_t classes) : classes_(classes) {}
+
+  void begin();  ///< before the things of another picture
+  void add(ClassIndex color_class, const BallEvidence& thing);
+  /// Of that size; the thing itself not counted.
+  double near(ClassIndex color_class, const BallEvidence& thing) const;
+
+ private:
+  static constexpr int sizes = 6;  // each twice the one before
+  static std::size_t size_of(const BallEvidence& thing);
+  std::vector<std::array<double, sizes>> classes_;  // sums of weights that fade
+  double weights_ = 0;                              // of all pictures
+};
+
+}  // namespace ballservo

@@ -1,0 +1,81 @@
+// A ball is believed by evidence, against what else the scene shows of its size.
+#include "perception/tracking/ball_evidence.hpp"
+
+#include <gtest/gtest.h>
+
+#include "perception/tracking/tracker.hpp"
+#include "tests/perception/painted_ball.hpp"
+
+namespace ballservo {
+namespace {
+
+BallEvidence seen(double radius_px, double quality, int pictures) {
+  BallObservation ball;
+  ball.outline.radius_px = radius_px;
+  ball.quality = quality;
+  BallEvidence evidence;
+  for (int k = 0; k < pictures; ++k) evidence.see(ball);
+  return evidence;
+}
+
+TEST(BallEvidence, AClearBallIsBelievedAtTheThirdPicture) {
+  for (const double radius_px : {8.0, 30.0, 100.0}) {
+    EXPECT_FALSE(seen(radius_px, 0.95, 2).suffices(0)) << radius_px;
+    EXPECT_TRUE(seen(radius_px, 0.95, 3).suffices(0)) << radius_px;
+  }
+}
+
+TEST(BallEvidence, OfWhatIsSmallAndUnclearMorePicturesAreAsked) {
+  EXPECT_FALSE(seen(4, 0.6, 20).suffices(0));
+  EXPECT_TRUE(seen(9, 0.65, 4).suffices(0)) << "a ball far away";
+  EXPECT_TRUE(seen(25, 0.6, 3).suffices(0));
+}
+
+TEST(BallEvidence, AmongLookAlikesHowLongItStaysSaysNothing) {
+  EXPECT_TRUE(seen(5, 0.85, 5).suffices(0));
+  EXPECT_FALSE(seen(5, 0.85, 1000).suffices(2));
+  EXPECT_TRUE(seen(40, 0.95, 3).suffices(0.5));
+}
+
+TEST(LookAlikes, AThingIsNotItsOwnAndOthersAreOfItsSizeAndClass) {
+  LookAlikes look_alikes(2);
+  const int pictures = 10;
+  for (int k = 1; k <= pictures; ++k) {
+    look_alikes.begin();
+    for (int thing = 0; thing < 3; ++thing) look_alikes.add(1, seen(5, 0.5, k));
+  }
+  const BallEvidence one_of_them = seen(5, 0.5, pictures + 1);
+  const double doubt = one_of_them.doubt();
+  EXPECT_NEAR(look_alikes.near(1, one_of_them), 2 * doubt, 0.01);
+  EXPECT_NEAR(look_alikes.near(1, seen(5, 0.5, 1)), 3 * doubt, 0.01);
+  EXPECT_EQ(look_alikes.near(1, seen(40, 0.5, 1)), 0);
+  EXPECT_EQ(look_alikes.near(2, seen(5, 0.5, 1)), 0);
+  EXPECT_EQ(look_alikes.near(no_class, seen(5, 0.5, 1)), 0);
+}
+
+// Specks of the ball's colour that stay where they are, as leaves do, and a ball.
+TEST(BallEvidence, OfSpecksAndABallTheTrackerBelievesTheBall) {
+  Tracker tracker(test::detector_for(test::pinhole({320, 240}, 400)));
+  int tentative = 0;
+  for (int k = 0; k < 12; ++k) {
+    cv::Mat bgr = test::grey_picture();
+    test::paint_disc(bgr, {160.0 + 2 * k, 120}, 20, test::red);
+    for (int speck = 0; speck < 12; ++speck) {
+      const double u_px = 20 + 25 * speck, v_px = speck % 2 ? 40 : 200;
+      test::paint(bgr, test::red, [&](const Eigen::Vector2d& p) {
+        const double along = p.x() - u_px, across = p.y() - v_px - 0.2 * along;
+        return along * along / (4.6 * 4.6) + across * across / (4.2 * 4.2) < 1;
+      });
+    }
+    for (const Track& track : tracker.update(bgr, k / 30.0)) {
+      const bool is_ball = track.ball.outline.radius_px > 12;
+      EXPECT_TRUE(is_ball || track.state == TrackState::tentative) << k;
+      EXPECT_TRUE(!is_ball || k < 2 || track.state == TrackState::confirmed) << k;
+      tentative += is_ball ? 0 : 1;
+    }
+  }
+  EXPECT_GE(tentative, 24) << "the specks look like balls";
+}
+
+}  // namespace
+}  // namespace ballservo
