@@ -99,9 +99,8 @@ int run(int argc, char** argv) {
   CLI::App program(description, "ballservo");
   program.set_version_flag("--version", "ballservo " BALLSERVO_VERSION);
   program.require_subcommand(1);
-  program.footer(
-      "Example:\n  ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 "
-      "--square 0.025 -o left.yaml");
+  program.footer(R"(Example:
+  ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 --square 0.025 -o left.yaml)");
   Action action;
   add_commands(program, action);
   try {

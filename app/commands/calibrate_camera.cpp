@@ -158,8 +158,7 @@ void print_camera(const BoardCalibration& result) {
   if (result.ball_sigma_mm)
     fmt::print(
         "this calibration's own uncertainty moves a 70 mm ball at 1 m by {:.2f} mm (1 sigma) where it is "
-        "worst "
-        "in the picture{}\n",
+        "worst in the picture{}\n",
         *result.ball_sigma_mm,
         result.covered_ball_sigma_mm
             ? fmt::format(", typically by {:.2f} mm where boards were", *result.covered_ball_sigma_mm)
@@ -257,15 +256,11 @@ void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
           "Write report.html into this folder: residuals, coverage, millimetres at the ball, what to do next")
       ->type_name("DIR");
   add_common_options(command, options->common);
-  command.footer(
-      "Beside FILE, FILE.covariance.json says how well the parameters are known.\n"
-      "Of a video or camera:N pictures are taken where the board stands elsewhere: move it, or the camera, "
-      "to\n"
-      "different places; 40 of them, or two minutes of a camera, are enough.\n"
-      "Example:\n"
-      "  ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 --square 0.025 "
-      "--model brown -o "
-      "left.yaml");
+  command.footer(R"(Beside FILE, FILE.covariance.json says how well the parameters are known.
+Of a video or camera:N pictures are taken where the board stands elsewhere: move it, or the camera, to
+different places; 40 of them, or two minutes of a camera, are enough.
+Example:
+  ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 --square 0.025 --model brown -o left.yaml)");
   command.callback([&action, options] { action = [options] { return calibrate_camera(*options); }; });
 }
 

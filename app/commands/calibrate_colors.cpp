@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -10,7 +11,6 @@
 #include <set>
 
 #include "app/commands/color_requests.hpp"
-#include "app/commands/color_results.hpp"
 #include "app/commands/command.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
@@ -20,11 +20,88 @@
 #include "calibration/base/numbers.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/teaching/box_trainer.hpp"
+#include "calibration/teaching/class_report.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "calibration/teaching/merge_colors.hpp"
 
 namespace ballservo {
 namespace {
+
+long cells_of(const ColorTable& colors, std::size_t k) {
+  return std::count(colors.table.begin(), colors.table.end(), static_cast<ClassIndex>(k + 1));
+}
+
+/// Only as many digits as mean something.
+std::string rounded_k(double temperature_k) {
+  return fmt::format("{:.0f}", 100 * std::round(temperature_k / 100));
+}
+
+/// The figures of every class; `circles` of those learnt now, with the names of their pictures.
+nlohmann::json classes_json(const ColorTable& colors, const std::vector<ClassReport>& reports,
+                            const LearntCircles& circles, const std::vector<std::string>& sources) {
+  nlohmann::json classes = nlohmann::json::object();
+  for (std::size_t k = 0; k < reports.size(); ++k) {
+    const ClassReport& report = reports[k];
+    const ColorClass& color = colors.classes[k];
+    nlohmann::json listed = nlohmann::json::array();
+    if (const auto learnt = circles.find(color.name); learnt != circles.end()) {
+      for (const LearntCircle& circle : learnt->second) {
+        listed.push_back({{"source", sources.at(circle.picture)},
+                          {"frame", circle.frame},
+                          {"cx_px", circle.center_px.x()},
+                          {"cy_px", circle.center_px.y()},
+                          {"r_px", circle.radius_px},
+                          {"fit_ratio", circle.fit_ratio}});
+      }
+    }
+    classes[color.name] = {{"samples", color.samples},
+                           {"circles", listed},
+                           {"table_cells", cells_of(colors, k)},
+                           {"kept_fraction", report.kept_fraction},
+                           {"overlap", report.overlap},
+                           {"shared", report.shared},
+                           {"background_fraction", report.background_fraction},
+                           {"chroma", report.chroma},
+                           {"dissolves_at_chroma", report.dissolves_at_chroma},
+                           {"light",
+                            {{"level_low", report.light.level_low},
+                             {"level_high", report.light.level_high},
+                             {"warmest_k", report.light.warmest_k},
+                             {"coolest_k", report.light.coolest_k},
+                             {"warmer_mired", report.light.warmer_mired},
+                             {"cooler_mired", report.light.cooler_mired}}}};
+  }
+  return classes;
+}
+
+/// The same in plain words, some lines a class.
+std::string classes_text(const ColorTable& colors, const std::vector<ClassReport>& reports,
+                         const LearntCircles& circles) {
+  std::string text;
+  for (std::size_t k = 0; k < reports.size(); ++k) {
+    const ClassReport& report = reports[k];
+    const ColorClass& color = colors.classes[k];
+    text += color.name + ": ";
+    if (const auto learnt = circles.find(color.name); learnt != circles.end()) {
+      text += fmt::format("{} ball{}, ", learnt->second.size(), learnt->second.size() == 1 ? "" : "s");
+    }
+    text += fmt::format("{} pixels, {} cells of the table, which gives {:.1f} % of the pixels back",
+                        color.samples, cells_of(colors, k), 100 * report.kept_fraction);
+    for (const auto& [other, fraction] : report.overlap) {
+      if (fraction >= 0.01) text += fmt::format(", {:.1f} % to {}", 100 * fraction, other);
+    }
+    text += fmt::format("\n  background: {:.2f} % of the pixels off the balls have this colour\n",
+                        100 * report.background_fraction);
+    text += fmt::format("  chroma {:.0f}; fading towards grey, it is lost below {:.0f}\n", report.chroma,
+                        report.dissolves_at_chroma);
+    text += fmt::format(
+        "  light: most of it stays from {:.2g} to {:.2g} times the strength, and from {} to {} K if it was "
+        "taught at 6500 K\n",
+        report.light.level_low, report.light.level_high, rounded_k(report.light.warmest_k),
+        rounded_k(report.light.coolest_k));
+  }
+  return text;
+}
 
 struct ColorsOptions {
   CommonOptions common;
@@ -214,33 +291,24 @@ int run_calibrate_colors(const ColorsOptions& options) {
 void add_calibrate_colors_command(CLI::App& calibrate, Action& action) {
   auto options = std::make_shared<ColorsOptions>();
   CLI::App* command = calibrate.add_subcommand("colors", "Learn the colours of balls from pictures of them");
-  command->footer(
-      "Examples:\n"
-      "  ballservo calibrate colors smarties.png -o sweets.colors --preview preview/\n"
-      "  ballservo calibrate colors --class green=hand.png --at green=645,312,58 -o green.colors\n"
-      "  ballservo calibrate colors --from camera:0 --box green=320,240,60 -o green.colors --preview "
-      "preview/\n"
-      "  ballservo calibrate colors --class green=evening.png --add green.colors -o green_all_day.colors\n"
-      "  ballservo calibrate colors --add red.colors --add green.colors -o both.colors\n"
-      "  ballservo calibrate colors --show both.colors --preview preview/\n"
-      "\n"
-      "Bare pictures: every colour whose regions are round becomes a class, named red, orange, yellow, "
-      "green, cyan,\n"
-      "blue, purple or pink (red_2 where two share a word). With --class the name is yours; of several "
-      "balls a\n"
-      "colour word prefers its own colour; where no thing is clearly the likeliest ball, --at says which is "
-      "meant.\n"
-      "Beside a ball, things below 16 px across that are less than half as large are left out.\n"
-      "--from: hold the ball where the box is; the first 30 frames with it there are learnt from, and it may "
-      "drift.\n"
-      "--add: classes of one name are united, from files and from pictures; others join.\n"
-      "Dark and nearly grey pixels (L below 10, chroma below 8 or, in the dark, (L + 16) / 10: black "
-      "things,\n"
-      "deep shade, glare) have no class.\n"
-      "Exit: 0 learnt; 1 nothing round and coloured found, not clear which, a grey picture, two classes of "
-      "one "
-      "colour,\n"
-      "or a class taught on background; 2 bad input.");
+  command->footer(R"(Examples:
+  ballservo calibrate colors smarties.png -o sweets.colors --preview preview/
+  ballservo calibrate colors --class green=hand.png --at green=645,312,58 -o green.colors
+  ballservo calibrate colors --from camera:0 --box green=320,240,60 -o green.colors --preview preview/
+  ballservo calibrate colors --class green=evening.png --add green.colors -o green_all_day.colors
+  ballservo calibrate colors --add red.colors --add green.colors -o both.colors
+  ballservo calibrate colors --show both.colors --preview preview/
+
+Bare pictures: every colour whose regions are round becomes a class, named red, orange, yellow, green, cyan,
+blue, purple or pink (red_2 where two share a word). With --class the name is yours; of several balls a
+colour word prefers its own colour; where no thing is clearly the likeliest ball, --at says which is meant.
+Beside a ball, things below 16 px across that are less than half as large are left out.
+--from: hold the ball where the box is; the first 30 frames with it there are learnt from, and it may drift.
+--add: classes of one name are united, from files and from pictures; others join.
+Dark and nearly grey pixels (L below 10, chroma below 8 or, in the dark, (L + 16) / 10: black things,
+deep shade, glare) have no class.
+Exit: 0 learnt; 1 nothing round and coloured found, not clear which, a grey picture, two classes of one colour,
+or a class taught on background; 2 bad input.)");
   command->add_option("IMAGE", options->sources, "Pictures of balls, or folders of them");
   command->add_option("--class", options->classes, "Learn one class from these pictures; may be repeated")
       ->type_name("NAME=IMAGE[,IMAGE...]")

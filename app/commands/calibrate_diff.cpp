@@ -51,12 +51,11 @@ std::string uncertainty_verdict(const ComparedCameras& compared) {
   if (!d.chance)
     return fmt::format(
         "Only {}'s uncertainty is known: the difference is {:.1f} times what it alone lets expect at the "
-        "ball "
-        "(RMS over the picture). Whether it is more than both allow cannot be said.",
+        "ball (RMS over the picture). Whether it is more than both allow cannot be said.",
         compared.known_a ? compared.name_a : compared.name_b, *d.sigmas_rms);
   const std::string expected = fmt::format(
-      "at the ball it is {:.1f} times its sigma (RMS over the picture), and as much or more happens "
-      "by chance in {} of such pairs",
+      "at the ball it is {:.1f} times its sigma (RMS over the picture), and as much or more happens by "
+      "chance in {} of such pairs",
       *d.sigmas_rms, percent(*d.chance));
   if (*d.chance >= least_chance)
     return "The difference is within what the calibrations' uncertainties allow: " + expected + ".";
@@ -190,18 +189,14 @@ void add_calibrate_diff_command(CLI::App& calibrate, Action& action) {
       ->type_name("DIR");
   add_common_options(command, options->common);
   command.footer(
-      "A calibration cannot tell where its camera frame points: a frame turned a little, with the principal "
-      "point\n"
-      "moved to make up for it, fits the same boards as well. So the rotation that brings the two cameras' "
-      "rays\n"
-      "closest is taken out first; what is left is a difference that no turning explains. Where both cameras "
-      "have\n"
-      "their .covariance.json beside them, the answer says whether the difference is within what these "
-      "uncertainties\n"
-      "allow (for calibrations from different pictures: from the same ones their errors are common).\n"
-      "Exit: 0 compared, whatever the difference; 2 bad input, such as different picture sizes.\n"
-      "Example:\n"
-      "  ballservo calibrate diff monday.yaml friday.yaml --diameter 0.07 --range 1 --report difference");
+      R"(A calibration cannot tell where its camera frame points: a frame turned a little, with the principal point
+moved to make up for it, fits the same boards as well. So the rotation that brings the two cameras' rays
+closest is taken out first; what is left is a difference that no turning explains. Where both cameras have
+their .covariance.json beside them, the answer says whether the difference is within what these uncertainties
+allow (for calibrations from different pictures: from the same ones their errors are common).
+Exit: 0 compared, whatever the difference; 2 bad input, such as different picture sizes.
+Example:
+  ballservo calibrate diff monday.yaml friday.yaml --diameter 0.07 --range 1 --report difference)");
   command.callback([&action, options] { action = [options] { return calibrate_diff(*options); }; });
 }
 

@@ -306,25 +306,16 @@ void add_calibrate_radius_command(CLI::App& calibrate, Action& action) {
       "Of the board, in metres, where the ball lies beside it on the same table (default 0: on its face)");
   add_common_options(command, options->common);
   command.footer(
-      "With --board: lay the board on a table, printed face up, and the ball on its white margin, or on the "
-      "table\n"
-      "beside it (with --thickness where it is thicker than paper); all inner corners and the whole ball "
-      "must be in\n"
-      "the picture. That the ball touches the plane of the board gives its size. Look down on it steeply, "
-      "from\n"
-      "several sides. With --distances: the centre of projection lies inside the lens, about where its front "
-      "looks\n"
-      "narrowest. The sigma holds the outlines', the distances' or corners' errors, the pictures' scatter, "
-      "and the\n"
-      "camera's own where its .covariance.json is beside it; an error that all distances share it cannot "
-      "know.\n"
-      "Exit: 0 measured, 1 no picture tells, or they contradict each other (all figures are shown), 2 bad "
-      "input.\n"
-      "Examples:\n"
-      "  ballservo calibrate radius table/ --colors my.colors --camera camera.yaml --board chessboard:9x6 "
-      "--square 0.025\n"
-      "  ballservo calibrate radius at_1m.png at_2m.png --colors my.colors --camera camera.yaml --distances "
-      "tape.csv");
+      R"(With --board: lay the board on a table, printed face up, and the ball on its white margin, or on the table
+beside it (with --thickness where it is thicker than paper); all inner corners and the whole ball must be in
+the picture. That the ball touches the plane of the board gives its size. Look down on it steeply, from
+several sides. With --distances: the centre of projection lies inside the lens, about where its front looks
+narrowest. The sigma holds the outlines', the distances' or corners' errors, the pictures' scatter, and the
+camera's own where its .covariance.json is beside it; an error that all distances share it cannot know.
+Exit: 0 measured, 1 no picture tells, or they contradict each other (all figures are shown), 2 bad input.
+Examples:
+  ballservo calibrate radius table/ --colors my.colors --camera camera.yaml --board chessboard:9x6 --square 0.025
+  ballservo calibrate radius at_1m.png at_2m.png --colors my.colors --camera camera.yaml --distances tape.csv)");
   command.callback([&action, options] { action = [options] { return calibrate_radius(*options); }; });
 }
 

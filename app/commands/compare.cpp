@@ -253,20 +253,17 @@ int run_merge(const MergeOptions& options) {
 
 void add_compare_command(CLI::App& program, Action& action) {
   CLI::App* command = program.add_subcommand("compare", "Run every estimator on the same pictures");
-  command->footer(
-      "Examples:\n"
-      "  ballservo compare data/comparisons/basic.yaml -o comparison\n"
-      "  ballservo compare data/comparisons/paper.yaml -o paper              the paper's claims, one by one\n"
-      "  ballservo compare --images pictures --truth truth.csv --start truth -o own    on your own pictures\n"
-      "  ballservo compare data/comparisons/full.yaml -o part_2 --shard 2/4  the second of four parts\n"
-      "  ballservo compare merge part_1 part_2 part_3 part_4 -o whole\n"
-      "  ballservo compare data/comparisons/full.yaml -o full --resume       goes on where it was ended\n"
-      "\n"
-      "Writes compare.csv (each method in each condition), fits.csv (every fit), frames.csv (every truth), "
-      "pairs.csv\n"
-      "(one step against converged), tests.csv (paired tests), certificate.csv, timing.csv, tables.tex, "
-      "report.html.\n"
-      "--seed is added to the plan's own seed.");
+  command->footer(R"(Examples:
+  ballservo compare data/comparisons/basic.yaml -o comparison
+  ballservo compare data/comparisons/paper.yaml -o paper              the paper's claims, one by one
+  ballservo compare --images pictures --truth truth.csv --start truth -o own    on your own pictures
+  ballservo compare data/comparisons/full.yaml -o part_2 --shard 2/4  the second of four parts
+  ballservo compare merge part_1 part_2 part_3 part_4 -o whole
+  ballservo compare data/comparisons/full.yaml -o full --resume       goes on where it was ended
+
+Writes compare.csv (each method in each condition), fits.csv (every fit), frames.csv (every truth), pairs.csv
+(one step against converged), tests.csv (paired tests), certificate.csv, timing.csv, tables.tex, report.html.
+--seed is added to the plan's own seed.)");
   auto options = std::make_shared<CompareOptions>();
   command->add_option("PLAN", options->plan, "What to render and run (YAML)")->type_name("PLAN");
   command->add_option("--images", options->pictures.folder, "Your own pictures, instead of a plan")
@@ -286,9 +283,8 @@ void add_compare_command(CLI::App& program, Action& action) {
   add_common_options(*command, options->common);
   CLI::App* merge = add_merge_command(*command, action, run_merge);
   merge->description("Put the parts of a comparison together");
-  merge->footer(
-      "Example: ballservo compare merge part_1 part_2 part_3 -o whole\n"
-      "gives the tables of the whole, the same bytes as in one run.");
+  merge->footer(R"(Example: ballservo compare merge part_1 part_2 part_3 -o whole
+gives the tables of the whole, the same bytes as in one run.)");
   command->callback([&action, options, command] {
     if (!command->get_subcommands().empty()) return;
     action = [options] { return run_compare(*options); };

@@ -88,11 +88,11 @@ int run_detect(const DetectOptions& options) {
   const std::string looked_at =
       fmt::format("{} picture{}", search.pictures(), search.pictures() == 1 ? "" : "s");
   if (balls_found == 0 && !search.interrupted())
-    throw Refusal(fmt::format(
-        "no ball in {}; to see why, add --stages DIR and look where the colour gets lost: if already in "
-        "'classified', learn the colours from a picture of this light; if in 'refined', the outline is "
-        "hidden or not round",
-        looked_at));
+    throw Refusal(
+        fmt::format("no ball in {}; to see why, add --stages DIR and look where the colour gets lost: if "
+                    "already in 'classified', learn the colours from a picture of this light; if in "
+                    "'refined', the outline is hidden or not round",
+                    looked_at));
   return search.finish({{"pictures", pictures}},
                        fmt::format("{} ball{} in {}", balls_found, balls_found == 1 ? "" : "s", looked_at));
 }
@@ -102,13 +102,11 @@ int run_detect(const DetectOptions& options) {
 void add_detect_command(CLI::App& program, Action& action) {
   auto options = std::make_shared<DetectOptions>();
   CLI::App* command = program.add_subcommand("detect", "Find the balls in pictures");
-  command->footer(
-      "Example:\n"
-      "  ballservo detect left.png right.png --colors my.colors --camera camera.yaml --diameter 0.07 -o "
-      "detections.csv --overlay found/\n"
-      "\n"
-      "Without -o the rows go to stdout. Without --camera or --diameter the columns in metres stay empty.\n"
-      "Exit: 0 found at least one ball, 1 found none, 2 bad input.");
+  command->footer(R"(Example:
+  ballservo detect left.png right.png --colors my.colors --camera camera.yaml --diameter 0.07 -o detections.csv --overlay found/
+
+Without -o the rows go to stdout. Without --camera or --diameter the columns in metres stay empty.
+Exit: 0 found at least one ball, 1 found none, 2 bad input.)");
   add_ball_search_options(*command, *options, "Image files, a folder of images, a video file, or camera:N",
                           "Rows of all balls (CSV)", "One picture of all stages for each picture");
   command->add_option("--overlay", options->overlay, "The pictures with what was found drawn into them")

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "app/commands/command.hpp"
-#include "app/commands/scenario_options.hpp"
+#include "app/commands/work_options.hpp"
 #include "app/experiment/simulated_camera.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
@@ -112,15 +112,14 @@ int run_render(const RenderOptions& options) {
 void add_render_command(CLI::App& program, Action& action) {
   auto options = std::make_shared<RenderOptions>();
   CLI::App* command = program.add_subcommand("render", "Render pictures of a scenario, with exact truth");
-  command->footer(
-      "Example:\n"
-      "  ballservo render data/scenarios/static_ball.yaml -o pictures --frames 10\n"
-      "\n"
-      "The robot stands at its start; frames follow each other at the camera's rate, and balls move by\n"
-      "their own motion. They are the frames of servo with the same seed as long as its robot stands:\n"
-      "camera.faults darken them, or drop some, which leaves gaps in the numbers.\n"
-      "DIR holds frame_0000.png and so on, truth.csv (a row for each ball and picture) and the camera's\n"
-      "file (camera.yaml; camera.xml for a ViSP model).");
+  command->footer(R"(Example:
+  ballservo render data/scenarios/static_ball.yaml -o pictures --frames 10
+
+The robot stands at its start; frames follow each other at the camera's rate, and balls move by
+their own motion. They are the frames of servo with the same seed as long as its robot stands:
+camera.faults darken them, or drop some, which leaves gaps in the numbers.
+DIR holds frame_0000.png and so on, truth.csv (a row for each ball and picture) and the camera's
+file (camera.yaml; camera.xml for a ViSP model).)");
   command->add_option("SCENARIO", options->scenario, "A scenario (YAML)")->required();
   command->add_option("-o,--output", options->output, "Folder for the pictures")
       ->required()

@@ -41,16 +41,13 @@ int run_report(const ReportOptions& options) {
 void add_report_command(CLI::App& program, Action& action) {
   auto options = std::make_shared<ReportOptions>();
   CLI::App* command = program.add_subcommand("report", "Draw the pages of result folders again");
-  command->footer(
-      "Example:\n"
-      "  ballservo report run sweep\n"
-      "\n"
-      "Draws report.html of each folder from the other files in it, in place of the one that is there, and "
-      "prints\n"
-      "where it lies. Needs Debian's python3-matplotlib and python3-jinja2. The page's figures are functions "
-      "of the\n"
-      "Python package ballservo.report, a module a page.\n"
-      "Exit: 0 drawn, 2 a folder without results of this program, or nothing to draw with.");
+  command->footer(R"(Example:
+  ballservo report run sweep
+
+Draws report.html of each folder from the other files in it, in place of the one that is there, and prints
+where it lies. Needs Debian's python3-matplotlib and python3-jinja2. The page's figures are functions of the
+Python package ballservo.report, a module a page.
+Exit: 0 drawn, 2 a folder without results of this program, or nothing to draw with.)");
   command->add_option("DIR", options->folders, "Folders of results")->required();
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_report(*options); }; });

@@ -8,12 +8,10 @@
 #include <opencv2/core/version.hpp>
 
 #include "app/commands/command.hpp"
-#include "app/commands/scenario_options.hpp"
+#include "app/commands/work_options.hpp"
 #include "app/experiment/run_log.hpp"
-#include "app/experiment/run_report.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/experiment/runner.hpp"
-#include "app/experiment/teaching.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
@@ -145,8 +143,7 @@ std::string lateness(const Scenario& scenario, const RunRecord& run) {
   if (wall.frames_skipped == 0 && 20 * static_cast<std::size_t>(wall.frames_late) <= frames) return "";
   return fmt::format(
       "this machine does not keep up with the camera's {:g} Hz: of {} frames {} came late (the median {:.0f} "
-      "ms "
-      "after its exposure) and {} were left out; the robot drove by what came. A lower camera.rate_hz, or "
+      "ms after its exposure) and {} were left out; the robot drove by what came. A lower camera.rate_hz, or "
       "--perception geometric, costs less",
       scenario.camera.rate_hz, frames + static_cast<std::size_t>(wall.frames_skipped), wall.frames_late,
       median(wall.frame_age_ms), wall.frames_skipped);
@@ -219,34 +216,23 @@ void add_servo_command(CLI::App& program, Action& action) {
   auto options = std::make_shared<ServoOptions>();
   CLI::App* command =
       program.add_subcommand("servo", "Drive a simulated robot to a ball that it sees, in closed loop");
-  command->footer(
-      "Example:\n"
-      "  ballservo servo data/scenarios/static_ball.yaml -o run --video\n"
-      "\n"
-      "Writes manifest.json, log.csv (one row a control step), tracks.csv (what was seen), summary.json,\n"
-      "report.html and, with --video, video.mp4. A run that reaches a resting ball ends half a second after\n"
-      "it has stood at the goal for a second. The colours follow the light; --set fixed_colors=true keeps "
-      "them as "
-      "taught.\n"
-      "\n"
-      "  ballservo servo data/scenarios/static_ball.yaml --teach -o target.yaml\n"
-      "puts the robot at the goal, looks at the ball, and writes what it saw; with target: {ball: target, "
-      "taught:\n"
-      "target.yaml} all laws drive to where that is seen again, whatever diameter and focal length are "
-      "believed.\n"
-      "  ballservo servo data/scenarios/obstacles.yaml -o run --perception geometric --realtime\n"
-      "runs on the wall clock: camera, control and guard in threads of their own; the guard tells the drive "
-      "to rest\n"
-      "where frames, sonars or the controller are silent. No two such runs are alike; summary.json says "
-      "under "
-      "timing.realtime\n"
-      "how old frames were and how regular the threads. With --perception image the frames are rendered on "
-      "the way, as "
-      "fast\n"
-      "as the machine can: what comes late is said.\n"
-      "Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 "
-      "interrupted\n"
-      "(the run so far is written, its outcome is interrupted).");
+  command->footer(R"(Example:
+  ballservo servo data/scenarios/static_ball.yaml -o run --video
+
+Writes manifest.json, log.csv (one row a control step), tracks.csv (what was seen), summary.json,
+report.html and, with --video, video.mp4. A run that reaches a resting ball ends half a second after
+it has stood at the goal for a second. The colours follow the light; --set fixed_colors=true keeps them as taught.
+
+  ballservo servo data/scenarios/static_ball.yaml --teach -o target.yaml
+puts the robot at the goal, looks at the ball, and writes what it saw; with target: {ball: target, taught:
+target.yaml} all laws drive to where that is seen again, whatever diameter and focal length are believed.
+  ballservo servo data/scenarios/obstacles.yaml -o run --perception geometric --realtime
+runs on the wall clock: camera, control and guard in threads of their own; the guard tells the drive to rest
+where frames, sonars or the controller are silent. No two such runs are alike; summary.json says under timing.realtime
+how old frames were and how regular the threads. With --perception image the frames are rendered on the way, as fast
+as the machine can: what comes late is said.
+Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 interrupted
+(the run so far is written, its outcome is interrupted).)");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML)")->required();
   command
       ->add_option("-o,--output", options->output, "Folder for the results; with --teach the file to write")

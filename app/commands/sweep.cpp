@@ -7,12 +7,10 @@
 #include <opencv2/core/utility.hpp>
 
 #include "app/commands/command.hpp"
-#include "app/commands/scenario_options.hpp"
 #include "app/commands/work_options.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/report/draw_pages.hpp"
-#include "app/sweep/sweep_report.hpp"
 #include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/options.hpp"
@@ -159,24 +157,19 @@ int run_merge(const MergeOptions& options) {
 void add_sweep_command(CLI::App& program, Action& action) {
   auto options = std::make_shared<SweepCommandOptions>();
   CLI::App* command = program.add_subcommand("sweep", "Run a scenario many times, a seed each, and count");
-  command->footer(
-      "Examples:\n"
-      "  ballservo sweep data/scenarios/static_ball.yaml -o sweep --trials 300\n"
-      "  ballservo sweep data/scenarios/static_ball.yaml -o visp --trials 300 --set law.name=visp --against "
-      "sweep\n"
-      "\n"
-      "Trial k has seed --seed + k. Writes trials.csv (one row a trial), summary.json (rates with 95 % "
-      "intervals,\n"
-      "failures by cause), report.html, and traces.jsonl (the ways, which the report draws). The results are "
-      "the\n"
-      "same bytes at any number of threads, however the work was split, killed and resumed:\n"
-      "\n"
-      "  ballservo sweep S.yaml -o part_2 --trials 3000 --shard 2/4     the second of four parts\n"
-      "  ballservo sweep merge part_1 part_2 part_3 part_4 -o whole\n"
-      "  ballservo sweep S.yaml -o sweep --trials 3000 --resume         goes on where it was killed\n"
-      "\n"
-      "Exit: 0 done (whatever was found), 2 bad input, 130 interrupted (what was finished is written; "
-      "--resume).");
+  command->footer(R"(Examples:
+  ballservo sweep data/scenarios/static_ball.yaml -o sweep --trials 300
+  ballservo sweep data/scenarios/static_ball.yaml -o visp --trials 300 --set law.name=visp --against sweep
+
+Trial k has seed --seed + k. Writes trials.csv (one row a trial), summary.json (rates with 95 % intervals,
+failures by cause), report.html, and traces.jsonl (the ways, which the report draws). The results are the
+same bytes at any number of threads, however the work was split, killed and resumed:
+
+  ballservo sweep S.yaml -o part_2 --trials 3000 --shard 2/4     the second of four parts
+  ballservo sweep merge part_1 part_2 part_3 part_4 -o whole
+  ballservo sweep S.yaml -o sweep --trials 3000 --resume         goes on where it was killed
+
+Exit: 0 done (whatever was found), 2 bad input, 130 interrupted (what was finished is written; --resume).)");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML); required")->type_name("SCENARIO");
   add_work_options(*command, options->work);
   add_integer_option(*command, "--trials", options->trials, 1, max_trials,
@@ -190,14 +183,11 @@ void add_sweep_command(CLI::App& program, Action& action) {
     add_against_option(merging, of.against);
   });
   merge->description("Join the parts of a sweep (--shard) into one");
-  merge->footer(
-      "Example:\n"
-      "  ballservo sweep merge part_1 part_2 part_3 part_4 -o whole\n"
-      "\n"
-      "The result is what one run without --shard would have written, byte for byte. Parts of different "
-      "sweeps "
-      "are\n"
-      "refused, missing ones named. A whole sweep may be given alone, to compare it --against another.");
+  merge->footer(R"(Example:
+  ballservo sweep merge part_1 part_2 part_3 part_4 -o whole
+
+The result is what one run without --shard would have written, byte for byte. Parts of different sweeps are
+refused, missing ones named. A whole sweep may be given alone, to compare it --against another.)");
   command->callback([options, command, &action] {
     if (!command->get_subcommands().empty()) return;
     action = [options] { return run_sweep_command(*options); };

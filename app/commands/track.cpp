@@ -127,17 +127,14 @@ void add_track_command(CLI::App& program, Action& action) {
   auto options = std::make_shared<TrackOptions>();
   CLI::App* command =
       program.add_subcommand("track", "Follow balls through videos, folders of pictures or a camera");
-  command->footer(
-      "Example:\n"
-      "  ballservo track throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 -o tracks.csv "
-      "--video throw_tracked.mp4\n"
-      "\n"
-      "Each video, folder or camera is a sequence of its own; single image files together form one, in the "
-      "order given.\n"
-      "The colours follow the light, slow or sudden, by what changes on balls that are being tracked; "
-      "--fixed-colors\nlooks with the colours as they were taught, whatever the light does.\n"
-      "Row states: tentative and confirmed claim a ball in this picture, coasting rows are predictions.\n"
-      "Exit: 0 saw at least one ball, 1 saw none, 2 bad input.");
+  command->footer(R"(Example:
+  ballservo track throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 -o tracks.csv --video throw_tracked.mp4
+
+Each video, folder or camera is a sequence of its own; single image files together form one, in the order given.
+The colours follow the light, slow or sudden, by what changes on balls that are being tracked; --fixed-colors
+looks with the colours as they were taught, whatever the light does.
+Row states: tentative and confirmed claim a ball in this picture, coasting rows are predictions.
+Exit: 0 saw at least one ball, 1 saw none, 2 bad input.)");
   add_ball_search_options(
       *command, *options, "Video files, folders of images, image files, or camera:N",
       "Rows of all tracks (CSV)",

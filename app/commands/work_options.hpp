@@ -1,6 +1,8 @@
-// The options of the commands whose work can be split over machines, killed, resumed and put together again.
+// The options of a scenario, and of the commands whose work can be split over machines, killed, resumed and
+// put together again.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -32,5 +34,11 @@ CLI::App* add_merge_command(CLI::App& command, Action& action, std::function<int
 
 /// Adds --against to a sweep or a merge of one.
 void add_against_option(CLI::App& command, std::filesystem::path& against);
+
+/// `--set`: values of the scenario to be set before it is read.
+void add_set_option(CLI::App& command, std::vector<std::string>& sets);
+
+/// `--perception`, with `level` as its default (see parse_perception_level).
+void add_perception_option(CLI::App& command, std::string& level);
 
 }  // namespace ballservo

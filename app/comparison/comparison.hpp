@@ -16,7 +16,7 @@
 #include "app/comparison/comparison_statistics.hpp"
 #include "app/comparison/pictures/picture_source.hpp"
 #include "app/io/journal.hpp"
-#include "app/io/shard.hpp"
+#include "app/io/work_folder.hpp"
 
 namespace ballservo {
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "app/report/picture.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/statistics.hpp"
 
@@ -12,8 +13,8 @@ namespace ballservo {
 std::string log_csv(const std::vector<StepRecord>& steps) {
   std::string csv =
       "step,time_s,x_m,y_m,yaw_rad,v_mps,w_radps,v_command_mps,w_command_radps,state,reason,track_state,"
-      "error_1,"
-      "error_2,range_m,bearing_rad,clearance_m,v_intended_mps,w_intended_radps,shield,in_view,hidden\n";
+      "error_1,error_2,range_m,bearing_rad,clearance_m,v_intended_mps,w_intended_radps,shield,in_view,"
+      "hidden\n";
   for (const StepRecord& s : steps) {
     const ControlOutput& c = s.control;
     csv += csv_row(s.step, s.time_s, s.pose.x_m, s.pose.y_m, s.pose.yaw_rad, s.twist.v_mps, s.twist.w_radps,
@@ -63,5 +64,83 @@ nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& 
   }
   return json;
 }
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* picture_prefix = "key_frame_";
+
+ordered_json points_json(const std::vector<Eigen::Vector2d>& points) {
+  ordered_json list = ordered_json::array();
+  for (const Eigen::Vector2d& p : points) list.push_back({p.x(), p.y()});
+  return list;
+}
+
+/// The ball's way through the picture (px); null where it is not known.
+ordered_json image_json(const RunRecord& record, const Scenario& scenario) {
+  ordered_json truth = ordered_json::array(), measured = ordered_json::array();
+  const auto center = [](const std::optional<OutlineEllipse>& outline) {
+    return outline ? ordered_json({outline->center_px.x(), outline->center_px.y()}) : ordered_json(nullptr);
+  };
+  for (const FrameRecord& frame : record.frames) {
+    truth.push_back(center(frame.truth));
+    measured.push_back(frame.measurement.is_sighting() ? center(frame.measured) : ordered_json(nullptr));
+  }
+  const auto outline = [&](const std::optional<Eigen::Vector3d>& p_CB) {
+    constexpr int corners = 72;
+    return p_CB ? points_json(project_outline(scenario.camera.camera, *p_CB,
+                                              scenario.target_ball().radius_m(), corners))
+                : ordered_json::array();
+  };
+  ordered_json outlines{{"desired", outline(scenario.goal().desired_p_CB())}};
+  if (!record.frames.empty()) {
+    outlines["first"] = outline(record.frames.front().truth_p_CB);
+    outlines["last"] = outline(record.frames.back().truth_p_CB);
+  }
+  return {{"truth_px", truth}, {"measured_px", measured}, {"outlines_px", outlines}};
+}
+
+ordered_json key_frames(const std::vector<KeyFrame>& frames, const OutputFolder& folder) {
+  ordered_json list = ordered_json::array();
+  for (const KeyFrame& frame : frames) {
+    const std::string name = fmt::format("{}{}.jpg", picture_prefix, list.size() + 1);
+    folder.write(name, picture_bytes(frame.picture, PictureFormat::jpeg));
+    list.push_back({{"file", name}, {"caption", frame.caption}});
+  }
+  return list;
+}
+
+}  // namespace
+
+ordered_json run_report(const RunRecord& record, const Scenario& scenario, const std::string& perception,
+                        const ReachedRule& rule, const OutputFolder& folder) {
+  const Room& room = scenario.world.room;
+  const Footprint& body = scenario.robot.footprint;
+  const ImageSize size = scenario.camera.camera.size();
+  ordered_json obstacles = ordered_json::array();
+  for (const Obstacle& obstacle : scenario.world.obstacles) {
+    const FloorOutline outline = floor_outline(obstacle);
+    obstacles.push_back({{"points_m", points_json(outline.points_m)}, {"radius_m", outline.radius_m}});
+  }
+  std::vector<Eigen::Vector2d> ball_path;
+  for (const StepRecord& step : record.steps) ball_path.push_back(step.p_WB.head<2>());
+  return {{"page", "run"},
+          {"title", scenario.file.stem().string()},
+          {"law", scenario.law.name},
+          {"perception", perception},
+          {"distance_m", scenario.goal().distance_m},
+          {"reached", {{"range_m", rule.range_m}, {"bearing_rad", rule.bearing_rad}}},
+          {"room_m", {room.x_min_m, room.y_min_m, room.x_max_m, room.y_max_m}},
+          {"obstacles", obstacles},
+          {"footprint_m",
+           {{"front_m", body.front_m}, {"rear_m", body.rear_m}, {"half_width_m", body.half_width_m}}},
+          {"ball", {{"radius_m", scenario.target_ball().radius_m()}, {"path_m", points_json(ball_path)}}},
+          {"picture_px", {size.width_px, size.height_px}},
+          {"image", image_json(record, scenario)},
+          {"key_frames", key_frames(record.key_frames, folder)}};
+}
+
+bool is_run_picture(const std::string& name) { return name.rfind(picture_prefix, 0) == 0; }
 
 }  // namespace ballservo

@@ -1,11 +1,14 @@
-// A run's folder: log.csv and summary.json (manifest.json is the command's, tracks.csv is written as the run
-// goes).
+// A run's folder: log.csv, summary.json, and what its page is drawn from beside them (manifest.json is the
+// command's, tracks.csv is written as the run goes).
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_record.hpp"
+#include "app/scenario/scenario.hpp"
+#include "calibration/base/output.hpp"
 
 namespace ballservo {
 
@@ -15,5 +18,14 @@ std::string log_csv(const std::vector<StepRecord>& steps);
 /// The keys of the contract in its order, more after them; NaN as null. Wall-clock figures stand under
 /// `timing` alone.
 nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& timing);
+
+/// Writes the key frames' pictures into the folder, and returns the contents of report.json: the floor, the
+/// ball's way over it and through the picture.
+nlohmann::ordered_json run_report(const RunRecord& record, const Scenario& scenario,
+                                  const std::string& perception, const ReachedRule& rule,
+                                  const OutputFolder& folder);
+
+/// Whether a run wrote a file of that name for its page: a later run in the same folder removes it.
+bool is_run_picture(const std::string& name);
 
 }  // namespace ballservo

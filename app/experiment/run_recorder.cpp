@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "app/experiment/collision_cause.hpp"
-#include "app/scenario/time_optimal.hpp"
+#include "app/scenario/feasibility.hpp"
 #include "servo/simulation/rendering/scene.hpp"
 
 namespace ballservo {

@@ -1,11 +1,17 @@
-// Pictures of a run: what the camera saw with what was made of it, and the room from above.
+// Pictures of a run: what the camera saw with what was made of it, and the room from above; those that are
+// worth keeping.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <atomic>
+#include <functional>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "app/experiment/run_record.hpp"
+#include "app/loop/loop_observer.hpp"
+#include "app/scenario/scenario.hpp"
 #include "calibration/camera/camera.hpp"
 #include "servo/simulation/robot/sonar_ring.hpp"
 #include "servo/simulation/world/world.hpp"
@@ -44,5 +50,28 @@ class TopView {
 
 /// Both side by side, in the height of the camera's picture.
 cv::Mat side_by_side(const cv::Mat& left, const cv::Mat& right);
+
+/// Draws what was measured into the frames' pictures, and keeps those where the controller's state changed,
+/// some of the way, and the last one.
+class PictureKeeper final : public LoopObserver {
+ public:
+  /// `scenario` must outlive it. `show` is called with each drawn picture.
+  PictureKeeper(const Scenario& scenario, std::function<void(const cv::Mat& picture)> show);
+
+  void frame(const FrameEvent& event) override;
+  void step(const StepEvent& event) override { state_ = event.control.state; }
+
+  /// All that were kept, in order of time.
+  std::vector<KeyFrame> finish();
+
+ private:
+  const Scenario& scenario_;
+  std::function<void(const cv::Mat&)> show_;
+  std::atomic<ControlState> state_{ControlState::search};
+  double next_s_ = 0;
+  std::optional<ControlState> last_state_;
+  std::vector<KeyFrame> kept_;
+  KeyFrame last_;
+};
 
 }  // namespace ballservo

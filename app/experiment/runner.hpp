@@ -1,4 +1,5 @@
-// A closed-loop run of a scenario: the loop of app/loop around a simulated camera and a simulated robot.
+// A closed-loop run of a scenario: the loop of app/loop around a simulated camera and a simulated robot;
+// and teaching by showing: the robot stands at the goal, looks, and remembers what it saw.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +13,13 @@
 #include "app/experiment/simulated_perception.hpp"
 #include "app/loop/loop_observer.hpp"
 #include "app/scenario/scenario.hpp"
+#include "app/scenario/taught_target.hpp"
 #include "calibration/color/color_table.hpp"
 #include "servo/control/controller.hpp"
 #include "servo/features/builtin_laws.hpp"
 #include "servo/simulation/robot/sonar_ring.hpp"
 
 namespace ballservo {
-
-/// The scenario's controller: its law, limits and delays, its mount and its goal.
-ControllerOptions controller_options(const Scenario& scenario);
 
 /// What is to be said of a gain above max_stable_gain_per_s for the scenario's rates and delays, with the
 /// limit; empty for one below.
@@ -30,7 +29,7 @@ struct RunOptions {
   PerceptionLevel perception = PerceptionLevel::image;
   std::uint64_t seed = 0;
   std::shared_ptr<const ColorTable> colors;  ///< the scenario's, for level image; may be empty at the others
-  LawCatalog laws = builtin_laws();  ///< among which the scenario's law is
+  LawCatalog laws = builtin_laws();          ///< among which the scenario's law is
   ReachedRule rule;
   /// Receives each camera frame's picture (with what was measured drawn in), the record and the sonars'
   /// firings so far, for videos; frames are rendered for it at any level of perception. May be empty.
@@ -52,5 +51,18 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options);
 /// Not the same twice; `timing.realtime` is filled in. Throws InputError for `on_picture` too, which is not
 /// to be had here, and Refusal where a thread cannot be started.
 RunRecord run_realtime(const Scenario& scenario, const RunOptions& options);
+
+struct TeachOptions {
+  PerceptionLevel perception = PerceptionLevel::image;
+  std::uint64_t seed = 0;
+  std::shared_ptr<const ColorTable> colors;  ///< for level image
+  int frames = 60;                           ///< looked at; the tracker takes the first to confirm the ball
+  std::function<void(int done)> progress;    ///< called before each frame; what it throws ends the teaching
+};
+
+/// Puts the robot at the scenario's target distance from where the ball is at time 0, facing it, on the line
+/// from its start, and looks; a ball that moves stands. Throws Refusal where something is in the way there,
+/// or the ball is confirmed in less than half of the frames.
+TaughtTarget teach_target(const Scenario& scenario, const TeachOptions& options);
 
 }  // namespace ballservo

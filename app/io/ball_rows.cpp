@@ -5,8 +5,8 @@
 namespace ballservo {
 
 std::string ball_rows_header() {
-  return "source,frame,time_s,track_id,class,state,quality,cx_px,cy_px,r_px,x_m,y_m,z_m,"
-         "sxx_m2,sxy_m2,sxz_m2,syy_m2,syz_m2,szz_m2\n";
+  return "source,frame,time_s,track_id,class,state,quality,cx_px,cy_px,r_px,x_m,y_m,z_m,sxx_m2,sxy_m2,sxz_m2,"
+         "syy_m2,syz_m2,szz_m2\n";
 }
 
 std::string ball_row(const BallRowLabel& label, const BallObservation& ball) {

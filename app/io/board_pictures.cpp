@@ -115,10 +115,10 @@ void require_board_size(const std::vector<BoardPicture>& pictures, const BoardSe
   for (const auto& [size, count] : votes) {
     const bool larger = size != named && size.first >= named.first && size.second >= named.second;
     if (size == named || 2 * count <= seen || (!larger && votes.count(named) > 0)) continue;
-    throw Refusal(fmt::format(
-        "The pictures show a chessboard of {0}x{1} inner corners, not {2}. If {0}x{1} is right, give --board "
-        "chessboard:{0}x{1}, and measure --square once more.",
-        size.first, size.second, search.board_text.substr(search.board_text.find(':') + 1)));
+    throw Refusal(
+        fmt::format("The pictures show a chessboard of {0}x{1} inner corners, not {2}. If {0}x{1} is right, "
+                    "give --board chessboard:{0}x{1}, and measure --square once more.",
+                    size.first, size.second, search.board_text.substr(search.board_text.find(':') + 1)));
   }
 }
 

@@ -63,8 +63,7 @@ Journal::Journal(fs::path file, const std::string& job)
     } else if (note.value != job) {
       throw InputError(
           name, "the finished part of another job",
-          "the inputs and options that this folder was begun with, another folder, or --force to "
-          "begin anew");
+          "the inputs and options that this folder was begun with, another folder, or --force to begin anew");
     }
   });
   fs::resize_file(file_, end_);

@@ -2,15 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 
-#include "app/loop/cpu_clock.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {
 
 namespace {
 constexpr std::size_t frames_on_the_way = 64;  // more than any latency holds; the oldest go
+
+/// Processor time of the calling thread: what work costs, whoever else uses the machine.
+double thread_cpu_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
+
+}  // namespace
 
 void run_loop(const LoopPorts& ports, Clock& clock, const GoOn& go_on) {
   Loop loop(ports, clock);

@@ -133,28 +133,24 @@ std::vector<std::string> calibration_advice(const BoardCalibration& calibration)
   if (calibration.covariance.focal_distance_correlation > tight_correlation)
     advice.push_back(
         "Tilt the board more (20 to 40 degrees, to different sides) and vary its distance: these pictures "
-        "hardly "
-        "tell a longer lens from a farther board.");
+        "hardly tell a longer lens from a farther board.");
   const double covered_mm = calibration.covered_ball_sigma_mm.value_or(0);
   if (covered_mm > good_ball_mm)
-    advice.push_back(fmt::format(
-        "Even where boards were, this calibration alone typically places a ball at 1 m to {:.1f} mm only; "
-        "four times as many "
-        "pictures halve that.",
-        covered_mm));
+    advice.push_back(
+        fmt::format("Even where boards were, this calibration alone typically places a ball at 1 m to {:.1f} "
+                    "mm only; four times as many pictures halve that.",
+                    covered_mm));
   if (calibration.ball_sigma_mm && *calibration.ball_sigma_mm > good_ball_mm &&
       *calibration.ball_sigma_mm > 2 * covered_mm)
     advice.push_back(
         fmt::format("Towards the picture's rim the lens is extrapolated: there a ball at 1 m is uncertain by "
-                    "up to {:.1f} mm. "
-                    "Let the board reach into every corner of the picture in some pictures; parts of a "
-                    "chessboard count too.",
+                    "up to {:.1f} mm. Let the board reach into every corner of the picture in some pictures; "
+                    "parts of a chessboard count too.",
                     *calibration.ball_sigma_mm));
   else if (calibration.coverage < wide_enough)
     advice.push_back(
         "Bring the board to the parts of the picture where no corner lies (see the map of all corners): what "
-        "the "
-        "lens does there is extrapolated.");
+        "the lens does there is extrapolated.");
   if (std::isfinite(calibration.held_out_rms_px) && calibration.held_out_rms_px > 1.3 * calibration.rms_px)
     advice.push_back(
         "Boards that were held out fit clearly worse than those used: the pictures are too few for this lens "

@@ -125,21 +125,4 @@ cv::Mat labelled_grid(const std::vector<std::pair<std::string, cv::Mat>>& pictur
   return grid;
 }
 
-cv::Mat heat_map(const cv::Mat& values, int cell_px) {
-  if (values.empty()) return {};
-  if (values.channels() != 1) throw std::invalid_argument("a heat map needs one channel");
-  cv::Mat numbers;
-  values.convertTo(numbers, CV_64F);
-  const cv::Mat bytes = to_bytes(numbers);
-  cv::Mat colors;
-  cv::applyColorMap(bytes, colors, cv::COLORMAP_VIRIDIS);
-  for (int y = 0; y < numbers.rows; ++y) {
-    for (int x = 0; x < numbers.cols; ++x) {
-      if (!std::isfinite(numbers.at<double>(y, x))) colors.at<cv::Vec3b>(y, x) = {128, 128, 128};
-    }
-  }
-  if (cell_px > 1) cv::resize(colors, colors, {}, cell_px, cell_px, cv::INTER_NEAREST);
-  return colors;
-}
-
 }  // namespace ballservo

@@ -1,4 +1,4 @@
-// Pictures for pages and previews: as files, side by side with their names, and numbers as colours.
+// Pictures for pages and previews: as files, and side by side with their names.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -22,9 +22,5 @@ cv::Mat viewable(const cv::Mat& picture);
 /// are enlarged to fit, by nearest neighbour (so that single pixels stay visible); empty ones stay empty. An
 /// empty list gives an empty picture.
 cv::Mat labelled_grid(const std::vector<std::pair<std::string, cv::Mat>>& pictures, int columns);
-
-/// Numbers (one channel, any depth) as colours from dark violet (lowest) to yellow (highest), each cell
-/// `cell_px` wide; values that are not finite are grey. For vote histograms.
-cv::Mat heat_map(const cv::Mat& values, int cell_px = 1);
 
 }  // namespace ballservo

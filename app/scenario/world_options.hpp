@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "app/scenario/carried_ball.hpp"
 #include "app/scenario/scatter.hpp"
 #include "calibration/base/options.hpp"
 #include "servo/simulation/world/world.hpp"

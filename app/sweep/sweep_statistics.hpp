@@ -1,4 +1,5 @@
-// What a sweep's trials say together, and what two sweeps over the same seeds say of each other.
+// What a sweep's trials say together, and what two sweeps over the same seeds say of each other, and
+// what the page is drawn from.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -50,5 +51,12 @@ SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std
 /// summary.json: the contract's keys first. What is not known is null.
 nlohmann::ordered_json sweep_summary_json(const Sweep& sweep, const Shard& shard, bool interrupted,
                                           const SweepComparison* against);
+
+/// The contents of report.json: what depends on what a seed draws, and the worst trials with the commands
+/// that show them again.
+nlohmann::ordered_json sweep_report(const Sweep& sweep, const SweepComparison* against);
+
+/// The command that runs one seed of a sweep again, with a film: for pasting into a shell.
+std::string trial_command(const nlohmann::json& description, std::uint64_t seed);
 
 }  // namespace ballservo

@@ -12,7 +12,6 @@
 #include <sstream>
 
 #include "app/io/journal.hpp"
-#include "app/io/shard.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
 #include "tests/support/test_data.hpp"

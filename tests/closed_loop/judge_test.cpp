@@ -5,7 +5,7 @@
 
 #include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_log.hpp"
-#include "app/scenario/time_optimal.hpp"
+#include "app/scenario/feasibility.hpp"
 
 namespace ballservo {
 namespace {

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "app/sweep/sweep_report.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {

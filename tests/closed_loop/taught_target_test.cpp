@@ -5,7 +5,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "app/experiment/teaching.hpp"
+#include "app/experiment/runner.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 

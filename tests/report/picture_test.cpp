@@ -36,19 +36,6 @@ TEST(Viewable, SpreadsTheFiniteRange) {
   EXPECT_EQ(shown.at<cv::Vec3b>(0, 3)[0], 0);
 }
 
-TEST(HeatMap, HighStandsOutFromLowAndNoNumberIsGrey) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const cv::Mat map = heat_map((cv::Mat_<double>(1, 3) << 0, 10, nan), 2);
-  ASSERT_EQ(map.size(), cv::Size(6, 2));
-  const auto brightness = [&](int x) {
-    const cv::Vec3b c = map.at<cv::Vec3b>(1, x);
-    return c[0] + c[1] + c[2];
-  };
-  EXPECT_GT(brightness(3), brightness(0) + 150);
-  EXPECT_EQ(map.at<cv::Vec3b>(0, 5), cv::Vec3b(128, 128, 128));
-  EXPECT_TRUE(heat_map({}).empty());
-}
-
 TEST(LabelledGrid, HoldsEveryPictureUnscaledWhereAllAreAlike) {
   std::vector<std::pair<std::string, cv::Mat>> pictures;
   const std::vector<cv::Scalar> colors{{255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
