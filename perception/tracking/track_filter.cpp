@@ -205,6 +205,8 @@ void TrackFilter::correct_after_jump(const BallFeatures& measured) {
 
 void TrackFilter::lose() {
   for (Model& model : models_) {
+    // A ball that goes behind something or over the border seems to shrink: unseen, it keeps its size.
+    model.axis[2].state.tail<2>().setZero();
     for (Axis& axis : model.axis) {
       for (int derivative = 1; derivative < 3; ++derivative) {
         double& value = axis.state(derivative);

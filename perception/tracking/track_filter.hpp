@@ -49,7 +49,7 @@ class TrackFilter {
   /// throw gives, and is told by how far it came.
   void correct_after_jump(const BallFeatures& measured);
   /// The ball is no longer seen: of its velocity counts what is significant (James and Stein 1961, the
-  /// positive part), and of its acceleration, lest it drifts away on noise.
+  /// positive part), and of its acceleration, lest it drifts away on noise; its size stays.
   void lose();
 
   // Of the likeliest motion; the variance also says how far the others are from it.
