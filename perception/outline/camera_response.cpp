@@ -66,7 +66,7 @@ GreyLevel CameraResponse::shown(double of_light) const {
 void ResponseBelief::add(const ResponseEvidence& evidence) {
   const auto capped = [](double x) { return std::clamp(x, -most_of_one_picture, most_of_one_picture); };
   coarse_chroma_ += capped(evidence.coarse_chroma);
-  if (evidence.coarse_chroma <= 0) srgb_ += capped(evidence.srgb);
+  if (!coarse_chroma()) srgb_ += capped(evidence.srgb);
   ++looks_;
 }
 
@@ -78,7 +78,7 @@ bool ResponseBelief::open() const {
 
 void ResponseBelief::doubt() {
   srgb_ = std::clamp(srgb_, prior - carried, prior + 2);
-  coarse_chroma_ = std::clamp(coarse_chroma_, -carried_chroma, carried_chroma);
+  coarse_chroma_ = std::clamp(coarse_chroma_, prior_chroma - carried_chroma, carried_chroma);
   looks_ = 0;
 }
 

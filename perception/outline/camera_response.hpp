@@ -55,8 +55,9 @@ class ResponseBelief {
   bool coarse_chroma() const { return coarse_chroma_ > 0; }
 
  private:
-  static constexpr double prior = 10;  // of sRGB: no edge of an sRGB picture has said so much against it
-  double srgb_ = prior, coarse_chroma_ = 0;
+  // Of sRGB, and against coarse colours: what noise makes the edges of one picture say now and then.
+  static constexpr double prior = 4, prior_chroma = -3.5;
+  double srgb_ = prior, coarse_chroma_ = prior_chroma;
   int looks_ = 0;
 };
 

@@ -26,7 +26,7 @@ TEST(CameraResponse, RisesFromDarkToWhiteWithItsSlope) {
 TEST(ResponseBelief, IsSrgbUntilTheEdgesSayOtherwise) {
   ResponseBelief belief;
   EXPECT_TRUE(belief.srgb());
-  belief.add({-8, -5});
+  belief.add({-3, -5});
   EXPECT_TRUE(belief.srgb());
   belief.add({-1e9, -5});  // one picture, however loud, does not settle it
   EXPECT_FALSE(belief.srgb());
