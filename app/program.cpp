@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <opencv2/core/utils/logger.hpp>
@@ -129,6 +130,8 @@ int run(int argc, char** argv) {
 
 /// What main calls once the libraries are loaded.
 extern "C" int ballservo_main(int argc, char** argv) {
+  // Before there is a second thread: what videos refer to is files.
+  setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS", "protocol_whitelist;file", 1);
   install_interrupt_handler();
   set_up_messages();
   const int code = run(argc, argv);
