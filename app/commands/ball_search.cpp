@@ -111,11 +111,11 @@ int BallSearch::finish(nlohmann::json results, const std::string& summary) const
     csv_file_->write(csv_);
     csv_file_->commit();
   } else {
-    fmt::print("{}", csv_);
+    print_result("{}", csv_);
   }
   write_json_results(options_.common, results);
   if (csv_file_ && !options_.common.quiet)
-    fmt::print("{}{}: {}\n", interrupted_ ? "interrupted; " : "", summary, options_.output.string());
+    print_result("{}{}: {}\n", interrupted_ ? "interrupted; " : "", summary, options_.output.string());
   return interrupted_ ? exit_interrupted : exit_done;
 }
 

@@ -122,48 +122,48 @@ nlohmann::json results_json(const Boards& boards, const BoardCalibration& result
 }
 
 void print_boards(const Boards& boards, const BoardCalibration& result) {
-  fmt::print("board found in {} of {} pictures of {}x{}\n", boards.used.size(), boards.pictures.all.size(),
-             boards.pictures.size.width_px, boards.pictures.size.height_px);
+  print_result("board found in {} of {} pictures of {}x{}\n", boards.used.size(), boards.pictures.all.size(),
+               boards.pictures.size.width_px, boards.pictures.size.height_px);
   for (std::size_t i = 0; i < boards.used.size(); ++i) {
     const std::string& remark = boards.used[i]->remark;
-    fmt::print("  {}: RMS {:.3f} px{}{}\n", boards.used[i]->name(), result.corners[i].rms_px(),
-               remark.empty() ? "" : "; ", remark);
+    print_result("  {}: RMS {:.3f} px{}{}\n", boards.used[i]->name(), result.corners[i].rms_px(),
+                 remark.empty() ? "" : "; ", remark);
   }
   for (const BoardPicture& picture : boards.pictures.all)
-    if (!picture.rejected.empty()) fmt::print("  {}: not used, {}\n", picture.name(), picture.rejected);
+    if (!picture.rejected.empty()) print_result("  {}: not used, {}\n", picture.name(), picture.rejected);
 }
 
 void print_camera(const BoardCalibration& result) {
   const CameraParameters& p = result.camera.parameters();
   if (result.trials.size() > 1)
     for (const ModelTrial& trial : result.trials)
-      fmt::print("model {}: RMS {}, on boards held out {}{}\n", lens_model_name(trial.model),
-                 pixels_text(trial.rms_px), pixels_text(trial.held_out_rms_px),
-                 trial.model == p.model ? " (chosen)"
-                 : trial.usable         ? ""
-                                        : " (not usable over the whole picture)");
-  fmt::print("lens model {}\n", lens_model_name(p.model));
+      print_result("model {}: RMS {}, on boards held out {}{}\n", lens_model_name(trial.model),
+                   pixels_text(trial.rms_px), pixels_text(trial.held_out_rms_px),
+                   trial.model == p.model ? " (chosen)"
+                   : trial.usable         ? ""
+                                          : " (not usable over the whole picture)");
+  print_result("lens model {}\n", lens_model_name(p.model));
   const auto names = parameter_names(p.model);
   const Eigen::VectorXd values = parameter_vector(p);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
-    fmt::print("  {} = {:.6g} +- {:.2g}\n", names[i], values(at),
-               std::sqrt(result.covariance.parameters(at, at)));
+    print_result("  {} = {:.6g} +- {:.2g}\n", names[i], values(at),
+                 std::sqrt(result.covariance.parameters(at, at)));
   }
   const std::size_t aside = corners_set_aside(result);
-  fmt::print("RMS over all corners{} {:.4f} px, on boards held out {}\n",
-             aside > 0 ? fmt::format(" but {} set aside", aside) : "", result.rms_px,
-             pixels_text(result.held_out_rms_px));
-  fmt::print("corners lie in {:.0f} % of the picture\n", 100 * result.coverage);
+  print_result("RMS over all corners{} {:.4f} px, on boards held out {}\n",
+               aside > 0 ? fmt::format(" but {} set aside", aside) : "", result.rms_px,
+               pixels_text(result.held_out_rms_px));
+  print_result("corners lie in {:.0f} % of the picture\n", 100 * result.coverage);
   if (result.ball_sigma_mm)
-    fmt::print(
+    print_result(
         "this calibration's own uncertainty moves a 70 mm ball at 1 m by {:.2f} mm (1 sigma) where it is "
         "worst in the picture{}\n",
         *result.ball_sigma_mm,
         result.covered_ball_sigma_mm
             ? fmt::format(", typically by {:.2f} mm where boards were", *result.covered_ball_sigma_mm)
             : "");
-  for (const std::string& advice : calibration_advice(result)) fmt::print("next: {}\n", advice);
+  for (const std::string& advice : calibration_advice(result)) print_result("next: {}\n", advice);
 }
 
 CameraReportInput report_input(const Boards& boards, const BoardCalibration& result, double max_pixels) {
@@ -214,8 +214,8 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
   if (options.common.quiet) return exit_done;
   print_boards(boards, result);
   print_camera(result);
-  fmt::print("written: {}\n", fs::absolute(options.output).string());
-  if (report) fmt::print("report: {}\n", (fs::absolute(options.report) / "report.html").string());
+  print_result("written: {}\n", fs::absolute(options.output).string());
+  if (report) print_result("report: {}\n", (fs::absolute(options.report) / "report.html").string());
   return exit_done;
 }
 

@@ -152,9 +152,9 @@ int show_file(const ColorsOptions& options) {
   if (!options.preview.empty()) folder.emplace(options.preview, options.common.overwrite());
   const std::vector<ClassReport> reports = report_classes(colors);
   if (!options.common.quiet) {
-    fmt::print("{}", classes_text(colors, reports, {}));
+    print_result("{}", classes_text(colors, reports, {}));
     for (const auto& [name, value] : colors.camera_settings)
-      fmt::print("camera {}: {}\n", name, number_text(value));
+      print_result("camera {}: {}\n", name, number_text(value));
   }
   for (const std::string& warning : judge_classes(colors, reports).warnings) spdlog::warn("{}", warning);
   if (folder) {
@@ -280,8 +280,8 @@ int run_calibrate_colors(const ColorsOptions& options) {
   write_json_results(options.common,
                      {{"classes", classes_json(colors, reports, lesson.colors.circles, lesson.sources)}});
   if (!options.common.quiet) {
-    fmt::print("{}", classes_text(colors, reports, lesson.colors.circles));
-    fmt::print("Written to {}\n", options.output.string());
+    print_result("{}", classes_text(colors, reports, lesson.colors.circles));
+    print_result("Written to {}\n", options.output.string());
   }
   return exit_done;
 }

@@ -123,14 +123,14 @@ nlohmann::json results_json(const ComparedCameras& compared) {
 void print_summary(const ComparedCameras& compared) {
   const CameraDifference& d = compared.difference;
   const Eigen::Vector3d degrees = 180 / M_PI * d.rotation_rad;
-  fmt::print("rotation between their frames, taken out: {:.4f} deg (about x {:.4f}, y {:.4f}, z {:.4f})\n",
-             degrees.norm(), degrees.x(), degrees.y(), degrees.z());
-  fmt::print("in the picture: median {:.4f} px, RMS {:.4f} px, at most {:.4f} px\n", d.shift_px.median,
-             d.shift_px.rms, d.shift_px.max);
-  fmt::print("a ball of {:g} mm at {:g} m: median {:.3f} mm, RMS {:.3f} mm, at most {:.3f} mm\n",
-             1e3 * compared.options.diameter_m, compared.options.range_m, 1e3 * d.ball_m.median,
-             1e3 * d.ball_m.rms, 1e3 * d.ball_m.max);
-  fmt::print("{}\n", uncertainty_verdict(compared));
+  print_result("rotation between their frames, taken out: {:.4f} deg (about x {:.4f}, y {:.4f}, z {:.4f})\n",
+               degrees.norm(), degrees.x(), degrees.y(), degrees.z());
+  print_result("in the picture: median {:.4f} px, RMS {:.4f} px, at most {:.4f} px\n", d.shift_px.median,
+               d.shift_px.rms, d.shift_px.max);
+  print_result("a ball of {:g} mm at {:g} m: median {:.3f} mm, RMS {:.3f} mm, at most {:.3f} mm\n",
+               1e3 * compared.options.diameter_m, compared.options.range_m, 1e3 * d.ball_m.median,
+               1e3 * d.ball_m.rms, 1e3 * d.ball_m.max);
+  print_result("{}\n", uncertainty_verdict(compared));
 }
 
 int calibrate_diff(const CalibrateDiffOptions& options) {
@@ -165,7 +165,7 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
   if (!options.common.quiet) {
     print_summary(compared);
     if (report)
-      fmt::print("report: {}\n", std::filesystem::absolute(options.report / "report.html").string());
+      print_result("report: {}\n", std::filesystem::absolute(options.report / "report.html").string());
   }
   return exit_done;
 }

@@ -100,7 +100,7 @@ void add_keys_flag(CLI::App& command, const std::string& file, std::vector<Optio
   command.add_flag_callback(
       "--keys",
       [file, keys] {
-        fmt::print("{}", option_page(file, keys()));
+        print_result("{}", option_page(file, keys()));
         throw CLI::Success();
       },
       "Print every key of a " + file + ": unit, default, allowed values, meaning");

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "app/io/messages.hpp"
 #include "calibration/base/output.hpp"
 #include "calibration/base/strict_yaml.hpp"
 #include "calibration/pictures/image_file.hpp"

@@ -101,8 +101,8 @@ int run_render(const RenderOptions& options) {
                                       {"seed", options.common.seed},
                                       {"interrupted", interrupted}});
   if (!options.common.quiet) {
-    fmt::print("{} picture{}, truth.csv and the camera: {}{}\n", pictures, pictures == 1 ? "" : "s",
-               options.output.string(), interrupted ? " (interrupted)" : "");
+    print_result("{} picture{}, truth.csv and the camera: {}{}\n", pictures, pictures == 1 ? "" : "s",
+                 options.output.string(), interrupted ? " (interrupted)" : "");
   }
   return interrupted ? exit_interrupted : exit_done;
 }

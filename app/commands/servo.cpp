@@ -129,8 +129,8 @@ int run_teach(const ServoOptions& options) {
                                       {"frames", target.frames},
                                       {"distance_m", target.distance_m}});
   if (!options.common.quiet) {
-    fmt::print(stderr, "ballservo: saw ball {} in {} frames at {:.4f} radii: {}\n", target.ball,
-               target.frames, c.norm(), options.output.string());
+    print_message("ballservo: saw ball {} in {} frames at {:.4f} radii: {}\n", target.ball, target.frames,
+                  c.norm(), options.output.string());
   }
   return exit_done;
 }
@@ -202,10 +202,10 @@ int run_servo(const ServoOptions& options) {
   write_json_results(options.common, nlohmann::json(summary));
 
   const RunSummary& s = run.summary;
-  fmt::print("{}\n", outcome_name(s.outcome));
+  print_result("{}\n", outcome_name(s.outcome));
   if (!options.common.quiet || s.outcome != Outcome::reached) {
-    fmt::print(stderr, "ballservo: {}; range error {:.2f} mm, bearing error {:.3f} deg: {}\n", s.outcome_text,
-               s.range_error_m * 1e3, s.bearing_error_rad * 57.29577951308232, options.output.string());
+    print_message("ballservo: {}; range error {:.2f} mm, bearing error {:.3f} deg: {}\n", s.outcome_text,
+                  s.range_error_m * 1e3, s.bearing_error_rad * 57.29577951308232, options.output.string());
   }
   return exit_code(s.outcome);
 }

@@ -39,20 +39,20 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
          bool quiet) {
   const SweepCounts n = count_trials(sweep.trials);
   const ConfidenceInterval ci = clopper_pearson_ci95(n.reached, n.feasible());
-  fmt::print("{} of {} reached, {} collisions\n", n.reached, n.feasible(), n.collisions);
+  print_result("{} of {} reached, {} collisions\n", n.reached, n.feasible(), n.collisions);
   if (quiet) return;
-  fmt::print(stderr, "ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
-             ci.high * 100, n.infeasible, folder.string());
+  print_message("ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
+                ci.high * 100, n.infeasible, folder.string());
   if (against == nullptr) return;
   if (against->reached.pairs() == 0) {
     spdlog::warn("{} has none of this sweep's feasible seeds: nothing to compare", against->other);
     return;
   }
   const ConfidenceInterval d = matched_difference_ci95(against->reached);
-  fmt::print(stderr,
-             "ballservo: success less that of {}: {:+.2f} % (95 % interval {:+.2f} to {:+.2f} %), {} pairs\n",
-             against->other, against->reached.difference() * 100, d.low * 100, d.high * 100,
-             against->reached.pairs());
+  print_message(
+      "ballservo: success less that of {}: {:+.2f} % (95 % interval {:+.2f} to {:+.2f} %), {} pairs\n",
+      against->other, against->reached.difference() * 100, d.low * 100, d.high * 100,
+      against->reached.pairs());
   if (against->other_worlds > 0) {
     spdlog::warn("in {} pairs the seed drew other values in {}: those worlds differ", against->other_worlds,
                  against->other);
@@ -138,8 +138,8 @@ int run_sweep_command(const SweepCommandOptions& options) {
   finish({result, sweep.shard, interrupted, other, options.against}, options.common, options.work.output,
          finished_before && !other ? nullptr : &folder);
   if (!interrupted) return exit_done;
-  fmt::print(stderr, "ballservo: interrupted after {} of {} trials; --resume goes on\n", result.trials.size(),
-             mine);
+  print_message("ballservo: interrupted after {} of {} trials; --resume goes on\n", result.trials.size(),
+                mine);
   return exit_interrupted;
 }
 

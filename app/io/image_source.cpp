@@ -15,6 +15,7 @@
 #include "app/io/live_camera.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/system_file.hpp"
 #include "calibration/pictures/image_file.hpp"
 
 namespace fs = std::filesystem;
@@ -195,7 +196,10 @@ class VideoFile : public FrameSequence {
     constexpr const char* readable_video = "a video that this machine's OpenCV can read";
     bool opened = false;
     try {
-      opened = capture_.open(path_, cv::CAP_FFMPEG);
+      // Not by its name, which FFmpeg would take for an address (http:, concat:) or a pattern (%03d) of
+      // others.
+      const Descriptor opened_file = open_regular_file(file);
+      opened = capture_.open(fmt::format("/proc/self/fd/{}", opened_file.number()), cv::CAP_FFMPEG);
     } catch (const cv::Exception&) {
       opened = false;
     }

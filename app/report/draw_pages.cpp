@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "app/io/interrupt.hpp"
+#include "app/io/messages.hpp"
 
 namespace ballservo {
 namespace {
@@ -82,7 +83,7 @@ std::string listen(const Child& child, bool quiet) {
     }
     pollfd ready{child.messages, POLLIN, 0};
     if (poll(&ready, 1, look_ms) <= 0) {
-      if (++looks == said_after_looks && !quiet) fmt::print(stderr, "ballservo: drawing report.html\n");
+      if (++looks == said_after_looks && !quiet) print_message("ballservo: drawing report.html\n");
       continue;
     }
     std::array<char, 4096> piece{};

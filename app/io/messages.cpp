@@ -1,0 +1,17 @@
+#include "app/io/messages.hpp"
+
+#include <cstdio>
+#include <iostream>
+
+namespace ballservo {
+
+void write_message(const std::string& text) noexcept { std::fwrite(text.data(), 1, text.size(), stderr); }
+
+void write_result(const std::string& text) noexcept { std::fwrite(text.data(), 1, text.size(), stdout); }
+
+bool stdout_failed() noexcept {
+  std::cout.flush();
+  return std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
+}
+
+}  // namespace ballservo
