@@ -189,13 +189,11 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
     spdlog::warn("--square {:g}: a square of {:g} m? The unit is metres", board.square_m, board.square_m);
   const CameraFileFormat& format = camera_file_format(options.format, options.output);
   const std::vector<LensModel> models = models_of(options.model, format);
-  if (!options.report.empty() && fs::weakly_canonical(options.report) == fs::weakly_canonical(options.output))
-    throw InputError("--report", options.report.string(), "a folder of its own, not the camera file");
-  const Overwrite overwrite = options.common.overwrite();
+  const Overwrite overwrite = options.common.overwrite(options.output);
   OutputFile camera_file(options.output, overwrite);
   OutputFile covariance_file(options.output.string() + ".covariance.json", overwrite);
   std::optional<OutputFolder> report;
-  if (!options.report.empty()) report.emplace(options.report, overwrite);
+  if (!options.report.empty()) report.emplace(options.report, options.common.overwrite(options.report));
 
   const Boards boards = find_all_boards(options, board);
   const BoardCalibration result = calibrate_from_boards(boards.pictures.size, boards.views, models);
@@ -206,9 +204,7 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
   if (report)
     write_report(*report, camera_report(report_input(boards, result, options.common.max_pixels), *report),
                  options.common.quiet);
-  camera_file.commit();
-  covariance_file.commit();
-  if (report) report->commit();
+  options.common.files->commit(camera_file, covariance_file, report);
   write_json_results(options.common, results_json(boards, result));
   for (const std::string& warning : result.warnings) spdlog::warn("{}", warning);
   if (options.common.quiet) return exit_done;
@@ -243,18 +239,16 @@ void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
           "Lens model: auto (default: the simplest that predicts boards it has not seen as well as any, "
           "among those that the file format holds), pinhole, visp, brown, brown8, kannala_brandt")
       ->type_name("MODEL");
-  command.add_option("-o,--output", options->output, "Camera file: .xml is ViSP's, .yaml ROS'")
-      ->required()
-      ->type_name("FILE");
+  add_output_option(command, "-o,--output", options->output, "FILE",
+                    "Camera file: .xml is ViSP's, .yaml ROS'")
+      ->required();
   command
       .add_option("--format", options->format,
                   "Format of the camera file, whatever its name: visp, ros, opencv, kalibr")
       ->type_name("FORMAT");
-  command
-      .add_option(
-          "--report", options->report,
-          "Write report.html into this folder: residuals, coverage, millimetres at the ball, what to do next")
-      ->type_name("DIR");
+  add_output_option(
+      command, "--report", options->report, "DIR",
+      "Write report.html into this folder: residuals, coverage, millimetres at the ball, what to do next");
   add_common_options(command, options->common);
   command.footer(R"(Beside FILE, FILE.covariance.json says how well the parameters are known.
 Of a video or camera:N pictures are taken where the board stands elsewhere: move it, or the camera, to

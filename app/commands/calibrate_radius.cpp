@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 
-#include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
@@ -253,11 +252,6 @@ void print_summary(const std::vector<RadiusPicture>& pictures, const RadiusEstim
 }
 
 int calibrate_radius(const CalibrateRadiusOptions& options) {
-  BallOptions inputs;
-  inputs.colors = options.colors, inputs.camera = split_camera_name(options.camera).file.string();
-  std::vector<std::string> sources = options.sources;
-  sources.push_back(options.distances.string());
-  check_not_an_input(options.common.json, inputs, sources);
   Measurement task = set_up(options);
   std::vector<RadiusPicture> pictures = read_pictures(task);
   check_one_ball(pictures);

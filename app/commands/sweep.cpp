@@ -82,6 +82,7 @@ void finish(const SweepOutcome& outcome, const CommonOptions& common, const std:
     folder->write("summary.json", summary.dump(2) + "\n");
     folder->write(report_json_name, report_text(sweep_report(sweep, against)));
     draw_page_or_warn(folder->staging(), output.string(), common.quiet);
+    if (!interrupted) common.files->commit();
     if (interrupted)
       folder->commit_unfinished();
     else
@@ -112,12 +113,13 @@ int run_sweep_command(const SweepCommandOptions& options) {
   sweep.trials = options.trials;
   sweep.shard = parse_shard(options.work.shard);
   sweep.threads = options.common.threads;
+  sweep.admit = [&options](const Scenario& scenario) { admit(scenario, options.common); };
   const nlohmann::json description = sweep_description(sweep);
   const std::string gain = description.at("gain_warning");
   if (!gain.empty()) spdlog::warn(gain);
   const std::optional<Sweep> other = read_other(options.against);
   WorkFolder folder(options.work.output, {description, sweep.shard}, options.work.resume,
-                    options.common.overwrite());
+                    options.common.overwrite(options.work.output));
   const bool finished_before = folder.already_finished();
   Sweep result;
   if (finished_before) {
@@ -147,7 +149,8 @@ int run_merge(const MergeOptions& options) {
   const MergeableShards shards = read_shards(options.folders);
   const std::optional<Sweep> other = read_other(options.against);
   const Sweep sweep = read_sweep(shards);
-  WorkFolder folder(options.output, {shards.description, {}}, false, options.common.overwrite());
+  WorkFolder folder(options.output, {shards.description, {}}, false,
+                    options.common.overwrite(options.output));
   finish({sweep, {}, false, other, options.against}, options.common, options.output, &folder);
   return exit_done;
 }

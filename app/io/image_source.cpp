@@ -57,15 +57,6 @@ bool is_video_container(std::string_view head) {
          at(0, "OggS") || at(0, "FLV\x01");
 }
 
-bool has_image_name(const fs::path& file) {
-  static const std::set<std::string> extensions = {".png", ".jpg", ".jpeg", ".bmp",  ".pbm", ".pgm",
-                                                   ".ppm", ".pnm", ".tif",  ".tiff", ".webp"};
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return extensions.count(extension) > 0;
-}
-
 std::vector<fs::path> images_in_folder(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -258,6 +249,15 @@ class VideoFile : public FrameSequence {
 };
 
 }  // namespace
+
+bool has_image_name(const fs::path& file) {
+  static const std::set<std::string> extensions = {".png", ".jpg", ".jpeg", ".bmp",  ".pbm", ".pgm",
+                                                   ".ppm", ".pnm", ".tif",  ".tiff", ".webp"};
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return extensions.count(extension) > 0;
+}
 
 std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::string>& texts, double fps,
                                                          double max_pixels) {

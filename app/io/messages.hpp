@@ -14,6 +14,9 @@ void write_message(const std::string& text) noexcept;
 /// Writes to stdout; stdout_failed() tells of a failure, in the end.
 void write_result(const std::string& text) noexcept;
 bool stdout_failed() noexcept;
+/// Writes to stdout what a program reads; text for people goes to stderr from now on.
+void give_stdout_to_json() noexcept;
+void write_json(const std::string& text) noexcept;
 
 template <class... Values>
 void print_message(fmt::format_string<Values...> format, Values&&... values) {
