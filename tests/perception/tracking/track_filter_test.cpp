@@ -102,7 +102,7 @@ TEST(TrackFilter, ThePredictionsCovarianceIsTheirErrorAtAnyRate) {
   for (const double rate_hz : {15.0, 30.0, 60.0}) {
     for (const double unseen_s : {1 / rate_hz, 0.2, 0.4, 0.8}) {
       const double error = normalized_error(rate_hz, unseen_s);
-      EXPECT_GT(error, 0.65) << rate_hz << " Hz, " << unseen_s << " s";
+      EXPECT_GT(error, 0.6) << rate_hz << " Hz, " << unseen_s << " s";
       EXPECT_LT(error, 1.25) << rate_hz << " Hz, " << unseen_s << " s";
     }
   }
