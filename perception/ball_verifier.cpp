@@ -16,7 +16,7 @@ constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill =
 // A ball smaller than this is looked at again, since some circle fits into a few pixels of anything; and is
 // none where the odds are worse than even. A larger one shows its shape in its outline; and a streak, which
 // is no circle, shows it there alone.
-constexpr double looked_at_again_px = 12, least_log_odds = 0;
+constexpr double looked_at_again_px = 12, least_log_odds = 3;
 
 constexpr const char* no_edge = "no edge along the circle";
 
