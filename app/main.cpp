@@ -1,144 +1,42 @@
-// The program: parses the command line, runs one command, and turns how it ended into an exit code.
-#include <fmt/format.h>
-#include <glog/logging.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
+// The first instructions. The program's libraries take a good part of a second to load, and Ctrl-C is heard
+// in that time, too; so they are loaded from here.
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
-#include <exception>
-#include <iostream>
-#include <opencv2/core/utils/logger.hpp>
-
-#include "app/commands/command.hpp"
-#include "app/io/interrupt.hpp"
-#include "calibration/base/fault.hpp"
+#include <initializer_list>
 
 namespace {
 
-using namespace ballservo;
-
-constexpr const char* description =
-    "ballservo: a robot sees a coloured ball, places it in 3-D and drives to it.\n"
-    "Results are files or stdout, messages go to stderr. Exit codes: 0 done, 1 the answer is no,\n"
-    "2 bad usage or input, 3 a fault of the program, 130 interrupted.";
-
-/// Sends what libraries print on std::cout to stderr: stdout holds results alone, which the commands print
-/// with fmt::print.
-class CoutOnStderr {
- public:
-  CoutOnStderr() : saved_(std::cout.rdbuf(std::cerr.rdbuf())) {}
-  ~CoutOnStderr() { std::cout.rdbuf(saved_); }
-  CoutOnStderr(const CoutOnStderr&) = delete;
-  CoutOnStderr& operator=(const CoutOnStderr&) = delete;
-
- private:
-  std::streambuf* saved_;
-};
-
-void add_commands(CLI::App& program, Action& action) {
-  CLI::App& calibrate =
-      *program.add_subcommand("calibrate", "Learn a camera or the colours of balls from pictures");
-  calibrate.require_subcommand(1);
-  add_calibrate_camera_command(calibrate, action);
-  add_calibrate_diff_command(calibrate, action);
-  add_calibrate_radius_command(calibrate, action);
-  add_calibrate_colors_command(calibrate, action);
-  add_detect_command(program, action);
-  add_track_command(program, action);
-  add_render_command(program, action);
-  add_servo_command(program, action);
-  add_sweep_command(program, action);
-  add_compare_command(program, action);
-  add_report_command(program, action);
+/// Opens what is closed of stdin, stdout and stderr, so that no file of the run gets its number: messages
+/// then go nowhere, and what reads stdin or writes results to stdout fails.
+void open_standard_streams() {
+  // The lowest free number is the one that was closed.
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(number, F_GETFD) < 0) open("/dev/null", number == STDOUT_FILENO ? O_RDONLY : O_WRONLY);
 }
 
-void set_up_messages() {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("ballservo"));
-  spdlog::set_pattern("%n: %l: %v");
-  // Ceres tells through glog of steps that it then retries.
-  FLAGS_minloglevel = google::GLOG_FATAL;
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_ERROR);
-}
-
-int show(const InputError& error) {
-  constexpr std::size_t most = 100;
-  std::size_t shown = 0;
-  for (const Fault& fault : error.faults()) {
-    if (shown++ == most) {
-      fmt::print(stderr, "ballservo: error: and {} more\n", error.faults().size() - most);
-      break;
-    }
-    fmt::print(stderr, "ballservo: error: {}\n", to_text(fault));
+void set_signals() {
+  std::signal(SIGPIPE, SIG_IGN);  // a write to a broken pipe fails
+  std::signal(SIGXFSZ, SIG_IGN);  // and so does one beyond the user's file size limit
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    // Nothing is done yet that would have to be tidied up. An ignored SIGHUP stays so, as nohup has it.
+    if (std::signal(number, [](int) { _exit(130); }) == SIG_IGN && number == SIGHUP)
+      std::signal(number, SIG_IGN);
   }
-  return exit_bad_input;
-}
-
-/// The word that stands where a command should, with those that might; empty where none does.
-std::string unknown_command(const CLI::App& program) {
-  const CLI::App* app = &program;
-  while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
-  if (app->get_require_subcommand_min() == 0 || app->remaining().empty()) return {};
-  std::string names;
-  for (const CLI::App* const command : app->get_subcommands([](const CLI::App*) { return true; }))
-    names += (names.empty() ? "" : ", ") + command->get_name();
-  return to_text({"command", app->remaining().front(), names});
-}
-
-/// Help and version go to stdout with 0; what is wrong with the command line goes to stderr with 2.
-int show(const CLI::App& program, const CLI::ParseError& error) {
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return program.exit(error);
-  const std::string unknown = unknown_command(program);
-  fmt::print(stderr, "ballservo: error: {}\nRun with --help for more information.\n",
-             unknown.empty() ? error.what() : unknown);
-  return exit_bad_input;
-}
-
-int run(int argc, char** argv) {
-  CLI::App program(description, "ballservo");
-  program.set_version_flag("--version", "ballservo " BALLSERVO_VERSION);
-  program.require_subcommand(1);
-  program.footer(R"(Example:
-  ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 --square 0.025 -o left.yaml)");
-  Action action;
-  add_commands(program, action);
-  try {
-    program.parse(argc, argv);
-    const CoutOnStderr cout_on_stderr;
-    const int code = action();
-    return code == exit_done && interrupt_requested() ? exit_interrupted : code;  // its page was not drawn
-  } catch (const CLI::ParseError& error) {
-    return show(program, error);
-  } catch (const InputError& error) {
-    return show(error);
-  } catch (const Refusal& refusal) {
-    fmt::print(stderr, "ballservo: {}\n", refusal.what());
-    return exit_answer_is_no;
-  } catch (const Interrupted&) {
-    fmt::print(stderr, "ballservo: interrupted\n");
-    return exit_interrupted;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "ballservo: a fault of ours, please report it with the command line: {}\n",
-               error.what());
-  } catch (...) {
-    fmt::print(stderr, "ballservo: a fault of ours, please report it with the command line\n");
-  }
-  return exit_our_fault;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the user's file size limit fails like one on a full disk
-  install_interrupt_handler();
-  set_up_messages();
-  const int code = run(argc, argv);
-  std::cout.flush();
-  if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == exit_done) {
-    fmt::print(stderr, "ballservo: error: {}\n",
-               to_text({"stdout", "a full disk or a closed pipe", "a place that can be written"}));
-    return exit_bad_input;
-  }
-  return code;
+  open_standard_streams();
+  set_signals();
+  void* const program = dlopen("libballservo_program.so", RTLD_NOW);
+  const auto run =
+      program ? reinterpret_cast<int (*)(int, char**)>(dlsym(program, "ballservo_main")) : nullptr;
+  if (run) return run(argc, argv);
+  std::fprintf(stderr, "ballservo: %s\n", dlerror());
+  return 3;
 }

@@ -67,30 +67,6 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
       ->capture_default_str();
 }
 
-void check_not_an_input(const std::filesystem::path& output, const BallOptions& options,
-                        const std::vector<std::string>& sources) {
-  std::vector<std::string> inputs = sources;
-  inputs.push_back(options.colors);
-  inputs.push_back(options.camera);
-  for (const std::string& input : inputs) {
-    std::error_code error;  // a missing file is no input; whoever reads it says so
-    if (!output.empty() && std::filesystem::equivalent(output, input, error)) {
-      throw InputError(output.string(), "an output that is also an input", "a file of its own");
-    }
-  }
-}
-
-void check_not_a_source_folder(const std::filesystem::path& folder, const std::vector<std::string>& sources) {
-  for (const std::string& source : sources) {
-    std::error_code error;  // what is missing is no source; whoever reads it says so
-    const std::filesystem::path whole = std::filesystem::absolute(source, error);
-    const std::filesystem::path place =
-        std::filesystem::is_directory(whole, error) ? whole : whole.parent_path();
-    if (!folder.empty() && std::filesystem::equivalent(folder, place, error))
-      throw InputError(folder.string(), "the folder that " + source + " is read from", "a folder of its own");
-  }
-}
-
 std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors) {
   if (text.empty()) return {};
   FaultList faults;

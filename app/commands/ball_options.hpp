@@ -22,14 +22,6 @@ struct BallOptions {
 /// Adds --colors, --camera, --diameter, --fit and --response.
 void add_ball_options(CLI::App& command, BallOptions& options);
 
-/// Throws InputError where an output is one of the files that the command reads (--force would destroy it).
-void check_not_an_input(const std::filesystem::path& output, const BallOptions& options,
-                        const std::vector<std::string>& sources);
-
-/// Throws InputError where a folder of pictures to write is one that the command reads pictures from: they
-/// would replace each other.
-void check_not_a_source_folder(const std::filesystem::path& folder, const std::vector<std::string>& sources);
-
 /// The radii of the classes from METRES[+-SIGMA] (all classes) or NAME=METRES[+-SIGMA],... ; empty for an
 /// empty text. Throws InputError naming every fault: not a number, not above 0, an unknown class, a class
 /// named twice.

@@ -30,29 +30,26 @@ void warn_of_missing_pictures(const FrameSequence& sequence, long read) {
                sequence.name(), read, sequence.length());
 }
 
-DetectorFactory checked_factory(const BallSearchOptions& options) {
-  check_not_an_input(options.output, options.balls, options.sources);
-  check_not_a_source_folder(options.stages, options.sources);
-  return {options.balls, options.common.seed, options.common.threads};
-}
-
 }  // namespace
 
 void add_ball_search_options(CLI::App& command, BallSearchOptions& options, const std::string& sources_help,
                              const std::string& output_help, const std::string& stages_help) {
   command.add_option("SOURCE", options.sources, sources_help)->required();
   add_ball_options(command, options.balls);
-  command.add_option("-o,--output", options.output, output_help)->type_name("FILE.csv");
-  command.add_option("--stages", options.stages, stages_help)->type_name("DIR");
+  add_output_option(command, "-o,--output", options.output, "FILE.csv", output_help);
+  add_output_option(command, "--stages", options.stages, "DIR", stages_help);
 }
 
 BallSearch::BallSearch(const BallSearchOptions& options, const std::string& name)
-    : options_(options), factory_(checked_factory(options)) {
+    : options_(options), factory_(options.balls, options.common.seed, options.common.threads) {
   sequences_ = open_sources(options.sources, options.fps, options.common.max_pixels);
   warn_of_repeated_names(sequences_);
-  if (!options.output.empty())
-    csv_file_ = std::make_unique<OutputFile>(options.output, options.common.overwrite());
-  if (!options.stages.empty()) stages_.emplace(options.stages, options.common.overwrite());
+  const bool rows_to_stdout = options.output.empty() || options.output == standard_output;
+  if (rows_to_stdout && options.common.json == standard_output)
+    throw InputError("--json", "stdout, where the rows go", "-o FILE beside it");
+  if (!rows_to_stdout)
+    csv_file_ = std::make_unique<OutputFile>(options.output, options.common.overwrite(options.output));
+  if (!options.stages.empty()) stages_.emplace(options.stages, options.common.overwrite(options.stages));
   long total = 0;
   for (const auto& sequence : sequences_) total += sequence->length();
   progress_ = std::make_unique<Progress>(name, total, options.common.quiet);
@@ -102,20 +99,20 @@ void BallSearch::end() {
         "{} picture{} had more regions of the balls' colours than are searched, and small balls may have "
         "been missed (left out in {}): colours that the background has too? Teach them with --background",
         left_out_pictures_, left_out_pictures_ == 1 ? "" : "s", left_out_example_);
-  if (stages_) stages_->commit();
+  options_.common.files->commit(stages_);
 }
 
 int BallSearch::finish(nlohmann::json results, const std::string& summary) const {
   results["interrupted"] = interrupted_;
   if (csv_file_) {
     csv_file_->write(csv_);
-    csv_file_->commit();
+    options_.common.files->commit(csv_file_);
   } else {
-    fmt::print("{}", csv_);
+    print_result("{}", csv_);
   }
   write_json_results(options_.common, results);
   if (csv_file_ && !options_.common.quiet)
-    fmt::print("{}{}: {}\n", interrupted_ ? "interrupted; " : "", summary, options_.output.string());
+    print_result("{}{}: {}\n", interrupted_ ? "interrupted; " : "", summary, options_.output.string());
   return interrupted_ ? exit_interrupted : exit_done;
 }
 

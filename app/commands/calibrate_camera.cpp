@@ -122,48 +122,48 @@ nlohmann::json results_json(const Boards& boards, const BoardCalibration& result
 }
 
 void print_boards(const Boards& boards, const BoardCalibration& result) {
-  fmt::print("board found in {} of {} pictures of {}x{}\n", boards.used.size(), boards.pictures.all.size(),
-             boards.pictures.size.width_px, boards.pictures.size.height_px);
+  print_result("board found in {} of {} pictures of {}x{}\n", boards.used.size(), boards.pictures.all.size(),
+               boards.pictures.size.width_px, boards.pictures.size.height_px);
   for (std::size_t i = 0; i < boards.used.size(); ++i) {
     const std::string& remark = boards.used[i]->remark;
-    fmt::print("  {}: RMS {:.3f} px{}{}\n", boards.used[i]->name(), result.corners[i].rms_px(),
-               remark.empty() ? "" : "; ", remark);
+    print_result("  {}: RMS {:.3f} px{}{}\n", boards.used[i]->name(), result.corners[i].rms_px(),
+                 remark.empty() ? "" : "; ", remark);
   }
   for (const BoardPicture& picture : boards.pictures.all)
-    if (!picture.rejected.empty()) fmt::print("  {}: not used, {}\n", picture.name(), picture.rejected);
+    if (!picture.rejected.empty()) print_result("  {}: not used, {}\n", picture.name(), picture.rejected);
 }
 
 void print_camera(const BoardCalibration& result) {
   const CameraParameters& p = result.camera.parameters();
   if (result.trials.size() > 1)
     for (const ModelTrial& trial : result.trials)
-      fmt::print("model {}: RMS {}, on boards held out {}{}\n", lens_model_name(trial.model),
-                 pixels_text(trial.rms_px), pixels_text(trial.held_out_rms_px),
-                 trial.model == p.model ? " (chosen)"
-                 : trial.usable         ? ""
-                                        : " (not usable over the whole picture)");
-  fmt::print("lens model {}\n", lens_model_name(p.model));
+      print_result("model {}: RMS {}, on boards held out {}{}\n", lens_model_name(trial.model),
+                   pixels_text(trial.rms_px), pixels_text(trial.held_out_rms_px),
+                   trial.model == p.model ? " (chosen)"
+                   : trial.usable         ? ""
+                                          : " (not usable over the whole picture)");
+  print_result("lens model {}\n", lens_model_name(p.model));
   const auto names = parameter_names(p.model);
   const Eigen::VectorXd values = parameter_vector(p);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
-    fmt::print("  {} = {:.6g} +- {:.2g}\n", names[i], values(at),
-               std::sqrt(result.covariance.parameters(at, at)));
+    print_result("  {} = {:.6g} +- {:.2g}\n", names[i], values(at),
+                 std::sqrt(result.covariance.parameters(at, at)));
   }
   const std::size_t aside = corners_set_aside(result);
-  fmt::print("RMS over all corners{} {:.4f} px, on boards held out {}\n",
-             aside > 0 ? fmt::format(" but {} set aside", aside) : "", result.rms_px,
-             pixels_text(result.held_out_rms_px));
-  fmt::print("corners lie in {:.0f} % of the picture\n", 100 * result.coverage);
+  print_result("RMS over all corners{} {:.4f} px, on boards held out {}\n",
+               aside > 0 ? fmt::format(" but {} set aside", aside) : "", result.rms_px,
+               pixels_text(result.held_out_rms_px));
+  print_result("corners lie in {:.0f} % of the picture\n", 100 * result.coverage);
   if (result.ball_sigma_mm)
-    fmt::print(
+    print_result(
         "this calibration's own uncertainty moves a 70 mm ball at 1 m by {:.2f} mm (1 sigma) where it is "
         "worst in the picture{}\n",
         *result.ball_sigma_mm,
         result.covered_ball_sigma_mm
             ? fmt::format(", typically by {:.2f} mm where boards were", *result.covered_ball_sigma_mm)
             : "");
-  for (const std::string& advice : calibration_advice(result)) fmt::print("next: {}\n", advice);
+  for (const std::string& advice : calibration_advice(result)) print_result("next: {}\n", advice);
 }
 
 CameraReportInput report_input(const Boards& boards, const BoardCalibration& result, double max_pixels) {
@@ -189,13 +189,11 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
     spdlog::warn("--square {:g}: a square of {:g} m? The unit is metres", board.square_m, board.square_m);
   const CameraFileFormat& format = camera_file_format(options.format, options.output);
   const std::vector<LensModel> models = models_of(options.model, format);
-  if (!options.report.empty() && fs::weakly_canonical(options.report) == fs::weakly_canonical(options.output))
-    throw InputError("--report", options.report.string(), "a folder of its own, not the camera file");
-  const Overwrite overwrite = options.common.overwrite();
+  const Overwrite overwrite = options.common.overwrite(options.output);
   OutputFile camera_file(options.output, overwrite);
   OutputFile covariance_file(options.output.string() + ".covariance.json", overwrite);
   std::optional<OutputFolder> report;
-  if (!options.report.empty()) report.emplace(options.report, overwrite);
+  if (!options.report.empty()) report.emplace(options.report, options.common.overwrite(options.report));
 
   const Boards boards = find_all_boards(options, board);
   const BoardCalibration result = calibrate_from_boards(boards.pictures.size, boards.views, models);
@@ -206,16 +204,14 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
   if (report)
     write_report(*report, camera_report(report_input(boards, result, options.common.max_pixels), *report),
                  options.common.quiet);
-  camera_file.commit();
-  covariance_file.commit();
-  if (report) report->commit();
+  options.common.files->commit(camera_file, covariance_file, report);
   write_json_results(options.common, results_json(boards, result));
   for (const std::string& warning : result.warnings) spdlog::warn("{}", warning);
   if (options.common.quiet) return exit_done;
   print_boards(boards, result);
   print_camera(result);
-  fmt::print("written: {}\n", fs::absolute(options.output).string());
-  if (report) fmt::print("report: {}\n", (fs::absolute(options.report) / "report.html").string());
+  print_result("written: {}\n", fs::absolute(options.output).string());
+  if (report) print_result("report: {}\n", (fs::absolute(options.report) / "report.html").string());
   return exit_done;
 }
 
@@ -243,18 +239,16 @@ void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
           "Lens model: auto (default: the simplest that predicts boards it has not seen as well as any, "
           "among those that the file format holds), pinhole, visp, brown, brown8, kannala_brandt")
       ->type_name("MODEL");
-  command.add_option("-o,--output", options->output, "Camera file: .xml is ViSP's, .yaml ROS'")
-      ->required()
-      ->type_name("FILE");
+  add_output_option(command, "-o,--output", options->output, "FILE",
+                    "Camera file: .xml is ViSP's, .yaml ROS'")
+      ->required();
   command
       .add_option("--format", options->format,
                   "Format of the camera file, whatever its name: visp, ros, opencv, kalibr")
       ->type_name("FORMAT");
-  command
-      .add_option(
-          "--report", options->report,
-          "Write report.html into this folder: residuals, coverage, millimetres at the ball, what to do next")
-      ->type_name("DIR");
+  add_output_option(
+      command, "--report", options->report, "DIR",
+      "Write report.html into this folder: residuals, coverage, millimetres at the ball, what to do next");
   add_common_options(command, options->common);
   command.footer(R"(Beside FILE, FILE.covariance.json says how well the parameters are known.
 Of a video or camera:N pictures are taken where the board stands elsewhere: move it, or the camera, to

@@ -149,17 +149,17 @@ int show_file(const ColorsOptions& options) {
   faults.throw_if_any();
   const ColorTable colors = read_color_file(options.show);
   std::optional<OutputFolder> folder;
-  if (!options.preview.empty()) folder.emplace(options.preview, options.common.overwrite());
+  if (!options.preview.empty()) folder.emplace(options.preview, options.common.overwrite(options.preview));
   const std::vector<ClassReport> reports = report_classes(colors);
   if (!options.common.quiet) {
-    fmt::print("{}", classes_text(colors, reports, {}));
+    print_result("{}", classes_text(colors, reports, {}));
     for (const auto& [name, value] : colors.camera_settings)
-      fmt::print("camera {}: {}\n", name, number_text(value));
+      print_result("camera {}: {}\n", name, number_text(value));
   }
   for (const std::string& warning : judge_classes(colors, reports).warnings) spdlog::warn("{}", warning);
   if (folder) {
     write_panels(*folder, "", color_preview(colors));
-    folder->commit();
+    options.common.files->commit(folder);
   }
   write_json_results(options.common, {{"classes", classes_json(colors, reports, {}, {})},
                                       {"camera_settings", colors.camera_settings}});
@@ -248,9 +248,9 @@ int run_calibrate_colors(const ColorsOptions& options) {
   std::vector<ColorTable> files;
   for (const std::string& file : options.add) faults.collect([&] { files.push_back(read_color_file(file)); });
   faults.throw_if_any();
-  OutputFile output(options.output, options.common.overwrite());
+  OutputFile output(options.output, options.common.overwrite(options.output));
   std::optional<OutputFolder> folder;
-  if (!options.preview.empty()) folder.emplace(options.preview, options.common.overwrite());
+  if (!options.preview.empty()) folder.emplace(options.preview, options.common.overwrite(options.preview));
 
   Lesson lesson;
   const std::vector<ColorPicture> background = off_set.read(options.common.max_pixels);
@@ -274,13 +274,12 @@ int run_calibrate_colors(const ColorsOptions& options) {
   if (folder) write_preview(*folder, lesson);
   output.write(color_file_bytes(colors));
   throw_if_interrupted();
-  output.commit();
-  if (folder) folder->commit();
+  options.common.files->commit(output, folder);
   write_json_results(options.common,
                      {{"classes", classes_json(colors, reports, lesson.colors.circles, lesson.sources)}});
   if (!options.common.quiet) {
-    fmt::print("{}", classes_text(colors, reports, lesson.colors.circles));
-    fmt::print("Written to {}\n", options.output.string());
+    print_result("{}", classes_text(colors, reports, lesson.colors.circles));
+    print_result("Written to {}\n", options.output.string());
   }
   return exit_done;
 }
@@ -327,9 +326,8 @@ or a class taught on background; 2 bad input.)");
       ->type_name("VIDEO|camera:N");
   command->add_option("--box", options->box, "Where the ball is held in it (px), and the class's name")
       ->type_name("NAME=CX,CY,R");
-  command->add_option("-o,--output", options->output, "The colours file")->type_name("FILE.colors");
-  command->add_option("--preview", options->preview, "How it was learnt, picture by picture")
-      ->type_name("DIR");
+  add_output_option(*command, "-o,--output", options->output, "FILE.colors", "The colours file");
+  add_output_option(*command, "--preview", options->preview, "DIR", "How it was learnt, picture by picture");
   command->add_option("--show", options->show, "Say what a colours file holds, learning nothing")
       ->type_name("FILE");
   add_common_options(*command, options->common);

@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 
-#include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
 #include "app/report/draw_pages.hpp"
 #include "calibration/ball/camera_difference.hpp"
@@ -123,20 +122,17 @@ nlohmann::json results_json(const ComparedCameras& compared) {
 void print_summary(const ComparedCameras& compared) {
   const CameraDifference& d = compared.difference;
   const Eigen::Vector3d degrees = 180 / M_PI * d.rotation_rad;
-  fmt::print("rotation between their frames, taken out: {:.4f} deg (about x {:.4f}, y {:.4f}, z {:.4f})\n",
-             degrees.norm(), degrees.x(), degrees.y(), degrees.z());
-  fmt::print("in the picture: median {:.4f} px, RMS {:.4f} px, at most {:.4f} px\n", d.shift_px.median,
-             d.shift_px.rms, d.shift_px.max);
-  fmt::print("a ball of {:g} mm at {:g} m: median {:.3f} mm, RMS {:.3f} mm, at most {:.3f} mm\n",
-             1e3 * compared.options.diameter_m, compared.options.range_m, 1e3 * d.ball_m.median,
-             1e3 * d.ball_m.rms, 1e3 * d.ball_m.max);
-  fmt::print("{}\n", uncertainty_verdict(compared));
+  print_result("rotation between their frames, taken out: {:.4f} deg (about x {:.4f}, y {:.4f}, z {:.4f})\n",
+               degrees.norm(), degrees.x(), degrees.y(), degrees.z());
+  print_result("in the picture: median {:.4f} px, RMS {:.4f} px, at most {:.4f} px\n", d.shift_px.median,
+               d.shift_px.rms, d.shift_px.max);
+  print_result("a ball of {:g} mm at {:g} m: median {:.3f} mm, RMS {:.3f} mm, at most {:.3f} mm\n",
+               1e3 * compared.options.diameter_m, compared.options.range_m, 1e3 * d.ball_m.median,
+               1e3 * d.ball_m.rms, 1e3 * d.ball_m.max);
+  print_result("{}\n", uncertainty_verdict(compared));
 }
 
 int calibrate_diff(const CalibrateDiffOptions& options) {
-  check_not_an_input(
-      options.common.json, {},
-      {split_camera_name(options.a).file.string(), split_camera_name(options.b).file.string()});
   FaultList faults;
   const CameraFile a = read_file(options.a, faults), b = read_file(options.b, faults);
   faults.throw_if_any();
@@ -146,7 +142,7 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
                      fmt::format("one of {} x {}, as {}: two calibrations of one camera", size_a.width_px,
                                  size_a.height_px, options.a));
   std::optional<OutputFolder> report;
-  if (!options.report.empty()) report.emplace(options.report, options.common.overwrite());
+  if (!options.report.empty()) report.emplace(options.report, options.common.overwrite(options.report));
 
   ComparedCameras compared{
       options.a,          options.b, a.covariance.size() > 0, b.covariance.size() > 0, a.camera->size(),
@@ -159,13 +155,13 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
     page["columns"] = compared.difference.columns;
     page["verdict"] = uncertainty_verdict(compared);
     write_report(*report, page, options.common.quiet);
-    report->commit();
+    options.common.files->commit(report);
   }
   write_json_results(options.common, results_json(compared));
   if (!options.common.quiet) {
     print_summary(compared);
     if (report)
-      fmt::print("report: {}\n", std::filesystem::absolute(options.report / "report.html").string());
+      print_result("report: {}\n", std::filesystem::absolute(options.report / "report.html").string());
   }
   return exit_done;
 }
@@ -183,10 +179,8 @@ void add_calibrate_diff_command(CLI::App& calibrate, Action& action) {
                     "The ball's diameter in metres (default 0.07)");
   add_number_option(command, "--range", options->comparison.range_m, NumberRange::above(0, "m"),
                     "How far away the ball is, in metres (default 1)");
-  command
-      .add_option("--report", options->report,
-                  "A page with a map of the millimetres and pixels, DIR/report.html")
-      ->type_name("DIR");
+  add_output_option(command, "--report", options->report, "DIR",
+                    "A page with a map of the millimetres and pixels, DIR/report.html");
   add_common_options(command, options->common);
   command.footer(
       R"(A calibration cannot tell where its camera frame points: a frame turned a little, with the principal point

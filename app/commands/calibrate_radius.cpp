@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 
-#include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
@@ -236,27 +235,23 @@ nlohmann::json results_json(const std::vector<RadiusPicture>& pictures, const Ra
 void print_summary(const std::vector<RadiusPicture>& pictures, const RadiusEstimate& estimate, long used) {
   for (const RadiusPicture& picture : pictures) {
     if (picture.reading)
-      fmt::print("  {}: {:.5f} +- {:.5f} m{}\n", picture.source, 2 * picture.reading->radius_m,
-                 2 * picture.reading->sigma_m, picture.used ? "" : ", not used: " + picture.rejected);
+      print_result("  {}: {:.5f} +- {:.5f} m{}\n", picture.source, 2 * picture.reading->radius_m,
+                   2 * picture.reading->sigma_m, picture.used ? "" : ", not used: " + picture.rejected);
     else
-      fmt::print("  {}: not used, {}\n", picture.source, picture.rejected);
+      print_result("  {}: not used, {}\n", picture.source, picture.rejected);
   }
-  fmt::print("the ball's diameter, from {} of {} pictures: {:.5f} +- {:.5f} m\n", used, pictures.size(),
-             2 * estimate.radius_m, 2 * estimate.sigma_m);
-  if (used == 1) fmt::print("one picture alone: nothing contradicts it, and nothing confirms it\n");
+  print_result("the ball's diameter, from {} of {} pictures: {:.5f} +- {:.5f} m\n", used, pictures.size(),
+               2 * estimate.radius_m, 2 * estimate.sigma_m);
+  if (used == 1) print_result("one picture alone: nothing contradicts it, and nothing confirms it\n");
   if (estimate.chi2_per_dof > 4)
-    fmt::print(
+    print_result(
         "the pictures scatter {:.1f} times more than their errors let expect; the sigma allows for it\n",
         std::sqrt(estimate.chi2_per_dof));
-  fmt::print("for other commands: --diameter {:.5f}+-{:.5f}\n", 2 * estimate.radius_m, 2 * estimate.sigma_m);
+  print_result("for other commands: --diameter {:.5f}+-{:.5f}\n", 2 * estimate.radius_m,
+               2 * estimate.sigma_m);
 }
 
 int calibrate_radius(const CalibrateRadiusOptions& options) {
-  BallOptions inputs;
-  inputs.colors = options.colors, inputs.camera = split_camera_name(options.camera).file.string();
-  std::vector<std::string> sources = options.sources;
-  sources.push_back(options.distances.string());
-  check_not_an_input(options.common.json, inputs, sources);
   Measurement task = set_up(options);
   std::vector<RadiusPicture> pictures = read_pictures(task);
   check_one_ball(pictures);

@@ -4,9 +4,9 @@
 #include <spdlog/spdlog.h>
 
 #include <limits>
-#include <map>
 #include <opencv2/core/utility.hpp>
 
+#include "app/io/interrupt.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/options.hpp"
@@ -18,6 +18,8 @@ namespace {
   throw InputError(name, found.empty() ? "nothing" : found, allowed);
 }
 
+constexpr const char* outputs_group = "Outputs";
+
 /// What follows from the common options before the command does anything.
 void apply(CommonOptions& options) {
   if (options.quiet) spdlog::set_level(spdlog::level::err);
@@ -27,20 +29,44 @@ void apply(CommonOptions& options) {
                                                                static_cast<std::size_t>(options.threads));
   }
   // Long work must not end at a name that was taken, or a folder that cannot be written, all along.
-  if (!options.json.empty()) OutputFile(options.json, options.overwrite());
+  if (options.json == standard_output)
+    give_stdout_to_json();
+  else if (!options.json.empty())
+    OutputFile(options.json, options.overwrite(options.json));
 }
 
-/// Two outputs of one name would leave one of them.
-void check_outputs_differ(const CLI::App& command) {
-  std::map<std::filesystem::path, std::string> names;
-  for (const char* const name :
-       {"--output", "--json", "--report", "--preview", "--overlay", "--stages", "--video"}) {
-    const CLI::Option* const option = command.get_option_no_throw(name);
-    if (!option || option->empty() || option->get_type_size() == 0) continue;
-    const auto path = std::filesystem::absolute(option->as<std::string>()).lexically_normal();
-    const auto [other, is_new] = names.emplace(path, name);
-    if (!is_new)
-      throw InputError(name, path.string() + ", as " + other->second, "a name of its own for each output");
+bool is_input(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  const auto speaks_of = [&](const char* word) { return type.find(word) != std::string::npos; };
+  return option.get_group() != outputs_group &&
+         (option.get_positional() || speaks_of("FILE") || speaks_of("DIR") || speaks_of("IMAGE") ||
+          speaks_of("VIDEO"));
+}
+
+/// The names in FILE, FILE:NAME, NAME=FILE,FILE.
+std::vector<std::string> names_in(const std::string& value) {
+  std::error_code error;
+  if (std::filesystem::exists(value, error)) return {value};
+  std::vector<std::string> names;
+  for (const std::string& part : split(value.substr(value.find('=') + 1), ','))
+    names.insert(names.end(), {part, part.substr(0, part.rfind(':'))});
+  return names;
+}
+
+/// Names the files of the run, outputs first.
+void register_files(const CLI::App& command, RunFiles& files) {
+  for (const CLI::Option* const option : command.get_options()) {
+    if (option->get_group() != outputs_group) continue;
+    const bool dash = option->get_name() == "--json" || option->get_type_name() == "FILE.csv";
+    for (const std::string& name : option->results()) files.writes(option->get_name(), name, dash);
+  }
+  for (const CLI::Option* const option : command.get_options()) {
+    if (!is_input(*option)) continue;
+    for (const std::string& value : option->results()) {
+      if (value.empty())
+        throw InputError(option->get_name(), "an empty name", "the name of what is to be read");
+      for (const std::string& name : names_in(value)) files.reads(option->get_name(), name);
+    }
   }
 }
 
@@ -61,6 +87,11 @@ std::string unused_name(std::set<std::string>& used, const std::string& name) {
   std::string candidate = name;
   for (int i = 2; !used.insert(candidate).second; ++i) candidate = fmt::format("{}_{}", name, i);
   return candidate;
+}
+
+CLI::Option* add_output_option(CLI::App& command, const std::string& name, std::filesystem::path& value,
+                               const std::string& type, const std::string& help) {
+  return command.add_option(name, value, help)->type_name(type)->group(outputs_group);
 }
 
 CLI::Option* add_number_option(CLI::App& command, const std::string& name, double& value,
@@ -100,14 +131,14 @@ void add_keys_flag(CLI::App& command, const std::string& file, std::vector<Optio
   command.add_flag_callback(
       "--keys",
       [file, keys] {
-        fmt::print("{}", option_page(file, keys()));
+        print_result("{}", option_page(file, keys()));
         throw CLI::Success();
       },
       "Print every key of a " + file + ": unit, default, allowed values, meaning");
 }
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
-  command.add_option("--json", options.json, "Write the results as JSON here")->type_name("FILE");
+  add_output_option(command, "--json", options.json, "FILE", "Write the results as JSON here; -: to stdout");
   command.add_flag("--quiet", options.quiet, "Say nothing but errors");
   command.add_flag("--force", options.force, "Replace outputs that exist");
   command
@@ -126,13 +157,19 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   add_number_option(command, "--max-pixels", options.max_pixels, NumberRange::at_least(1, "pixels"),
                     "Refuse larger pictures, before they are decoded (default 32e6)");
   command.parse_complete_callback([&command, &options] {
-    check_outputs_differ(command);
+    register_files(command, *options.files);
+    tidy_when_stopped([files = options.files] { files->tidy(); });
     apply(options);
   });
 }
 
 void write_json_results(const CommonOptions& options, const nlohmann::json& results) {
-  if (!options.json.empty()) write_file(options.json, results.dump(2) + "\n", options.overwrite());
+  if (options.json.empty()) return;
+  const std::string text = results.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  if (options.json == standard_output) return write_json(text);
+  OutputFile file(options.json, options.overwrite(options.json));
+  file.write(text);
+  options.files->commit(file);
 }
 
 }  // namespace ballservo

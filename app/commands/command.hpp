@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "app/io/messages.hpp"
+#include "app/io/run_files.hpp"
 #include "calibration/base/output.hpp"
 #include "calibration/base/strict_yaml.hpp"
 #include "calibration/pictures/image_file.hpp"
@@ -41,8 +43,20 @@ struct CommonOptions {
   std::shared_ptr<tbb::global_control> processors;  ///< keeps to `threads` while it lives
   double max_pixels = default_max_pixels;
 
-  Overwrite overwrite() const { return force ? Overwrite::allow : Overwrite::refuse; }
+  std::shared_ptr<RunFiles> files = std::make_shared<RunFiles>();
+
+  /// Of an output that an option names; what else a command would write is its mistake (std::logic_error).
+  Overwrite overwrite(const std::filesystem::path& output) const {
+    files->require(output);
+    return force ? Overwrite::allow : Overwrite::refuse;
+  }
 };
+
+/// Adds an option that names an output, in the help's group of that name: such are kept apart from each other
+/// and from all inputs, which are the positionals and the options whose type says FILE, DIR, IMAGE or VIDEO.
+/// `type`: FILE.csv may be `-` as --json may, others not.
+CLI::Option* add_output_option(CLI::App& command, const std::string& name, std::filesystem::path& value,
+                               const std::string& type, const std::string& help);
 
 /// Adds --json, --quiet, --force, --seed, --threads, --max-pixels to a command.
 void add_common_options(CLI::App& command, CommonOptions& options);

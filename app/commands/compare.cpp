@@ -121,6 +121,7 @@ void write_results(const ComparisonSetting& setting, const ShowFrame& show, cons
   report["paper_measurements"] = measurements;
   write(report_json_name, report_text(report));
   draw_page_or_warn(folder.staging(), output.string(), common.quiet);
+  common.files->commit();
   folder.commit_finished(shard.is_whole() ? "" : notes_name);
   write_json_results(common, comparison_json(results));
 }
@@ -130,7 +131,7 @@ int run_job(PictureSource& source, const nlohmann::json& description, Comparison
             const ComparisonPlan* plan, const CompareOptions& options) {
   const Shard shard = parse_shard(options.work.shard);
   WorkFolder folder(options.work.output, {description, shard}, options.work.resume,
-                    options.common.overwrite());
+                    options.common.overwrite(options.work.output));
   if (folder.already_finished()) {
     spdlog::info("compare: {} is finished already", options.work.output.string());
     if (!options.common.json.empty())
@@ -173,6 +174,9 @@ int compare_plan(const CompareOptions& options) {
   faults.collect([&] { plan = read_comparison_plan(options.plan); });
   faults.collect([&] { parse_shard(options.work.shard); });
   faults.throw_if_any();
+  for (const std::filesystem::path& file : plan.files) options.common.files->reads("a camera", file);
+  for (const ComparisonCondition& condition : plan.conditions)
+    admit_camera(options.plan, condition.camera.size(), options.common);
   plan.seed += options.common.seed;
   check_size(plan, options);
   PlanPictures source(plan);
@@ -240,7 +244,7 @@ int run_merge(const MergeOptions& options) {
                      "the parts of one, as --shard makes them");
   const ComparisonSetting setting = read_comparison_setting(
       read_file_bytes(parts.folders.front() / setting_name, max_file_bytes), setting_name);
-  WorkFolder folder(options.output, {parts.description, {}}, false, options.common.overwrite());
+  WorkFolder folder(options.output, {parts.description, {}}, false, options.common.overwrite(options.output));
   for (const std::filesystem::path& part : parts.folders) folder.journal().add_part(part / notes_name);
   const std::optional<ComparisonPlan> plan = plan_of(setting);
   ShowFrame show;

@@ -45,10 +45,10 @@ nlohmann::json ball_json(const BallObservation& ball, const std::string& class_n
 }
 
 int run_detect(const DetectOptions& options) {
-  check_not_a_source_folder(options.overlay, options.sources);
   BallSearch search(options, "detect");
   std::optional<OutputFolder> overlay_folder;
-  if (!options.overlay.empty()) overlay_folder.emplace(options.overlay, options.common.overwrite());
+  if (!options.overlay.empty())
+    overlay_folder.emplace(options.overlay, options.common.overwrite(options.overlay));
   nlohmann::json pictures = nlohmann::json::array();
   std::map<std::pair<int, int>, Detector> detectors;  // by picture size
   std::set<std::string> used_names;
@@ -84,7 +84,7 @@ int run_detect(const DetectOptions& options) {
     }
   });
   search.end();
-  if (overlay_folder) overlay_folder->commit();
+  options.common.files->commit(overlay_folder);
   const std::string looked_at =
       fmt::format("{} picture{}", search.pictures(), search.pictures() == 1 ? "" : "s");
   if (balls_found == 0 && !search.interrupted())
@@ -109,8 +109,8 @@ Without -o the rows go to stdout. Without --camera or --diameter the columns in 
 Exit: 0 found at least one ball, 1 found none, 2 bad input.)");
   add_ball_search_options(*command, *options, "Image files, a folder of images, a video file, or camera:N",
                           "Rows of all balls (CSV)", "One picture of all stages for each picture");
-  command->add_option("--overlay", options->overlay, "The pictures with what was found drawn into them")
-      ->type_name("DIR");
+  add_output_option(*command, "--overlay", options->overlay, "DIR",
+                    "The pictures with what was found drawn into them");
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_detect(*options); }; });
 }

@@ -14,7 +14,6 @@
 #include "app/scenario/scenario.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 #include "servo/simulation/rendering/truth.hpp"
 
@@ -61,13 +60,8 @@ void write_camera(const OutputFolder& folder, const Camera& camera) {
 
 int run_render(const RenderOptions& options) {
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
-  const ImageSize size = scenario.camera.camera.size();
-  if (static_cast<double>(size.width_px) * size.height_px > options.common.max_pixels) {
-    throw InputError(scenario.camera.file.string(),
-                     fmt::format("{} x {} pixels", size.width_px, size.height_px),
-                     "at most " + number_text(options.common.max_pixels) + " pixels (--max-pixels)");
-  }
-  OutputFolder folder(options.output, options.common.overwrite());
+  admit(scenario, options.common);
+  OutputFolder folder(options.output, options.common.overwrite(options.output));
   folder.supersede([earlier = pictures_in(options.output / "truth.csv")](const std::string& name) {
     return earlier.count(name) > 0;
   });
@@ -94,15 +88,15 @@ int run_render(const RenderOptions& options) {
   if (pictures == 0 && !interrupted)
     throw Refusal(fmt::format("no picture: camera.faults drop all {} frames", options.frames));
   folder.write("truth.csv", rows);
-  folder.commit();
+  options.common.files->commit(folder);
   write_json_results(options.common, {{"pictures", pictures},
                                       {"balls", scenario.world.balls.size()},
                                       {"scenario", nlohmann::json::parse(scenario.resolved_json)},
                                       {"seed", options.common.seed},
                                       {"interrupted", interrupted}});
   if (!options.common.quiet) {
-    fmt::print("{} picture{}, truth.csv and the camera: {}{}\n", pictures, pictures == 1 ? "" : "s",
-               options.output.string(), interrupted ? " (interrupted)" : "");
+    print_result("{} picture{}, truth.csv and the camera: {}{}\n", pictures, pictures == 1 ? "" : "s",
+                 options.output.string(), interrupted ? " (interrupted)" : "");
   }
   return interrupted ? exit_interrupted : exit_done;
 }
@@ -121,9 +115,7 @@ camera.faults darken them, or drop some, which leaves gaps in the numbers.
 DIR holds frame_0000.png and so on, truth.csv (a row for each ball and picture) and the camera's
 file (camera.yaml; camera.xml for a ViSP model).)");
   command->add_option("SCENARIO", options->scenario, "A scenario (YAML)")->required();
-  command->add_option("-o,--output", options->output, "Folder for the pictures")
-      ->required()
-      ->type_name("DIR");
+  add_output_option(*command, "-o,--output", options->output, "DIR", "Folder for the pictures")->required();
   add_integer_option(*command, "--frames", options->frames, 1, 1000000, "How many frames (default 30)");
   add_set_option(*command, options->sets);
   add_common_options(*command, options->common);

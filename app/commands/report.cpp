@@ -30,7 +30,7 @@ int run_report(const ReportOptions& options) {
   nlohmann::json pages = nlohmann::json::array();
   for (const std::filesystem::path& folder : options.folders) {
     pages.push_back(std::filesystem::absolute(folder / "report.html").lexically_normal().string());
-    fmt::print("{}\n", pages.back().get<std::string>());
+    print_result("{}\n", pages.back().get<std::string>());
   }
   write_json_results(options.common, {{"pages", pages}});
   return exit_done;

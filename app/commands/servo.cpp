@@ -109,7 +109,8 @@ int run_teach(const ServoOptions& options) {
     throw InputError("--realtime", "with --teach", "one of them: teaching drives nowhere");
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
-  OutputFile file(options.output, options.common.overwrite());
+  admit(scenario, options.common);
+  OutputFile file(options.output, options.common.overwrite(options.output));
   TeachOptions teach;
   teach.perception = level;
   teach.seed = options.common.seed;
@@ -121,7 +122,7 @@ int run_teach(const ServoOptions& options) {
   };
   const TaughtTarget target = teach_target(scenario, teach);
   file.write(taught_target_yaml(target));
-  file.commit();
+  options.common.files->commit(file);
   const Eigen::Vector3d& c = target.center_over_radius;
   write_json_results(options.common, {{"ball", target.ball},
                                       {"center_over_radius", {c.x(), c.y(), c.z()}},
@@ -129,8 +130,8 @@ int run_teach(const ServoOptions& options) {
                                       {"frames", target.frames},
                                       {"distance_m", target.distance_m}});
   if (!options.common.quiet) {
-    fmt::print(stderr, "ballservo: saw ball {} in {} frames at {:.4f} radii: {}\n", target.ball,
-               target.frames, c.norm(), options.output.string());
+    print_message("ballservo: saw ball {} in {} frames at {:.4f} radii: {}\n", target.ball, target.frames,
+                  c.norm(), options.output.string());
   }
   return exit_done;
 }
@@ -157,13 +158,14 @@ int run_servo(const ServoOptions& options) {
   }
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
+  admit(scenario, options.common);
   RunOptions run_options;
   run_options.perception = level;
   run_options.seed = options.common.seed;
   run_options.colors = colors_of(scenario, level);
   const std::string gain = gain_warning(scenario);
   if (!gain.empty()) spdlog::warn(gain);
-  OutputFolder folder(options.output, options.common.overwrite());
+  OutputFolder folder(options.output, options.common.overwrite(options.output));
   // A film, a page and key frames beside another run's log are that run's.
   const bool ran_before = std::filesystem::exists(options.output / "log.csv");
   folder.supersede([ran_before](const std::string& name) {
@@ -198,14 +200,14 @@ int run_servo(const ServoOptions& options) {
   folder.write("manifest.json", manifest(scenario, options, log, run).dump(2) + "\n");
   write_report(folder, run_report(run, scenario, options.perception, run_options.rule, folder),
                options.common.quiet);
-  folder.commit();
+  options.common.files->commit(folder);
   write_json_results(options.common, nlohmann::json(summary));
 
   const RunSummary& s = run.summary;
-  fmt::print("{}\n", outcome_name(s.outcome));
+  print_result("{}\n", outcome_name(s.outcome));
   if (!options.common.quiet || s.outcome != Outcome::reached) {
-    fmt::print(stderr, "ballservo: {}; range error {:.2f} mm, bearing error {:.3f} deg: {}\n", s.outcome_text,
-               s.range_error_m * 1e3, s.bearing_error_rad * 57.29577951308232, options.output.string());
+    print_message("ballservo: {}; range error {:.2f} mm, bearing error {:.3f} deg: {}\n", s.outcome_text,
+                  s.range_error_m * 1e3, s.bearing_error_rad * 57.29577951308232, options.output.string());
   }
   return exit_code(s.outcome);
 }
@@ -234,10 +236,9 @@ as the machine can: what comes late is said.
 Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 interrupted
 (the run so far is written, its outcome is interrupted).)");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML)")->required();
-  command
-      ->add_option("-o,--output", options->output, "Folder for the results; with --teach the file to write")
-      ->required()
-      ->type_name("DIR");
+  add_output_option(*command, "-o,--output", options->output, "DIR",
+                    "Folder for the results; with --teach the file to write")
+      ->required();
   command->add_flag("--teach", options->teach, "Stand at the goal, look, and write what is seen there");
   add_set_option(*command, options->sets);
   add_perception_option(*command, options->perception);

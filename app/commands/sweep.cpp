@@ -39,20 +39,20 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
          bool quiet) {
   const SweepCounts n = count_trials(sweep.trials);
   const ConfidenceInterval ci = clopper_pearson_ci95(n.reached, n.feasible());
-  fmt::print("{} of {} reached, {} collisions\n", n.reached, n.feasible(), n.collisions);
+  print_result("{} of {} reached, {} collisions\n", n.reached, n.feasible(), n.collisions);
   if (quiet) return;
-  fmt::print(stderr, "ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
-             ci.high * 100, n.infeasible, folder.string());
+  print_message("ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
+                ci.high * 100, n.infeasible, folder.string());
   if (against == nullptr) return;
   if (against->reached.pairs() == 0) {
     spdlog::warn("{} has none of this sweep's feasible seeds: nothing to compare", against->other);
     return;
   }
   const ConfidenceInterval d = matched_difference_ci95(against->reached);
-  fmt::print(stderr,
-             "ballservo: success less that of {}: {:+.2f} % (95 % interval {:+.2f} to {:+.2f} %), {} pairs\n",
-             against->other, against->reached.difference() * 100, d.low * 100, d.high * 100,
-             against->reached.pairs());
+  print_message(
+      "ballservo: success less that of {}: {:+.2f} % (95 % interval {:+.2f} to {:+.2f} %), {} pairs\n",
+      against->other, against->reached.difference() * 100, d.low * 100, d.high * 100,
+      against->reached.pairs());
   if (against->other_worlds > 0) {
     spdlog::warn("in {} pairs the seed drew other values in {}: those worlds differ", against->other_worlds,
                  against->other);
@@ -82,6 +82,7 @@ void finish(const SweepOutcome& outcome, const CommonOptions& common, const std:
     folder->write("summary.json", summary.dump(2) + "\n");
     folder->write(report_json_name, report_text(sweep_report(sweep, against)));
     draw_page_or_warn(folder->staging(), output.string(), common.quiet);
+    if (!interrupted) common.files->commit();
     if (interrupted)
       folder->commit_unfinished();
     else
@@ -112,12 +113,13 @@ int run_sweep_command(const SweepCommandOptions& options) {
   sweep.trials = options.trials;
   sweep.shard = parse_shard(options.work.shard);
   sweep.threads = options.common.threads;
+  sweep.admit = [&options](const Scenario& scenario) { admit(scenario, options.common); };
   const nlohmann::json description = sweep_description(sweep);
   const std::string gain = description.at("gain_warning");
   if (!gain.empty()) spdlog::warn(gain);
   const std::optional<Sweep> other = read_other(options.against);
   WorkFolder folder(options.work.output, {description, sweep.shard}, options.work.resume,
-                    options.common.overwrite());
+                    options.common.overwrite(options.work.output));
   const bool finished_before = folder.already_finished();
   Sweep result;
   if (finished_before) {
@@ -138,8 +140,8 @@ int run_sweep_command(const SweepCommandOptions& options) {
   finish({result, sweep.shard, interrupted, other, options.against}, options.common, options.work.output,
          finished_before && !other ? nullptr : &folder);
   if (!interrupted) return exit_done;
-  fmt::print(stderr, "ballservo: interrupted after {} of {} trials; --resume goes on\n", result.trials.size(),
-             mine);
+  print_message("ballservo: interrupted after {} of {} trials; --resume goes on\n", result.trials.size(),
+                mine);
   return exit_interrupted;
 }
 
@@ -147,7 +149,8 @@ int run_merge(const MergeOptions& options) {
   const MergeableShards shards = read_shards(options.folders);
   const std::optional<Sweep> other = read_other(options.against);
   const Sweep sweep = read_sweep(shards);
-  WorkFolder folder(options.output, {shards.description, {}}, false, options.common.overwrite());
+  WorkFolder folder(options.output, {shards.description, {}}, false,
+                    options.common.overwrite(options.output));
   finish({sweep, {}, false, other, options.against}, options.common, options.output, &folder);
   return exit_done;
 }

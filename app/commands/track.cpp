@@ -59,7 +59,6 @@ int run_track(const TrackOptions& options) {
   if (!(options.fps > 0 && options.fps <= 10000)) {
     throw InputError("--fps", number_text(options.fps), "a number above 0 and up to 10000 (Hz)");
   }
-  check_not_an_input(options.video, options.balls, options.sources);
   std::optional<DisplayWindow> window;
   if (options.display) window.emplace("ballservo track");
   BallSearch search(options, "track");
@@ -68,7 +67,7 @@ int run_track(const TrackOptions& options) {
     if (search.sequences() > 1)
       throw InputError("--video", fmt::format("{} sequences", search.sequences()),
                        "one sequence for one video");
-    video.emplace(options.video, options.common.overwrite(), options.fps);
+    video.emplace(options.video, options.common.overwrite(options.video), options.fps);
   }
   TrackerOptions tracker_options;
   tracker_options.fixed_colors = options.fixed_colors;
@@ -107,7 +106,7 @@ int run_track(const TrackOptions& options) {
     totals.tracks += last_id;
   });
   search.end();
-  if (video) video->commit();
+  options.common.files->commit(video);
   const long pictures = search.pictures();
   if (totals.seen == 0 && !search.interrupted())
     throw Refusal(
@@ -142,10 +141,8 @@ Exit: 0 saw at least one ball, 1 saw none, 2 bad input.)");
   command->add_flag("--fixed-colors", options->fixed_colors, "Do not let the colours follow the light");
   command->add_option("--fps", options->fps, "Times pictures that carry no time of their own (Hz)")
       ->capture_default_str();
-  command
-      ->add_option("--video", options->video,
-                   "The pictures with the tracks drawn: .mp4 (H.264) or .mkv (exact)")
-      ->type_name("FILE");
+  add_output_option(*command, "--video", options->video, "FILE",
+                    "The pictures with the tracks drawn: .mp4 (H.264) or .mkv (exact)");
   command->add_flag(
       "--display", options->display,
       "Shows the pictures with the tracks drawn as they are followed; q, Esc or closing the window ends");

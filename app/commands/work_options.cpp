@@ -1,9 +1,14 @@
 #include "app/commands/work_options.hpp"
 
+#include <fmt/format.h>
+
+#include "app/scenario/scenario.hpp"
+#include "calibration/base/fault.hpp"
+
 namespace ballservo {
 
 void add_work_options(CLI::App& command, WorkOptions& options) {
-  command.add_option("-o,--output", options.output, "Folder for the results; required")->type_name("DIR");
+  add_output_option(command, "-o,--output", options.output, "DIR", "Folder for the results; required");
   command.add_option("--shard", options.shard, "Run only part I of N (I from 1)")
       ->type_name("I/N")
       ->capture_default_str();
@@ -16,9 +21,7 @@ CLI::App* add_merge_command(CLI::App& command, Action& action, std::function<int
   CLI::App* subcommand = command.add_subcommand("merge");
   subcommand->add_option("DIR", options->folders, "Folders of all parts (--shard I/N), in any order")
       ->required();
-  subcommand->add_option("-o,--output", options->output, "Folder for the results")
-      ->required()
-      ->type_name("DIR");
+  add_output_option(*subcommand, "-o,--output", options->output, "DIR", "Folder for the results")->required();
   if (more_options) more_options(*subcommand, *options);
   add_common_options(*subcommand, options->common);
   subcommand->callback([&action, options, merge] { action = [options, merge] { return merge(*options); }; });
@@ -45,6 +48,19 @@ void add_perception_option(CLI::App& command, std::string& level) {
                   "image: rendered frames, detector and tracker; geometric: the true place with a fit's "
                   "errors; truth: the true place")
       ->capture_default_str();
+}
+
+void admit_camera(const std::filesystem::path& file, ImageSize size, const CommonOptions& common) {
+  common.files->reads("a camera", file);
+  if (static_cast<double>(size.width_px) * size.height_px > common.max_pixels)
+    throw InputError(file.string(), fmt::format("{} x {} pixels", size.width_px, size.height_px),
+                     fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", common.max_pixels));
+}
+
+void admit(const Scenario& scenario, const CommonOptions& common) {
+  common.files->reads("colors", scenario.colors);
+  common.files->reads("target.taught", scenario.taught);
+  admit_camera(scenario.camera.file, scenario.camera.camera.size(), common);
 }
 
 }  // namespace ballservo

@@ -9,8 +9,11 @@
 #include <vector>
 
 #include "app/commands/command.hpp"
+#include "calibration/base/image_size.hpp"
 
 namespace ballservo {
+
+struct Scenario;
 
 struct WorkOptions {
   std::filesystem::path output;
@@ -34,6 +37,11 @@ CLI::App* add_merge_command(CLI::App& command, Action& action, std::function<int
 
 /// Adds --against to a sweep or a merge of one.
 void add_against_option(CLI::App& command, std::filesystem::path& against);
+
+/// Names the files that a scenario refers to as read by the run, and throws InputError where one of them is
+/// an output, or its camera has more pixels than --max-pixels allows.
+void admit(const Scenario& scenario, const CommonOptions& common);
+void admit_camera(const std::filesystem::path& file, ImageSize size, const CommonOptions& common);
 
 /// `--set`: values of the scenario to be set before it is read.
 void add_set_option(CLI::App& command, std::vector<std::string>& sets);

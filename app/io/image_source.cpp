@@ -15,6 +15,7 @@
 #include "app/io/live_camera.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/system_file.hpp"
 #include "calibration/pictures/image_file.hpp"
 
 namespace fs = std::filesystem;
@@ -54,15 +55,6 @@ bool is_video_container(std::string_view head) {
   return at(4, "ftyp") || at(4, "moov") || at(4, "mdat") || at(4, "wide") || at(0, "\x1A\x45\xDF\xA3"sv) ||
          (at(0, "RIFF") && at(8, "AVI ")) || at(0, "\0\0\x01\xBA"sv) || (at(0, "G") && at(188, "G")) ||
          at(0, "OggS") || at(0, "FLV\x01");
-}
-
-bool has_image_name(const fs::path& file) {
-  static const std::set<std::string> extensions = {".png", ".jpg", ".jpeg", ".bmp",  ".pbm", ".pgm",
-                                                   ".ppm", ".pnm", ".tif",  ".tiff", ".webp"};
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return extensions.count(extension) > 0;
 }
 
 std::vector<fs::path> images_in_folder(const fs::path& folder) {
@@ -195,7 +187,10 @@ class VideoFile : public FrameSequence {
     constexpr const char* readable_video = "a video that this machine's OpenCV can read";
     bool opened = false;
     try {
-      opened = capture_.open(path_, cv::CAP_FFMPEG);
+      // Not by its name, which FFmpeg would take for an address (http:, concat:) or a pattern (%03d) of
+      // others.
+      const Descriptor opened_file = open_regular_file(file);
+      opened = capture_.open(fmt::format("/proc/self/fd/{}", opened_file.number()), cv::CAP_FFMPEG);
     } catch (const cv::Exception&) {
       opened = false;
     }
@@ -254,6 +249,15 @@ class VideoFile : public FrameSequence {
 };
 
 }  // namespace
+
+bool has_image_name(const fs::path& file) {
+  static const std::set<std::string> extensions = {".png", ".jpg", ".jpeg", ".bmp",  ".pbm", ".pgm",
+                                                   ".ppm", ".pnm", ".tif",  ".tiff", ".webp"};
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return extensions.count(extension) > 0;
+}
 
 std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::string>& texts, double fps,
                                                          double max_pixels) {

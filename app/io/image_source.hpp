@@ -35,6 +35,9 @@ class FrameSequence {
   virtual std::map<std::string, double> camera_settings() const { return {}; }
 };
 
+/// Whether a folder's file counts as one of its pictures: .png, .jpg and so on.
+bool has_image_name(const std::filesystem::path& file);
+
 /// Opens the sources, in order, checking all of them first (every fault at once). Each video, folder or
 /// camera is a sequence of its own; single image files together form one. `fps` times pictures that carry no
 /// time.

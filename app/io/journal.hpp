@@ -13,10 +13,10 @@
 
 namespace ballservo {
 
-/// One line a finished item, as JSON: ["key","value"]; the first line names the job. A line without its end was
-/// under way when the process died, and counts as never written. (A machine that loses power may lose whole
-/// lines, too.) Values stay in the file, so that a journal of any length takes no more memory than its keys. One
-/// process at a time works with a journal. Thread-safe.
+/// One line a finished item, as JSON: ["key","value"]; the first line names the job. A line without its end
+/// was under way when the process died, and counts as never written. (A machine that loses power may lose
+/// whole lines, too.) Values stay in the file, so that a journal of any length takes no more memory than its
+/// keys. One process at a time works with a journal. Thread-safe.
 class Journal {
  public:
   /// Opens the journal at `file`, or begins one where there is none or an empty one. `job` is a text (a hash)

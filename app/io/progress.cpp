@@ -1,11 +1,11 @@
 #include "app/io/progress.hpp"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
+
+#include "app/io/messages.hpp"
 
 namespace ballservo {
 namespace {
@@ -32,7 +32,7 @@ Progress::Progress(std::string what, long total, bool quiet)
       last_(start_) {}
 
 Progress::~Progress() {
-  if (shown_ && terminal_) std::fputc('\n', stderr);
+  if (shown_ && terminal_) write_message("\n");
 }
 
 void Progress::step(long done) {
@@ -56,8 +56,7 @@ void Progress::step(long done) {
     line += fmt::format("{}", done);
   }
   // "\033[K" clears the rest of a longer line that stood there before.
-  fmt::print(stderr, terminal_ ? "\r{}\033[K" : "{}\n", line);
-  std::fflush(stderr);
+  write_message(terminal_ ? "\r" + line + "\033[K" : line + "\n");
 }
 
 }  // namespace ballservo

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <opencv2/videoio.hpp>
+#include <string>
 
 #include "calibration/base/output.hpp"
 
@@ -22,6 +23,8 @@ class VideoFile {
   void commit();
 
  private:
+  std::string place() const;
+
   OutputFile file_;
   double fps_;
   bool exact_ = false;

@@ -1,5 +1,6 @@
 #include "app/io/work_folder.hpp"
 
+#include "app/io/interrupt.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/system_file.hpp"
@@ -132,10 +133,8 @@ WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite over
   }
   // Checks that the folder may be written, and makes it appear.
   OutputFolder(target_, begun ? Overwrite::allow : overwrite).commit();
-  if (!resume) {
-    fs::remove(journal_file, error);
-    fs::remove(target_ / manifest_name, error);
-  }
+  if (!resume) fs::remove(journal_file, error);
+  replaces_results_ = fs::exists(target_ / manifest_name, error);
   journal_ = std::make_unique<Journal>(journal_file, job_.sha256());
 }
 
@@ -150,6 +149,12 @@ void WorkFolder::write_varying(const std::string& name, std::string_view piece) 
 }
 
 void WorkFolder::commit_unfinished() {
+  if (!replaces_results_) commit_results();
+  results_.reset();
+}
+
+void WorkFolder::commit_results() {
+  const auto undisturbed = hold_interrupt_deadline();
   if (results_) results_->commit();
   results_.reset();
   hashes_.clear();
@@ -161,7 +166,7 @@ void WorkFolder::commit_finished(const std::string& keep_journal_as) {
   const nlohmann::json manifest = {
       {"job", job_.description}, {"shard", job_.shard.to_text()}, {"sha256", hashes}};
   write_varying(manifest_name, manifest.dump(2) + "\n");
-  commit_unfinished();
+  commit_results();
   const fs::path journal = target_ / journal_name;
   std::error_code ignored;
   if (keep_journal_as.empty())

@@ -74,14 +74,17 @@ class WorkFolder {
   /// Where the results lie until then; to be asked after the first is written.
   const std::filesystem::path& staging() const { return results_->path(); }
 
-  /// Puts the results in the place of older ones of this job.
+  /// Puts the results in the place of older ones of this job; but a finished job's stay until this one is.
   void commit_unfinished();
   /// The same with the manifest; the journal goes, or stays as `keep_journal_as`.
   void commit_finished(const std::string& keep_journal_as = "");
 
  private:
+  void commit_results();
+
   std::filesystem::path target_;
   WorkJob job_;
+  bool replaces_results_ = false;  // of a finished job
   std::unique_ptr<Journal> journal_;
   std::optional<OutputFolder> results_;
   std::map<std::string, Sha256> hashes_;

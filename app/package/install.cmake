@@ -5,6 +5,7 @@ include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ballservo)
 
 install(TARGETS ballservo RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS ballservo_program LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS base camera color circles pictures camera_files calibration perception control servo loop visp_adapters simulation EXPORT ballservoTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(folder calibration perception servo app/loop)

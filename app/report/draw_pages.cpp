@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "app/io/interrupt.hpp"
+#include "app/io/messages.hpp"
 
 namespace ballservo {
 namespace {
@@ -72,17 +73,16 @@ int spawn(const fs::path& package, const std::vector<fs::path>& folders, Child& 
 std::string listen(const Child& child, bool quiet) {
   constexpr int look_ms = 100, said_after_looks = 20;  // another thread may take the signal: poll would go on
   constexpr std::size_t most_bytes = 100000;
-  const bool interrupted_before = interrupt_requested();  // an interrupted run's page is drawn nevertheless
   std::string text;
   int looks = 0;
   while (true) {
-    if (interrupt_requested() && !interrupted_before) {
+    if (interrupt_requested()) {
       kill(child.id, SIGKILL);
       return "interrupted";
     }
     pollfd ready{child.messages, POLLIN, 0};
     if (poll(&ready, 1, look_ms) <= 0) {
-      if (++looks == said_after_looks && !quiet) fmt::print(stderr, "ballservo: drawing report.html\n");
+      if (++looks == said_after_looks && !quiet) print_message("ballservo: drawing report.html\n");
       continue;
     }
     std::array<char, 4096> piece{};
@@ -100,6 +100,7 @@ std::string last_line(std::string text) {
 }  // namespace
 
 std::string draw_pages(const std::vector<fs::path>& folders, bool quiet) {
+  if (interrupt_requested()) return "interrupted";
   const fs::path package = package_folder();
   if (package.empty()) return "the Python package ballservo does not lie beside the program";
   Child child;

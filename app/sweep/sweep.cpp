@@ -38,6 +38,7 @@ Scenario first_scenario(const SweepOptions& options) {
   std::string why;
   for (long k = 0; k < std::min(options.trials, seeds_to_try); ++k) {
     if (auto scenario = load_trial(options, options.first_seed + static_cast<std::uint64_t>(k), why)) {
+      if (options.admit) options.admit(*scenario);
       return *std::move(scenario);
     }
   }

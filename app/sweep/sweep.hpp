@@ -22,7 +22,8 @@ struct SweepOptions {
   std::uint64_t first_seed = 0;
   long trials = 0;  ///< over all shards; trial k has seed first_seed + k
   Shard shard;
-  int threads = 0;  ///< 0: as many as the machine has
+  int threads = 0;                             ///< 0: as many as the machine has
+  std::function<void(const Scenario&)> admit;  ///< throws InputError for a scenario that may not run
 };
 
 /// The shard's own.

@@ -1,12 +1,16 @@
 #include "calibration/base/output.hpp"
 
+#include <signal.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 #include "calibration/base/system_file.hpp"
 
 namespace fs = std::filesystem;
@@ -14,11 +18,18 @@ namespace fs = std::filesystem;
 namespace ballservo {
 namespace {
 
-/// A hidden name for something unfinished, with room for the longest names a file system takes.
-fs::path staging_name(const fs::path& target, const std::string& extension, int attempt) {
-  return "." + target.stem().string().substr(0, 100) + ".partial-" + std::to_string(::getpid()) + "-" +
-         std::to_string(attempt) + extension.substr(0, 100);
+/// How the hidden names for something unfinished begin, with room for the longest names a file system takes;
+/// the process' number follows.
+std::string staging_prefix(const fs::path& target) {
+  return "." + target.stem().string().substr(0, 100) + ".partial-";
 }
+
+fs::path staging_name(const fs::path& target, const std::string& extension, int attempt) {
+  return staging_prefix(target) + std::to_string(::getpid()) + "-" + std::to_string(attempt) +
+         extension.substr(0, 100);
+}
+
+bool has_ended(pid_t process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
 
 /// "out/" and "out/." name the folder "out", however it is spelt.
 fs::path without_trailing_separator(const fs::path& path) {
@@ -120,6 +131,26 @@ void write_file(const fs::path& target, std::string_view contents, Overwrite ove
   OutputFile file(target, overwrite);
   file.write(contents);
   file.commit();
+}
+
+void remove_unfinished(const fs::path& target, Unfinished whose) {
+  const fs::path plain = without_trailing_separator(target);
+  const std::string prefix = staging_prefix(plain);
+  for (const fs::path& place : {parent_folder(plain), plain}) {
+    std::vector<fs::path> found;
+    std::error_code error;
+    for (fs::directory_iterator entry(place, error), end; !error && entry != end; entry.increment(error)) {
+      const std::string name = entry->path().filename().string();
+      if (name.compare(0, prefix.size(), prefix) != 0) continue;
+      const auto process =
+          parse_integer(name.substr(prefix.size(), name.find('-', prefix.size()) - prefix.size()));
+      if (!process || *process <= 0 || *process > std::numeric_limits<pid_t>::max()) continue;
+      const auto number = static_cast<pid_t>(*process);
+      if (whose == Unfinished::of_this_process ? number == ::getpid() : has_ended(number))
+        found.push_back(entry->path());
+    }
+    for (const fs::path& path : found) fs::remove_all(path, error);
+  }
 }
 
 OutputFolder::OutputFolder(fs::path target, Overwrite overwrite)

@@ -41,6 +41,11 @@ class OutputFile {
 /// Writes one file whole: `OutputFile`, `write`, `commit`.
 void write_file(const std::filesystem::path& target, std::string_view contents, Overwrite overwrite);
 
+/// Whose outputs were begun and not finished.
+enum class Unfinished { of_this_process, of_ended_processes };
+/// Removes what such processes have left of outputs at `target`: beside it, and in it where it is a folder.
+void remove_unfinished(const std::filesystem::path& target, Unfinished whose);
+
 /// A folder of results. The constructor refuses an existing folder that is not empty unless `overwrite`
 /// allows it, and a target whose own folder does not exist. Files are written to `path()`, a hidden staging
 /// folder: beside a new target, which `commit` then makes appear whole by one rename; inside an existing one,

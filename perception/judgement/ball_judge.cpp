@@ -1,9 +1,11 @@
 #include "perception/judgement/ball_judge.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "perception/judgement/ball_shading.hpp"
+#include "perception/judgement/occluding_edge.hpp"
 
 namespace ballservo {
 namespace {
@@ -13,7 +15,10 @@ constexpr double min_fill = 0.25;      // of the disc must have the ball's colou
 constexpr double small_radius_px = 5;  // below, max_small_leak counts
 // Where more of the outline than this is hidden, what is seen must be shaded as a sphere is, so strongly (a
 // part of the mean brightness). A half-hidden disc is flat.
-constexpr double max_hidden = 0.45, min_shading = 0.4;
+constexpr double max_hidden = 0.45, min_shading = 0.4, min_lighter_shading = 1;
+// Or what hides it must be seen to go on beyond it; a chord of a few pixels shows no line, and what is seen
+// must be round: of the pictures that we have, balls are by 1, what is none by half of it.
+constexpr double least_hidden_radius_px = 12, least_round = 0.75;
 // But where an edge follows so much of the outline in the picture, nothing hides the rest.
 constexpr double min_whole = 0.9;
 // Of the disc of a ball that encloses its region, so much and no more has the colour.
@@ -57,11 +62,21 @@ Verdict BallJudge::of(const OutlineFit& fit, const std::vector<BoundaryPoint>& b
   Verdict verdict;
   verdict.support = outline_support(sectors, fit.offsets, ball.blur_px, view_.colored, camera, ball.cone);
   verdict.quality = verdict.support.quality();
-  verdict.reason = rejection(fit, verdict);
+  const bool hidden = is_behind_something(fit, verdict.support);
+  // Of what can be seen of it.
+  if (hidden) verdict.quality /= std::sqrt(1 - verdict.support.hidden);
+  verdict.reason = rejection(fit, verdict, hidden);
   return verdict;
 }
 
-const char* BallJudge::rejection(const OutlineFit& fit, const Verdict& verdict) const {
+bool BallJudge::is_behind_something(const OutlineFit& fit, const OutlineSupport& support) const {
+  return support.hidden > max_hidden && fit.has_edges() &&
+         fit.ball.outline.radius_px >= least_hidden_radius_px &&
+         support.shape.match * (1 - support.shape.straight) >= least_round &&
+         is_behind_straight_edge(view_.bgr, view_.colored, fit.ball.outline);
+}
+
+const char* BallJudge::rejection(const OutlineFit& fit, const Verdict& verdict, bool behind_something) const {
   const double radius_px = fit.ball.outline.radius_px;
   const OutlineSupport& support = verdict.support;
   if (radius_px < min_ball_radius_px) return "too small";
@@ -70,19 +85,23 @@ const char* BallJudge::rejection(const OutlineFit& fit, const Verdict& verdict) 
   if (support.leak > (radius_px < small_radius_px ? options_.max_small_leak : options_.max_leak))
     return "the colour runs on around it";
   if (verdict.quality < view_.min_quality) return too_weak;
-  return shows_a_sphere(fit, support) ? nullptr
-                                      : "half of it is hidden, and the rest is not shaded as a sphere";
+  return shows_a_sphere(fit, support, behind_something)
+             ? nullptr
+             : "half of it is hidden, and the rest is not shaded as a sphere";
 }
 
 // Half a disc looks like a half-hidden ball, but for its shading. A ball half in shade, or cut by the
-// picture, has its edge all around in the picture even so.
-bool BallJudge::shows_a_sphere(const OutlineFit& fit, const OutlineSupport& support) const {
+// picture, has its edge all around in the picture even so. What hides a ball shades it too: where that is
+// seen, a ball's shading need not be a sphere's alone.
+bool BallJudge::shows_a_sphere(const OutlineFit& fit, const OutlineSupport& support,
+                               bool behind_something) const {
   if (support.hidden <= max_hidden) return true;
   if (fit.has_edges() && share_on_outline(fit) >= min_whole) return true;
   const BallShading shading =
       ball_shading(view_.bgr, view_.response, view_.colored, rays_, fit.ball.cone, fit.ball.outline);
-  return shading.strength >= min_shading && shading.explained >= options_.min_shading_explained &&
-         shading.explained > shading.explained_by_two;
+  if (shading.strength < min_shading) return false;
+  if (behind_something && shading.strength_of_lighter >= min_lighter_shading) return true;
+  return shading.explained >= options_.min_shading_explained && shading.explained > shading.explained_by_two;
 }
 
 bool BallJudge::encloses(const std::vector<BoundaryPoint>& region, const OutlineFit& fit,

@@ -65,8 +65,9 @@ class BallJudge {
   bool suffices_where_expected(const OutlineFit& fit, const OutlineSupport& support) const;
 
  private:
-  const char* rejection(const OutlineFit& fit, const Verdict& verdict) const;
-  bool shows_a_sphere(const OutlineFit& fit, const OutlineSupport& support) const;
+  bool is_behind_something(const OutlineFit& fit, const OutlineSupport& support) const;
+  const char* rejection(const OutlineFit& fit, const Verdict& verdict, bool behind_something) const;
+  bool shows_a_sphere(const OutlineFit& fit, const OutlineSupport& support, bool behind_something) const;
 
   const ClassView& view_;
   const RayTable& rays_;

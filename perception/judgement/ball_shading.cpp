@@ -35,18 +35,24 @@ class BrightnessHistogram {
     sums_[step] += brightness;
   }
 
-  /// The largest sum of squares between a dark and a light part (Otsu 1979, equation 14, times the pixels).
-  double squares_between_two(double pixels, double sum) const {
-    double most = 0, dark = 0, dark_sum = 0;
+  /// A dark and a light part: their means, and the largest sum of squares between two (Otsu 1979, equation
+  /// 14, times the pixels).
+  struct Parts {
+    double squares = 0, dark = 0, light = 0;
+  };
+  Parts two_parts(double pixels, double sum) const {
+    Parts best;
+    double dark = 0, dark_sum = 0;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       dark += pixels_[i];
       dark_sum += sums_[i];
       const double light = pixels - dark;
       if (dark == 0 || light == 0) continue;
-      const double apart = dark_sum / dark - (sum - dark_sum) / light;
-      most = std::max(most, dark * light / pixels * apart * apart);
+      const double dark_mean = dark_sum / dark, light_mean = (sum - dark_sum) / light;
+      const double squares = dark * light / pixels * std::pow(light_mean - dark_mean, 2);
+      if (squares > best.squares) best = {squares, dark_mean, light_mean};
     }
-    return most;
+    return best;
   }
 
  private:
@@ -145,6 +151,19 @@ class BallPixels {
   double reach_;
 };
 
+// Of the lighter part alone, without what lies between: see BallShading.
+double strength_of_lighter(const BallPixels& ball, double dark, double light) {
+  const double least = light - (light - dark) / 3;
+  LambertFit lit;
+  ball.for_each([&](const Eigen::Vector3d& n, int u, int v) {
+    const double here = ball.brightness(u, v);
+    if (here >= least) lit.add({1, n.x(), n.y(), n.z()}, here);
+  });
+  if (lit.pixels() < least_pixels) return 0;
+  const Eigen::Vector4d p = lit.solve();
+  return p.allFinite() ? p.tail<3>().norm() / lit.mean() : 0;
+}
+
 }  // namespace
 
 BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
@@ -164,10 +183,12 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
   Eigen::Vector4d p = all.solve();
   if (!p.allFinite()) return {};
   const double noise_variance = bends2 / (6 * all.pixels());  // of independent noise: 1 + 4 + 1 times its own
-  const double between = histogram.squares_between_two(all.pixels(), all.sum()) / all.pixels();
+  const auto parts = histogram.two_parts(all.pixels(), all.sum());
+  const double between = parts.squares / all.pixels();
   double rest = all.rest(p);
   BallShading shading{p.tail<3>().norm() / all.mean(), part_explained(rest, all.variance(), noise_variance),
                       part_explained(all.variance() - between, all.variance(), noise_variance)};
+  shading.strength_of_lighter = strength_of_lighter(ball, parts.dark, parts.light);
   // One lamp leaves the side that is turned away from it in the dark, and a glossy ball mirrors it: where,
   // the fit before says.
   for (int pass = 0; pass < passes; ++pass) {

@@ -21,6 +21,8 @@ struct BallShading {
   /// The same by the best two even parts, a dark and a light one: all of it on a flat thing of two shades,
   /// three quarters of a ramp.
   double explained_by_two = 0;
+  /// `strength` in the lighter of these parts alone: where a shadow falls across it, a flat thing has none.
+  double strength_of_lighter = 0;
 };
 
 /// Over the ball's pixels inside the cone. Zeros where there are too few.

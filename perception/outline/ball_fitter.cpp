@@ -98,10 +98,20 @@ void BallFitter::measure(const cv::Mat& bgr, const CameraResponse& response, con
   robust_weights_.set(cone, edges.points, robust_floor_px, oval_fraction_);
 }
 
+// The edges are sought where one response puts them, and texture beside them may speak against it by chance:
+// what does is asked again where the other one puts them, and the less counts.
 ResponseEvidence BallFitter::response_evidence(const cv::Mat& bgr, const CameraResponse& response,
                                                const TangentCone& cone) {
   measure(bgr, response, cone, evident_edges_);
-  return edge_meter_.evidence(bgr, *rays_, cone, evident_edges_.points);
+  ResponseEvidence evidence = edge_meter_.evidence(bgr, *rays_, cone, evident_edges_.points);
+  const bool coarse = response.coarse_chroma, is_srgb = &response == &CameraResponse::srgb(coarse);
+  if (is_srgb ? evidence.srgb >= 0 : evidence.srgb <= 0) return evidence;
+  measure(bgr, is_srgb ? CameraResponse::linear(coarse) : CameraResponse::srgb(coarse), cone, evident_edges_);
+  const auto step = one_gauss_newton_step(cone, evident_edges_.points, oval_fraction_);
+  if (!step) return evidence;
+  const double again = edge_meter_.evidence(bgr, *rays_, step->cone, evident_edges_.points).srgb;
+  evidence.srgb = is_srgb ? std::clamp(again, evidence.srgb, 0.0) : std::clamp(again, 0.0, evidence.srgb);
+  return evidence;
 }
 
 }  // namespace ballservo

@@ -56,7 +56,7 @@ class ResponseBelief {
 
  private:
   // Of sRGB, and against coarse colours: what noise makes the edges of one picture say now and then.
-  static constexpr double prior = 4, prior_chroma = -3.5;
+  static constexpr double prior = 3.5, prior_chroma = -3.5;
   double srgb_ = prior, coarse_chroma_ = prior_chroma;
   int looks_ = 0;
 };

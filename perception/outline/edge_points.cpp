@@ -39,8 +39,10 @@ constexpr double luma_and_colors_agree_px = 1;
 // Averaging over two pixels and interpolating widens a blur by 0.9 px^2 in each halved direction; less than
 // this is said by noise and shading. An edge is asked only where it is clear in luma and in colour.
 constexpr double coarse_chroma_px2 = 0.25, clear_contrast = 20;
-// Of the camera's response a texture may seem to say much: one segment counts no more than this.
-constexpr double most_of_a_segment = 4, clearly_the_balls = 0.5;
+// Of the camera's response a texture may seem to say much: one segment counts no more than this. And what the
+// profile leaves beyond a camera's noise (grey levels^2) is structure, whose pixels err together: the
+// evidence counts by as much less (half and twice that tell the same pictures).
+constexpr double most_of_a_segment = 4, clearly_the_balls = 0.5, noise_variance = 3;
 
 int to_pixel(double position, int last) {
   return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(last)));
@@ -389,11 +391,12 @@ ResponseEvidence EdgeMeter::evidence(const cv::Mat& bgr, const RayTable& rays, c
     if (!by_srgb || !by_linear) continue;
     const auto values = 3 * static_cast<double>(pixels_.size());
     const double rounding = values / 12;  // of whole grey levels
-    const double left_by_srgb = squares_left(pixels_, *by_srgb, srgb),
-                 left_by_linear = squares_left(pixels_, *by_linear, linear);
-    evidence.srgb +=
-        std::clamp(0.5 * values * std::log((left_by_linear + rounding) / (left_by_srgb + rounding)),
-                   -most_of_a_segment, most_of_a_segment);
+    const double left_by_srgb = squares_left(pixels_, *by_srgb, srgb) + rounding,
+                 left_by_linear = squares_left(pixels_, *by_linear, linear) + rounding;
+    const double independent =
+        values * std::min(1.0, noise_variance * values / std::min(left_by_srgb, left_by_linear));
+    evidence.srgb += std::clamp(0.5 * independent * std::log(left_by_linear / left_by_srgb),
+                                -most_of_a_segment, most_of_a_segment);
     if (const auto excess_px2 = excess_chroma_blur(*by_srgb))
       evidence.coarse_chroma += std::clamp(*excess_px2 / coarse_chroma_px2 - 1, -1.0, 1.0);
   }

@@ -74,6 +74,7 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
   /^[ \t]*#[ \t]*include[ \t]*<visp3\// && header && here != "servo/features" { complain("ViSP stays inside source files") }
   /^[ \t]*#[ \t]*include[ \t]*<spdlog\// && here !~ /^app/ { complain("libraries do not print") }
   /std::c(out|err)[ \t]*<<|fmt::print\(|[^a-z_]printf\(/ && here !~ /^app/ { complain("libraries do not print") }
+  /fmt::print\(/ && here ~ /^app/ { complain("a full disk would end it: print_message, print_result") }
   END {
     print bad + 0 " lines point the wrong way"
     exit bad > 0

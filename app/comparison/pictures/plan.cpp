@@ -107,11 +107,13 @@ void declare(OptionVisitor& v, PlanFile& plan) {
 
 // Gives a condition the camera that its `node` names; its covariance stands beside its file.
 void set_camera(ComparisonCondition& condition, const PlanCamera& plan, YamlNode node,
-                const std::filesystem::path& folder, FaultList& faults) {
+                const std::filesystem::path& folder, std::vector<std::filesystem::path>& files,
+                FaultList& faults) {
   condition.covariance.reset();
   try {
     if (!plan.file.empty()) {
       const std::string path = (folder / plan.file).string();
+      files.emplace_back(split_camera_name(path).file);
       condition.camera = read_camera(path);
       condition.covariance = read_camera_covariance(path, condition.camera);
       return;
@@ -195,7 +197,8 @@ ComparisonPlan read_plan(const std::string& text, const std::string& name,
   plan.loss = file.loss;
   plan.paper_claims = file.claims == "paper";
   ComparisonCondition& defaults = file.defaults.condition;
-  if (file.defaults.camera) set_camera(defaults, *file.defaults.camera, root.map("defaults"), folder, faults);
+  if (file.defaults.camera)
+    set_camera(defaults, *file.defaults.camera, root.map("defaults"), folder, plan.files, faults);
   std::set<std::string> names;
   const auto add = [&](ComparisonCondition condition, const YamlNode& node) {
     finish_condition(node.place(), faults, names, condition);
@@ -208,7 +211,7 @@ ComparisonPlan read_plan(const std::string& text, const std::string& name,
     auto& [condition, camera] = file.conditions[k];
     condition.camera = defaults.camera;
     condition.covariance = defaults.covariance;
-    if (camera) set_camera(condition, *camera, nodes[k], folder, faults);
+    if (camera) set_camera(condition, *camera, nodes[k], folder, plan.files, faults);
     add(std::move(condition), nodes[k]);
   }
   if (file.design) {

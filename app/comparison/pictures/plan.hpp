@@ -17,7 +17,8 @@ struct ComparisonPlan {
   MethodList methods;
   RobustLoss loss{RobustLossKind::cauchy, 0.3};
   std::vector<ComparisonCondition> conditions;
-  bool paper_claims = false;  ///< the paper's claims are looked at one by one
+  std::vector<std::filesystem::path> files;  ///< of cameras that it names
+  bool paper_claims = false;                 ///< the paper's claims are looked at one by one
   std::string text;           ///< as it was read: the order of a design's keys is that of its conditions
   std::string resolved_json;  ///< keys sorted
 };

@@ -62,7 +62,7 @@ TEST(ResponseBelief, AsksNoLongerWhereNothingIsToldForLong) {
 }
 
 // What a camera makes of this light.
-cv::Mat taken(const cv::Mat& light, const CameraResponse& response, std::uint64_t seed) {
+cv::Mat taken(const cv::Mat& light, const CameraResponse& response, std::uint64_t seed, double noise = 2) {
   RandomEngine engine = random_stream(seed, "camera_response_test");
   cv::Mat blurred, bgr(light.size(), CV_8UC3);
   light.convertTo(blurred, CV_32FC3);
@@ -73,7 +73,7 @@ cv::Mat taken(const cv::Mat& light, const CameraResponse& response, std::uint64_
         const float level = blurred.at<cv::Vec3f>(v, u)[c];
         const auto above = std::lower_bound(response.light.begin(), response.light.end(), level);
         const auto grey = static_cast<double>(above - response.light.begin());
-        bgr.at<cv::Vec3b>(v, u)[c] = cv::saturate_cast<std::uint8_t>(grey + 2 * standard_normal(engine));
+        bgr.at<cv::Vec3b>(v, u)[c] = cv::saturate_cast<std::uint8_t>(grey + noise * standard_normal(engine));
       }
     }
   }
@@ -102,6 +102,52 @@ TEST(CameraResponse, IsToldByTheEdgesOfABall) {
     // Taken for the other, it is not: the pictures can tell.
     EXPECT_GT(std::abs(radius_error_px(srgb, ResponseChoice::linear)), 0.05);
     EXPECT_GT(std::abs(radius_error_px(linear, ResponseChoice::srgb)), 0.05);
+  }
+}
+
+// What an sRGB picture of a ball before bricks of these colours says of its camera.
+template <class Color>
+ResponseEvidence evidence_before_bricks(cv::Size brick, const cv::Vec3b& ball, std::uint64_t seed,
+                                        const Color& color) {
+  RandomEngine engine = random_stream(seed, "what is behind");
+  cv::Mat light(120, 120, CV_8UC3);
+  for (int v = 0; v < light.rows; v += brick.height) {
+    for (int u = 0; u < light.cols; u += brick.width)
+      cv::rectangle(light, {{u, v}, brick}, color(engine), cv::FILLED);
+  }
+  const Camera camera = test::pinhole({120, 120}, 500);
+  const Eigen::Vector3d p_C(0.004, 0.002, 0.6);
+  test::paint_ball(light, camera, p_C, 0.035, ball);
+  const CameraResponse& srgb = CameraResponse::srgb();
+  const cv::Mat bgr = taken(light, srgb, seed, 1);
+  BallFitter fitter(std::make_shared<const RayTable>(camera), 0);
+  OutlineFit fit;
+  EXPECT_TRUE(fitter.fit_sphere(bgr, srgb, {p_C.normalized(), std::asin(0.035 / p_C.norm())}, {}, fit));
+  return fitter.response_evidence(bgr, srgb, fit.ball.cone);
+}
+
+// Edges of bricks, leaves and shadows cross the ball's, and are no part of the profile that is fitted.
+TEST(CameraResponse, IsNotToldByWhatIsBehindTheBall) {
+  int mistaken = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    ResponseBelief belief;
+    belief.add(evidence_before_bricks({5, 4}, {12, 15, 160}, seed, [](RandomEngine& engine) {
+      const double level = uniform01(engine) < 0.5 ? 30 : 220;
+      return cv::Scalar(level, level, 0.9 * level);
+    }));
+    mistaken += belief.srgb() ? 0 : 1;
+  }
+  EXPECT_LE(mistaken, 1);
+}
+
+TEST(CameraResponse, IsAskedAgainWhereTheOtherOnePutsTheEdges) {
+  for (const std::uint64_t seed : {41, 58}) {  // where sRGB's own edges speak against it
+    const ResponseEvidence evidence =
+        evidence_before_bricks({14, 10}, {3, 4, 48}, seed, [](RandomEngine& engine) {
+          const double blue = uniform(engine, 0, 18), green = uniform(engine, 0, 18);
+          return cv::Scalar(blue, green, uniform(engine, 0, 18));
+        });
+    EXPECT_GT(evidence.srgb, -3) << "seed " << seed;
   }
 }
 

@@ -34,5 +34,23 @@ TEST(EdgeMeter, InTheDarkAFainterEdgeWillDo) {
   EXPECT_EQ(share_found(13, 10), 0);
 }
 
+// A disc before a band of its own brightness and darker surroundings: brightness alone has its edge at the
+// band's far side.
+TEST(EdgeMeter, WhereColoursAreCoarseLumasEdgeCountsOnlyBesideTheColours) {
+  const Camera camera = test::pinhole(size, 400);
+  const RayTable rays(camera);
+  const Eigen::Vector2d center_px = *camera.project({0, 0, 1});
+  cv::Mat bgr(size.height_px, size.width_px, CV_8UC3, cv::Scalar(30, 80, 30));
+  test::paint_disc(bgr, center_px, radius_px + 2, {50, 130, 50});
+  test::paint_disc(bgr, center_px, radius_px, {40, 60, 205});
+  EdgeMeter meter;
+  OutlineEdges edges;
+  meter.measure(bgr, rays, *cone_near_circle({{0, 0}, radius_px}, 400), CameraResponse::srgb(true), edges);
+  ASSERT_GT(edges.points.size(), 30u);
+  double sum_px = 0;
+  for (const EdgePoint& point : edges.points) sum_px += (*camera.project(point.ray) - center_px).norm();
+  EXPECT_NEAR(sum_px / static_cast<double>(edges.points.size()), radius_px, 0.5);
+}
+
 }  // namespace
 }  // namespace ballservo

@@ -1,0 +1,70 @@
+// Streams that are closed, full or broken, and hands that are quick at Ctrl-C.
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/hostile/commands.hpp"
+
+const char* ballservo::test::program_path() { return BALLSERVO_PROGRAM; }
+
+namespace ballservo {
+namespace {
+
+using Streams = test::Hostile;
+using test::Ending;
+
+TEST_F(Streams, NoMessageEndsACommand) {
+  const std::vector<std::string> all = commands();
+  ASSERT_GE(all.size(), 13u);
+  for (const std::string& command : all) {
+    for (const char* to : {"2>/dev/full", "2>&-", "2>&- <&-"})
+      EXPECT_EQ(run(command + " --no-such-option " + to + " #").code, 2) << command << to;
+    for (const char* to : {">/dev/full", ">&-", ">&- 2>&- <&-"})
+      EXPECT_EQ(run(command + " --help " + to + " #").code, 2) << command << to;
+    EXPECT_EQ(run(command + " --help 2>&- #").code, 0) << command;
+  }
+}
+
+TEST_F(Streams, ABrokenPipeEndsNothingBySignal) {
+  run("servo --keys", R"(bash -c '{ sleep 0.3; "$0" "$@"; echo $? >code; } | true')");
+  EXPECT_EQ(contents("code"), "2\n");
+}
+
+TEST_F(Streams, AJournalHoldsNoMessageWhereStderrIsClosed) {
+  const std::string sweep = "sweep '" + (test::project_data_dir() / "scenarios/static_ball.yaml").string() +
+                            "' --trials 3 --set duration_s=1 --threads 1 -o ";
+  EXPECT_EQ(run(sweep + "open").code, 0);
+  EXPECT_EQ(run(sweep + "closed 2>&- <&- #").code, 0);
+  EXPECT_EQ(contents("closed/trials.csv"), contents("open/trials.csv"));
+}
+
+/// Its exit code, or minus the signal that ended it.
+int interrupted_after(std::chrono::milliseconds delay) {
+  std::string program = BALLSERVO_PROGRAM, keys = "servo", help = "--keys";
+  char* arguments[] = {program.data(), keys.data(), help.data(), nullptr};
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+  pid_t child = 0;
+  if (posix_spawn(&child, program.c_str(), &actions, nullptr, arguments, environ) != 0) return -1000;
+  posix_spawn_file_actions_destroy(&actions);
+  std::this_thread::sleep_for(delay);
+  kill(child, SIGINT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+TEST_F(Streams, CtrlCIsHeardWhileTheLibrariesLoad) {
+  for (int delay_ms = 20; delay_ms < 300; delay_ms += 20) {
+    const int code = interrupted_after(std::chrono::milliseconds(delay_ms));
+    EXPECT_TRUE(code == 130 || code == 0) << code << " after " << delay_ms << " ms";
+  }
+}
+
+}  // namespace
+}  // namespace ballservo

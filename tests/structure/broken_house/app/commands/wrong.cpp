@@ -1,0 +1,3 @@
+#include <fmt/format.h>
+
+void say() { fmt::print("a full disk ends it"); }
