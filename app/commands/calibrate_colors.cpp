@@ -167,9 +167,8 @@ int show_file(const ColorsOptions& options) {
 }
 
 /// Shows that work goes on, and lets it be interrupted.
-RegionSearchOptions region_search(const CommonOptions& common, Progress& progress) {
+RegionSearchOptions region_search(Progress& progress) {
   RegionSearchOptions search;
-  search.seed = common.seed;
   search.before_each_test = [&progress, asked = 0L]() mutable {
     throw_if_interrupted();
     progress.step(++asked);
@@ -177,7 +176,7 @@ RegionSearchOptions region_search(const CommonOptions& common, Progress& progres
   return search;
 }
 
-constexpr const char* tested_regions = "regions tested for roundness";
+constexpr const char* tested_regions = "circles looked at";
 
 constexpr int most_camera_frames = 900;
 
@@ -186,7 +185,7 @@ Lesson learn_from_box(const ColorsOptions& options, const std::pair<std::string,
   auto sequences = open_sources({options.from}, 30, options.common.max_pixels);
   FrameSequence& sequence = *sequences.front();
   Progress progress(tested_regions, 0, options.common.quiet);
-  BoxTrainer lesson(box.first, box.second, region_search(options.common, progress));
+  BoxTrainer lesson(box.first, box.second, region_search(progress));
   // A recorded video ends; a camera would show an empty box for ever.
   const bool ends = !sequence.files().empty();
   while (!lesson.enough() && (ends || lesson.looked_at() < most_camera_frames)) {
@@ -261,7 +260,7 @@ int run_calibrate_colors(const ColorsOptions& options) {
     lesson.pictures = set.read(options.common.max_pixels);
     for (const ColorPicture& picture : lesson.pictures) lesson.sources.push_back(picture.source);
     Progress progress(tested_regions, 0, options.common.quiet);
-    const RegionSearchOptions search = region_search(options.common, progress);
+    const RegionSearchOptions search = region_search(progress);
     lesson.colors = requests.empty() ? learn_colors(lesson.pictures, search, background)
                                      : learn_classes(lesson.pictures, requests, search, background);
   }

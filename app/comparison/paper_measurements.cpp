@@ -133,9 +133,7 @@ std::shared_ptr<const ColorTable> learn(const std::vector<std::string>& words, s
     }
     requests.push_back(request);
   }
-  RegionSearchOptions search;
-  search.seed = seed;
-  return std::make_shared<const ColorTable>(learn_classes(pictures, requests, search).table);
+  return std::make_shared<const ColorTable>(learn_classes(pictures, requests).table);
 }
 
 // How the pixels well inside balls of each colour are told, on pictures that were not learnt from.

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int ray_count = 64;
 /// Samples of a disc: a square of 25 to either side, or of 47 where there are less than two pixels a sample.
-constexpr std::size_t most_samples = 2304, most_along_ray = 128;
+constexpr std::size_t most_samples = 2304, most_along_ray = 192;
 template <class T>
 using Samples = boost::container::static_vector<T, most_samples>;
 template <class T>
@@ -28,6 +28,16 @@ cv::Vec3f at(const cv::Mat3f& lab, double x, double y) {
   const auto fx = static_cast<float>(x - x0), fy = static_cast<float>(y - y0);
   const cv::Vec3f *upper = lab[y0] + x0, *lower = lab[y0 + 1] + x0;
   return (1 - fy) * ((1 - fx) * upper[0] + fx * upper[1]) + fy * ((1 - fx) * lower[0] + fx * lower[1]);
+}
+
+const std::array<Eigen::Vector2d, ray_count>& directions() {
+  static const auto result = [] {
+    std::array<Eigen::Vector2d, ray_count> rays;
+    for (int k = 0; k < ray_count; ++k)
+      rays[k] = {std::cos(2 * pi * k / ray_count), std::sin(2 * pi * k / ray_count)};
+    return rays;
+  }();
+  return result;
 }
 
 /// How well a colour agrees with the ball's in hue, 0 to 1, whatever the light's strength.
@@ -50,71 +60,166 @@ class Likeness {
   double strength_;
 };
 
-/// How far an edge may lie off a ball's outline: noise and blur alone; or perspective, JPEG, a fuzzy skin.
+/// How probably a colour is the disc's rather than that of what lies around it: two histograms of Lab, of
+/// which neighbouring cells share what lies between them. So the rim of a marbled ball is seen where its hue
+/// fails.
+class Belonging {
+ public:
+  Belonging(const cv::Mat3f& lab, const Outline& circle) {
+    std::array<double, 2> sums{};
+    for_each_sample(lab, circle, [&](const cv::Vec3f& c, int side, double weight) {
+      for_each_cell(c,
+                    [&](cv::Vec2f& cell, float share) { cell[side] += share * static_cast<float>(weight); });
+      sums[side] += weight;
+    });
+    for (cv::Vec2f& cell : cells_) {
+      for (const int side : {0, 1})
+        cell[side] = cell[side] / static_cast<float>(std::max(sums[side], 1e-9)) + unseen;
+    }
+  }
+  double operator()(const cv::Vec3f& c) {
+    cv::Vec2f density(0, 0);
+    for_each_cell(c, [&](const cv::Vec2f& cell, float share) { density += share * cell; });
+    return density[0] / (density[0] + density[1]);
+  }
+  /// How much more the disc's colours belong to it than those around it do: 1 where they are others, 0 where
+  /// nothing tells them apart.
+  double distinctness(const cv::Mat3f& lab, const Outline& circle) {
+    std::array<double, 2> sums{}, belong{};
+    for_each_sample(lab, circle, [&](const cv::Vec3f& c, int side, double weight) {
+      belong[side] += weight * (*this)(c);
+      sums[side] += weight;
+    });
+    return sums[0] > 0 && sums[1] > 0 ? belong[0] / sums[0] - belong[1] / sums[1] : 0;
+  }
+  /// How much of what belongs to the disc and lies near its rim has the ball's hue: of a fist around a ball
+  /// nothing.
+  double part_of_rim(const cv::Mat3f& lab, const Outline& circle, const Likeness& like) {
+    constexpr double near_rim = 0.6;
+    double belong = 0, alike = 0;
+    for_each_sample(lab, circle, [&](const cv::Vec3f& c, int side, double reach) {
+      if (side != 0 || reach < near_rim) return;
+      const double part = (*this)(c);
+      belong += part;
+      alike += part * like(c);
+    });
+    return belong > 0 ? alike / belong : 0;
+  }
+
+ private:
+  static constexpr float lightness_cell = 12, chroma_cell = 8;
+  static constexpr float unseen = 1e-3F;  // density that a colour has which no sample showed
+  static constexpr int levels = 10, chromas = 28;
+
+  /// On every other ray, inside the rim (0) and around it (1), far enough off for its blur.
+  template <class Visit>
+  static void for_each_sample(const cv::Mat3f& lab, const Outline& circle, Visit visit) {
+    constexpr int steps = 10;
+    constexpr double inner = 0.85, around = 1.15, outer = 1.6;
+    for (int k = 0; k < ray_count; k += 2) {
+      const Eigen::Vector2d ray = circle.radius_px * (circle.shape * directions()[k]);
+      for (int i = 0; i < 2 * steps; ++i) {
+        const double part = (i / 2 + 0.5) / steps,
+                     reach = i % 2 ? around + (outer - around) * part : inner * part;
+        const Eigen::Vector2d p = circle.center_px + reach * ray;
+        const int x = static_cast<int>(std::lround(p.x())), y = static_cast<int>(std::lround(p.y()));
+        if (x >= 0 && y >= 0 && x < lab.cols && y < lab.rows) visit(lab(y, x), i % 2, reach);
+      }
+    }
+  }
+  template <class Visit>
+  void for_each_cell(const cv::Vec3f& c, Visit visit) {
+    const float l = std::clamp(c[0] / lightness_cell, 0.0F, levels - 1.01F),
+                a = std::clamp(c[1] / chroma_cell + chromas / 2, 0.0F, chromas - 1.01F),
+                b = std::clamp(c[2] / chroma_cell + chromas / 2, 0.0F, chromas - 1.01F);
+    const int il = static_cast<int>(l), ia = static_cast<int>(a), ib = static_cast<int>(b);
+    const float fl = l - static_cast<float>(il), fa = a - static_cast<float>(ia),
+                fb = b - static_cast<float>(ib);
+    for (int i = 0; i < 8; ++i) {
+      const int dl = i & 1, da = i >> 1 & 1, db = i >> 2;
+      visit(cells_[static_cast<std::size_t>(((il + dl) * chromas + ia + da) * chromas + ib + db)],
+            (dl ? fl : 1 - fl) * (da ? fa : 1 - fa) * (db ? fb : 1 - fb));
+    }
+  }
+
+  std::array<cv::Vec2f, levels * chromas * chromas> cells_{};
+};
+
+/// How far an edge may lie off a ball's outline: noise and blur alone; or perspective, JPEG, a fuzzy skin,
+/// the softness of a moving hand (`rough`, of the radius).
 double tight_sigma(double radius_px) { return std::hypot(0.12, 0.005 * radius_px); }
-double loose_sigma(double radius_px) { return std::hypot(0.35, 0.02 * radius_px); }
+double loose_sigma(double radius_px, double rough) { return std::hypot(0.35, rough * radius_px); }
+constexpr double smooth_rim = 0.02, rough_rim = 0.035;
 
 struct Edge {
   double radius_px = 0, contrast = 0;
+  double share = 0;  ///< how probably it is its ray's outline, before any circle is known
+};
+
+struct Ray {
+  boost::container::static_vector<Edge, 3> edges;
   bool in_picture = false;
 };
 
-std::array<Eigen::Vector2d, ray_count> directions() {
-  std::array<Eigen::Vector2d, ray_count> result;
-  for (int k = 0; k < ray_count; ++k)
-    result[k] = {std::cos(2 * pi * k / ray_count), std::sin(2 * pi * k / ray_count)};
-  return result;
-}
+constexpr double least_contrast = 4;
 
-/// Along every ray, or every `stride`th.
-std::array<Edge, ray_count> edges_of(const cv::Mat3f& lab, const Outline& circle, const Likeness& like,
-                                     int stride) {
+/// Where the ball may end, along every ray, or every `stride`th: the strongest edges from what belongs to the
+/// disc to what does not.
+std::array<Ray, ray_count> rays_of(const cv::Mat3f& lab, const Outline& circle, int stride) {
   constexpr double nearest = 0.5, farthest = 1.5;
+  constexpr double despite = 0.7;      // against an edge, that what lies behind belongs to the disc as well
+  constexpr double least_share = 0.3;  // of the ray's strongest edge; weaker ones are its texture
   const double step = std::max(0.35, circle.radius_px / 40);
   const int half = std::max(2, static_cast<int>(std::lround(std::max(1.0, 0.08 * circle.radius_px) / step)));
-  const int first = static_cast<int>(nearest * circle.radius_px / step) - half,
-            last = static_cast<int>(farthest * circle.radius_px / step) + half + 2;
-  RaySamples<cv::Vec3f> color(static_cast<std::size_t>(last - first));
-  RaySamples<double> alike(color.size()), score(color.size());
-  static const auto rays = directions();
-  std::array<Edge, ray_count> edges;
+  const int blurred = half / 2;  // what lies so near an edge is a mixture
+  const int first = static_cast<int>(nearest * circle.radius_px / step) - 2 * half,
+            count = static_cast<int>(farthest * circle.radius_px / step) + 2 * half + 2 - first;
+  RaySamples<cv::Vec3f> color(static_cast<std::size_t>(count + 1));  // sums of all before
+  RaySamples<double> belong(color.size()), score(color.size());
+  Belonging belonging(lab, circle);
+  std::array<Ray, ray_count> rays;
   for (int k = 0; k < ray_count; k += stride) {
-    const Eigen::Vector2d ray = circle.shape * rays[k], rim = circle.center_px + circle.radius_px * ray;
+    const Eigen::Vector2d ray = circle.shape * directions()[k],
+                          rim = circle.center_px + circle.radius_px * ray;
     if (rim.x() < 1 || rim.y() < 1 || rim.x() > lab.cols - 2 || rim.y() > lab.rows - 2) continue;
-    edges[k].in_picture = true;
-    for (std::size_t i = 0; i < color.size(); ++i) {
-      const Eigen::Vector2d p = circle.center_px + step * (first + static_cast<int>(i)) * ray;
-      color[i] = at(lab, std::clamp(p.x(), 0.0, lab.cols - 1.0), std::clamp(p.y(), 0.0, lab.rows - 1.0));
-      alike[i] = like(color[i]);
+    rays[k].in_picture = true;
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector2d p = circle.center_px + step * (first + i) * ray;
+      const cv::Vec3f c =
+          at(lab, std::clamp(p.x(), 0.0, lab.cols - 1.0), std::clamp(p.y(), 0.0, lab.rows - 1.0));
+      color[i + 1] = color[i] + c;
+      belong[i + 1] = belong[i] + belonging(c);
     }
     std::fill(score.begin(), score.end(), 0.0);
-    std::size_t best = 0;
-    for (std::size_t i = half; i + half <= color.size(); ++i) {
-      cv::Vec3f inner(0, 0, 0), outer(0, 0, 0);
-      double inside = 0;
-      for (int j = 1; j <= half; ++j) {
-        inner += color[i - j];
-        outer += color[i + j - 1];
-        inside += alike[i - j];
+    for (int i = 2 * half; i + 2 * half <= count; ++i) {
+      const double inside = (belong[i - blurred] - belong[i - 2 * half]) / (2 * half - blurred),
+                   outside = (belong[i + 2 * half] - belong[i + blurred]) / (2 * half - blurred);
+      score[i] = cv::norm(color[i + half] - 2 * color[i] + color[i - half]) / half * inside *
+                 (1 - despite * outside);
+    }
+    auto& edges = rays[k].edges;
+    double sum = 0;
+    while (edges.size() < edges.capacity()) {
+      const auto peak = std::max_element(score.begin(), score.end());
+      const double best = *peak;
+      if (best < least_contrast || (!edges.empty() && best < least_share * edges.front().contrast)) break;
+      const auto from = peak - std::min<std::ptrdiff_t>(half, peak - score.begin()),
+                 to = peak + std::min<std::ptrdiff_t>(half + 1, score.end() - peak);
+      double weights = 0, moment = 0;
+      for (auto i = from; i != to; ++i) {
+        const double weight = std::max(0.0, *i - 0.5 * best);
+        weights += weight;
+        moment += weight * (first + static_cast<double>(i - score.begin()) - 0.5);
       }
-      score[i] = cv::norm(outer - inner) / half * inside / half;
-      if (score[i] > score[best]) best = i;
+      edges.push_back({step * moment / weights, best, best * best});
+      sum += best * best;
+      std::fill(from, to, 0.0);
     }
-    if (best == 0) continue;
-    double sum = 0, moment = 0;
-    for (std::size_t i = best - std::min<std::size_t>(best, half);
-         i <= std::min(color.size() - 1, best + half); ++i) {
-      const double weight = score[i] > 0.5 * score[best] ? score[i] - 0.5 * score[best] : 0;
-      sum += weight;
-      moment += weight * (first + static_cast<double>(i) - 0.5);
-    }
-    edges[k].radius_px = step * moment / sum;
-    edges[k].contrast = score[best];
+    for (Edge& edge : edges) edge.share /= sum;
   }
-  return edges;
+  return rays;
 }
 
-constexpr double least_contrast = 4;
 constexpr double hidden = 0.3;  // of a ball's rim, expected
 using Harmonics = Eigen::Matrix<double, 5, 1>;
 
@@ -123,22 +228,23 @@ Harmonics harmonics(int k) {
   return (Harmonics() << 1, std::cos(a), std::sin(a), std::cos(2 * a), std::sin(2 * a)).finished();
 }
 
-Harmonics fit(const std::array<Edge, ray_count>& edges, const Outline& circle) {
+Harmonics fit(const std::array<Ray, ray_count>& rays, const Outline& circle) {
   const double r = circle.radius_px;
   Harmonics x = Harmonics::Zero();
   x[0] = r;
   const Harmonics prior = (Harmonics() << 0.2 * r, 0.2 * r, 0.2 * r, 0.03 * r, 0.03 * r).finished();
   for (const double scale : {0.1 * r, 0.06 * r, 0.04 * r, 0.03 * r, 0.02 * r}) {
-    const double sigma = std::max(scale, loose_sigma(r));
+    const double sigma = std::max(scale, loose_sigma(r, smooth_rim));
     Eigen::Matrix<double, 5, 5> normal = (sigma / prior.array()).square().matrix().asDiagonal();
     Harmonics right = normal * (Harmonics() << r, 0, 0, 0, 0).finished();
     for (int k = 0; k < ray_count; ++k) {
-      if (!edges[k].in_picture || edges[k].contrast < least_contrast) continue;
       const Harmonics h = harmonics(k);
-      const double z = (edges[k].radius_px - h.dot(x)) / (2 * sigma);
-      const double w = 1 / ((1 + z * z) * (1 + z * z));
-      normal += w * h * h.transpose();
-      right += w * edges[k].radius_px * h;
+      for (const Edge& edge : rays[k].edges) {
+        const double z = (edge.radius_px - h.dot(x)) / (2 * sigma);
+        const double w = edge.share / ((1 + z * z) * (1 + z * z));
+        normal += w * h * h.transpose();
+        right += w * edge.radius_px * h;
+      }
     }
     x = normal.ldlt().solve(right);
   }
@@ -211,8 +317,14 @@ struct Contour {
   double ratio = 0, arc = 0, edge = 0;
 };
 
-Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics& x, int stride) {
-  const double r = x[0], tight = tight_sigma(r), loose = loose_sigma(r), wide = 0.15 * r, uniform = 1 / r;
+/// Mixture of edges on the circle, on a rim as rough as that, and of what hides it, which a ray meets inside
+/// the circle: beyond it the ball has no surface.
+Contour contour_of(const std::array<Ray, ray_count>& rays, const Harmonics& x, int stride, double rough) {
+  constexpr double precise = 0.4;  // of the edges of a smooth ball
+  constexpr double beyond = 0.15;  // of the edges off the circle
+  const double r = x[0], tight = tight_sigma(r), loose = loose_sigma(r, rough), wide = 0.15 * r,
+               uniform = 1 / r;
+  const double exact = rough == smooth_rim ? precise : 0;
   const auto gauss = [](double v, double s) {
     return std::exp(-0.5 * v * v / (s * s)) / (s * std::sqrt(2 * pi));
   };
@@ -220,19 +332,26 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
   int seen = 0, on = 0;
   boost::container::static_vector<double, ray_count> contrast;
   for (int k = 0; k < ray_count; ++k) {
-    if (!edges[k].in_picture) continue;
+    if (!rays[k].in_picture) continue;
     ++seen;
-    if (edges[k].contrast < least_contrast) {
+    if (rays[k].edges.empty()) {
       result.ratio += std::log(hidden / 0.5) * stride / ray_count;
       continue;
     }
-    const double away = edges[k].radius_px - harmonics(k).dot(x);
-    result.ratio += std::log((0.4 * gauss(away, tight) + 0.3 * gauss(away, loose) + hidden * uniform) /
-                             (0.5 * gauss(away, wide) + 0.5 * uniform)) *
-                    stride / ray_count;
-    if (std::abs(away) <= 2.5 * loose) {
+    double circle = 0, any = 0, nearest = 2.5 * loose;
+    const Edge* rim = nullptr;
+    for (const Edge& edge : rays[k].edges) {
+      const double away = edge.radius_px - harmonics(k).dot(x);
+      const double off = 2 * uniform * (away < 0 ? 1 - beyond : beyond);
+      circle += edge.share *
+                (exact * gauss(away, tight) + (1 - hidden - exact) * gauss(away, loose) + hidden * off);
+      any += edge.share * (0.5 * gauss(away, wide) + 0.5 * uniform);
+      if (std::abs(away) <= nearest) nearest = std::abs(away), rim = &edge;
+    }
+    result.ratio += std::log(circle / any) * stride / ray_count;
+    if (rim) {
       ++on;
-      contrast.push_back(edges[k].contrast);
+      contrast.push_back(rim->contrast);
     }
   }
   if (seen > 0) result.arc = static_cast<double>(on) / seen;
@@ -240,33 +359,50 @@ Contour judge_contour(const std::array<Edge, ray_count>& edges, const Harmonics&
   return result;
 }
 
+/// The rim is as rough as suits the picture.
+Contour judge_contour(const std::array<Ray, ray_count>& rays, const Harmonics& x, int stride) {
+  const Contour smooth = contour_of(rays, x, stride, smooth_rim),
+                rough = contour_of(rays, x, stride, rough_rim);
+  return smooth.ratio >= rough.ratio ? smooth : rough;
+}
+
+constexpr double whole_rim = 0.4;  // hands and marbling leave that of it
+
 }  // namespace
 
-double CircleEvidence::sphere() const { return shading * std::min(1.0, relief / 0.15); }
+double CircleEvidence::sphere() const {
+  return shading * std::min(1.0, relief / 0.15) * std::min(1.0, rim / whole_rim);
+}
 
+// A perfect circle may be a disc: beyond some certainty its roundness counts as far as it is shaded.
 double CircleEvidence::log_odds() const {
-  return -4 + std::clamp(8 * contour, -8.0, 10.0) + 8 * sphere() - 4.5 +
+  return -4 + std::clamp(8 * contour, -8.0, 9 + 7 * sphere()) + 8 * sphere() - 4.5 +
          std::clamp(4 * std::log(std::max(1.0, color.tail<2>().norm()) / 25), -6.0, 2.0) +
-         std::clamp(std::log(std::max(1.0, edge) / 12), -1.5, 1.5) -
-         std::min(3.0, std::max(0.0, ellipse - 0.03) / 0.03);
+         std::clamp(std::log(std::max(1.0, edge) / 12), -1.5, 1.5) +
+         std::clamp(6 * (distinct - 0.7), -2.0, 2.0) +
+         std::max(-8.0, std::min(0.0, 4 * std::log(std::max(1e-3, rim) / whole_rim))) -
+         std::min(3.0, std::max(0.0, ellipse - 0.03) / 0.03) - pattern;
 }
 
 CircleEvidence circle_evidence(const cv::Mat3f& lab, const Outline& outline, const Eigen::Vector3d& color) {
-  const Likeness like(color);
   Outline circle = outline;
   CircleEvidence result;
   Harmonics x;
   Contour contour;
+  constexpr int most_rounds = 6;
+  constexpr double settled = 0.02;  // radii
+  bool moves = true;
   for (int round = 0;; ++round) {
     const int stride = round == 0 ? 2 : 1;
-    const auto edges = edges_of(lab, circle, like, stride);
-    x = fit(edges, circle);
-    contour = judge_contour(edges, x, stride);
-    if (round == 2 || contour.ratio < -0.3) break;
+    const auto rays = rays_of(lab, circle, stride);
+    x = fit(rays, circle);
+    contour = judge_contour(rays, x, stride);
+    if ((round >= 2 && !moves) || round == most_rounds || contour.ratio < -0.3) break;
     const Eigen::Vector2d shift = circle.shape * Eigen::Vector2d(x[1], x[2]);
     if (!x.allFinite() || shift.norm() > 0.5 * circle.radius_px || x[0] < 0.6 * circle.radius_px ||
         x[0] > 1.6 * circle.radius_px)
       break;
+    moves = shift.norm() + std::abs(x[0] - circle.radius_px) > settled * circle.radius_px;
     circle.center_px += shift;
     circle.radius_px = x[0];
   }
@@ -277,7 +413,12 @@ CircleEvidence circle_evidence(const cv::Mat3f& lab, const Outline& outline, con
   result.radius_px = x[0];
   result.ellipse = std::hypot(x[3], x[4]) / x[0];
   result.color = color;
-  judge_shading(lab, {result.center_px, result.radius_px, circle.shape}, like, result);
+  const Outline found{result.center_px, result.radius_px, circle.shape};
+  const Likeness like(color);
+  Belonging belonging(lab, found);
+  result.distinct = belonging.distinctness(lab, found);
+  result.rim = belonging.part_of_rim(lab, found, like);
+  judge_shading(lab, found, like, result);
   return result;
 }
 

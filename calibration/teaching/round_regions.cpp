@@ -3,25 +3,20 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-#include <set>
-#include <tuple>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/circles/circle_vote.hpp"
-#include "calibration/teaching/chroma_components.hpp"
 #include "calibration/teaching/chroma_picture.hpp"
+#include "calibration/teaching/circle_seeds.hpp"
 
 namespace ballservo {
 namespace {
 
-constexpr double min_inlier_fraction = 0.35;  // of a component's boundary, on the circle that it proposes
-constexpr double least_log_odds = -8;         // a region below is no candidate
-constexpr double min_chroma = 6;              // (u*, v*), from the picture's own grey
-constexpr double min_hue_agreement =
-    0.85;  // of its colours: their (u*, v*) summed, over their lengths summed
+constexpr double least_log_odds = -8;  // a region below is no candidate
+constexpr double least_chroma = 4;     // (a, b); a disc of less has no colour to learn
 constexpr double pi = 3.14159265358979323846;
 constexpr double least_smear = 1.15, most_smear = 2.5;  // ratio of the axes
 constexpr double least_smeared_radius_px = 8;
@@ -30,8 +25,8 @@ constexpr double most_of_box =
 constexpr double least_ellipse_fill = 0.85;  // below it the region is no ellipse
 constexpr double hardly_round = -4;  // log odds; only where nothing reaches it a smeared ball is looked for
 // Outlines so near each other, in radii, are drawn to the same rim; those near a sure one's rim to that.
-constexpr double same_place = 0.12, drawn_place = 0.4, sure_log_odds = 5;
-constexpr double same_hue_rad = 0.1;
+constexpr double same_place = 0.12, drawn_place = 0.4, sure_log_odds = 15;
+constexpr double same_hue_rad = 0.3;
 
 /// An outline that was looked at, and how far around it the answer holds.
 struct Judged {
@@ -39,51 +34,76 @@ struct Judged {
   double hue, reach;
 };
 
-/// A region's mask and where it lies; what proposes circles.
+/// A region's mask and where it lies.
 struct Placed {
   cv::Mat mask;      // with an empty margin of at least one pixel
   cv::Point origin;  // of the mask, in the working picture
-  cv::Size picture;
 };
 
-/// The outer boundary, without the pixels where the picture's border cuts the region.
-std::vector<BoundaryPoint> boundary_of(const Placed& region) {
-  std::vector<BoundaryPoint> result;
-  const cv::Mat& mask = region.mask;
-  for (int y = 1; y + 1 < mask.rows; ++y) {
-    const auto *row = mask.ptr<std::uint8_t>(y), *above = mask.ptr<std::uint8_t>(y - 1),
-               *below = mask.ptr<std::uint8_t>(y + 1);
-    for (int x = 1; x + 1 < mask.cols; ++x) {
-      if (!row[x] || (row[x - 1] && row[x + 1] && above[x] && below[x])) continue;
-      const int px = region.origin.x + x, py = region.origin.y + y;
-      if (px == 0 || py == 0 || px == region.picture.width - 1 || py == region.picture.height - 1) continue;
-      result.push_back({{static_cast<float>(px), static_cast<float>(py)}, {0, 0}});
+/// The fullest hues of the disc, at most two: the mean (L, a, b) of what has them. Hidden in part, a ball may
+/// show less than what hides it.
+std::vector<Eigen::Vector3d> disc_colors(const cv::Mat3f& lab, const Outline& disc) {
+  constexpr int bins = 36, reach = 3;
+  constexpr double inner = 0.75, also_full = 0.4;
+  struct Sum {
+    double chroma = 0, count = 0;
+    Eigen::Vector3d lab{0, 0, 0};
+  };
+  std::array<Sum, bins> hues;
+  const double radius = inner * disc.radius_px, step = std::max(1.0, radius / 12);
+  for (double y = -radius; y <= radius; y += step) {
+    for (double x = -radius; x <= radius; x += step) {
+      const int u = cvRound(disc.center_px.x() + x), v = cvRound(disc.center_px.y() + y);
+      if (x * x + y * y > radius * radius || u < 0 || v < 0 || u >= lab.cols || v >= lab.rows) continue;
+      const cv::Vec3f& c = lab(v, u);
+      const double turn = (std::atan2(c[2], c[1]) / (2 * pi) + 0.5) * bins;
+      Sum& sum = hues[static_cast<std::size_t>(turn) % bins];
+      sum.chroma += std::hypot(c[1], c[2]);
+      sum.count += 1;
+      sum.lab += Eigen::Vector3d(c[0], c[1], c[2]);
     }
+  }
+  std::vector<Eigen::Vector3d> result;
+  double fullest = 0;
+  for (int round = 0; round < 2; ++round) {
+    std::array<Sum, bins> around;
+    for (int i = 0; i < bins; ++i) {
+      for (int d = -reach; d <= reach; ++d) {
+        const Sum& hue = hues[static_cast<std::size_t>(i + d + bins) % bins];
+        around[static_cast<std::size_t>(i)].chroma += hue.chroma * (reach + 1 - std::abs(d));
+        around[static_cast<std::size_t>(i)].count += hue.count;
+        around[static_cast<std::size_t>(i)].lab += hue.lab;
+      }
+    }
+    const auto best = std::max_element(around.begin(), around.end(),
+                                       [](const Sum& a, const Sum& b) { return a.chroma < b.chroma; });
+    if (!(best->count > 0) || best->chroma < also_full * fullest) break;
+    fullest = std::max(fullest, best->chroma);
+    result.emplace_back(best->lab / best->count);
+    for (int d = -reach; d <= reach; ++d)
+      hues[static_cast<std::size_t>(best - around.begin() + d + bins) % bins] = {};
   }
   return result;
 }
 
-/// The fraction of the boundary near the circle.
-double inlier_fraction_of(const std::vector<BoundaryPoint>& boundary, const CircleEstimate& circle) {
-  const double tolerance = std::max(1.5, 0.06 * circle.radius_px);
-  const auto inliers = std::count_if(boundary.begin(), boundary.end(), [&](const BoundaryPoint& p) {
-    return std::abs((p.position_px.cast<double>() - circle.center_px).norm() - circle.radius_px) <= tolerance;
-  });
-  return static_cast<double>(inliers) / static_cast<double>(boundary.size());
-}
-
-/// The circle that the component's boundary votes for.
-std::optional<Outline> circle_through(const Placed& placed, CircleVoter& voter,
-                                      const RegionSearchOptions& search) {
-  const auto boundary = boundary_of(placed);
-  if (boundary.size() < 8) return std::nullopt;
-  RandomEngine engine = random_stream(search.seed, "region_circle", boundary.size());
-  const auto circle = voter.estimate(boundary, engine);
-  if (!circle || circle->radius_px + 0.5 < search.min_radius_px ||
-      inlier_fraction_of(boundary, *circle) < min_inlier_fraction)
-    return std::nullopt;
-  if (2 * circle->radius_px > std::min(placed.picture.width, placed.picture.height)) return std::nullopt;
-  return Outline{circle->center_px, circle->radius_px + 0.5};
+/// What has the colour and hangs together with the middle of the disc.
+Placed region_around(const cv::Mat3f& lab, const Outline& disc, const Eigen::Vector3d& color) {
+  constexpr double reach = 3;  // radii
+  const int x = cvRound(disc.center_px.x()), y = cvRound(disc.center_px.y()),
+            half = cvCeil(reach * disc.radius_px);
+  const cv::Rect box =
+      cv::Rect(x - half, y - half, 2 * half + 1, 2 * half + 1) & cv::Rect({0, 0}, lab.size());
+  Placed region{{}, box.tl() - cv::Point(1, 1)};
+  cv::copyMakeBorder(ball_pixels(lab(box), color), region.mask, 1, 1, 1, 1, cv::BORDER_CONSTANT,
+                     cv::Scalar(0));
+  const cv::Point middle = cv::Point(x, y) - region.origin;
+  if (!cv::Rect({0, 0}, region.mask.size()).contains(middle) || !region.mask.at<std::uint8_t>(middle)) {
+    region.mask.setTo(0);
+    return region;
+  }
+  cv::floodFill(region.mask, middle, cv::Scalar(128), nullptr, {}, {}, 4);
+  region.mask = region.mask == 128;
+  return region;
 }
 
 /// A component as an ellipse, and the part of both together that they have in common.
@@ -120,57 +140,6 @@ std::optional<Ellipse> ellipse_of(const Placed& placed) {
   return result.fill >= least_ellipse_fill ? std::optional(result) : std::nullopt;
 }
 
-/// Whether a ball may hide in the region: rules out what is long, thin, or most of the picture, before
-/// anything slow.
-bool compact(const Placed& placed, int area) {
-  const int width = placed.mask.cols - 2, height = placed.mask.rows - 2;
-  return std::max(width, height) <= 2 * std::min(width, height) && area * 3 >= width * height &&
-         area * 2 <= placed.picture.area();
-}
-
-/// The region without thin growths (a blurred rim along a finger, a bridge to a neighbour).
-Placed opened(const Placed& placed, int area) {
-  const double radius = std::max(1.0, 0.2 * std::sqrt(area / pi));
-  Placed result = placed;
-  cv::Mat distance;  // opening by a disc, in two distance transforms: their cost does not grow with the disc
-  cv::distanceTransform(placed.mask, distance, cv::DIST_L2, 5);
-  cv::distanceTransform(distance <= radius, distance, cv::DIST_L2, 5);
-  result.mask = distance <= radius;
-  cv::Mat labels, stats, centers;
-  const int count = cv::connectedComponentsWithStats(result.mask, labels, stats, centers, 4);
-  int largest = 0;
-  for (int i = 1; i < count; ++i) {
-    if (largest == 0 || stats.at<int>(i, cv::CC_STAT_AREA) > stats.at<int>(largest, cv::CC_STAT_AREA))
-      largest = i;
-  }
-  result.mask = labels == largest;
-  if (largest == 0) result.mask.setTo(0);
-  return result;
-}
-
-/// How far the region's colours agree in hue: the length of the sum of its (u*, v*) over the sum of their
-/// lengths, 1 for one hue in any lightness, near 0 for hues all around.
-double hue_agreement(const Placed& region, const cv::Mat& chroma) {
-  cv::Vec2d sum(0, 0);
-  double lengths = 0;
-  for (int y = 1; y + 1 < region.mask.rows; ++y) {
-    for (int x = 1; x + 1 < region.mask.cols; ++x) {
-      if (!region.mask.at<std::uint8_t>(y, x)) continue;
-      const cv::Vec2d c = chroma.at<cv::Vec2f>(region.origin.y + y, region.origin.x + x);
-      sum += c;
-      lengths += cv::norm(c);
-    }
-  }
-  return lengths > 0 ? cv::norm(sum) / lengths : 0;
-}
-
-/// Mean (L, a, b) under the mask.
-Eigen::Vector3d mean_color(const cv::Mat3f& lab, const Placed& region) {
-  const cv::Rect all({0, 0}, lab.size()), box = cv::Rect(region.origin, region.mask.size()) & all;
-  const cv::Scalar mean = cv::mean(lab(box), region.mask(box - region.origin));
-  return {mean[0], mean[1], mean[2]};
-}
-
 /// The pixels inside the outline that have the ball's hue.
 void find_mask(const cv::Mat3f& lab, RoundRegion& region) {
   const CircleEvidence& e = region.evidence;
@@ -180,6 +149,22 @@ void find_mask(const cv::Mat3f& lab, RoundRegion& region) {
                        cv::Rect({0, 0}, lab.size());
   region.mask_origin = box.tl();
   region.mask = ball_pixels(lab(box), e.color);
+}
+
+/// What has many of its colour and size is a part of their pattern: a wall's tiles, a fabric's dots.
+void count_alike(std::vector<RoundRegion>& regions) {
+  constexpr double same_size = 1.3, same_color = 15, most_balls = 10;  // Lab
+  constexpr double weight = 2;
+  for (RoundRegion& region : regions) {
+    const auto alike = std::count_if(regions.begin(), regions.end(), [&](const RoundRegion& other) {
+      return std::abs(std::log(other.radius_px / region.radius_px)) < std::log(same_size) &&
+             (other.evidence.color - region.evidence.color).norm() < same_color;
+    });
+    region.evidence.pattern = weight * std::max(0.0, std::log(static_cast<double>(alike) / most_balls));
+  }
+  std::stable_sort(regions.begin(), regions.end(), [](const RoundRegion& a, const RoundRegion& b) {
+    return a.evidence.log_odds() > b.evidence.log_odds();
+  });
 }
 
 }  // namespace
@@ -199,19 +184,14 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
     cv::resize(bgr, working, {}, wanted, wanted, cv::INTER_AREA);
   }
   result.scale = static_cast<double>(working.cols) / bgr.cols;
-  const cv::Mat raw = chroma_image(working);
-  result.chroma = smoothed_chroma(raw);
+  result.chroma = smoothed_chroma(chroma_image(working));
   const cv::Mat3f lab = lab_image(working);
   cv::Mat3f smooth_lab;
   cv::medianBlur(lab, smooth_lab, 5);
 
-  const double least_area = 0.4 * pi * search.min_radius_px * search.min_radius_px;
-  const ComponentOptions components{chroma_radius(raw), min_chroma, least_area};
-  std::set<std::tuple<int, int, int, int, int>> seen;
+  const std::vector<Outline> seeds = circle_seeds(lab, search.min_radius_px);
   std::vector<RoundRegion> found;
   std::vector<Judged> judged;
-  std::vector<std::pair<Ellipse, Placed>> ellipses;
-  CircleVoter voter;
   const auto keep = [&](const CircleEvidence& e, bool smeared) {
     const cv::Rect2d picture(-0.5, -0.5, lab.cols, lab.rows);
     if (e.log_odds() < least_log_odds || !picture.contains({e.center_px.x(), e.center_px.y()})) return;
@@ -222,44 +202,35 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
     region.smeared = smeared;
     found.push_back(std::move(region));
   };
-  const auto judge = [&](const std::optional<Outline>& outline, const Placed& placed) {
-    if (!outline) return;
-    const Eigen::Vector3d color = mean_color(lab, placed);
-    const double hue = std::atan2(color.z(), color.y());
-    const bool known = std::any_of(judged.begin(), judged.end(), [&](const Judged& other) {
-      const double apart = (other.outline.center_px - outline->center_px).norm() / other.outline.radius_px;
-      return std::abs(std::remainder(hue - other.hue, 2 * pi)) < same_hue_rad && apart < other.reach &&
-             std::abs(outline->radius_px / other.outline.radius_px - 1) < other.reach;
-    });
-    // A fist around a ball is round as well.
-    if (known || hue_agreement(placed, result.chroma) < min_hue_agreement) return;
-    const CircleEvidence e = circle_evidence(lab, *outline, color);
-    judged.push_back({*outline, hue, same_place});
-    if (e.log_odds() > sure_log_odds) judged.push_back({{e.center_px, e.radius_px}, hue, drawn_place});
-    keep(e, false);
-  };
-  for_each_segmentation(result.chroma, smooth_lab, components, [&](const std::vector<int>& labels) {
-    for (const Component& c : components_of(labels, working.cols, working.rows)) {
-      if (c.area < least_area || !seen.insert({c.area, c.left, c.top, c.right, c.bottom}).second) continue;
-      if (search.before_each_test) search.before_each_test();
-      const Placed whole{filled_mask(labels, working.cols, c), {c.left - 1, c.top - 1}, working.size()};
-      judge(circle_through(whole, voter, search), whole);
-      if (!compact(whole, c.area)) continue;
-      const Placed smooth = opened(whole, c.area);
-      judge(circle_through(smooth, voter, search), smooth);
-      if (const auto ellipse = ellipse_of(smooth)) ellipses.emplace_back(*ellipse, smooth);
+  for (const Outline& seed : seeds) {
+    if (search.before_each_test) search.before_each_test();
+    for (const Eigen::Vector3d& color : disc_colors(lab, seed)) {
+      const double hue = std::atan2(color.z(), color.y());
+      const bool known = std::any_of(judged.begin(), judged.end(), [&](const Judged& other) {
+        const double apart = (other.outline.center_px - seed.center_px).norm() / other.outline.radius_px;
+        return std::abs(std::remainder(hue - other.hue, 2 * pi)) < same_hue_rad && apart < other.reach &&
+               std::abs(seed.radius_px / other.outline.radius_px - 1) < other.reach;
+      });
+      if (known || color.tail<2>().norm() < least_chroma) continue;
+      const CircleEvidence e = circle_evidence(lab, seed, color);
+      judged.push_back({seed, hue, same_place});
+      if (e.log_odds() > sure_log_odds) judged.push_back({{e.center_px, e.radius_px}, hue, drawn_place});
+      keep(e, false);
     }
-  });
+  }
   const bool nothing_round = std::none_of(found.begin(), found.end(), [](const RoundRegion& region) {
     return region.evidence.log_odds() >= hardly_round;
   });
   if (nothing_round) {
-    for (const auto& [ellipse, placed] : ellipses) {
-      if (hue_agreement(placed, result.chroma) < min_hue_agreement) continue;
-      CircleEvidence e = circle_evidence(lab, ellipse.outline, mean_color(lab, placed));
-      e.center_px = ellipse.outline.center_px;
-      e.radius_px = ellipse.outline.radius_px;
-      e.contour = 3 * (ellipse.fill - 0.6);  // the rim itself is smeared
+    for (const Judged& at : judged) {
+      const auto colors = disc_colors(smooth_lab, at.outline);
+      if (colors.empty()) continue;
+      const auto ellipse = ellipse_of(region_around(smooth_lab, at.outline, colors.front()));
+      if (!ellipse) continue;
+      CircleEvidence e = circle_evidence(lab, ellipse->outline, colors.front());
+      e.center_px = ellipse->outline.center_px;
+      e.radius_px = ellipse->outline.radius_px;
+      e.contour = 3 * (ellipse->fill - 0.6);  // the rim itself is smeared
       keep(e, true);
     }
   }
@@ -275,6 +246,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
     find_mask(smooth_lab, region);
     result.regions.push_back(std::move(region));
   }
+  count_alike(result.regions);
   return result;
 }
 

@@ -2,7 +2,6 @@
 // 2a-b).
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -15,8 +14,7 @@ namespace ballservo {
 struct RegionSearchOptions {
   double min_radius_px = 4.5;                ///< at the working scale
   double max_working_pixels = 1e6;           ///< larger pictures are searched at a reduced scale
-  std::uint64_t seed = 0;                    ///< of the circle votes
-  std::function<void()> before_each_test{};  ///< of a region's roundness; what it throws ends the search
+  std::function<void()> before_each_test{};  ///< of a circle; what it throws ends the search
 };
 
 /// A region that may be a ball.
@@ -24,9 +22,9 @@ struct RoundRegion {
   Eigen::Vector2d center_px{0, 0};  ///< in the picture as given
   double radius_px = 0;
   CircleEvidence evidence;  ///< its circle is that of the working picture
-  bool smeared = false;   ///< an ellipse, as motion makes of a ball
-  cv::Mat mask;           ///< CV_8U, 255 where the ball's hue is; empty for a disc that the user pointed at
-  cv::Point mask_origin;  ///< where the mask's top left pixel lies in the working picture
+  bool smeared = false;     ///< an ellipse, as motion makes of a ball
+  cv::Mat mask;             ///< CV_8U, 255 where the ball's hue is; empty for a disc that the user pointed at
+  cv::Point mask_origin;    ///< where the mask's top left pixel lies in the working picture
   double fit_ratio() const { return evidence.arc * evidence.filled; }  ///< near 1 for a whole ball
 };
 
@@ -37,9 +35,8 @@ struct RoundRegions {
   std::vector<RoundRegion> regions;  ///< disjoint, the most likely ball first
 };
 
-/// Components of like chroma propose circles, at several strictnesses, because no single one suits both a
-/// pale ball in dim light and a glossy one beside its own reflection; the pixels around each circle judge it.
-/// A place keeps its most likely region. `bgr` is CV_8UC3. Throws InputError for a picture of another type.
+/// The picture's edges propose circles; the pixels around each circle judge it. A place keeps its most likely
+/// region. `bgr` is CV_8UC3. Throws InputError for a picture of another type.
 RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& search = {});
 
 }  // namespace ballservo

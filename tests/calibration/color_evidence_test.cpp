@@ -6,6 +6,7 @@
 
 #include "calibration/circles/circle_evidence.hpp"
 #include "calibration/teaching/chroma_picture.hpp"
+#include "calibration/teaching/circle_seeds.hpp"
 #include "calibration/teaching/round_regions.hpp"
 #include "tests/calibration/color_pictures.hpp"
 
@@ -78,6 +79,61 @@ TEST(CircleEvidence, HalfABallBehindASheetIsStillABall) {
   EXPECT_GT(regions[0].evidence.log_odds(), 2);
 }
 
+/// A pale ball with white stripes, of the wall's lightness, in a hand: fingers lie over a third of its rim.
+cv::Mat striped_ball_in_a_hand() {
+  cv::Mat picture(240, 320, CV_8UC3, cv::Scalar(150, 156, 160));
+  const cv::Scalar skin(95, 105, 165);
+  cv::ellipse(picture, {230, 150}, {90, 45}, 25, 0, 360, skin, cv::FILLED, cv::LINE_AA);
+  draw_shaded_ball(picture, 160, 120, 50, {0.35, 0.5, 0.38}, 0.6);
+  for (int y = 70; y < 170; ++y) {
+    for (int x = 110; x < 210; ++x) {
+      const double side = (x - 160) * 0.3 + (y - 120);
+      if (std::hypot(x - 160, y - 120) < 49.5 && side > -35 && side < -12)
+        picture.at<cv::Vec3b>(y, x) = cv::Vec3b(168, 178, 172);
+    }
+  }
+  for (const double angle : {0.6, 2.6}) {
+    const cv::Point at(cvRound(160 + 52 * std::cos(angle)), cvRound(120 + 52 * std::sin(angle)));
+    cv::ellipse(picture, at, {18, 10}, angle * 180 / CV_PI + 70, 0, 360, skin, cv::FILLED, cv::LINE_AA);
+  }
+  cv::GaussianBlur(picture, picture, {}, 1.5);
+  add_noise(picture, 2, 4);
+  return picture;
+}
+
+TEST(CircleEvidence, FingersAndStripesHideNoBall) {
+  const std::vector<RoundRegion> regions = find_round_regions(striped_ball_in_a_hand()).regions;
+  ASSERT_FALSE(regions.empty());
+  EXPECT_LT((regions[0].center_px - Eigen::Vector2d(160, 120)).norm(), 3);
+  EXPECT_NEAR(regions[0].radius_px, 50, 3);
+  EXPECT_GT(regions[0].evidence.log_odds(), 2);
+}
+
+TEST(CircleEvidence, ARimMetBeyondTheCircleIsNotHidden) {
+  // Both have half a circle's rim. A sheet hides the other half of the one; the other goes on as an arm does.
+  cv::Mat hidden = grey_picture(), arm = grey_picture();
+  cv::circle(hidden, {160, 120}, 30, {40, 40, 190}, cv::FILLED, cv::LINE_AA);
+  cv::circle(arm, {160, 120}, 30, {40, 40, 190}, cv::FILLED, cv::LINE_AA);
+  cv::rectangle(hidden, cv::Rect(160, 0, 160, 240), {120, 60, 60}, cv::FILLED);
+  cv::rectangle(arm, cv::Rect(160, 90, 38, 61), {40, 40, 190}, cv::FILLED);
+  const cv::Mat3f lab = lab_image(hidden), other = lab_image(arm);
+  const cv::Vec3f c = lab(120, 150);
+  const Eigen::Vector3d red(c[0], c[1], c[2]);
+  const Outline circle{{160, 120}, 30};
+  EXPECT_GT(circle_evidence(lab, circle, red).contour, circle_evidence(other, circle, red).contour + 0.1);
+}
+
+TEST(CircleEvidence, WhatIsLikeItsSurroundingsIsHardlyABall) {
+  cv::Mat alone = grey_picture(), among(240, 320, CV_8UC3);
+  draw_shaded_ball(alone, 160, 120, 25, red_paint);
+  for (int y = 0; y < 240; y += 12)
+    for (int x = 0; x < 320; x += 12)
+      cv::rectangle(among, cv::Rect(x, y, 12, 12),
+                    (x + y) / 12 % 2 ? cv::Scalar(40, 40, 190) : cv::Scalar(140, 140, 140), cv::FILLED);
+  EXPECT_GT(evidence_at(alone, 25).distinct, 0.9);
+  EXPECT_LT(evidence_at(among, 25).distinct, 0.4);
+}
+
 TEST(CircleEvidence, ABallBeforeAWallOfItsHueIsFoundByItsLightness) {
   cv::Mat picture(240, 320, CV_8UC3, cv::Scalar(150, 200, 140));
   draw_shaded_ball(picture, 160, 120, 20, 0.4 * Eigen::Vector3d(0.3, 0.58, 0.26));
@@ -85,6 +141,44 @@ TEST(CircleEvidence, ABallBeforeAWallOfItsHueIsFoundByItsLightness) {
   const std::vector<RoundRegion> regions = find_round_regions(picture).regions;
   ASSERT_FALSE(regions.empty());
   EXPECT_LT((regions[0].center_px - Eigen::Vector2d(160, 120)).norm(), 1);
+}
+
+TEST(CircleSeeds, EveryBallIsAmongTheFirst) {
+  cv::Mat picture = grey_picture();
+  const std::vector<Eigen::Vector3d> balls{{60, 60, 6}, {120, 170, 12}, {230, 90, 60}};
+  for (const Eigen::Vector3d& ball : balls)
+    draw_shaded_ball(picture, ball.x(), ball.y(), ball.z(), red_paint);
+  add_noise(picture, 2, 4);
+  const std::vector<Outline> seeds = circle_seeds(lab_image(picture), 4.5);
+  ASSERT_GE(seeds.size(), 10u);
+  for (const Eigen::Vector3d& ball : balls) {
+    EXPECT_TRUE(std::any_of(seeds.begin(), seeds.begin() + 10, [&](const Outline& seed) {
+      return (seed.center_px - ball.head<2>()).norm() < 0.25 * ball.z() &&
+             std::abs(seed.radius_px - ball.z()) < 0.3 * ball.z();
+    })) << ball.z();
+  }
+}
+
+// A wall of squares of 13 px, of hexagons, of blobs: no part of it is a ball.
+TEST(RoundRegions, ThePartsOfAPatternAreNoBalls) {
+  for (const int corners : {4, 6}) {
+    cv::Mat large(480 * 4, 640 * 4, CV_8UC3, cv::Scalar(150, 150, 150)), picture;
+    for (int y = 20; y < 470; y += 20) {
+      for (int x = 20; x < 630; x += 20) {
+        std::vector<cv::Point> outline;
+        for (int i = 0; i < corners; ++i) {
+          const double angle = 2 * CV_PI * (i + 0.5) / corners;
+          outline.emplace_back(cvRound(4 * (x + 8 * std::cos(angle))),
+                               cvRound(4 * (y + 8 * std::sin(angle))));
+        }
+        cv::fillPoly(large, std::vector{outline}, {40, 60, 180});
+      }
+    }
+    cv::resize(large, picture, {640, 480}, 0, 0, cv::INTER_AREA);
+    add_noise(picture, 2, 4);
+    for (const RoundRegion& region : find_round_regions(picture).regions)
+      EXPECT_LT(region.evidence.log_odds(), 0) << corners << " corners, " << region.center_px.transpose();
+  }
 }
 
 }  // namespace

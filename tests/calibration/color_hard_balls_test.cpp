@@ -1,4 +1,4 @@
-// Balls that a single strictness of segmentation would miss, and things that are no balls.
+// Balls that are easily missed, and things that are no balls.
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>

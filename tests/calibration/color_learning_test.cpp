@@ -76,15 +76,24 @@ TEST(Chroma, KeepsEdgesAndRemovesNoise) {
   EXPECT_LT(cv::norm(after), 0.35 * cv::norm(before));
 }
 
+/// Those that are rather balls than not.
+std::vector<RoundRegion> likely_balls(const cv::Mat& picture) {
+  std::vector<RoundRegion> result;
+  for (const RoundRegion& region : find_round_regions(picture).regions) {
+    if (region.evidence.log_odds() > 0) result.push_back(region);
+  }
+  return result;
+}
+
 TEST(RoundRegions, ShadingDoesNotSplitABall) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 160.3, 119.6, 60, red_paint, 0.1);
-  const RoundRegions found = find_round_regions(picture);
-  ASSERT_EQ(found.regions.size(), 1u);
-  EXPECT_LT((found.regions[0].center_px - Eigen::Vector2d(160.3, 119.6)).norm(), 1.0);
-  EXPECT_NEAR(found.regions[0].radius_px, 60, 1.5);
-  EXPECT_GT(found.regions[0].fit_ratio(), 0.85);
-  EXPECT_GT(found.regions[0].evidence.arc, 0.9);
+  const std::vector<RoundRegion> found = likely_balls(picture);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_LT((found[0].center_px - Eigen::Vector2d(160.3, 119.6)).norm(), 1.0);
+  EXPECT_NEAR(found[0].radius_px, 60, 1.5);
+  EXPECT_GT(found[0].fit_ratio(), 0.85);
+  EXPECT_GT(found[0].evidence.arc, 0.9);
 }
 
 TEST(RoundRegions, MovesWithThePicture) {
@@ -92,11 +101,11 @@ TEST(RoundRegions, MovesWithThePicture) {
   draw_shaded_ball(picture, 100, 90, 30, green_paint);
   cv::Mat moved = grey_picture();
   draw_shaded_ball(moved, 157, 121, 30, green_paint);
-  const RoundRegions here = find_round_regions(picture);
-  const RoundRegions there = find_round_regions(moved);
-  ASSERT_EQ(here.regions.size(), 1u);
-  ASSERT_EQ(there.regions.size(), 1u);
-  EXPECT_LT((there.regions[0].center_px - here.regions[0].center_px - Eigen::Vector2d(57, 31)).norm(), 1e-3);
+  const std::vector<RoundRegion> here = likely_balls(picture);
+  const std::vector<RoundRegion> there = likely_balls(moved);
+  ASSERT_EQ(here.size(), 1u);
+  ASSERT_EQ(there.size(), 1u);
+  EXPECT_LT((there[0].center_px - here[0].center_px - Eigen::Vector2d(57, 31)).norm(), 0.01);
 }
 
 TEST(RoundRegions, SquaresBarsAndGreyDiscsAreNoBalls) {
@@ -113,7 +122,7 @@ TEST(RoundRegions, AFistAroundABallIsNoBall) {
   cv::circle(picture, {160, 120}, 80, {120, 130, 190}, cv::FILLED, cv::LINE_AA);
   draw_shaded_ball(picture, 150, 105, 40, green_paint);
   double largest_px = 0;
-  for (const RoundRegion& region : find_round_regions(picture).regions)
+  for (const RoundRegion& region : likely_balls(picture))
     largest_px = std::max(largest_px, region.radius_px);
   EXPECT_NEAR(largest_px, 40, 2);
 }

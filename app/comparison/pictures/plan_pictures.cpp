@@ -41,9 +41,7 @@ std::shared_ptr<const ColorTable> learn_color(const ComparisonCondition& conditi
     pictures.push_back({teaching.name, render_comparison_frame(teaching, seed, k).bgr});
     request.pictures.push_back(static_cast<std::size_t>(k));
   }
-  RegionSearchOptions search;
-  search.seed = seed;
-  return std::make_shared<const ColorTable>(learn_classes(pictures, {request}, search).table);
+  return std::make_shared<const ColorTable>(learn_classes(pictures, {request}).table);
 }
 
 // What a room's or a painted ball's colour is: its own channel well above the others. A camera's response

@@ -1,0 +1,116 @@
+#include "calibration/teaching/circle_seeds.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace ballservo {
+namespace {
+
+constexpr int radii_per_octave = 4;
+constexpr std::size_t most_per_octave = 45;  // true balls are among the first 20 of theirs, hidden ones 40
+constexpr float least_gradient = 1,
+                full_gradient = 4;  // Lab a pixel; from the latter on, half a vote and more
+constexpr double pi = 3.14159265358979323846;
+
+struct Seed {
+  Outline outline;
+  double votes = 0;  // of its circumference
+};
+
+/// Where the colour changes, and how surely: `direction` a unit vector of either sign.
+struct Gradient {
+  cv::Vec2f direction{0, 0};
+  float weight = 0;
+};
+
+/// The main axis of the colour's changes (Di Zenzo, 1986).
+Gradient gradient_at(const cv::Mat3f& lab, int x, int y) {
+  const cv::Vec3f along_x = (lab(y, x + 1) - lab(y, x - 1)) * 0.5F,
+                  along_y = (lab(y + 1, x) - lab(y - 1, x)) * 0.5F;
+  const float xx = along_x.dot(along_x), xy = along_x.dot(along_y), yy = along_y.dot(along_y);
+  const float spread = std::sqrt((xx - yy) * (xx - yy) + 4 * xy * xy), strongest = (xx + yy + spread) / 2;
+  if (strongest < least_gradient * least_gradient) return {};
+  cv::Vec2f axis = xx > yy ? cv::Vec2f(strongest - yy, xy) : cv::Vec2f(xy, strongest - xx);
+  const auto length = static_cast<float>(cv::norm(axis));
+  if (!(length > 0)) return {};
+  const float magnitude = std::sqrt(strongest);
+  return {axis / length, magnitude / (magnitude + full_gradient) * spread / (xx + yy)};
+}
+
+/// The circles of some radii, in pixels of `lab`.
+std::vector<Seed> seeds_of(const cv::Mat3f& lab, const std::array<float, radii_per_octave>& radii) {
+  std::array<cv::Mat1f, radii_per_octave> votes;
+  for (cv::Mat1f& plane : votes) plane = cv::Mat1f::zeros(lab.size());
+  for (int y = 1; y + 1 < lab.rows; ++y) {
+    for (int x = 1; x + 1 < lab.cols; ++x) {
+      const Gradient gradient = gradient_at(lab, x, y);
+      if (gradient.weight <= 0) continue;
+      for (std::size_t i = 0; i < radii.size(); ++i) {
+        for (const float away : {-radii[i], radii[i]}) {
+          const int u = static_cast<int>(static_cast<float>(x) + away * gradient.direction[0] + 0.5F),
+                    v = static_cast<int>(static_cast<float>(y) + away * gradient.direction[1] + 0.5F);
+          if (u >= 0 && v >= 0 && u < lab.cols && v < lab.rows) votes[i](v, u) += gradient.weight;
+        }
+      }
+    }
+  }
+  std::vector<Seed> peaks;
+  for (std::size_t i = 0; i < radii.size(); ++i) {
+    cv::GaussianBlur(votes[i], votes[i], {}, 1.2);
+    cv::Mat1f largest;
+    cv::dilate(votes[i], largest, cv::Mat1b::ones(5, 5));
+    for (int y = 0; y < lab.rows; ++y) {
+      for (int x = 0; x < lab.cols; ++x) {
+        if (votes[i](y, x) > 0 && votes[i](y, x) >= largest(y, x))
+          peaks.push_back({{{x, y}, radii[i]}, votes[i](y, x) / (2 * pi * radii[i])});
+      }
+    }
+  }
+  std::stable_sort(peaks.begin(), peaks.end(),
+                   [](const Seed& a, const Seed& b) { return a.votes > b.votes; });
+  std::vector<Seed> seeds;
+  for (const Seed& peak : peaks) {
+    const auto alike = [&](const Seed& other) {
+      const double larger = std::max(peak.outline.radius_px, other.outline.radius_px),
+                   smaller = std::min(peak.outline.radius_px, other.outline.radius_px);
+      return (peak.outline.center_px - other.outline.center_px).norm() < 0.3 * other.outline.radius_px &&
+             larger < 1.35 * smaller;
+    };
+    if (std::any_of(seeds.begin(), seeds.end(), alike)) continue;
+    seeds.push_back(peak);
+    if (seeds.size() == most_per_octave) break;
+  }
+  return seeds;
+}
+
+}  // namespace
+
+std::vector<Outline> circle_seeds(const cv::Mat3f& lab, double min_radius_px) {
+  std::array<float, radii_per_octave> radii;
+  for (std::size_t i = 0; i < radii.size(); ++i)
+    radii[i] = static_cast<float>(0.9 * min_radius_px *
+                                  std::pow(2, (static_cast<double>(i) + 0.5) / radii_per_octave));
+  cv::Mat3f level;
+  cv::GaussianBlur(lab, level, {}, 0.8);
+  std::vector<Seed> seeds;
+  for (double scale = 1; 2 * radii.front() < std::min(level.rows, level.cols); scale *= 2) {
+    for (Seed& seed : seeds_of(level, radii)) {
+      seed.outline.center_px =
+          (seed.outline.center_px + Eigen::Vector2d(0.5, 0.5)) * scale - Eigen::Vector2d(0.5, 0.5);
+      seed.outline.radius_px *= scale;
+      seeds.push_back(seed);
+    }
+    cv::Mat3f half;
+    cv::resize(level, half, {}, 0.5, 0.5, cv::INTER_AREA);
+    level = half;
+  }
+  std::stable_sort(seeds.begin(), seeds.end(),
+                   [](const Seed& a, const Seed& b) { return a.votes > b.votes; });
+  std::vector<Outline> outlines;
+  for (const Seed& seed : seeds) outlines.push_back(seed.outline);
+  return outlines;
+}
+
+}  // namespace ballservo
