@@ -106,8 +106,10 @@ const VerifiedCandidate& BallVerifier::verify_frayed(const ClassView& view, cons
 }
 
 std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, const TangentCone& start,
-                                                         double reach_px, bool clearly) {
-  fit_near(view, start, reach_px, clearly ? min_frayed_edge : options_.judge.min_expected_edge, around_);
+                                                         double reach_px, bool clearly,
+                                                         const KnownAngle& known) {
+  fit_near(view, start, reach_px, clearly ? min_frayed_edge : options_.judge.min_expected_edge, around_,
+           known);
   const bool is_there =
       around_.is_ball() || (!clearly && around_.is_fitted &&
                             judge(view).suffices_where_expected(around_.fit, around_.verdict.support));
@@ -116,11 +118,11 @@ std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, 
 }
 
 void BallVerifier::fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
-                            VerifiedCandidate& candidate) {
+                            VerifiedCandidate& candidate, const KnownAngle& known) {
   forget(candidate);
   candidate.is_fitted =
       scout_outline(view.bgr, rays_->camera(), start, {reach_px, min_edge}, scouted_) &&
-      fitter_.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), candidate.fit);
+      fitter_.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), candidate.fit, known);
   if (candidate.is_fitted)
     candidate.verdict = judge(view).of(candidate.fit, {});
   else

@@ -58,9 +58,10 @@ class BallVerifier {
                                          const std::vector<BoundaryPoint>& region);
 
   /// The ball whose outline is near the cone's, by the edges in the picture alone; nothing where there is
-  /// none. Not `clearly`: also one that shows less of itself than another must.
+  /// none. Not `clearly`: also one that shows less of itself than another must, its size held to what is
+  /// `known`.
   std::optional<BallObservation> verify_near(const ClassView& view, const TangentCone& start, double reach_px,
-                                             bool clearly);
+                                             bool clearly, const KnownAngle& known);
 
   /// The exact fit of a circle that has a cone, and its points, as of every candidate.
   bool fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const VotedCircle& circle,
@@ -73,7 +74,7 @@ class BallVerifier {
 
  private:
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
-                VerifiedCandidate& candidate);
+                VerifiedCandidate& candidate, const KnownAngle& known = {});
   const VerifiedCandidate& looked_at_again(const ClassView& view, VerifiedCandidate& candidate);
   BallJudge judge(const ClassView& view) const { return {view, *rays_, options_.judge}; }
   BallRadius radius(const ClassView& view) const { return options_.radius_of(view.colored.color_class); }

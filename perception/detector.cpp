@@ -133,13 +133,15 @@ std::optional<BallObservation> Detector::find_expected(
   const int rings = rings_over(expected.spread_px, expected.reach_px);
   const double spacing_rad = expected.spread_px / std::max(1, rings) / rays_->camera().focal_px();
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(expected.cone.axis);
+  const double alpha_rad = expected.cone.alpha_rad;
+  const KnownAngle known{alpha_rad, expected.size_sigma * alpha_rad};
   std::optional<BallObservation> clearest;
   for (int down = -rings; down <= rings; ++down) {
     for (int right = -rings; right <= rings; ++right) {
       TangentCone start = expected.cone;
       if (rings > 0)
         start.axis = (start.axis + basis * Eigen::Vector2d(right, down) * spacing_rad).normalized();
-      const auto ball = search_.verifier().verify_near(view, start, expected.reach_px, clearly);
+      const auto ball = search_.verifier().verify_near(view, start, expected.reach_px, clearly, known);
       if (ball && may_be(*ball) && (!clearest || ball->quality > clearest->quality)) clearest = ball;
     }
   }

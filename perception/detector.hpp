@@ -39,6 +39,7 @@ struct ExpectedBall {
   TangentCone cone;
   double reach_px = 5, spread_px = 0;
   double min_quality = min_ball_quality;  ///< that suffices here
+  double size_sigma = 0;  ///< of the logarithm of its size, which its outline is held to; 0: free
 };
 
 class Detector {

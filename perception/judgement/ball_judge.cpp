@@ -24,6 +24,8 @@ constexpr double min_whole = 0.9;
 // Of the disc of a ball that encloses its region, so much and no more has the colour.
 constexpr double min_enclosed_fill = 0.35, max_enclosed_fill = 0.6;
 constexpr double min_expected_fill = 0.4;
+// An edge that is straight, or in many short pieces, is another thing's even where a ball is expected.
+constexpr double least_expected_quality = 0.05;
 
 constexpr const char* too_weak = "outline and colour together are too weak";
 
@@ -119,7 +121,7 @@ bool BallJudge::encloses(const std::vector<BoundaryPoint>& region, const Outline
 
 bool BallJudge::suffices_where_expected(const OutlineFit& fit, const OutlineSupport& support) const {
   return support.fill >= min_expected_fill && support.leak <= options_.max_leak &&
-         share_on_outline(fit) >= options_.min_expected_edge;
+         support.quality() >= least_expected_quality && share_on_outline(fit) >= options_.min_expected_edge;
 }
 
 double share_on_outline(const OutlineFit& fit) {

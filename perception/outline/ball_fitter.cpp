@@ -15,14 +15,14 @@ double following_step_px(const Start& start, const Points& points, More... more)
 }
 
 // Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.
-constexpr double robust_floor_px = 0.06;
+constexpr double robust_floor_px = 0.06, settled_px = 1e-3;
 
 }  // namespace
 
 // Measured around the start and followed by one step; and once more where that was not enough: it was long,
 // so that the pixels were not those around the outline, or another would still move it.
 bool BallFitter::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& start,
-                            const BallRadius& radius, OutlineFit& fit) {
+                            const BallRadius& radius, OutlineFit& fit, const KnownAngle& known) {
   FittedBall& ball = fit.ball;
   ball = {};
   fit.clear_points();
@@ -31,11 +31,11 @@ bool BallFitter::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, 
   for (fit.passes = 0; fit.passes < 2 && !ball.one_step_enough;) {
     ++fit.passes;
     fit.edges_start = ball.cone;
-    measure(bgr, response, ball.cone, fit.edges);
-    step = one_gauss_newton_step(ball.cone, fit.edges.points, oval_fraction_);
+    measure(bgr, response, ball.cone, fit.edges, known);
+    step = one_gauss_newton_step(ball.cone, fit.edges.points, oval_fraction_, known);
     if (!step) return false;
     ball.cone = step->cone;
-    ball.next_step_px = following_step_px(ball.cone, fit.edges.points, oval_fraction_);
+    ball.next_step_px = following_step_px(ball.cone, fit.edges.points, oval_fraction_, known);
     ball.one_step_enough = step->step_px < long_step_px && ball.next_step_px <= enough_next_step_px;
   }
   ball.cone_covariance_rad2 = step->covariance_rad2;
@@ -93,9 +93,9 @@ bool BallFitter::finish(const UndistortedCircle& start, OutlineFit& fit) const {
 
 // The edges around a cone, and how far each is believed.
 void BallFitter::measure(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& cone,
-                         OutlineEdges& edges) {
+                         OutlineEdges& edges, const KnownAngle& known) {
   edge_meter_.measure(bgr, *rays_, cone, response, edges);
-  robust_weights_.set(cone, edges.points, robust_floor_px, oval_fraction_);
+  robust_weights_.set(cone, edges.points, robust_floor_px, oval_fraction_, settled_px, known);
 }
 
 // The edges are sought where one response puts them, and texture beside them may speak against it by chance:

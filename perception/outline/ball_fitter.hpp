@@ -81,7 +81,7 @@ class BallFitter {
 
   /// The exact cone, by the edges around `start`, which is known to a pixel or so.
   bool fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& start,
-                  const BallRadius& radius, OutlineFit& fit);
+                  const BallRadius& radius, OutlineFit& fit, const KnownAngle& known = {});
 
   /// The paper's: one step of the circle on the pixels around it, and the paper's formula.
   bool fit_circle(const cv::Mat& bgr, const UndistortedCircle& start, const BallRadius& radius,
@@ -93,7 +93,7 @@ class BallFitter {
 
  private:
   void measure(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& cone,
-               OutlineEdges& edges);
+               OutlineEdges& edges, const KnownAngle& known = {});
   bool finish(const UndistortedCircle& start, OutlineFit& fit) const;
 
   std::shared_ptr<const RayTable> rays_;

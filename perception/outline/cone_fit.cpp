@@ -42,6 +42,12 @@ class NormalEquations {
   void believe_oval(const Eigen::Vector2d& so_far) {
     right_.tail<2>() -= matrix_.bottomRightCorner<2, 2>().diagonal().cwiseProduct(so_far);
   }
+  void believe(const KnownAngle& known, double so_far_rad) {
+    if (!(known.sigma_rad > 0)) return;
+    const double weight = 1 / (known.sigma_rad * known.sigma_rad);
+    matrix_(2, 2) += weight;
+    right_(2) += weight * (known.alpha_rad - so_far_rad);
+  }
   void add(const Row& row, double residual, double weight) {
     if (!(weight > 0) || !std::isfinite(residual)) return;
     if (unknowns_ == 3) {
@@ -136,9 +142,10 @@ double correlation_factor(const ConeFit& fit, const std::vector<EdgePoint>& edge
 }
 
 std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges,
-                                             double oval_fraction) {
+                                             double oval_fraction, const KnownAngle& known) {
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
   NormalEquations normal(oval_fraction * start.alpha_rad);
+  normal.believe(known, start.alpha_rad);
   double px_per_rad = 0;
   for (const EdgePoint& edge : edges) {
     const double scale = edge.px_per_rad / edge.sigma_px;
@@ -171,7 +178,8 @@ std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std
 }
 
 std::optional<Eigen::Vector3d> RobustWeights::set(const TangentCone& start, std::vector<EdgePoint>& edges,
-                                                  double floor_px, double oval_fraction, double settled_px) {
+                                                  double floor_px, double oval_fraction, double settled_px,
+                                                  const KnownAngle& known) {
   if (edges.empty()) return std::nullopt;
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
   // The problem is linear in its unknowns to second order in the step, so the weights settle on one
@@ -194,6 +202,7 @@ std::optional<Eigen::Vector3d> RobustWeights::set(const TangentCone& start, std:
       const double scale = scale_px();
       NormalEquations normal(oval_fraction * start.alpha_rad);
       normal.believe_oval(step.tail<2>());
+      normal.believe(known, start.alpha_rad + step.z());
       for (std::size_t k = 0; k < points_.size(); ++k) {
         const Point& point = points_[k];
         const double r = std::abs(point.residual_px);

@@ -25,6 +25,12 @@ struct TangentCone {
   static std::optional<TangentCone> of_sphere(const Eigen::Vector3d& p_C, double radius_m);
 };
 
+/// What is known of a cone's half angle before its edge is seen, as of a ball that was followed; no sigma:
+/// nothing.
+struct KnownAngle {
+  double alpha_rad = 0, sigma_rad = 0;
+};
+
 /// A place on the ball's edge.
 struct EdgePoint {
   Eigen::Vector3d ray{0, 0, 1};  ///< unit, camera frame
@@ -66,7 +72,7 @@ double angle_outside(const ConeFit& fit, const Eigen::Vector3d& ray);
 /// The covariance is (J'WJ)^-1 times the residuals' own scale where that is above 1, and an error common to
 /// all points.
 std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges,
-                                             double oval_fraction = 0);
+                                             double oval_fraction = 0, const KnownAngle& known = {});
 
 /// Robust weights of edge points; keeps its buffers between calls.
 class RobustWeights {
@@ -76,7 +82,8 @@ class RobustWeights {
   /// scale from below; the weights have settled where the outline moves less than `settled_px`. Returns that
   /// cone as the step (turn 1, turn 2, change of alpha; rad) from `start`; nothing for a degenerate set.
   std::optional<Eigen::Vector3d> set(const TangentCone& start, std::vector<EdgePoint>& edges, double floor_px,
-                                     double oval_fraction = 0, double settled_px = 1e-3);
+                                     double oval_fraction = 0, double settled_px = 1e-3,
+                                     const KnownAngle& known = {});
 
  private:
   struct Point {

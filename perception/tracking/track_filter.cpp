@@ -233,12 +233,15 @@ Eigen::Vector3d TrackFilter::velocity() const {
 Eigen::Vector3d TrackFilter::variance() const {
   const Eigen::Vector3d middle = value();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double believed = 0;
   for (const Model& model : models_) {
+    if (model.probability < least_probability) continue;
+    believed += model.probability;
     for (int i = 0; i < 3; ++i)
       sum(i) += model.probability *
                 (model.axis[i].covariance(0, 0) + std::pow(model.axis[i].state.x() - middle(i), 2));
   }
-  return sum;
+  return sum / believed;
 }
 
 }  // namespace ballservo

@@ -196,9 +196,10 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
     if ((window & cv::Rect({0, 0}, bgr.size())).empty()) continue;
     const auto look_for_it = [&](double near_px, double spread_px, bool clearly) {
       const double min_quality = clearly ? min_ball_quality : expected_quality;
+      const double size_sigma = clearly ? 0 : std::sqrt(variance.z());
       const auto ball = detector_.find_expected(
-          bgr, window, {followed.track.color_class, cone, near_px, spread_px, min_quality}, clearly,
-          [&](const BallObservation& found) { return is_plausible(followed, found); });
+          bgr, window, {followed.track.color_class, cone, near_px, spread_px, min_quality, size_sigma},
+          clearly, [&](const BallObservation& found) { return is_plausible(followed, found); });
       if (ball) add_new(*ball);
       return is_seen(followed);
     };

@@ -151,6 +151,33 @@ TEST(ConeFit, ADiameterInDoubtIsADepthInDoubt) {
   EXPECT_NEAR(std::sqrt(center_covariance(*fit, 0.035, 0.00015)(2, 2)), 0.0043, 0.0001);
 }
 
+// A fifth of a ball's outline is in sight.
+TEST(ConeFit, AKnownAngleHoldsTheCenterOfAHalfHiddenBall) {
+  constexpr double focal_px = 800;
+  const TangentCone truth = *TangentCone::of_sphere({0.05, -0.02, 1}, 0.035);
+  RandomEngine engine = random_stream(4, "half hidden");
+  double free_px2 = 0, held_px2 = 0;
+  constexpr int trials = 40;
+  for (int trial = 0; trial < trials; ++trial) {
+    auto edges = edges_of(truth.center(0.035), 0.035, 48, focal_px);
+    edges.resize(10);
+    for (EdgePoint& edge : edges)
+      edge.ray = (edge.ray + 0.3 / focal_px * standard_normal(engine) * (edge.ray - truth.axis).normalized())
+                     .normalized();
+    const auto error_px2 = [&](const KnownAngle& known) {
+      auto weighted = edges;
+      TangentCone cone = disturbed(truth, 1 / focal_px);
+      const auto step = RobustWeights().set(cone, weighted, 0.06, 0, 1e-3, known);
+      const auto fit = one_gauss_newton_step(step ? moved(cone, *step) : cone, weighted, 0, known);
+      return fit ? (fit->cone.axis - truth.axis).squaredNorm() * focal_px * focal_px / trials : 1e6;
+    };
+    free_px2 += error_px2({});
+    held_px2 += error_px2({truth.alpha_rad * 1.005, 0.01 * truth.alpha_rad});
+  }
+  EXPECT_LT(std::sqrt(held_px2), 0.6 * std::sqrt(free_px2));
+  EXPECT_LT(std::sqrt(held_px2), 0.02 * truth.alpha_rad * focal_px);
+}
+
 TEST(ConeFit, DegenerateSetsHaveNoFit) {
   const auto cone = *TangentCone::of_sphere({0, 0, 1}, 0.035);
   EXPECT_FALSE(one_gauss_newton_step(cone, {}));
