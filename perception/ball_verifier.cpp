@@ -14,8 +14,8 @@ namespace {
 constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
 
 // A ball smaller than this is looked at again, since some circle fits into a few pixels of anything; and is
-// none where the odds are worse than e^3, for many are looked at. A larger one shows its shape in its outline;
-// and a streak, which is no circle, shows it there alone.
+// none where the odds are worse than e^3. A larger one shows its shape in its
+// outline; and a streak, which is no circle, shows it there alone.
 constexpr double looked_at_again_px = 12, least_log_odds = 3;
 
 constexpr const char* no_edge = "no edge along the circle";

@@ -16,6 +16,7 @@ constexpr double farthest_hue_deg = 45;  // beyond a word's border it does not a
 constexpr double hue_spread_deg = 12;    // of what people call by a word, beyond its border
 constexpr double other_word = 4;         // against a colour that we would call otherwise
 constexpr double decisive_lead = 2, least_log_odds = 0, sure_log_odds = 5;
+constexpr double least_share_beside = 1.0 / 3;  // of a colour in round things, beside a likelier ball
 constexpr std::size_t max_listed = 12;
 constexpr double sure_fit_ratio = 0.5, sure_radius_px = 8;
 
@@ -74,8 +75,14 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
         request.name, pictures[request.pictures.front()].source, 2 * RegionSearchOptions().min_radius_px,
         request.name));
   }
+  // Beside a sure ball of the word's colour, another is no likelier to be meant for being a clearer one.
+  const bool shown = std::any_of(groups.begin(), groups.end(), [&](const ColorGroup& group) {
+    return group.word == request.name && group.log_odds() >= sure_log_odds;
+  });
   const auto score = [&](const ColorGroup& group) {
-    return group.log_odds() + log_likelihood_of_word(request.name, group);
+    const double odds = group.log_odds();
+    const bool other = shown && group.word != request.name;
+    return (other ? std::min(odds, sure_log_odds) : odds) + log_likelihood_of_word(request.name, group);
   };
   const auto answers = [&](const ColorGroup& group) {
     return hue_distance_to_word_deg(request.name, group.samples.hue_deg()).value_or(0) <= farthest_hue_deg;
@@ -95,7 +102,11 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
         "class {}: nothing that was found is surely a ball. If one of it is, point at it. What was found:{}",
         request.name, list_of(request, groups, pictures)));
   }
-  if (groups.size() > 1 && score(best) < score(groups[1]) + decisive_lead) {
+  const bool stands = best.log_odds() >= sure_log_odds && best.round_share >= least_share_beside;
+  const auto rival = std::find_if(groups.begin() + 1, groups.end(), [&](const ColorGroup& group) {
+    return !stands || group.round_share >= least_share_beside;
+  });
+  if (rival != groups.end() && score(best) < score(*rival) + decisive_lead) {
     throw Refusal(fmt::format("class {}: round things of several colours were found; say which is meant:{}",
                               request.name, list_of(request, groups, pictures)));
   }
@@ -108,6 +119,7 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
   double most = 0;
   for (const ColorGroup& group : groups) most = std::max(most, group.log_odds());
   for (const ColorGroup& group : groups) {
+    if (group.log_odds() < most && group.round_share < least_share_beside) continue;
     if (group.log_odds() >= std::clamp(most - candidate_lead, least_log_odds, sure_log_odds))
       balls.push_back(group);
   }
