@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""usage: attacks.py PROGRAM DATA [--attacks N | --seconds S] [--seed SEED] [--only KIND] [--jobs N]
+"""usage: attacks.py PROGRAM DATA [--attacks N | --seconds S] [--first K] [--seed SEED] [--only KIND] [--jobs N]
 
 Attacks every command that the program names, by chance: outputs named onto inputs, odd names, bad streams, full disks,
 damaged inputs, odd values, signals at any moment. Whatever comes, the exit code is one of the contract's, inputs and
@@ -110,6 +110,16 @@ def set_up(program, data, place):
     run("sweep merge in/part_1 in/part_2 -o in/whole")
 
 
+def wait_until_heard(child):
+    """Until the program hears signals: before its first instruction they are the system's."""
+    ours = 1 << (signal.SIGINT - 1) | 1 << (signal.SIGTERM - 1)
+    while child.poll() is None:
+        caught = re.search(r"^SigCgt:\t(\w+)", pathlib.Path(f"/proc/{child.pid}/status").read_text(), re.M)
+        if int(caught.group(1), 16) & ours == ours:
+            break
+        time.sleep(0.001)
+
+
 def state(folder):
     """What each file below the folder holds; pages are drawn anew by whoever likes."""
     found = {}
@@ -146,13 +156,13 @@ class Attack:
         return [word for pair in named.items() for word in pair]
 
     def attack_output_onto_input(self):
-        target = self.random.choice([p for p in (self.place / "in").rglob("*")])
+        target = self.random.choice(sorted((self.place / "in").rglob("*")))
         used = [w for w in COMMANDS[self.command] if w.startswith("in/") or "=in/" in w]
         used = [w.split("=")[-1] for w in used]
         if self.random.random() < 0.7:
             target = self.place / self.random.choice(used)
             if target.is_dir() and self.random.random() < 0.7:
-                target = self.random.choice([p for p in target.iterdir() if p.is_file()])
+                target = self.random.choice(sorted(p for p in target.iterdir() if p.is_file()))
         read = any(str(target.relative_to(self.place)).startswith(u) for u in used) and target.name != "truth.csv"
         spelling = self.random.choice(["plain", "dots", "absolute", "link", "hard", "folder link"])
         name = str(target.relative_to(self.place))
@@ -244,7 +254,7 @@ class Attack:
 
     def files(self, word):
         path = self.place / word
-        return [p for p in path.rglob("*") if p.is_file()] if path.is_dir() else [path] if path.is_file() else []
+        return sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path] if path.is_file() else []
 
     def attack_odd_value(self):
         for _ in range(self.random.choice([1, 1, 2])):
@@ -276,6 +286,7 @@ class Attack:
         late = 0
         try:
             if self.stop_s is not None:
+                wait_until_heard(child)
                 try:
                     child.wait(self.stop_s)
                 except subprocess.TimeoutExpired:
@@ -311,6 +322,7 @@ def main():
     parser.add_argument("data", type=pathlib.Path)
     parser.add_argument("--attacks", type=int, default=10**9)
     parser.add_argument("--seconds", type=float, default=1e9)
+    parser.add_argument("--first", type=int, default=0, help="the number of the first attack")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only")
     parser.add_argument("--jobs", type=int, default=2)
@@ -337,9 +349,9 @@ def main():
             shutil.rmtree(attack.place, ignore_errors=True)
 
         with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-            pending, k = set(), 0
-            while k < options.attacks and time.time() - begin < options.seconds:
-                while len(pending) < 2 * options.jobs and k < options.attacks:
+            pending, k = set(), options.first
+            while k < options.first + options.attacks and time.time() - begin < options.seconds:
+                while len(pending) < 2 * options.jobs and k < options.first + options.attacks:
                     pending.add(pool.submit(one, k))
                     k += 1
                 done, pending = concurrent.futures.wait(pending, return_when=concurrent.futures.FIRST_COMPLETED)
