@@ -99,7 +99,7 @@ void BallFitter::measure(const cv::Mat& bgr, const CameraResponse& response, con
 }
 
 // The edges are sought where one response puts them, and texture beside them may speak against it by chance:
-// what does is asked again where the other one puts them, and the less counts.
+// what does is asked again where the other one puts them. That counts as far as it still contradicts.
 ResponseEvidence BallFitter::response_evidence(const cv::Mat& bgr, const CameraResponse& response,
                                                const TangentCone& cone) {
   measure(bgr, response, cone, evident_edges_);
@@ -110,7 +110,7 @@ ResponseEvidence BallFitter::response_evidence(const cv::Mat& bgr, const CameraR
   const auto step = one_gauss_newton_step(cone, evident_edges_.points, oval_fraction_);
   if (!step) return evidence;
   const double again = edge_meter_.evidence(bgr, *rays_, step->cone, evident_edges_.points).srgb;
-  evidence.srgb = is_srgb ? std::clamp(again, evidence.srgb, 0.0) : std::clamp(again, 0.0, evidence.srgb);
+  evidence.srgb = is_srgb ? std::min(again, 0.0) : std::max(again, 0.0);
   return evidence;
 }
 
