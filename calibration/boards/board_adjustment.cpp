@@ -184,26 +184,29 @@ std::optional<BoardAdjustment> started(const std::vector<BoardView>& views, cons
 
 using PoseMatrix = Eigen::Matrix<double, 6, 6>;
 
-/// The blocks of J'J that belong to one view.
+/// The blocks of J'J and of J'r that belong to one view.
 struct ViewInformation {
   Eigen::MatrixXd camera, mixed;  // mixed: camera x pose
   PoseMatrix pose = PoseMatrix::Zero();
+  Eigen::VectorXd camera_gradient;
 };
 
 ViewInformation view_information(const BoardView& view, const BoardAdjustment& adjustment, std::size_t v) {
   const Eigen::VectorXd camera = parameter_vector(adjustment.parameters);
   const Eigen::Index size = camera.size();
-  ViewInformation information{Eigen::MatrixXd::Zero(size, size), Eigen::MatrixXd::Zero(size, 6)};
+  ViewInformation information{Eigen::MatrixXd::Zero(size, size), Eigen::MatrixXd::Zero(size, 6),
+                              PoseMatrix::Zero(), Eigen::VectorXd::Zero(size)};
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   RowMatrix jc(2, size), jp(2, 6);
   for (std::size_t i = 0; i < view.size(); ++i) {
     if (adjustment.corners[v].set_aside[i]) continue;
     const double* blocks[] = {camera.data(), adjustment.poses[v].data()};
     double* jacobians[] = {jc.data(), jp.data()};
-    double residual[2];
+    Eigen::Vector2d residual;
     if (!corner_cost(adjustment.parameters.model, view.points_m[i], view.corners_px[i])
-             ->Evaluate(blocks, residual, jacobians))
+             ->Evaluate(blocks, residual.data(), jacobians))
       continue;
+    information.camera_gradient += jc.transpose() * residual;
     information.camera += jc.transpose() * jc;
     information.mixed += jc.transpose() * jp;
     information.pose += jp.transpose() * jp;
@@ -211,9 +214,15 @@ ViewInformation view_information(const BoardView& view, const BoardAdjustment& a
   return information;
 }
 
-/// Inverse of a normal matrix whose parameters differ in size by orders of magnitude: that of the
-/// correlations' matrix, scaled back.
-std::optional<Eigen::MatrixXd> scaled_inverse(const Eigen::MatrixXd& information) {
+/// R with R R' = the inverse of a normal matrix whose parameters differ in size by orders of magnitude: that
+/// of the correlations' matrix, scaled back; and the inverse of R.
+struct InverseRoot {
+  Eigen::MatrixXd root, back;
+
+  Eigen::MatrixXd inverse() const { return root * root.transpose(); }
+};
+
+std::optional<InverseRoot> inverse_root(const Eigen::MatrixXd& information) {
   const Eigen::Index size = information.rows();
   Eigen::VectorXd scale(size);
   for (Eigen::Index i = 0; i < size; ++i) {
@@ -223,9 +232,35 @@ std::optional<Eigen::MatrixXd> scaled_inverse(const Eigen::MatrixXd& information
   const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
   const double floor = 1e-15 * solver.eigenvalues()(size - 1);
-  const Eigen::VectorXd inverse = solver.eigenvalues().cwiseMax(floor).cwiseInverse();
-  return scale.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *
-         solver.eigenvectors().transpose() * scale.asDiagonal();
+  const Eigen::VectorXd roots = solver.eigenvalues().cwiseMax(floor).cwiseSqrt();
+  InverseRoot result{
+      scale.asDiagonal() * solver.eigenvectors() * roots.cwiseInverse().asDiagonal(),
+      roots.asDiagonal() * solver.eigenvectors().transpose() * scale.cwiseInverse().asDiagonal()};
+  if (!result.root.allFinite() || !result.back.allFinite()) return std::nullopt;
+  return result;
+}
+
+/// What one view says of the camera, its pose eliminated.
+struct ReducedView {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;  // the pose's own is zero at the minimum
+};
+
+/// See board_covariance; `root` belongs to the sum of the views' information.
+std::optional<Eigen::MatrixXd> clustered_covariance(const std::vector<ReducedView>& views,
+                                                    const Eigen::MatrixXd& information,
+                                                    const InverseRoot& root, double noise_px) {
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(information.rows(), information.cols());
+  for (const ReducedView& view : views) {
+    const auto without = inverse_root(information - view.information);
+    if (!without) return std::nullopt;
+    const Eigen::VectorXd step = root.back * (without->root * (without->root.transpose() * view.gradient));
+    spread += step * step.transpose();
+  }
+  const auto count = static_cast<double>(views.size());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver((count - 1) / count * spread);
+  const Eigen::MatrixXd axes = root.root * solver.eigenvectors();
+  return axes * solver.eigenvalues().cwiseMax(noise_px * noise_px).asDiagonal() * axes.transpose();
 }
 
 double noise_of(const BoardAdjustment& adjustment) {
@@ -345,6 +380,7 @@ std::optional<BoardCovariance> board_covariance(const std::vector<BoardView>& vi
                                                 const BoardAdjustment& adjustment) {
   const Eigen::Index size = parameter_vector(adjustment.parameters).size();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  std::vector<ReducedView> reduced;
   // The mean distance is the mean of the poses' last entries; its covariance with the camera comes from how
   // each pose follows the camera: d pose / d camera = -(J_p'J_p)^-1 J_p'J_c.
   Eigen::RowVectorXd distance_by_camera = Eigen::RowVectorXd::Zero(size);
@@ -356,20 +392,25 @@ std::optional<BoardCovariance> board_covariance(const std::vector<BoardView>& vi
     const Eigen::MatrixXd follows = pose.solve(view.mixed.transpose());
     const PoseMatrix inverse = pose.solve(PoseMatrix::Identity());
     if (!follows.allFinite() || !inverse.allFinite()) continue;
-    information += view.camera - view.mixed * follows;
+    reduced.push_back({view.camera - view.mixed * follows, view.camera_gradient});
+    information += reduced.back().information;
     distance_by_camera -= share * follows.row(5);
     own_distance_variance += share * share * inverse(5, 5);
   }
-  const auto inverse = scaled_inverse(information);
-  if (!inverse || !inverse->allFinite()) return std::nullopt;
-  const double covariance = (distance_by_camera * inverse->col(0)).value();
+  const auto root = inverse_root(information);
+  if (!root) return std::nullopt;
+  const Eigen::MatrixXd inverse = root->inverse();
+  const double covariance = (distance_by_camera * inverse.col(0)).value();
   const double distance_variance =
-      own_distance_variance + (distance_by_camera * *inverse * distance_by_camera.transpose()).value();
+      own_distance_variance + (distance_by_camera * inverse * distance_by_camera.transpose()).value();
   BoardCovariance result;
   result.noise_px = noise_of(adjustment);
-  result.parameters = result.noise_px * result.noise_px * *inverse;
+  const auto clustered = clustered_covariance(reduced, information, *root, result.noise_px);
+  if (!clustered || !clustered->allFinite()) return std::nullopt;
+  result.parameters = *clustered;
+  result.of_independent_corners = result.noise_px * result.noise_px * inverse;
   result.focal_distance_correlation =
-      std::clamp(covariance / std::sqrt((*inverse)(0, 0) * distance_variance), -1.0, 1.0);
+      std::clamp(covariance / std::sqrt(inverse(0, 0) * distance_variance), -1.0, 1.0);
   return result;
 }
 

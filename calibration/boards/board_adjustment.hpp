@@ -65,15 +65,22 @@ std::optional<std::vector<BoardPose>> board_poses(const std::vector<BoardView>& 
 /// How well boards determine a camera.
 struct BoardCovariance {
   Eigen::MatrixXd parameters;  ///< covariance, in parameter_names' order
-  double noise_px = 0;         ///< standard deviation of a corner's coordinate, from the residuals themselves
+  /// The same were every corner's error its own: what the boards' places alone determine.
+  Eigen::MatrixXd of_independent_corners;
+  double noise_px = 0;  ///< standard deviation of a corner's coordinate, from the residuals themselves
   /// Correlation of the focal length fx with the boards' mean distance, -1 to 1: near 1 the pictures tell
   /// only their ratio.
   double focal_distance_correlation = 0;
 };
 
-/// The inverse of the normal matrix J'J with the poses eliminated (Schur complement), times the residuals'
-/// variance with the degrees of freedom counted; corners set aside have no part. A direction that the boards
-/// leave open gets an enormous variance. Nothing where a parameter has no influence at all.
+/// The corners of one board err together (focus, a rolling shutter, what the lens model leaves): so the
+/// covariance is that of the fits that leave out one board each, every one a Gauss-Newton step from the fit
+/// of all (the jackknife by clusters; MacKinnon, Nielsen & Webb, "Cluster-robust inference", 2023, CV3), and
+/// in no direction less than that of independent corners: the inverse of the normal matrix J'J with the poses
+/// eliminated (Schur complement), times the residuals' variance with the degrees of freedom counted. An error
+/// that all boards share, such as one bent board's, it cannot tell. Corners set aside have no part. A
+/// direction that the boards leave open gets an enormous variance. Nothing where a parameter has no influence
+/// at all.
 std::optional<BoardCovariance> board_covariance(const std::vector<BoardView>& views,
                                                 const BoardAdjustment& adjustment);
 

@@ -133,9 +133,10 @@ BoardCovariance require_focal_length(const std::vector<BoardView>& views, const 
   auto covariance = board_covariance(views, adjustment);
   double sigma = std::numeric_limits<double>::infinity();
   if (covariance) {
+    const Eigen::MatrixXd& alone = covariance->of_independent_corners;
     const double noise_scale = std::max(least_noise_px, covariance->noise_px) / covariance->noise_px;
-    sigma = noise_scale * std::max(std::sqrt(covariance->parameters(0, 0)) / adjustment.parameters.fx_px,
-                                   std::sqrt(covariance->parameters(1, 1)) / adjustment.parameters.fy_px);
+    sigma = noise_scale * std::max(std::sqrt(alone(0, 0)) / adjustment.parameters.fx_px,
+                                   std::sqrt(alone(1, 1)) / adjustment.parameters.fy_px);
   }
   if (!(sigma < max_focal_sigma))
     throw Refusal(fmt::format(

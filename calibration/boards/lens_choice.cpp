@@ -75,8 +75,8 @@ bool is_usable(const std::vector<BoardView>& views, const BoardAdjustment& adjus
   if (!covers_picture(adjustment.parameters)) return false;
   const auto covariance = board_covariance(views, adjustment);
   constexpr int places_a_side = 5;  // are enough to see whether anything can be told
-  return covariance && ball_sigma_map(Camera(adjustment.parameters), covariance->parameters, 0.070, 1.0,
-                                      places_a_side, places_a_side);
+  return covariance && ball_sigma_map(Camera(adjustment.parameters), covariance->of_independent_corners,
+                                      0.070, 1.0, places_a_side, places_a_side);
 }
 
 }  // namespace

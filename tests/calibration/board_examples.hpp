@@ -73,6 +73,18 @@ inline BoardView noisy_view(const Camera& camera, const Board& board, const Plac
   return view;
 }
 
+/// Shears each view as a rolling shutter does where the board moves: all its corners err together, by about
+/// `sigma_px` at the picture's upper and lower border.
+inline void shear_views(std::vector<BoardView>& views, ImageSize size, double sigma_px, std::uint64_t seed) {
+  RandomEngine engine = random_stream(seed, "rolling shutter");
+  const double middle_px = 0.5 * size.height_px;
+  for (BoardView& view : views) {
+    const Eigen::Vector2d motion(standard_normal(engine), standard_normal(engine));
+    for (Eigen::Vector2d& corner : view.corners_px)
+      corner += sigma_px / middle_px * (corner.y() - middle_px) * motion;
+  }
+}
+
 inline std::vector<BoardView> random_views(const Camera& camera, int count, double noise_px,
                                            std::uint64_t seed, double tilt_rad = 0.6, double near_m = 0.15,
                                            double far_m = 0.6) {

@@ -1,9 +1,11 @@
 // Label slow: whether a calibration's uncertainties tell its errors, over many calibrations of known cameras.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/ball/camera_difference.hpp"
@@ -11,8 +13,10 @@
 #include "calibration/boards/lens_choice.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/sphere_outline.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace ballservo {
 namespace {
@@ -78,6 +82,112 @@ std::vector<test::PlacedBoard> boards_in_view(const Camera& camera, int count, s
   return boards;
 }
 
+/// How often estimates lie within 1.96 of their sigmas.
+class Coverage {
+ public:
+  void add(const BoardAdjustment& fit, const BoardCovariance& covariance, const CameraParameters& truth) {
+    const Eigen::VectorXd error = parameter_vector(fit.parameters) - parameter_vector(truth);
+    for (Eigen::Index i = 0; i < error.size(); ++i) {
+      inside_ += std::abs(error(i)) < 1.96 * std::sqrt(covariance.parameters(i, i));
+      naive_ += std::abs(error(i)) < 1.96 * std::sqrt(covariance.of_independent_corners(i, i));
+      ++count_;
+    }
+  }
+  double share() const { return inside_ / count_; }
+  double share_of_independent_corners() const { return naive_ / count_; }
+
+ private:
+  double inside_ = 0, naive_ = 0, count_ = 0;
+};
+
+TEST(CalibrationStatistics, SigmasCoverErrorsThatAreAlikeWithinABoard) {
+  constexpr std::uint64_t trials = 100;
+  for (const std::size_t boards : {8u, 14u}) {
+    Coverage rolling, zooming;
+    for (std::uint64_t trial = 0; trial < trials; ++trial) {
+      auto views = test::random_views(barrel, static_cast<int>(boards), 0.1, 2000 + trial);
+      test::shear_views(views, barrel.size(), 0.4, trial);
+      if (const auto fit = fit_lens(views, barrel.size(), LensModel::brown))
+        rolling.add(*fit, *board_covariance(views, *fit), barrel.parameters());
+      // An autofocus that changes the focal length by 0.3 %.
+      RandomEngine engine = random_stream(trial, "autofocus");
+      views.clear();
+      for (std::uint64_t v = 0; v < boards; ++v) {
+        CameraParameters focused = barrel.parameters();
+        const double factor = 1 + 0.003 * standard_normal(engine);
+        focused.fx_px *= factor, focused.fy_px *= factor;
+        views.push_back(test::random_views(Camera(focused), 1, 0.1, 5000 + 100 * trial + v).front());
+      }
+      if (const auto fit = fit_lens(views, barrel.size(), LensModel::brown))
+        zooming.add(*fit, *board_covariance(views, *fit), barrel.parameters());
+    }
+    for (const auto& [name, coverage] :
+         {std::pair{"rolling shutter", rolling}, std::pair{"focus", zooming}}) {
+      std::printf("%s, %zu boards: %.1f %% within 1.96 sigma (independent corners: %.1f %%)\n", name, boards,
+                  100 * coverage.share(), 100 * coverage.share_of_independent_corners());
+      EXPECT_GT(coverage.share(), 0.90) << name;
+      EXPECT_LT(coverage.share(), 0.99) << name;
+    }
+  }
+}
+
+// Two halves of one camera's pictures differ by what their sigmas allow.
+TEST(CalibrationStatistics, HalvesOfRealSetsAgreeWithinTheirSigmas) {
+  const auto folder = test::shared_data_dir();
+  if (!folder) GTEST_SKIP() << "the pictures of others are not here";
+  struct Set {
+    const char *folder, *begins, *board;
+    double square_m;
+  };
+  constexpr int draws = 12;
+  for (const Set& set : {Set{"calib_opencv_stereo", "left", "chessboard:9x6", 0.025},
+                         Set{"calib_opencv_stereo", "right", "chessboard:9x6", 0.025},
+                         Set{"calib_visp_franka", "franka_image", "chessboard:9x6", 0.0236},
+                         Set{"calib_carnd_lane", "calibration", "chessboard:9x6", 0.025},
+                         Set{"calib_pv_lifecam480", "img", "chessboard:10x10", 0.0254}}) {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(*folder / set.folder))
+      if (entry.path().filename().string().rfind(set.begins, 0) == 0 &&
+          (entry.path().extension() == ".jpg" || entry.path().extension() == ".png"))
+        files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    std::vector<BoardView> views;
+    ImageSize size;
+    for (const std::filesystem::path& file : files) {
+      const cv::Mat picture = read_color_image(file);
+      if (views.empty()) size = {picture.cols, picture.rows};
+      if (const auto view = find_board(picture, parse_board(set.board, set.square_m)).view)
+        views.push_back(*view);
+    }
+    RandomEngine engine = random_stream(7, "halves");
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(9);
+    double independent = 0;
+    int halves = 0;
+    for (int draw = 0; draw < draws; ++draw) {
+      for (std::size_t i = views.size(); i > 1; --i)
+        std::swap(views[i - 1], views[uniform_index(engine, static_cast<std::uint32_t>(i))]);
+      const auto middle = views.begin() + static_cast<std::ptrdiff_t>(views.size() / 2);
+      const std::vector<BoardView> half[] = {{views.begin(), middle}, {middle, views.end()}};
+      const auto one = fit_lens(half[0], size, LensModel::brown),
+                 other = fit_lens(half[1], size, LensModel::brown);
+      if (!one || !other) continue;
+      const auto a = board_covariance(half[0], *one), b = board_covariance(half[1], *other);
+      if (!a || !b) continue;
+      const Eigen::VectorXd apart = parameter_vector(one->parameters) - parameter_vector(other->parameters);
+      squares += apart.cwiseAbs2().cwiseQuotient(a->parameters.diagonal() + b->parameters.diagonal());
+      independent +=
+          apart(0) * apart(0) / (a->of_independent_corners(0, 0) + b->of_independent_corners(0, 0));
+      ++halves;
+    }
+    ASSERT_GE(halves, draws / 2) << set.folder;
+    std::printf("%s %s: chi^2 of fx %.2f (independent corners %.1f), all parameters %.2f to %.2f\n",
+                set.folder, set.begins, squares(0) / halves, independent / halves,
+                squares.minCoeff() / halves, squares.maxCoeff() / halves);
+    // Draws share their boards, so that their mean is hardly surer than one draw of a chi^2.
+    EXPECT_LT(squares.maxCoeff() / halves, 4) << set.folder;
+  }
+}
+
 TEST(CalibrationStatistics, TheSpreadIsThePredictedSigma) {
   constexpr int trials = 1000;
   constexpr double noise_px = 0.15;
@@ -94,14 +204,17 @@ TEST(CalibrationStatistics, TheSpreadIsThePredictedSigma) {
   }
   const Eigen::VectorXd ratios = spread.ratios();
   const auto names = parameter_names(LensModel::brown);
-  // 1000 trials tell a standard deviation to 2.2 %.
+  // 1000 trials tell a standard deviation to 2.2 %. Corners err on their own here, and the sigmas, which
+  // allow for more, are wider by up to a third.
   for (Eigen::Index i = 0; i < ratios.size(); ++i) {
     std::printf("%s: error / predicted sigma = %.3f\n", names[static_cast<std::size_t>(i)].c_str(),
                 ratios(i));
-    EXPECT_NEAR(ratios(i), 1, 0.1) << names[static_cast<std::size_t>(i)];
+    EXPECT_GT(ratios(i), 0.65) << names[static_cast<std::size_t>(i)];
+    EXPECT_LT(ratios(i), 1.05) << names[static_cast<std::size_t>(i)];
   }
   std::printf("ball at 1 m: %.3f, of %.2f mm\n", spread.ball_ratio(), spread.worst_ball_mm());
-  EXPECT_NEAR(spread.ball_ratio(), 1, 0.1);
+  EXPECT_GT(spread.ball_ratio(), 0.65);
+  EXPECT_LT(spread.ball_ratio(), 1.05);
 }
 
 TEST(CalibrationStatistics, SoIsItForPhotographedBoards) {

@@ -209,6 +209,21 @@ TEST(Trust, WhatDependsOnThePlaceInThePictureIsMeasured) {
   EXPECT_LT(*residual_structure_px(views, *rippled), rippled->rms_px);
 }
 
+TEST(Trust, CornersThatErrTogetherWidenTheSigmas) {
+  const Camera truth(barrel);
+  auto views = random_views(truth, 14, 0.1, 63);
+  const auto widening = [&] {
+    const auto fit = fit_lens(views, truth.size(), LensModel::brown);
+    const auto covariance = board_covariance(views, *fit);
+    return std::sqrt(covariance->parameters(0, 0) / covariance->of_independent_corners(0, 0));
+  };
+  const double independent = widening();
+  EXPECT_GE(independent, 1);
+  EXPECT_LT(independent, 1.5);
+  test::shear_views(views, truth.size(), 0.4, 63);
+  EXPECT_GT(widening(), 1.5 * independent);
+}
+
 TEST(Trust, FocalLengthAndDistanceAreCorrelatedWhereBoardsStandSquarely) {
   const Camera truth(barrel);
   const auto flat =
