@@ -1,13 +1,15 @@
 // The program: parses the command line, runs one command, and turns how it ended into an exit code.
 #include <fmt/format.h>
 #include <glog/logging.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/sinks/ansicolor_sink.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <new>
+#include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
 #include "app/commands/command.hpp"
@@ -55,7 +57,13 @@ void add_commands(CLI::App& program, Action& action) {
 }
 
 void set_up_messages() {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("ballservo"));
+  // Not where assertions and sanitizers speak there.
+#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  keep_stderr_for_messages();
+#endif
+  using Sink = spdlog::sinks::ansicolor_sink<spdlog::details::console_mutex>;
+  auto sink = std::make_shared<Sink>(message_stream(), spdlog::color_mode::automatic);
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("ballservo", std::move(sink)));
   spdlog::set_pattern("%n: %l: %v");
   // Ceres tells through glog of steps that it then retries.
   FLAGS_minloglevel = google::GLOG_FATAL;
@@ -73,6 +81,11 @@ int show(const InputError& error) {
     print_message("ballservo: error: {}\n", to_text(fault));
   }
   return exit_bad_input;
+}
+
+bool is_of_memory(const std::exception& error) {
+  const auto* const of_opencv = dynamic_cast<const cv::Exception*>(&error);
+  return dynamic_cast<const std::bad_alloc*>(&error) || (of_opencv && of_opencv->code == cv::Error::StsNoMem);
 }
 
 /// The word that stands where a command should, with those that might; empty where none does.
@@ -119,6 +132,8 @@ int run(int argc, char** argv) {
     print_message("ballservo: interrupted\n");
     return exit_interrupted;
   } catch (const std::exception& error) {
+    if (is_of_memory(error))
+      return show(InputError("memory", "less than this run needs", "smaller pictures, or fewer --threads"));
     print_message("ballservo: a fault of ours, please report it with the command line: {}\n", error.what());
   } catch (...) {
     print_message("ballservo: a fault of ours, please report it with the command line\n");

@@ -1,7 +1,7 @@
 # The set-up that app/demo.sh and tests/run.sh share; they source it with `root` set to the project's folder.
 # Everything comes from Debian 12; apt is asked only when something is missing.
 
-build_packages="g++ cmake ninja-build libvisp-dev libopencv-dev libeigen3-dev libceres-dev libcli11-dev libfmt-dev
+build_packages="g++ cmake ninja-build libvisp-dev libopencv-dev libjpeg-dev libeigen3-dev libceres-dev libcli11-dev libfmt-dev
   libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libtbb-dev libboost-dev libssl-dev libxml2-dev libgtest-dev libgmock-dev
   librapidcheck-dev libbenchmark-dev python3-matplotlib python3-jinja2"
 test_packages="locales dpkg-dev python3-camera-calibration-parsers xvfb xdotool"

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/commands/command.hpp"
+#include "app/commands/work_options.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
@@ -96,12 +97,14 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
   return radii;
 }
 
-DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed, int threads) {
+DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions& common) {
   FaultList faults;
   faults.collect([&] { colors_ = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
   faults.collect([&] {
     if (options.camera.empty()) return;
-    rays_ = std::make_shared<const RayTable>(read_camera(options.camera));
+    const Camera camera = read_camera(options.camera);
+    admit_camera(options.camera, camera.size(), common, 1);
+    rays_ = std::make_shared<const RayTable>(camera);
     const auto known = read_camera_covariance(options.camera, rays_->camera());
     if (known) camera_uncertainty_.emplace(rays_->camera(), known->covariance);
   });
@@ -120,8 +123,8 @@ DetectorFactory::DetectorFactory(const BallOptions& options, std::uint64_t seed,
   options_.response = options.response == "linear" ? ResponseChoice::linear
                       : options.response == "srgb" ? ResponseChoice::srgb
                                                    : ResponseChoice::by_edges;
-  options_.seed = seed;
-  options_.threads = std::clamp(threads, 1, DetectorOptions::most_threads);
+  options_.seed = common.seed;
+  options_.threads = std::clamp(common.threads, 1, DetectorOptions::most_threads);
 }
 
 Detector DetectorFactory::make(ImageSize size, const std::string& place) const {

@@ -15,6 +15,8 @@
 
 namespace ballservo {
 
+struct CommonOptions;
+
 struct BallOptions {
   std::string colors, camera, diameter, fit = "sphere", response = "auto";
 };
@@ -30,9 +32,9 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
 /// Makes detectors for pictures, of one camera or, where none is given, of any size.
 class DetectorFactory {
  public:
-  /// Reads and checks the files; every fault of all options at once. `seed` is the source of the votes'
-  /// chance; `threads` share the rows of a picture (0: one does).
-  DetectorFactory(const BallOptions& options, std::uint64_t seed, int threads);
+  /// Reads and checks the files; every fault of all options at once. --seed is the source of the votes'
+  /// chance; --threads share the rows of a picture (0: one does).
+  DetectorFactory(const BallOptions& options, const CommonOptions& common);
 
   /// A detector for pictures of that size; throws InputError (`place` names the picture) where the camera's
   /// differs.

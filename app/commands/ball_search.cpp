@@ -41,7 +41,7 @@ void add_ball_search_options(CLI::App& command, BallSearchOptions& options, cons
 }
 
 BallSearch::BallSearch(const BallSearchOptions& options, const std::string& name)
-    : options_(options), factory_(options.balls, options.common.seed, options.common.threads) {
+    : options_(options), factory_(options.balls, options.common) {
   sequences_ = open_sources(options.sources, options.fps, options.common.max_pixels);
   warn_of_repeated_names(sequences_);
   const bool rows_to_stdout = options.output.empty() || options.output == standard_output;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "app/commands/command.hpp"
+#include "app/commands/work_options.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
@@ -132,6 +133,7 @@ Measurement set_up(const CalibrateRadiusOptions& options) {
   faults.collect([&] { colors = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
   faults.collect([&] {
     camera = read_camera(options.camera);
+    admit_camera(options.camera, camera->size(), options.common, 1);
     if (const auto known = read_camera_covariance(options.camera, *camera)) covariance = known->covariance;
   });
   faults.collect([&] {

@@ -14,9 +14,8 @@
 namespace ballservo {
 namespace {
 
-[[noreturn]] void refuse(const std::string& name, const std::string& found, const std::string& allowed) {
-  throw InputError(name, found.empty() ? "nothing" : found, allowed);
-}
+/// Of --seed; a sweep counts on from it.
+constexpr long long max_seed = 1'000'000'000'000'000'000;
 
 constexpr const char* outputs_group = "Outputs";
 
@@ -101,7 +100,7 @@ CLI::Option* add_number_option(CLI::App& command, const std::string& name, doubl
           name,
           [&value, range, name](const std::string& text) {
             const auto number = parse_number(text);
-            if (!number || !range.contains(*number)) refuse(name, text, range.to_text());
+            if (!number || !range.contains(*number)) throw InputError(name, text, range.to_text());
             value = *number;
           },
           help)
@@ -117,9 +116,10 @@ CLI::Option* add_integer_option(CLI::App& command, const std::string& name, int&
             const auto number = parse_integer(text);
             if (!number || *number < low || *number > high) {
               const bool bounded = high < std::numeric_limits<int>::max();
-              refuse(name, text,
-                     bounded ? "a whole number from " + std::to_string(low) + " to " + std::to_string(high)
-                             : "a whole number of at least " + std::to_string(low));
+              throw InputError(
+                  name, text,
+                  bounded ? "a whole number from " + std::to_string(low) + " to " + std::to_string(high)
+                          : "a whole number of at least " + std::to_string(low));
             }
             value = static_cast<int>(*number);
           },
@@ -146,7 +146,8 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
           "--seed",
           [&options](const std::string& text) {
             const auto seed = parse_integer(text);
-            if (!seed || *seed < 0) refuse("--seed", text, "a whole number of at least 0");
+            if (!seed || *seed < 0 || *seed > max_seed)
+              throw InputError("--seed", text, fmt::format("a whole number from 0 to {}", max_seed));
             options.seed = static_cast<std::uint64_t>(*seed);
           },
           "Seed of everything random (default 0)")

@@ -2,8 +2,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <map>
 #include <opencv2/core/utility.hpp>
-#include <thread>
+#include <set>
 
 #include "app/commands/command.hpp"
 #include "app/commands/work_options.hpp"
@@ -42,11 +43,6 @@ struct CompareOptions {
   PictureFilesOptions pictures;
   std::string start = "vote";
 };
-
-int threads_of(const CommonOptions& common) {
-  return common.threads > 0 ? common.threads
-                            : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-}
 
 void check_size(const ComparisonPlan& plan, const CompareOptions& options) {
   const PlanEstimate whole = estimate(plan);
@@ -103,6 +99,24 @@ nlohmann::json paper_measurements(const Journal& journal) {
   }
 }
 
+// Whether a note is of one of the units, of a condition's settings or of the claims.
+NoteCheck notes_of(const ComparisonSetting& setting, const Shard& shard) {
+  std::map<std::string, ComparisonUnit> units;
+  for (ComparisonUnit& unit : comparison_units(setting.conditions, shard)) units.emplace(unit.key, unit);
+  std::set<std::string> settings;
+  for (const ConditionInfo& info : setting.conditions) settings.insert(settings_key(info));
+  return [units, settings, setting](const std::string& key, const std::string& value) {
+    if (settings.count(key) > 0) return true;
+    if (key == claims_key) return setting.text.claims_wanted && nlohmann::json::accept(value);
+    const auto unit = units.find(key);
+    try {
+      return unit != units.end() && !records_of(unit->second, value, setting.methods).empty();
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+}
+
 // Adds up what the folder's journal holds and writes the results; a part keeps its journal.
 void write_results(const ComparisonSetting& setting, const ShowFrame& show, const Shard& shard,
                    const CommonOptions& common, const std::filesystem::path& output, WorkFolder& folder) {
@@ -130,8 +144,9 @@ void write_results(const ComparisonSetting& setting, const ShowFrame& show, cons
 int run_job(PictureSource& source, const nlohmann::json& description, ComparisonSetting setting,
             const ComparisonPlan* plan, const CompareOptions& options) {
   const Shard shard = parse_shard(options.work.shard);
+  setting.conditions = source.conditions();
   WorkFolder folder(options.work.output, {description, shard}, options.work.resume,
-                    options.common.overwrite(options.work.output));
+                    options.common.overwrite(options.work.output), notes_of(setting, shard));
   if (folder.already_finished()) {
     spdlog::info("compare: {} is finished already", options.work.output.string());
     if (!options.common.json.empty())
@@ -140,7 +155,6 @@ int run_job(PictureSource& source, const nlohmann::json& description, Comparison
     return exit_done;
   }
   cv::setNumThreads(1);  // the work is shared out by frames
-  setting.conditions = source.conditions();
   const std::vector<ComparisonUnit> units = comparison_units(setting.conditions, shard);
   long frames = 0;
   for (const ComparisonUnit& unit : units) frames += unit.frames;
@@ -176,7 +190,7 @@ int compare_plan(const CompareOptions& options) {
   faults.throw_if_any();
   for (const std::filesystem::path& file : plan.files) options.common.files->reads("a camera", file);
   for (const ComparisonCondition& condition : plan.conditions)
-    admit_camera(options.plan, condition.camera.size(), options.common);
+    admit_camera(options.plan, condition.camera.size(), options.common, threads_of(options.common));
   plan.seed += options.common.seed;
   check_size(plan, options);
   PlanPictures source(plan);
@@ -244,7 +258,8 @@ int run_merge(const MergeOptions& options) {
                      "the parts of one, as --shard makes them");
   const ComparisonSetting setting = read_comparison_setting(
       read_file_bytes(parts.folders.front() / setting_name, max_file_bytes), setting_name);
-  WorkFolder folder(options.output, {parts.description, {}}, false, options.common.overwrite(options.output));
+  WorkFolder folder(options.output, {parts.description, {}}, false, options.common.overwrite(options.output),
+                    notes_of(setting, {}));
   for (const std::filesystem::path& part : parts.folders) folder.journal().add_part(part / notes_name);
   const std::optional<ComparisonPlan> plan = plan_of(setting);
   ShowFrame show;

@@ -60,7 +60,7 @@ void write_camera(const OutputFolder& folder, const Camera& camera) {
 
 int run_render(const RenderOptions& options) {
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
-  admit(scenario, options.common);
+  admit(scenario, options.common, 1);
   OutputFolder folder(options.output, options.common.overwrite(options.output));
   folder.supersede([earlier = pictures_in(options.output / "truth.csv")](const std::string& name) {
     return earlier.count(name) > 0;

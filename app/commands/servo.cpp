@@ -109,7 +109,7 @@ int run_teach(const ServoOptions& options) {
     throw InputError("--realtime", "with --teach", "one of them: teaching drives nowhere");
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
-  admit(scenario, options.common);
+  admit(scenario, options.common, level == PerceptionLevel::image ? 1 : 0);
   OutputFile file(options.output, options.common.overwrite(options.output));
   TeachOptions teach;
   teach.perception = level;
@@ -158,7 +158,7 @@ int run_servo(const ServoOptions& options) {
   }
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
-  admit(scenario, options.common);
+  admit(scenario, options.common, level == PerceptionLevel::image ? 1 : 0);
   RunOptions run_options;
   run_options.perception = level;
   run_options.seed = options.common.seed;

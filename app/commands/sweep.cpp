@@ -41,8 +41,12 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
   const ConfidenceInterval ci = clopper_pearson_ci95(n.reached, n.feasible());
   print_result("{} of {} reached, {} collisions\n", n.reached, n.feasible(), n.collisions);
   if (quiet) return;
-  print_message("ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
-                ci.high * 100, n.infeasible, folder.string());
+  if (n.feasible() == 0)
+    print_message("ballservo: no world of the {} can be, so nothing is known of success: {}\n", n.infeasible,
+                  folder.string());
+  else
+    print_message("ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
+                  ci.high * 100, n.infeasible, folder.string());
   if (against == nullptr) return;
   if (against->reached.pairs() == 0) {
     spdlog::warn("{} has none of this sweep's feasible seeds: nothing to compare", against->other);
@@ -113,13 +117,14 @@ int run_sweep_command(const SweepCommandOptions& options) {
   sweep.trials = options.trials;
   sweep.shard = parse_shard(options.work.shard);
   sweep.threads = options.common.threads;
-  sweep.admit = [&options](const Scenario& scenario) { admit(scenario, options.common); };
+  const int pictures = sweep.perception == PerceptionLevel::image ? threads_of(options.common) : 0;
+  sweep.admit = [&options, pictures](const Scenario& scenario) { admit(scenario, options.common, pictures); };
   const nlohmann::json description = sweep_description(sweep);
   const std::string gain = description.at("gain_warning");
   if (!gain.empty()) spdlog::warn(gain);
   const std::optional<Sweep> other = read_other(options.against);
   WorkFolder folder(options.work.output, {description, sweep.shard}, options.work.resume,
-                    options.common.overwrite(options.work.output));
+                    options.common.overwrite(options.work.output), trials_of(sweep, description));
   const bool finished_before = folder.already_finished();
   Sweep result;
   if (finished_before) {
@@ -149,8 +154,9 @@ int run_merge(const MergeOptions& options) {
   const MergeableShards shards = read_shards(options.folders);
   const std::optional<Sweep> other = read_other(options.against);
   const Sweep sweep = read_sweep(shards);
-  WorkFolder folder(options.output, {shards.description, {}}, false,
-                    options.common.overwrite(options.output));
+  // A merge is written at once and resumed by nobody: there are no notes of it.
+  WorkFolder folder(options.output, {shards.description, {}}, false, options.common.overwrite(options.output),
+                    [](auto&&...) { return false; });
   finish({sweep, {}, false, other, options.against}, options.common, options.output, &folder);
   return exit_done;
 }

@@ -1,7 +1,12 @@
 #include "app/commands/work_options.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <thread>
+
+#include "app/io/free_memory.hpp"
 #include "app/scenario/scenario.hpp"
 #include "calibration/base/fault.hpp"
 
@@ -50,17 +55,35 @@ void add_perception_option(CLI::App& command, std::string& level) {
       ->capture_default_str();
 }
 
-void admit_camera(const std::filesystem::path& file, ImageSize size, const CommonOptions& common) {
-  common.files->reads("a camera", file);
-  if (static_cast<double>(size.width_px) * size.height_px > common.max_pixels)
-    throw InputError(file.string(), fmt::format("{} x {} pixels", size.width_px, size.height_px),
-                     fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", common.max_pixels));
+int threads_of(const CommonOptions& common) {
+  return common.threads > 0 ? common.threads
+                            : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-void admit(const Scenario& scenario, const CommonOptions& common) {
+void admit_camera(const std::filesystem::path& file, ImageSize size, const CommonOptions& common,
+                  int pictures) {
+  // What is held of a picture in work, with what renders it and looks at it: 81 at the most (servo).
+  constexpr double bytes_a_pixel = 90, bytes_worth_saying = 1e9;
+  common.files->reads("a camera", file);
+  const double pixels = static_cast<double>(size.width_px) * size.height_px;
+  if (pixels > common.max_pixels)
+    throw InputError(file.string(), fmt::format("{} x {} pixels", size.width_px, size.height_px),
+                     fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", common.max_pixels));
+  const double needed = pictures * pixels * bytes_a_pixel, free = free_memory_bytes();
+  const std::string words =
+      fmt::format("{} picture{} of {} x {} pixels at once, some {:.1f} GB of memory", pictures,
+                  pictures == 1 ? "" : "s", size.width_px, size.height_px, needed / 1e9);
+  if (needed > free)
+    throw InputError(
+        file.string(), words,
+        fmt::format("{:.1f} GB, which are free: a smaller camera, or fewer --threads", free / 1e9));
+  if (needed > bytes_worth_saying) spdlog::info("{}: {}", file.string(), words);
+}
+
+void admit(const Scenario& scenario, const CommonOptions& common, int pictures) {
   common.files->reads("colors", scenario.colors);
   common.files->reads("target.taught", scenario.taught);
-  admit_camera(scenario.camera.file, scenario.camera.camera.size(), common);
+  admit_camera(scenario.camera.file, scenario.camera.camera.size(), common, pictures);
 }
 
 }  // namespace ballservo

@@ -38,10 +38,16 @@ CLI::App* add_merge_command(CLI::App& command, Action& action, std::function<int
 /// Adds --against to a sweep or a merge of one.
 void add_against_option(CLI::App& command, std::filesystem::path& against);
 
+/// --threads, or as many as the machine has.
+int threads_of(const CommonOptions& common);
+
 /// Names the files that a scenario refers to as read by the run, and throws InputError where one of them is
-/// an output, or its camera has more pixels than --max-pixels allows.
-void admit(const Scenario& scenario, const CommonOptions& common);
-void admit_camera(const std::filesystem::path& file, ImageSize size, const CommonOptions& common);
+/// an output, or its camera's pictures are not to be had: more pixels than --max-pixels allows, or than
+/// memory has room for with `pictures` of them in work at once (0: none is rendered). Says what a large run
+/// needs.
+void admit(const Scenario& scenario, const CommonOptions& common, int pictures);
+void admit_camera(const std::filesystem::path& file, ImageSize size, const CommonOptions& common,
+                  int pictures);
 
 /// `--set`: values of the scenario to be set before it is read.
 void add_set_option(CLI::App& command, std::vector<std::string>& sets);

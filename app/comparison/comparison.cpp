@@ -27,21 +27,6 @@ std::string run_unit(const PictureSource& source, const MethodList& methods, con
   return records.dump();
 }
 
-std::vector<ComparisonRecord> records_of(const ComparisonUnit& unit, const std::string& text,
-                                         const MethodList& methods) {
-  std::vector<ComparisonRecord> records;
-  try {
-    for (const nlohmann::json& json : nlohmann::json::parse(text)) {
-      records.push_back(comparison_record_from_json(json));
-      if (records.back().fits.size() != methods.size()) throw std::out_of_range("methods");
-    }
-    if (records.size() != static_cast<std::size_t>(unit.frames)) throw std::out_of_range("frames");
-  } catch (const std::exception&) {
-    throw InputError("the notes of " + unit.key, "damaged records", "the folder as the run left it");
-  }
-  return records;
-}
-
 // Keeps the largest values, the largest first, of each condition two at most; of equal ones the earlier.
 void keep_notable(std::vector<NotableFrame>& kept, const NotableFrame& frame) {
   if (!std::isfinite(frame.value)) return;
@@ -94,6 +79,21 @@ class NotableFrames {
 };
 
 }  // namespace
+
+std::vector<ComparisonRecord> records_of(const ComparisonUnit& unit, const std::string& text,
+                                         const MethodList& methods) {
+  std::vector<ComparisonRecord> records;
+  try {
+    for (const nlohmann::json& json : nlohmann::json::parse(text)) {
+      records.push_back(comparison_record_from_json(json));
+      if (records.back().fits.size() != methods.size()) throw std::out_of_range("methods");
+    }
+    if (records.size() != static_cast<std::size_t>(unit.frames)) throw std::out_of_range("frames");
+  } catch (const std::exception&) {
+    throw InputError("the notes of " + unit.key, "damaged records", "the folder as the run left it");
+  }
+  return records;
+}
 
 std::string settings_key(const ConditionInfo& info) { return "settings:" + info.name; }
 

@@ -31,6 +31,10 @@ struct ComparisonUnit {
 std::vector<ComparisonUnit> comparison_units(const std::vector<ConditionInfo>& conditions,
                                              const Shard& shard = {});
 
+/// What is noted of a unit; InputError for what no run with these methods notes.
+std::vector<ComparisonRecord> records_of(const ComparisonUnit& unit, const std::string& text,
+                                         const MethodList& methods);
+
 /// Runs what is not noted yet on `threads` threads (0: as many as the machine has); what is noted is the same
 /// at any number, times apart. `progress` is told how many frames are done (those noted before included),
 /// from one thread at a time, and ends the work by throwing. Throws as PictureSource::prepare does.

@@ -59,11 +59,11 @@ bool is_video_container(std::string_view head) {
 
 std::vector<fs::path> images_in_folder(const fs::path& folder) {
   std::vector<fs::path> files;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    const bool hidden = entry->path().filename().string().front() == '.';
-    if (!hidden && has_image_name(entry->path()) && entry->is_regular_file(error))
-      files.push_back(entry->path());
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const bool hidden = entry.path().filename().string().front() == '.';
+    std::error_code ignored;
+    if (!hidden && has_image_name(entry.path()) && entry.is_regular_file(ignored))
+      files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return natural_less(a.filename().string(), b.filename().string());
@@ -79,7 +79,9 @@ Kind classify_file(const fs::path& file, double max_pixels, FaultList& faults) {
   };
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
-  if (!fs::exists(status)) return fault("no such file");
+  if (!fs::exists(status))
+    return fault(status.type() == fs::file_type::not_found ? "no such file"
+                                                           : system_error_text(error.value()));
   if (!fs::is_regular_file(status)) return fault("something that is no regular file");
   const std::string head = head_of(file);
   if (head.empty())
@@ -114,8 +116,13 @@ Source classify(const std::string& text, double max_pixels, FaultList& faults) {
   }
   std::error_code error;
   if (fs::is_directory(text, error)) {
-    source.files = images_in_folder(text);
     source.kind = Kind::folder;
+    try {
+      source.files = images_in_folder(text);
+    } catch (const std::filesystem::filesystem_error& unreadable) {
+      faults.add(text, system_error_text(unreadable.code().value()), "a folder that can be read");
+      return source;
+    }
     if (source.files.empty()) {
       faults.add(text, "a folder without pictures",
                  "a folder with .png, .jpg, .bmp, .ppm, .tiff or .webp files");

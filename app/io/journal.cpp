@@ -30,7 +30,7 @@ std::optional<Note> parse_note(const std::string& line) {
 
 /// Hands each whole line of a journal to `each`, with its place; returns how many bytes they take.
 std::uint64_t read_notes(
-    const fs::path& file,
+    const fs::path& file, const NoteCheck& is_note,
     const std::function<void(const Note& note, std::uint64_t offset, std::uint64_t bytes)>& each) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) throw InputError(file.string(), "no regular file", "a journal");
@@ -39,7 +39,8 @@ std::uint64_t read_notes(
   std::string line;
   for (long number = 1; std::getline(stream, line) && !stream.eof(); ++number) {
     const auto note = parse_note(line);
-    if (!note || (number == 1) != (note->key == first_key))
+    if (!note || (number == 1) != (note->key == first_key) ||
+        (number > 1 && !is_note(note->key, note->value)))
       throw InputError(file.string() + ":" + std::to_string(number), "a damaged line",
                        "the journal as it was written; --force to begin anew");
     each(*note, end, line.size());
@@ -50,14 +51,16 @@ std::uint64_t read_notes(
 
 }  // namespace
 
-Journal::Journal(fs::path file, const std::string& job)
-    : file_(std::move(file)), lock_(::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666)) {
+Journal::Journal(fs::path file, const std::string& job, NoteCheck is_note)
+    : file_(std::move(file)),
+      is_note_(std::move(is_note)),
+      lock_(::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666)) {
   const std::string name = file_.string();
   if (lock_.number() < 0) throw InputError(name, system_error_text(errno), "a place that can be written");
   if (::flock(lock_.number(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
     throw InputError(name, "a journal with which another process is at work",
                      "one process at a time: wait for it, or take another folder");
-  end_ = read_notes(file_, [&](const Note& note, std::uint64_t offset, std::uint64_t bytes) {
+  end_ = read_notes(file_, is_note_, [&](const Note& note, std::uint64_t offset, std::uint64_t bytes) {
     if (offset > 0) {
       places_.insert({note.key, {offset, bytes}});
     } else if (note.value != job) {
@@ -119,9 +122,10 @@ void Journal::add(const std::string& key, const std::string& value) {
 }
 
 void Journal::add_part(const fs::path& part) {
-  const std::uint64_t whole = read_notes(part, [&](const Note& note, std::uint64_t offset, std::uint64_t) {
-    if (offset > 0) add(note.key, note.value);
-  });
+  const std::uint64_t whole =
+      read_notes(part, is_note_, [&](const Note& note, std::uint64_t offset, std::uint64_t) {
+        if (offset > 0) add(note.key, note.value);
+      });
   if (whole == 0 || whole != fs::file_size(part))
     throw InputError(part.string(), whole == 0 ? "no whole line" : "an unfinished last line",
                      "the journal of a finished part, as it was written");

@@ -4,11 +4,16 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <string>
 #include <utility>
 
 namespace ballservo {
 
+/// From now on stderr is ours alone: what OpenCV, libpng, FFmpeg print there of pictures that they cannot
+/// read is said by our own faults, and goes nowhere.
+void keep_stderr_for_messages() noexcept;
+std::FILE* message_stream() noexcept;
 /// Writes to stderr; a failure is nobody's concern.
 void write_message(const std::string& text) noexcept;
 /// Writes to stdout; stdout_failed() tells of a failure, in the end.

@@ -27,7 +27,7 @@ Progress::Progress(std::string what, long total, bool quiet)
     : what_(std::move(what)),
       total_(total),
       quiet_(quiet),
-      terminal_(::isatty(STDERR_FILENO) == 1),
+      terminal_(::isatty(fileno(message_stream())) == 1),
       start_(std::chrono::steady_clock::now()),
       last_(start_) {}
 

@@ -19,7 +19,7 @@ Shard parse_shard(const std::string& text, const std::string& place) {
       return {static_cast<int>(*index), static_cast<int>(*count)};
     }
   }
-  throw InputError(place, text.empty() ? "nothing" : text,
+  throw InputError(place, text,
                    "I/N with I from 1 to N, such as 2/4 for the second of four parts (N up to " +
                        std::to_string(max_shards) + ")");
 }
@@ -110,7 +110,7 @@ std::string WorkJob::sha256() const {
   return sha256_hex(nlohmann::json{{"job", without_places(description)}, {"shard", shard.to_text()}}.dump());
 }
 
-WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite overwrite)
+WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite overwrite, NoteCheck is_note)
     : target_(std::move(target)), job_(std::move(job)) {
   const fs::path journal_file = target_ / journal_name;
   std::error_code error;
@@ -135,7 +135,7 @@ WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite over
   OutputFolder(target_, begun ? Overwrite::allow : overwrite).commit();
   if (!resume) fs::remove(journal_file, error);
   replaces_results_ = fs::exists(target_ / manifest_name, error);
-  journal_ = std::make_unique<Journal>(journal_file, job_.sha256());
+  journal_ = std::make_unique<Journal>(journal_file, job_.sha256(), std::move(is_note));
 }
 
 void WorkFolder::write(const std::string& name, std::string_view piece) {

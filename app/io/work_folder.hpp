@@ -56,8 +56,8 @@ class WorkFolder {
 
   /// Makes the folder if need be. A folder that is not empty is refused, except: with `resume`, this job's
   /// own (its journal is read; or it is finished); with Overwrite::allow (and no `resume`) the job begins
-  /// anew in it. Throws InputError as OutputFolder and Journal do.
-  WorkFolder(std::filesystem::path target, WorkJob job, bool resume, Overwrite overwrite);
+  /// anew in it. `is_note` knows the job's notes. Throws InputError as OutputFolder and Journal do.
+  WorkFolder(std::filesystem::path target, WorkJob job, bool resume, Overwrite overwrite, NoteCheck is_note);
 
   /// The same job has been here before and left its results: there is nothing to do, but they may be written
   /// anew.

@@ -90,6 +90,25 @@ std::vector<std::pair<std::string, double>> apply_vary(StrictYaml& yaml,
   return drawn;
 }
 
+/// The faults with those of drawn values at the entries of `vary`; else they would be --set's, which have no
+/// line either.
+std::vector<Fault> at_their_entries(std::vector<Fault> faults, const StrictYaml& yaml,
+                                    const std::vector<std::pair<std::string, double>>& drawn) {
+  static const std::string of_set = "--set";
+  const auto with_dots = [](std::string path) {  // balls[0].x as balls.0.x
+    std::replace(path.begin(), path.end(), '[', '.');
+    path.erase(std::remove(path.begin(), path.end(), ']'), path.end());
+    return path;
+  };
+  for (Fault& fault : faults) {
+    if (fault.place.compare(0, of_set.size(), of_set) != 0) continue;
+    const std::string path = with_dots(fault.place.substr(fault.place.find(' ') + 1));
+    for (const auto& [key, value] : drawn)
+      if (is_set({path}, with_dots(key))) fault.place = yaml.root().map("vary").place(key);
+  }
+  return faults;
+}
+
 /// A scenario as it is being read: what its keys name, and which parts were read without a fault.
 struct Draft {
   Scenario& scenario;
@@ -304,7 +323,11 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   find_target(yaml, draft);
 
   check_scenario(yaml, scenario, draft.world, draft.ok);
-  yaml.finish();
+  try {
+    yaml.finish();
+  } catch (const InputError& error) {
+    throw InputError(at_their_entries(error.faults(), yaml, scenario.drawn));
+  }
   return scenario;
 }
 

@@ -13,6 +13,7 @@
 #include "app/scenario/feasibility.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 #include "calibration/base/system_file.hpp"
 #include "calibration/color/color_file.hpp"
 
@@ -175,6 +176,25 @@ nlohmann::json sweep_description(const SweepOptions& options) {
           {"law", scenario.law.name},
           {"distance_m", scenario.target_distance_m},
           {"gain_warning", gain_warning(scenario)}};
+}
+
+NoteCheck trials_of(const SweepOptions& options, const nlohmann::json& description) {
+  return [shard = options.shard, first = options.first_seed, trials = options.trials,
+          hash = description.at("scenario_hash").get<std::string>(),
+          header = trials_csv_header(drawn_keys(description))](const std::string& key,
+                                                               const std::string& value) {
+    try {
+      const auto seed = static_cast<std::uint64_t>(parse_integer(key).value_or(-1));
+      const std::uint64_t item = seed - first;
+      const TrialRecord record = parse_record(value);
+      const std::vector<Trial> read = parse_trials(header + record.row, key);
+      return item < static_cast<std::uint64_t>(trials) && shard.holds(item) && read.size() == 1 &&
+             read[0].seed == seed && read[0].scenario_hash == hash && trial_row(read[0]) == record.row &&
+             (read[0].feasible ? seed_of_trace(record.trace, key) == seed : record.trace.empty());
+    } catch (const InputError&) {
+      return false;
+    }
+  };
 }
 
 Sweep run_sweep(const SweepOptions& options, const nlohmann::json& description, Journal& journal,

@@ -41,6 +41,9 @@ struct Sweep {
   std::string trials_csv, traces_jsonl;
 };
 
+/// Whether a note of a journal is a trial of the shard's.
+NoteCheck trials_of(const SweepOptions& options, const nlohmann::json& description);
+
 /// Runs the shard's trials that the journal does not hold yet and notes them there. Returns all of the
 /// shard's that are finished: the same bytes at any number of threads. `go_on` is asked at each control step,
 /// from any thread; once it says false, what is under way is dropped. `progress` is told how many trials are

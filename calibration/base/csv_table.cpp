@@ -15,6 +15,14 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
+/// Whether a spreadsheet would take the text for a formula: written, it gets an apostrophe, which is taken
+/// off again when it is read; so does what already begins with apostrophes before such a text.
+bool is_formula(std::string_view text) {
+  const std::size_t first = text.find_first_not_of('\'');
+  return first != std::string_view::npos && !parse_number(text.substr(first)) &&
+         std::string_view("=+-@\t\r").find(text[first]) != std::string_view::npos;
+}
+
 /// Takes the cells of one record off the text; quoted cells may hold commas and ends of lines.
 class Records {
  public:
@@ -30,6 +38,7 @@ class Records {
     std::vector<std::string> cells;
     for (;;) {
       cells.push_back(cell());
+      if (cells.back()[0] == '\'' && is_formula(cells.back())) cells.back().erase(0, 1);
       if (cells.size() > max_cells_)
         throw InputError(fmt::format("{}:{}", name_, line_), "too many cells",
                          fmt::format("at most {}", max_cells_));
@@ -173,8 +182,9 @@ void CsvRow::fault(const std::string& column, const std::string& found, const st
 }
 
 std::string csv_cell(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string quoted = "\"";
+  const std::string apostrophe = is_formula(text) ? "'" : "";
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return apostrophe + std::string(text);
+  std::string quoted = '"' + apostrophe;
   for (const char c : text) {
     if (c == '"') quoted += '"';
     quoted += c;

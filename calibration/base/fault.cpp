@@ -39,7 +39,9 @@ std::string to_text(const std::vector<Fault>& faults) {
 }  // namespace
 
 std::string to_text(const Fault& fault) {
-  return printable(fault.place, 1000) + ": found " + printable(fault.found, 300) +
+  const bool blank = fault.found.find_first_not_of(' ') == std::string::npos;
+  return printable(fault.place, 1000) + ": found " +
+         printable(blank ? '"' + fault.found + '"' : fault.found, 300) +
          "; allowed: " + printable(fault.allowed, 1000);
 }
 

@@ -30,7 +30,7 @@
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
-#include "calibration/base/system_file.hpp"
+#include "calibration/base/text_file.hpp"
 
 namespace ballservo {
 namespace {
@@ -289,7 +289,7 @@ ColorTable parse_color_file(std::string_view bytes, const std::string& place) {
 }
 
 ColorTable read_color_file(const std::filesystem::path& file) {
-  return parse_color_file(read_file_bytes(file, color_file_max_bytes), file.string());
+  return parse_color_file(read_text_file(file, color_file_max_bytes), file.string());
 }
 
 }  // namespace ballservo

@@ -8,6 +8,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
+#include "calibration/pictures/jpeg_data.hpp"
 
 namespace ballservo {
 namespace {
@@ -38,7 +39,9 @@ cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels) {
     throw InputError(place, fmt::format("a picture of {} x {} pixels", size->width_px, size->height_px),
                      fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
   }
-  if (!image_is_complete(bytes)) throw InputError(place, "a truncated picture", readable_image);
+  const bool jpeg = bytes.compare(0, 2, "\xFF\xD8") == 0;
+  if (!image_is_complete(bytes) || (jpeg && !jpeg_data_suffice(bytes)))
+    throw InputError(place, "a truncated picture", readable_image);
   const cv::Mat image = upright(decoded(bytes), image_orientation_from_header(bytes));
   if (image.type() != CV_8UC3 || image.cols != size->width_px || image.rows != size->height_px) {
     throw InputError(place, "a damaged picture", readable_image);

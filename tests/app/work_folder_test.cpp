@@ -21,6 +21,8 @@ namespace {
 
 using testing::HasSubstr;
 
+const NoteCheck any = [](const std::string&, const std::string&) { return true; };
+
 /// The faults of what `call` throws, as a user sees them; empty where it throws nothing.
 template <class Call>
 std::string faults_of(const Call& call) {
@@ -58,7 +60,7 @@ class Work : public testing::Test {
     return {{{"command", "sweep"}, {"scenario", scenario}}, shard};
   }
   void finish(const std::string& folder, const WorkJob& work, const std::string& result) const {
-    WorkFolder open(dir / folder, work, false, Overwrite::refuse);
+    WorkFolder open(dir / folder, work, false, Overwrite::refuse, any);
     open.write("trials.csv", result);
     open.commit_finished();
   }
@@ -71,14 +73,14 @@ class Work : public testing::Test {
 TEST_F(Work, AJournalKeepsWhatWasNoted) {
   const std::string odd = "1,\"two\"\n\ttab \xc3\xa9";
   {
-    Journal journal(dir / "journal", "job");
+    Journal journal(dir / "journal", "job", any);
     journal.add("a", odd);
     journal.add("b", "");
     journal.add("a", "another value for a known key");
     EXPECT_EQ(journal.find("a"), odd);  // while it is written, too
     EXPECT_EQ(journal.find("b"), "");
   }
-  Journal again(dir / "journal", "job");
+  Journal again(dir / "journal", "job", any);
   ASSERT_EQ(again.size(), 2u);
   again.add("later", "more");
   EXPECT_EQ(again.find("later"), "more");
@@ -92,11 +94,11 @@ TEST_F(Work, AJournalKeepsWhatWasNoted) {
 TEST_F(Work, AJournalTakesInThoseOfParts) {
   const std::string many(3000, 'x');
   for (const int part : {0, 1}) {
-    Journal journal(dir / ("part " + std::to_string(part)), "job");
+    Journal journal(dir / ("part " + std::to_string(part)), "job", any);
     for (int k = part; k < 100; k += 2)
       journal.add("key " + std::to_string(k), many + "\n" + std::to_string(k));
   }
-  Journal whole(dir / "whole", "another job");
+  Journal whole(dir / "whole", "another job", any);
   whole.add_part(dir / "part 1");
   whole.add_part(dir / "part 0");
   ASSERT_EQ(whole.size(), 100u);
@@ -110,12 +112,12 @@ TEST_F(Work, AJournalTakesInThoseOfParts) {
   EXPECT_THAT(faults_of([&] { whole.add_part(dir / "none"); }), HasSubstr("none"));
   ASSERT_EQ(::mkfifo((dir / "pipe").c_str(), 0600), 0);  // must not be waited for
   EXPECT_THAT(faults_of([&] { whole.add_part(dir / "pipe"); }), HasSubstr("pipe"));
-  EXPECT_THAT(faults_of([&] { Journal(dir / "pipe", "job"); }), HasSubstr("pipe"));
+  EXPECT_THAT(faults_of([&] { Journal(dir / "pipe", "job", any); }), HasSubstr("pipe"));
 }
 
 TEST_F(Work, ResultsWrittenPieceByPieceAreThoseWrittenWhole) {
   finish("whole", job("x"), "one\ntwo\n");
-  WorkFolder folder(dir / "pieces", job("x"), false, Overwrite::refuse);
+  WorkFolder folder(dir / "pieces", job("x"), false, Overwrite::refuse, any);
   for (const char* piece : {"one\n", "", "two\n"}) folder.write("trials.csv", piece);
   EXPECT_FALSE(std::filesystem::exists(dir / "pieces/trials.csv"));
   folder.commit_finished();
@@ -124,16 +126,16 @@ TEST_F(Work, ResultsWrittenPieceByPieceAreThoseWrittenWhole) {
 }
 
 TEST_F(Work, AFinishedPartKeepsItsJournalWhereItIsAskedTo) {
-  WorkFolder folder(dir / "out", job("x", {1, 2}), false, Overwrite::refuse);
+  WorkFolder folder(dir / "out", job("x", {1, 2}), false, Overwrite::refuse, any);
   folder.journal().add("a", "b");
   folder.commit_finished("notes.jsonl");
   EXPECT_FALSE(std::filesystem::exists(dir / "out/unfinished.journal"));
-  EXPECT_EQ(Journal(dir / "out/notes.jsonl", job("x", {1, 2}).sha256()).find("a"), "b");
+  EXPECT_EQ(Journal(dir / "out/notes.jsonl", job("x", {1, 2}).sha256(), any).find("a"), "b");
 }
 
 TEST_F(Work, AJournalCutAnywhereIsAWholeShorterOne) {
   {
-    Journal journal(dir / "journal", "job");
+    Journal journal(dir / "journal", "job", any);
     for (int k = 0; k < 5; ++k) journal.add("key " + std::to_string(k), "value\n" + std::to_string(k));
   }
   const std::string whole = contents(dir / "journal");
@@ -141,7 +143,7 @@ TEST_F(Work, AJournalCutAnywhereIsAWholeShorterOne) {
   for (std::size_t length = 0; length <= whole.size(); ++length) {
     std::ofstream(dir / "journal", std::ios::trunc) << whole.substr(0, length);
     {
-      Journal journal(dir / "journal", "job");
+      Journal journal(dir / "journal", "job", any);
       EXPECT_GE(journal.size(), last);
       last = journal.size();
       for (int k = 0; k < 5; ++k) journal.add("key " + std::to_string(k), "value\n" + std::to_string(k));
@@ -154,40 +156,41 @@ TEST_F(Work, AJournalCutAnywhereIsAWholeShorterOne) {
 TEST_F(Work, AJournalSurvivesAKilledProcess) {
   const pid_t child = ::fork();
   if (child == 0) {
-    Journal journal(dir / "journal", "job");
+    Journal journal(dir / "journal", "job", any);
     for (int k = 0; k < 3; ++k) journal.add(std::to_string(k), "done");
     ::kill(::getpid(), SIGKILL);
   }
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFSIGNALED(status));
-  EXPECT_EQ(Journal(dir / "journal", "job").size(), 3u);
+  EXPECT_EQ(Journal(dir / "journal", "job", any).size(), 3u);
 }
 
 TEST_F(Work, AJournalRefusesOtherJobsDamageAndASecondProcess) {
-  { Journal(dir / "journal", "job").add("a", "b"); }
-  EXPECT_THAT(faults_of([&] { Journal(dir / "journal", "other"); }), HasSubstr("another job"));
-  const Journal held(dir / "journal", "job");
-  EXPECT_THAT(faults_of([&] { Journal(dir / "journal", "job"); }), HasSubstr("another process"));
+  { Journal(dir / "journal", "job", any).add("a", "b"); }
+  EXPECT_THAT(faults_of([&] { Journal(dir / "journal", "other", any); }), HasSubstr("another job"));
+  const Journal held(dir / "journal", "job", any);
+  EXPECT_THAT(faults_of([&] { Journal(dir / "journal", "job", any); }), HasSubstr("another process"));
   for (const char* bad : {"nonsense\n", "[\"a\",\"b\"]\n", "[[[[[[\n", "[\"ballservo journal 1\",1]\n"}) {
     std::ofstream(dir / "bad", std::ios::trunc) << bad;
-    EXPECT_THAT(faults_of([&] { Journal(dir / "bad", "job"); }), HasSubstr("bad:1: found a damaged line"))
+    EXPECT_THAT(faults_of([&] { Journal(dir / "bad", "job", any); }),
+                HasSubstr("bad:1: found a damaged line"))
         << bad;
   }
 }
 
 TEST_F(Work, AFolderIsResumedByItsOwnJobOnly) {
-  { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse).journal().add("0", "done"); }
-  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse); }),
+  { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse, any).journal().add("0", "done"); }
+  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse, any); }),
               HasSubstr("--resume"));
-  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("y"), true, Overwrite::refuse); }),
+  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("y"), true, Overwrite::refuse, any); }),
               HasSubstr("another job"));
   EXPECT_THAT(faults_of([&] {
-                WorkFolder(dir / "out", job("x", {1, 2}), true, Overwrite::refuse);
+                WorkFolder(dir / "out", job("x", {1, 2}), true, Overwrite::refuse, any);
               }),
               HasSubstr("another job"));
   {
-    WorkFolder again(dir / "out", job("x"), true, Overwrite::refuse);
+    WorkFolder again(dir / "out", job("x"), true, Overwrite::refuse, any);
     EXPECT_EQ(again.journal().size(), 1u);
     again.write("trials.csv", "part\n");
     again.commit_unfinished();
@@ -199,12 +202,12 @@ TEST_F(Work, AFolderIsResumedByItsOwnJobOnly) {
   }
   EXPECT_EQ(contents(dir / "out/trials.csv"), "whole\n");
   EXPECT_FALSE(std::filesystem::exists(dir / "out/unfinished.journal"));
-  EXPECT_TRUE(WorkFolder(dir / "out", job("x"), true, Overwrite::refuse).already_finished());
-  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("y"), true, Overwrite::refuse); }),
+  EXPECT_TRUE(WorkFolder(dir / "out", job("x"), true, Overwrite::refuse, any).already_finished());
+  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("y"), true, Overwrite::refuse, any); }),
               HasSubstr("differs in scenario"));
-  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse); }),
+  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse, any); }),
               HasSubstr("not empty"));
-  EXPECT_EQ(WorkFolder(dir / "out", job("y"), false, Overwrite::allow).journal().size(), 0u);
+  EXPECT_EQ(WorkFolder(dir / "out", job("y"), false, Overwrite::allow, any).journal().size(), 0u);
 }
 
 TEST_F(Work, ShardsAreReadInTheirOrder) {
@@ -223,7 +226,7 @@ TEST_F(Work, ShardsThatDoNotFitAreAllNamed) {
   finish("changed", job("x", {3, 5}), "3");
   finish("count", job("x", {2, 4}), "2");
   std::ofstream(dir / "changed/trials.csv") << "edited";
-  { WorkFolder(dir / "begun", job("x", {4, 5}), false, Overwrite::refuse); }
+  { WorkFolder(dir / "begun", job("x", {4, 5}), false, Overwrite::refuse, any); }
   const std::string faults = faults_of([&] {
     read_shards(
         {dir / "a", dir / "b", dir / "twin", dir / "changed", dir / "count", dir / "begun", dir / "no"});

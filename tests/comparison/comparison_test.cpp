@@ -35,7 +35,8 @@ const ComparisonPlan& plan() {
 
 struct Notebook {
   test::TemporaryFolder folder;
-  Journal journal{folder.path() / "journal", "job"};
+  Journal journal{folder.path() / "journal", "job",
+                  [](const std::string&, const std::string&) { return true; }};
 };
 
 ComparisonResults run(Notebook& book, int threads, const Shard& shard = {}) {

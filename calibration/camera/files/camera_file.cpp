@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/base/system_file.hpp"
+#include "calibration/base/text_file.hpp"
 #include "calibration/camera/files/camera_formats.hpp"
 
 namespace ballservo {
@@ -57,7 +57,7 @@ CameraFileName split_camera_name(const std::string& file_or_file_and_name) {
 
 Camera read_camera(const std::string& file_or_file_and_name) {
   const auto [file, camera_name] = split_camera_name(file_or_file_and_name);
-  const std::string text = read_file_bytes(file, max_camera_file_bytes);
+  const std::string text = read_text_file(file, max_camera_file_bytes);
   for (const CameraFileFormat& format : camera_file_formats())
     if (format.recognises(text)) return format.read(file, text, camera_name);
   if (text.find("<opencv_storage") != std::string::npos)
