@@ -12,22 +12,27 @@ constexpr double even_quality = 0.78, ratio_per_quality = 8, least_ratio = -1.5,
 // In a scene that is not known, so many look-alikes (px^3, over the radius cubed): of the same pictures 0.4
 // of 3 to 6 px, 0.06 of 12 to 24. As much as so many pictures without any say against it.
 constexpr double look_alikes_px3 = 54, pictures_of_doubt = 10;
-// A ball is there again in most pictures, noise in three of ten: per picture, and no more than so much.
-constexpr double again_ratio = 1.2, most_again = 3;
-// Odds of 30 to 1.
-constexpr double enough = 3.4;
+// A ball is there again in most pictures, noise in three of ten: per picture, and no more than so much. A
+// picture without it says the contrary, with odds of 10 to 1 that there is none.
+constexpr double again_ratio = 1.2, most_again = 3, refuted = -2.3;
+// Odds of 80 to 1.
+constexpr double enough = 4.4;
 // A picture's weight when the next one comes: sixty are remembered.
 constexpr double fades = 1 - 1.0 / 60;
 
 }  // namespace
 
 void BallEvidence::see(const BallObservation& ball) {
-  ++pictures_;
+  if (pictures_++ > 0) again_ = std::min(again_ + again_ratio, most_again);
   const double share = 1.0 / pictures_;
   quality_ += share * (ball.quality - quality_);
   radius_px_ = pictures_ == 1 ? ball.outline.radius_px
                               : radius_px_ * std::pow(ball.outline.radius_px / radius_px_, share);
 }
+
+void BallEvidence::miss() { again_ -= again_ratio; }
+
+bool BallEvidence::is_refuted() const { return again_ < refuted; }
 
 double BallEvidence::log_ratio_of_looks() const {
   return std::clamp(ratio_per_quality * (quality_ - even_quality), least_ratio, most_ratio);
@@ -41,9 +46,8 @@ double BallEvidence::doubt() const {
 
 bool BallEvidence::suffices(double look_alikes) const {
   if (pictures_ < 3) return false;
-  const double again = std::min(again_ratio * (pictures_ - 1), most_again);
   const double unknown = pictures_of_doubt / (pictures_of_doubt + pictures_ - 3);
-  return log_ratio_of_looks() - std::log(unknown * usual_look_alikes() + look_alikes) + again >= enough;
+  return log_ratio_of_looks() - std::log(unknown * usual_look_alikes() + look_alikes) + again_ >= enough;
 }
 
 void LookAlikes::begin() {

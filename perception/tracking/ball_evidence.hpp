@@ -13,11 +13,15 @@ namespace ballservo {
 class BallEvidence {
  public:
   void see(const BallObservation& ball);
+  void miss();  ///< it was not in this picture
 
   /// Whether it is believed, `look_alikes` being the number of others of its class and size that were in a
   /// picture of late. That it stays tells a thing from noise, not a ball from a leaf: this counts for no more
   /// than a few pictures. Its looks do not add up from picture to picture: they are one thing's.
   bool suffices(double look_alikes) const;
+
+  /// Missed too often for a ball.
+  bool is_refuted() const;
 
   int pictures() const { return pictures_; }
   double radius_px() const { return radius_px_; }  ///< geometric mean
@@ -29,6 +33,7 @@ class BallEvidence {
   double usual_look_alikes() const;
 
   int pictures_ = 0;
+  double again_ = 0;                    // log likelihood ratio of a ball and noise, by its coming again
   double quality_ = 0, radius_px_ = 0;  // means
 };
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calibration/base/range_check.hpp"
+#include "perception/tracking/streak.hpp"
 
 namespace ballservo {
 namespace {
@@ -20,6 +21,8 @@ constexpr double jump_radii = 6;
 // A ball's outline is sought so near the prediction, before its region is. And where its region shows no
 // ball, so near it and places up to a spread beside it, as where what carries the ball stops or turns.
 constexpr double reach_px = 5, reach_radii = 0.15, spread_radii = 0.6;
+// A ball that moves less between two pictures, or whose edge is less blurred, is not smeared.
+constexpr double least_streak_radii = 0.7, sharp_edge_radii = 0.05;
 // Suffices for a ball where a confirmed track expects it.
 constexpr double expected_quality = 0.17;
 // Tolerance of the distance's logarithm for a detection that is not clear.
@@ -53,7 +56,7 @@ Tracker::Tracker(Detector detector, const TrackerOptions& options)
 
 const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, DetectionStages* stages) {
   if (!(time_s > time_s_)) return tracks_;
-  time_s_ = time_s;
+  interval_s_ = time_s - std::exchange(time_s_, time_s);
   left_out_ = {};
   for (Followed& followed : followed_) followed.filter.predict(time_s);
   if (light_) {
@@ -94,13 +97,21 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   }
   count_look_alikes();
   ++pictures_;
-  if (light_) {
-    learn_light(bgr);
-    light_->finish(time_s);
-  }
+  learn_colors(bgr);
+  if (light_) light_->finish(time_s);
   tracks_.clear();
-  for (const Followed& followed : followed_) tracks_.push_back(followed.track);
+  for (const Followed& followed : followed_)
+    if (is_shown(followed)) tracks_.push_back(followed.track);
   return tracks_;
+}
+
+// A known ball's place has no other ball in it: what is seen there in another size is the known one, in part.
+bool Tracker::is_shown(const Followed& followed) const {
+  if (followed.track.state != TrackState::tentative) return true;
+  return followed.detection && std::none_of(followed_.begin(), followed_.end(), [&](const Followed& other) {
+           return other.track.state != TrackState::tentative &&
+                  same_ball(other.track.ball, followed.track.ball);
+         });
 }
 
 // Where no ball is known, the light may be the one that was last seen or, if the picture says so, the taught
@@ -132,11 +143,18 @@ void Tracker::look_under_another_light(const cv::Mat& bgr) {
   match();
 }
 
-void Tracker::learn_light(const cv::Mat& bgr) {
+// Of confirmed balls, and what they say of the light.
+void Tracker::learn_colors(const cv::Mat& bgr) {
   for (Followed& followed : followed_) {
+    const BallObservation& ball = followed.track.ball;
     if (followed.track.state != TrackState::confirmed) continue;
+    if (!light_) {
+      if (ball.quality >= options_.clear_quality && ball.support.fill > 0)
+        followed.light.last = middle_color(bgr, ball.outline);
+      continue;
+    }
     if (std::exchange(taught_light_, false)) light_->return_to_taught();
-    light_->learn(bgr, followed.track.ball, followed.light);
+    light_->learn(bgr, ball, followed.light);
   }
 }
 
@@ -204,15 +222,41 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
       return is_seen(followed);
     };
     // Where it is expected, or else anywhere near; a weak detection suffices where no clear one is had.
-    if (look_for_it(reach_px, 0, true)) continue;
-    for (const double quality : {min_ball_quality, expected_quality}) {
-      if (is_seen(followed)) break;
-      detect(bgr, window, quality, nullptr);
+    if (!look_for_it(reach_px, 0, true)) {
+      for (const double quality : {min_ball_quality, expected_quality}) {
+        if (is_seen(followed)) break;
+        detect(bgr, window, quality, nullptr);
+      }
+      if (!is_seen(followed) && followed.track.state != TrackState::tentative)
+        look_for_it(std::max(reach_px, reach_radii * outline->radius_px), spread_radii * outline->radius_px,
+                    false);
     }
-    if (!is_seen(followed) && followed.track.state != TrackState::tentative)
-      look_for_it(std::max(reach_px, reach_radii * outline->radius_px), spread_radii * outline->radius_px,
-                  false);
+    if (followed.track.state != TrackState::tentative) look_for_streak(bgr, followed, *outline);
   }
+}
+
+// A ball that flies fast has no edge, or one that misleads: it is sought as what the shutter makes of it.
+void Tracker::look_for_streak(const cv::Mat& bgr, const Followed& followed, const OutlineEllipse& expected) {
+  const Camera& camera = detector_.rays().camera();
+  const Eigen::Vector3d value = followed.filter.value(), moved = interval_s_ / 2 * followed.filter.velocity();
+  const auto from = camera.project(cone_of(value - moved).axis),
+             to = camera.project(cone_of(value + moved).axis);
+  const SurfaceColor& color = followed.light.last;
+  const auto seen = std::find_if(seen_.begin(), seen_.end(),
+                                 [&](const BallObservation& ball) { return is_plausible(followed, ball); });
+  if (seen != seen_.end() && seen->blur_px < sharp_edge_radii * seen->outline.radius_px) return;
+  if (!from || !to || (*to - *from).norm() < least_streak_radii * expected.radius_px ||
+      std::none_of(color.known.begin(), color.known.end(), [](bool known) { return known; }))
+    return;
+  auto ball = find_streak(bgr, camera, detector_.response(), color.log_bgr.exp().matrix(),
+                          {expected.center_px, *to - *from, expected.radius_px},
+                          detector_.options().radius_of(followed.track.color_class));
+  if (!ball) return;
+  ball->color_class = followed.track.color_class;
+  if (seen != seen_.end())
+    *seen = *ball;
+  else
+    add_new(*ball);
 }
 
 bool Tracker::is_seen(const Followed& followed) const {
@@ -310,10 +354,15 @@ void Tracker::see(Followed& followed, const BallObservation& ball, double time_s
     followed.track.state = TrackState::confirmed;
 }
 
-// A tentative ball that is missed once was none; a confirmed one is predicted for a while, as long as it is
-// in view.
+// A tentative ball that is missed more often than seen was none; a confirmed one is predicted for a while, as
+// long as it is in view.
 void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
   Track& track = followed.track;
+  if (track.state == TrackState::tentative) {
+    followed.evidence.miss();
+    followed.ended = followed.evidence.is_refuted();
+    return;
+  }
   if (track.state == TrackState::confirmed) followed.filter.lose();
   const TangentCone cone = cone_of(followed.filter.value());
   const auto outline = project_sphere(detector_.rays().camera(), cone.axis, std::sin(cone.alpha_rad));
@@ -323,7 +372,7 @@ void Tracker::miss(Followed& followed, double time_s, const cv::Size& picture) {
                        outline->center_px.y() < picture.height + outline->radius_px;
   const double followed_s = followed.seen_s - followed.born_s;
   const double coast_s = std::min(max_coast_s, max_coast_ratio * followed_s);
-  if (track.state == TrackState::tentative || !in_view || time_s - followed.seen_s > coast_s) {
+  if (!in_view || time_s - followed.seen_s > coast_s) {
     followed.ended = true;
     return;
   }

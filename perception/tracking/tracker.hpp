@@ -63,12 +63,14 @@ class Tracker {
   void choose_light();
   void set_light();
   void look_under_another_light(const cv::Mat& bgr);
-  void learn_light(const cv::Mat& bgr);
+  void learn_colors(const cv::Mat& bgr);
   bool is_taken(std::size_t seen) const;
+  bool is_shown(const Followed& followed) const;
   bool is_believed(const Followed& followed) const;
   void count_look_alikes();
   void look(const cv::Mat& bgr, DetectionStages* stages);
   void look_near_predictions(const cv::Mat& bgr);
+  void look_for_streak(const cv::Mat& bgr, const Followed& followed, const OutlineEllipse& expected);
   void detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality, DetectionStages* stages);
   void add_new(const BallObservation& ball);
   bool is_seen(const Followed& followed) const;
@@ -96,7 +98,7 @@ class Tracker {
   std::vector<Track> tracks_;
   int next_id_ = 1;
   long pictures_ = 0;
-  double time_s_ = -1e300;
+  double time_s_ = -1e300, interval_s_ = 0;  // of this picture, and since the last one
 };
 
 }  // namespace ballservo

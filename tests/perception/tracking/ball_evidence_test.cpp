@@ -37,6 +37,18 @@ TEST(BallEvidence, AmongLookAlikesHowLongItStaysSaysNothing) {
   EXPECT_TRUE(seen(40, 0.95, 3).suffices(0.5));
 }
 
+TEST(BallEvidence, WhatIsMissedIsSoonRefuted) {
+  BallEvidence evidence = seen(20, 0.9, 1);
+  evidence.miss();
+  EXPECT_FALSE(evidence.is_refuted()) << "a ball is missed now and then";
+  evidence.miss();
+  EXPECT_TRUE(evidence.is_refuted());
+  evidence = seen(9, 0.75, 3);
+  EXPECT_TRUE(evidence.suffices(0));
+  evidence.miss();
+  EXPECT_FALSE(evidence.suffices(0));
+}
+
 TEST(LookAlikes, AThingIsNotItsOwnAndOthersAreOfItsSizeAndClass) {
   LookAlikes look_alikes(2);
   const int pictures = 10;
