@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 #include <visp3/visual_features/vpFeaturePoint.h>
 
+#include <array>
 #include <cmath>
+#include <new>
+#include <vector>
 
 #include "servo/features/builtin_laws.hpp"
 #include "servo/features/visp_servo_law.hpp"
@@ -58,6 +61,27 @@ LawCatalog laws() {
     return std::make_unique<CarrotLaw>(options, goal);
   });
   return laws;
+}
+
+// vpServo(type) of ViSP 3.5 leaves the pseudo-inverse's threshold as the memory holds it.
+TEST(VispServoLaw, AnswersAlikeWhateverItsMemoryHeld) {
+  ServoGoal goal;
+  goal.distance_m = 0.5;
+  const Eigen::Vector3d p_CB(0.1, 0.2, 1.5);
+  std::vector<Eigen::Vector2d> answers;
+  alignas(VispServoLaw) std::array<unsigned char, sizeof(VispServoLaw)> memory{};
+  for (const unsigned char held : {0x00, 0x41, 0xff}) {  // as a double: 0, 2.3e6, NaN
+    memory.fill(held);
+    auto* const law =
+        new (memory.data()) VispServoLaw(0.8, goal.mount, std::make_unique<PointFeatures>(goal));
+    const auto output = law->command(p_CB, {0, 0, 0});
+    law->~VispServoLaw();
+    ASSERT_TRUE(output);
+    answers.emplace_back(output->twist.v_mps, output->twist.w_radps);
+  }
+  EXPECT_GT(answers[0].norm(), 0.1);
+  EXPECT_EQ(answers[1], answers[0]);
+  EXPECT_EQ(answers[2], answers[0]);
 }
 
 TEST(OwnLaw, ItsErrorsDecayAtTheGain) {
