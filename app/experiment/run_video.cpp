@@ -49,8 +49,8 @@ void text_block(cv::Mat& picture, std::string_view text) {
 
 }  // namespace
 
-void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, double ball_radius_m,
-                const std::string& text) {
+void draw_detection(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, double ball_radius_m,
+                    const std::string& text) {
   if (frame.measurement.state != TrackState::none) {
     const cv::Scalar color = frame.measurement.is_sighting() ? seen_color : predicted_color;
     std::vector<cv::Point> outline;
@@ -251,7 +251,7 @@ void PictureKeeper::frame(const FrameEvent& event) {
     text += fmt::format("  {:.3f} m", frame.measurement.p_CB.norm());
   }
   cv::Mat picture = event.frame.bgr.clone();
-  draw_sight(picture, scenario_.camera.camera, frame, scenario_.target_ball().radius_m(), text);
+  draw_detection(picture, scenario_.camera.camera, frame, scenario_.target_ball().radius_m(), text);
   const bool changed = !last_state_ || *last_state_ != state;
   const bool halfway = state == ControlState::approach && frame.time_s >= next_s_;
   if ((changed || halfway) && kept_.size() + 1 < max_key_frames) {

@@ -20,8 +20,8 @@ namespace ballservo {
 
 /// Draws the ball's outline and centre as measured (from p_CB and the ball's radius) into a camera picture,
 /// with a line of text below; a prediction is drawn in grey.
-void draw_sight(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, double ball_radius_m,
-                const std::string& text);
+void draw_detection(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, double ball_radius_m,
+                    const std::string& text);
 
 /// The room from above, drawn once, and the robot on its way in it.
 class TopView {

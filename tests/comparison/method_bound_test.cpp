@@ -11,7 +11,7 @@
 namespace ballservo {
 namespace {
 
-// What estimators and bound are not told: the edge's blur, and in each stretch of the outline the background,
+// What estimators and bound are not told: the edge's blur, and in each arc segment of the outline the background,
 // the contrast and the shading. The exact fits are those that claim to be unbiased: they fit the ball's own
 // outline, whatever the lens.
 const char* const plan_text =

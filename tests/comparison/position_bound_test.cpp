@@ -194,8 +194,8 @@ TEST(PositionBound, PixelsBesideWhatHidesTheBallTellNothing) {
   EXPECT_EQ(*clean, *beside);
 }
 
-// A stretch's own background, contrast and shading can't be told from a few of its pixels.
-TEST(PositionBound, StretchesOfWhichLittleIsSeenDoNotCount) {
+// An arc segment's own background, contrast and shading can't be told from a few of its pixels.
+TEST(PositionBound, ArcSegmentsOfWhichLittleIsSeenDoNotCount) {
   Case it;
   it.unhidden = cv::Mat(height, width, CV_8UC1, cv::Scalar(255));
   for (int u = 0; u < width; u += 14) it.unhidden.colRange(u, std::min(width, u + 4)).setTo(0);
@@ -246,14 +246,14 @@ Eigen::Vector3d fitted(const cv::Mat& picture, const Case& it) {
       if (std::abs(distance_px(it.p_CB.data(), u, v)) > reach_px) continue;
       const double angle =
           std::atan2(v - cy_px - focal_px * p.y() / p.z(), u - cx_px - focal_px * p.x() / p.z());
-      const auto stretch = static_cast<std::size_t>((angle + M_PI) / (2 * M_PI) * count) % own.size();
+      const auto segment = static_cast<std::size_t>((angle + M_PI) / (2 * M_PI) * count) % own.size();
       problem.AddResidualBlock(
           new ceres::AutoDiffCostFunction<PixelResidual, 3, 3, 1, 8>(
               new PixelResidual{static_cast<double>(u), static_cast<double>(v), picture.at<cv::Vec3f>(v, u)}),
-          nullptr, p.data(), &s, own[stretch].data());
+          nullptr, p.data(), &s, own[segment].data());
     }
   }
-  for (auto& of_stretch : own) options.linear_solver_ordering->AddElementToGroup(of_stretch.data(), 0);
+  for (auto& of_segment : own) options.linear_solver_ordering->AddElementToGroup(of_segment.data(), 0);
   options.linear_solver_ordering->AddElementToGroup(p.data(), 1);
   options.linear_solver_ordering->AddElementToGroup(&s, 1);
   options.linear_solver_type = ceres::DENSE_SCHUR;

@@ -1,6 +1,5 @@
 #include "app/comparison/estimators/position_bound.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
@@ -17,11 +16,11 @@ namespace ballservo {
 namespace {
 
 constexpr int channels = 3, terms = 4;             // of the model: O, A, B, D
-constexpr double stretch_px = 8;                   // of the outline has one background, contrast and shading
-constexpr int fewest_stretches = 8;                // of a small ball
+constexpr double segment_px = 8;                   // of the outline has one background, contrast and shading
+constexpr int fewest_segments = 8;                 // of a small ball
 constexpr double reach_sigmas = 3, beyond_px = 4;  // how far from the outline pixels count
 constexpr double reach_inside = 0.6;               // of the radius, at most
-constexpr double least_seen = 0.5;                 // of a stretch's pixels
+constexpr double least_seen = 0.5;                 // of a segment's pixels
 
 using Terms = Eigen::Matrix<double, terms, 1>;
 using Levels = Eigen::Matrix<double, channels, 1>;
@@ -38,7 +37,7 @@ struct OutlinePixel {
   Levels clean;
 };
 
-struct Stretch {
+struct ArcSegment {
   std::vector<OutlinePixel> pixels;
   int expected = 0;  // as many if nothing were hidden
 };
@@ -64,14 +63,14 @@ std::optional<OutlinePixel> outline_pixel(const BoundScene& scene, const Tangent
   return pixel;
 }
 
-// The ball's outline cut into stretches, with the pixels near each.
-std::vector<Stretch> collect(const BoundScene& scene, const TangentCone& cone,
-                             const OutlineEllipse& outline) {
+// The ball's outline cut into segments, with the pixels near each.
+std::vector<ArcSegment> collect(const BoundScene& scene, const TangentCone& cone,
+                                const OutlineEllipse& outline) {
   const double reach_px = reach_sigmas * edge_width_px(scene) + beyond_px;
   const double inside_px = std::min(reach_px, reach_inside * outline.radius_px);
   const int count =
-      std::max(fewest_stretches, static_cast<int>(std::ceil(2 * M_PI * outline.radius_px / stretch_px)));
-  std::vector<Stretch> stretches(static_cast<std::size_t>(count));
+      std::max(fewest_segments, static_cast<int>(std::ceil(2 * M_PI * outline.radius_px / segment_px)));
+  std::vector<ArcSegment> segments(static_cast<std::size_t>(count));
   cv::Mat clean, unhidden;
   scene.clean_bgr.convertTo(clean, CV_32FC3);
   if (!scene.unhidden.empty()) {  // nor where the blur of what hides reaches
@@ -90,16 +89,16 @@ std::vector<Stretch> collect(const BoundScene& scene, const TangentCone& cone,
       const Eigen::Vector2d across = basis.transpose() * *scene.camera.unproject({u, v});
       const double turn = std::atan2(across.y(), across.x()) / (2 * M_PI);
       const int which = std::clamp(static_cast<int>((turn - std::floor(turn)) * count), 0, count - 1);
-      Stretch& stretch = stretches[static_cast<std::size_t>(which)];
-      ++stretch.expected;
+      ArcSegment& segment = segments[static_cast<std::size_t>(which)];
+      ++segment.expected;
       if (u < 0 || v < 0 || u >= clean.cols || v >= clean.rows) continue;
       if (!unhidden.empty() && unhidden.at<std::uint8_t>(v, u) == 0) continue;
       const cv::Vec3f level = clean.at<cv::Vec3f>(v, u);
       pixel->clean = Levels(level[0], level[1], level[2]);
-      stretch.pixels.push_back(*pixel);
+      segment.pixels.push_back(*pixel);
     }
   }
-  return stretches;
+  return segments;
 }
 
 // The model's terms at a pixel, and their derivatives by the outline's place (outward) and by s.
@@ -118,7 +117,7 @@ TermsAt terms_at(double distance_px, double s) {
   return at;
 }
 
-// What the estimator does not know of a stretch: columns of dI_c / d(nuisance).
+// What the estimator does not know of a segment: columns of dI_c / d(nuisance).
 Local local_row(const BoundNuisances& unknown, int channel, const Terms& value, double ball_level) {
   Local row = Local::Zero();
   if (unknown.background) row[channel] = value[0];
@@ -127,14 +126,15 @@ Local local_row(const BoundNuisances& unknown, int channel, const Terms& value, 
   return row;
 }
 
-// Of p_C and s, the stretch's own nuisances eliminated.
-Eigen::Matrix4d information(const Stretch& stretch, const BoundScene& scene, const BoundNuisances& unknown) {
+// Of p_C and s, the segment's own nuisances eliminated.
+Eigen::Matrix4d information(const ArcSegment& segment, const BoundScene& scene,
+                            const BoundNuisances& unknown) {
   const double s = edge_width_px(scene);
-  const auto pixels = static_cast<Eigen::Index>(stretch.pixels.size());
+  const auto pixels = static_cast<Eigen::Index>(segment.pixels.size());
   std::vector<TermsAt> at;
   Eigen::MatrixXd values(pixels, terms), levels(pixels, channels);
   for (Eigen::Index i = 0; i < pixels; ++i) {
-    const OutlinePixel& pixel = stretch.pixels[static_cast<std::size_t>(i)];
+    const OutlinePixel& pixel = segment.pixels[static_cast<std::size_t>(i)];
     at.push_back(terms_at(pixel.distance_px, s));
     values.row(i) = at.back().value;
     levels.row(i) = pixel.clean;
@@ -145,7 +145,7 @@ Eigen::Matrix4d information(const Stretch& stretch, const BoundScene& scene, con
   Eigen::Matrix<double, 4, locals> mixed = Eigen::Matrix<double, 4, locals>::Zero();
   Eigen::Matrix<double, locals, locals> local = Eigen::Matrix<double, locals, locals>::Zero();
   for (Eigen::Index i = 0; i < pixels; ++i) {
-    const OutlinePixel& pixel = stretch.pixels[static_cast<std::size_t>(i)];
+    const OutlinePixel& pixel = segment.pixels[static_cast<std::size_t>(i)];
     const TermsAt& term = at[static_cast<std::size_t>(i)];
     for (int c = 0; c < channels; ++c) {
       const double level = pixel.clean[c];
@@ -170,9 +170,9 @@ std::optional<Eigen::Matrix3d> position_bound(const BoundScene& scene, const Bou
   const auto cone = TangentCone::of_sphere(scene.p_CB, scene.radius_m);
   if (!outline || !cone) return std::nullopt;
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
-  for (const Stretch& stretch : collect(scene, *cone, *outline)) {
-    if (static_cast<double>(stretch.pixels.size()) >= std::max(1.0, least_seen * stretch.expected))
-      sum += information(stretch, scene, unknown);
+  for (const ArcSegment& segment : collect(scene, *cone, *outline)) {
+    if (static_cast<double>(segment.pixels.size()) >= std::max(1.0, least_seen * segment.expected))
+      sum += information(segment, scene, unknown);
   }
   Eigen::Matrix3d place = sum.topLeftCorner<3, 3>();
   if (unknown.blur && sum(3, 3) > 0) {

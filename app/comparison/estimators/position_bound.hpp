@@ -1,9 +1,9 @@
 // The Cramer-Rao bound of a ball's place: no unbiased estimator has a smaller covariance in such a picture
 // (Rao 1945, Cramer 1946).
 //
-// The picture's model, in a stretch of the outline and a channel c, with t the distance outside the outline
-// of a ball at p_C through the camera's own lens (px), x = -t/s, and s the width of the edge (blur and the
-// pixel's square, s^2 = blur^2 + 1/12):
+// The picture's model, in an arc segment of the outline and a channel c, with t the distance outside the
+// outline of a ball at p_C through the camera's own lens (px), x = -t/s, and s the width of the edge (blur
+// and the pixel's square, s^2 = blur^2 + 1/12):
 //   I_c(t) = O_c + A_c Phi(x) + B_c sqrt(s) F(x) + D_c s R(x),     Phi, F, R as in perception/edge_model.hpp
 // A Lambertian limb is a root and a ramp in the distance inside. Every pixel near the outline adds
 // (dI_c/dp)(dI_c/dp)^T / variance to the Fisher information of p = (p_C, nuisances); the nuisances are
@@ -34,10 +34,10 @@ struct BoundScene {
 /// What the estimator is not told.
 struct BoundNuisances {
   bool blur = true;        ///< s, one for the picture
-  bool background = true;  ///< O, of every stretch and channel
-  bool contrast = true;    ///< A, of every stretch and channel
-  bool shading = true;  ///< slopes of root and ramp relative to the ball's level, of every stretch: the light
-                        ///< has one colour
+  bool background = true;  ///< O, of every arc segment and channel
+  bool contrast = true;    ///< A, of every arc segment and channel
+  bool shading = true;  ///< slopes of root and ramp relative to the ball's level, of every arc segment: the
+                        ///< light has one colour
 };
 inline constexpr BoundNuisances nothing_unknown{false, false, false, false};
 
