@@ -38,7 +38,7 @@ ComparisonRecord record(double start_px, std::uint64_t index) {
   const auto two = one_gauss_newton_step(one->circle, ring);
   ComparisonRecord record;
   record.truth.outline = OutlineEllipse{truth.center_px, truth.radius_px};
-  record.fits = {fit_of(one->circle), fit_of(two->circle), fit_of(converge_circle(start, ring)->circle)};
+  record.fits = {fit_of(one->circle), fit_of(two->circle), fit_of(converge(start, ring)->shape)};
   record.fits[0]->step_px = one->step_px;
   record.fits[0]->next_step_px = two->step_px;
   record.fits[0]->residual_px = one->residual_px;

@@ -16,6 +16,7 @@
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/outline/paper_refinement.hpp"
 #include "perception/segmentation/regions.hpp"
+#include "tests/comparison/fit_costs.hpp"
 #include "tests/perception/segmentation/class_pictures.hpp"
 
 namespace ballservo {
@@ -85,14 +86,14 @@ double cone_steps_stray(const ExactBall& ball, int steps) {
   return apart_px(cone, ball.cone());
 }
 double circle_stray(const ExactBall& ball, const RobustLoss& loss) {
-  const auto fit = converge_circle(ball.circle, ball.ring, loss);
+  const auto fit = converge(ball.circle, ball.ring, loss);
   if (!fit || fit->convergence.residual_px > 1e-9) return lost;
-  return apart_px(fit->circle, ball.circle);
+  return apart_px(fit->shape, ball.circle);
 }
 double cone_stray(const ExactBall& ball, const RobustLoss& loss) {
-  const auto fit = converge_cone(ball.cone(), ball.edges, loss);
+  const auto fit = converge(ball.cone(), ball.edges, loss);
   if (!fit || fit->convergence.residual_px > 1e-7) return lost;
-  return apart_px(fit->cone, ball.cone());
+  return apart_px(fit->shape, ball.cone());
 }
 double worst_of_losses(const ExactBall& ball, double (*stray)(const ExactBall&, const RobustLoss&)) {
   double worst = 0;
@@ -293,11 +294,11 @@ BoundaryBias boundary_bias(int discs) {
       bias.distance_px +=
           ((place - center).norm() - radius_px) / static_cast<double>(boundary.size()) / discs;
     }
-    const auto inner = converge_circle({center, radius_px}, ring);
-    const auto moved_out = converge_circle({center, radius_px}, shifted);
+    const auto inner = converge(UndistortedCircle{center, radius_px}, ring);
+    const auto moved_out = converge(UndistortedCircle{center, radius_px}, shifted);
     if (!inner || !moved_out) return {lost, lost, lost};
-    bias.circle_px += (inner->circle.radius_px - radius_px) / discs;
-    bias.shifted_px += (moved_out->circle.radius_px - radius_px) / discs;
+    bias.circle_px += (inner->shape.radius_px - radius_px) / discs;
+    bias.shifted_px += (moved_out->shape.radius_px - radius_px) / discs;
   }
   return bias;
 }

@@ -3,7 +3,6 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -53,22 +52,17 @@ struct ConeResidual {
   }
 };
 
-ceres::LossFunction* loss_function(const RobustLoss& loss, double weight) {
-  ceres::LossFunction* rho = nullptr;
+ceres::LossFunction* loss_function(const RobustLoss& loss) {
   switch (loss.kind) {
-    case RobustLossKind::squares:
-      break;
     case RobustLossKind::huber:
-      rho = new ceres::HuberLoss(loss.scale_px);
-      break;
+      return new ceres::HuberLoss(loss.scale_px);
     case RobustLossKind::cauchy:
-      rho = new ceres::CauchyLoss(loss.scale_px);
-      break;
+      return new ceres::CauchyLoss(loss.scale_px);
     case RobustLossKind::tukey:
-      rho = new ceres::TukeyLoss(loss.scale_px);
-      break;
+      return new ceres::TukeyLoss(loss.scale_px);
+    default:
+      return nullptr;
   }
-  return new ceres::ScaledLoss(rho, weight, ceres::TAKE_OWNERSHIP);
 }
 
 // Three unknowns and the points that pull at them.
@@ -83,7 +77,7 @@ class Problem {
     if (loss.kind == RobustLossKind::squares) {
       residual.scale *= std::sqrt(weight);
     } else {
-      rho = loss_function(loss, weight);
+      rho = new ceres::ScaledLoss(loss_function(loss), weight, ceres::TAKE_OWNERSHIP);
       robust_ = true;
     }
     problem_.AddResidualBlock(
@@ -110,7 +104,6 @@ class Problem {
     if (!summary.IsSolutionUsable()) return std::nullopt;
     Convergence convergence;
     // Ceres' cost is half the sum of squares.
-    convergence.start_cost = 2 * summary.initial_cost;
     convergence.cost = 2 * summary.final_cost;
     convergence.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
     const Linearisation end = linearise();
@@ -162,6 +155,31 @@ bool counts(const EdgePoint& edge) {
          edge.ray.allFinite();
 }
 
+// What a family of fits is: its unknowns, its points, and how far they lie from it.
+using Unknowns = std::array<double, 3>;
+
+Unknowns unknowns_of(const UndistortedCircle& circle) {
+  return {circle.center_px.x(), circle.center_px.y(), circle.radius_px};
+}
+Unknowns unknowns_of(const TangentCone&) { return {0, 0, 0}; }
+
+UndistortedCircle shape_at(const UndistortedCircle&, const Unknowns& at) { return {{at[0], at[1]}, at[2]}; }
+TangentCone shape_at(const TangentCone& start, const Unknowns& at) {
+  return moved(start, {at[0], at[1], at[2]});
+}
+
+bool is_finite(const UndistortedCircle& c) { return c.center_px.allFinite() && std::isfinite(c.radius_px); }
+bool is_finite(const TangentCone& cone) { return cone.axis.allFinite() && std::isfinite(cone.alpha_rad); }
+bool has_size(const UndistortedCircle& circle) { return circle.radius_px > 0; }
+bool has_size(const TangentCone& cone) { return cone.alpha_rad > 0 && cone.alpha_rad < 1.5707; }
+
+double distance_px(const UndistortedCircle& circle, const RingPixel& pixel) {
+  return (pixel.position_px - circle.center_px).norm() - circle.radius_px;
+}
+double distance_px(const TangentCone& cone, const EdgePoint& edge) {
+  return angle_outside(cone, edge.ray) * edge.px_per_rad;
+}
+
 void add_points(Problem& problem, const UndistortedCircle& start, const std::vector<RingPixel>& ring,
                 const RobustLoss& loss) {
   for (const RingPixel& pixel : ring) {
@@ -189,50 +207,20 @@ void add_points(Problem& problem, const TangentCone& start, const std::vector<Ed
   }
 }
 
-std::optional<ConvergedCircle> circle_from(const UndistortedCircle& start, const std::vector<RingPixel>& ring,
-                                           const RobustLoss& loss) {
-  Problem problem({start.center_px.x(), start.center_px.y(), start.radius_px});
-  add_points(problem, start, ring, loss);
+template <class Shape, class Point>
+std::optional<Converged<Shape>> minimum_near(const Shape& start, const std::vector<Point>& points,
+                                             const RobustLoss& loss) {
+  Problem problem(unknowns_of(start));
+  add_points(problem, start, points, loss);
   if (problem.points() < 3) return std::nullopt;
   const auto convergence = problem.solve();
   if (!convergence) return std::nullopt;
-  const auto& [x, y, r] = problem.unknowns();
-  ConvergedCircle fit{{{x, y}, r}, *convergence};
-  if (!fit.circle.center_px.allFinite() || !(fit.circle.radius_px > 0)) return std::nullopt;
+  const Converged<Shape> fit{shape_at(start, problem.unknowns()), *convergence};
+  if (!is_finite(fit.shape) || !has_size(fit.shape)) return std::nullopt;
   return fit;
-}
-
-std::optional<ConvergedCone> cone_from(const TangentCone& start, const std::vector<EdgePoint>& edges,
-                                       const RobustLoss& loss) {
-  Problem problem({0, 0, 0});
-  add_points(problem, start, edges, loss);
-  if (problem.points() < 3) return std::nullopt;
-  const auto convergence = problem.solve();
-  if (!convergence) return std::nullopt;
-  const auto& [turn_1, turn_2, widening] = problem.unknowns();
-  ConvergedCone fit{moved(start, {turn_1, turn_2, widening}), *convergence};
-  if (!fit.cone.axis.allFinite() || !(fit.cone.alpha_rad > 0) || !(fit.cone.alpha_rad < 1.5707))
-    return std::nullopt;
-  return fit;
-}
-
-// The lower of two minima that were reached from different starts.
-template <class Fit>
-void keep_lower(std::optional<Fit>& best, const std::optional<Fit>& other) {
-  if (!other) return;
-  const int starts = (best ? best->convergence.starts : 0) + 1;
-  const double start_cost = best ? best->convergence.start_cost : other->convergence.start_cost;
-  if (!best || other->convergence.cost < best->convergence.cost * (1 - 1e-12)) best = other;
-  best->convergence.starts = starts;
-  best->convergence.start_cost = start_cost;
 }
 
 }  // namespace
-
-std::string_view robust_loss_name(RobustLossKind kind) {
-  constexpr std::array<std::string_view, 4> names{"squares", "huber", "cauchy", "tukey"};
-  return names[static_cast<std::size_t>(kind)];
-}
 
 double Linearisation::condition() const {
   if (jacobian.rows() < 3 || !jacobian.allFinite()) return std::numeric_limits<double>::infinity();
@@ -242,71 +230,41 @@ double Linearisation::condition() const {
   return values[0] > 0 ? std::sqrt(values[2] / values[0]) : std::numeric_limits<double>::infinity();
 }
 
-double circle_cost(const UndistortedCircle& circle, const std::vector<RingPixel>& ring) {
-  double cost = 0;
-  for (const RingPixel& pixel : ring) {
-    if (!counts(pixel)) continue;
-    const double distance = (pixel.position_px - circle.center_px).norm() - circle.radius_px;
-    cost += pixel.weight * distance * distance;
-  }
-  return cost;
-}
-
-Linearisation linearise_circle(const UndistortedCircle& circle, const std::vector<RingPixel>& ring) {
-  Problem problem({circle.center_px.x(), circle.center_px.y(), circle.radius_px});
-  add_points(problem, circle, ring, {});
-  return problem.points() > 0 ? problem.linearise() : Linearisation{};
-}
-
-std::optional<ConvergedCircle> converge_circle(const UndistortedCircle& start,
-                                               const std::vector<RingPixel>& ring, const RobustLoss& loss) {
-  if (!start.center_px.allFinite() || !std::isfinite(start.radius_px)) return std::nullopt;
-  auto fit = circle_from(start, ring, loss);
+template <class Shape, class Point>
+std::optional<Converged<Shape>> converge(const Shape& start, const std::vector<Point>& points,
+                                         const RobustLoss& loss) {
+  if (!is_finite(start)) return std::nullopt;
+  auto fit = minimum_near(start, points, loss);
   if (loss.kind != RobustLossKind::squares) {
-    if (const auto squares = circle_from(start, ring, {}))
-      keep_lower(fit, circle_from(squares->circle, ring, loss));
-  }
-  if (!fit) return std::nullopt;
-  double weights = 0;
-  for (const RingPixel& pixel : ring) weights += counts(pixel) ? pixel.weight : 0;
-  fit->convergence.residual_px = std::sqrt(circle_cost(fit->circle, ring) / weights);
-  return fit;
-}
-
-double cone_cost(const TangentCone& cone, const std::vector<EdgePoint>& edges) {
-  double cost = 0;
-  for (const EdgePoint& edge : edges) {
-    if (!counts(edge)) continue;
-    const double residual = angle_outside(cone, edge.ray) * edge.px_per_rad / edge.sigma_px;
-    cost += edge.weight * residual * residual;
-  }
-  return cost;
-}
-
-Linearisation linearise_cone(const TangentCone& cone, const std::vector<EdgePoint>& edges) {
-  Problem problem({0, 0, 0});
-  add_points(problem, cone, edges, {});
-  return problem.points() > 0 ? problem.linearise() : Linearisation{};
-}
-
-std::optional<ConvergedCone> converge_cone(const TangentCone& start, const std::vector<EdgePoint>& edges,
-                                           const RobustLoss& loss) {
-  if (!start.axis.allFinite() || !std::isfinite(start.alpha_rad)) return std::nullopt;
-  auto fit = cone_from(start, edges, loss);
-  if (loss.kind != RobustLossKind::squares) {
-    if (const auto squares = cone_from(start, edges, {}))
-      keep_lower(fit, cone_from(squares->cone, edges, loss));
+    const auto squares = minimum_near(start, points, {});
+    const auto other = squares ? minimum_near(squares->shape, points, loss) : squares;
+    if (other && (!fit || other->convergence.cost < fit->convergence.cost * (1 - 1e-12))) fit = other;
   }
   if (!fit) return std::nullopt;
   double squares_px2 = 0, weights = 0;
-  for (const EdgePoint& edge : edges) {
-    if (!counts(edge)) continue;
-    const double residual_px = angle_outside(fit->cone, edge.ray) * edge.px_per_rad;
-    squares_px2 += edge.weight * residual_px * residual_px;
-    weights += edge.weight;
+  for (const Point& point : points) {
+    if (!counts(point)) continue;
+    const double off_px = distance_px(fit->shape, point);
+    squares_px2 += point.weight * off_px * off_px;
+    weights += point.weight;
   }
   fit->convergence.residual_px = std::sqrt(squares_px2 / weights);
   return fit;
 }
+
+template <class Shape, class Point>
+Linearisation linearise(const Shape& at, const std::vector<Point>& points) {
+  Problem problem(unknowns_of(at));
+  add_points(problem, at, points, {});
+  return problem.points() > 0 ? problem.linearise() : Linearisation{};
+}
+
+template std::optional<Converged<UndistortedCircle>> converge(const UndistortedCircle&,
+                                                              const std::vector<RingPixel>&,
+                                                              const RobustLoss&);
+template std::optional<Converged<TangentCone>> converge(const TangentCone&, const std::vector<EdgePoint>&,
+                                                        const RobustLoss&);
+template Linearisation linearise(const UndistortedCircle&, const std::vector<RingPixel>&);
+template Linearisation linearise(const TangentCone&, const std::vector<EdgePoint>&);
 
 }  // namespace ballservo

@@ -5,8 +5,6 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "perception/outline/cone_fit.hpp"
@@ -17,7 +15,6 @@ namespace ballservo {
 /// rho of sum_i w_i s^2 rho((r_i / s)^2), r_i the distance of a point from the outline (px), s `scale_px`:
 /// least squares, Huber's (1964), Cauchy's, or Tukey's biweight (Beaton and Tukey 1974).
 enum class RobustLossKind { squares, huber, cauchy, tukey };
-std::string_view robust_loss_name(RobustLossKind kind);  ///< "cauchy"
 
 struct RobustLoss {
   RobustLossKind kind = RobustLossKind::squares;
@@ -26,10 +23,8 @@ struct RobustLoss {
 
 /// What Ceres did.
 struct Convergence {
-  double start_cost = 0;  ///< at the start, see circle_cost and cone_cost
-  double cost = 0;        ///< where it ended
-  int iterations = 0;     ///< steps taken, rejected ones included, from the start that won
-  int starts = 1;         ///< tried; the lowest cost won
+  double cost = 0;     ///< where it ended: sum of the squares of the weighted residuals
+  int iterations = 0;  ///< steps taken, rejected ones included, from the start that won
   /// By Ceres' own criteria, and the residuals are perpendicular to every column of the Jacobian to 1e-6
   /// (cosine; with a robust loss 1e-4).
   bool converged = false;
@@ -46,40 +41,26 @@ struct Linearisation {
   double condition() const;  ///< largest over smallest singular value of the Jacobian; infinite if singular
 };
 
-/// The paper's E(c) = sum |grad I|^2 C^2, C = sqrt((p_x - c_x)^2 + (p_y - c_y)^2) - c_r (paper,
-/// "Raffinement").
-double circle_cost(const UndistortedCircle& circle, const std::vector<RingPixel>& ring);
-
-/// Of that cost, by (c_x, c_y, c_r).
-Linearisation linearise_circle(const UndistortedCircle& circle, const std::vector<RingPixel>& ring);
-
-struct ConvergedCircle {
-  UndistortedCircle circle;
+/// Two shapes are fitted:
+/// a circle to the ring's pixels, by (c_x, c_y, c_r): the paper's E(c) = sum |grad I|^2 C^2,
+///   C = sqrt((p_x - c_x)^2 + (p_y - c_y)^2) - c_r (paper, "Raffinement");
+/// a cone to edge points, by (turn, turn, change of alpha) as `moved` takes them: sum weight
+///   (angle_outside px_per_rad / sigma)^2, zero for rays that all touch the ball, u.C = sqrt(|C|^2 - R^2).
+///   With a robust loss the points' own robust weights count as 1: the loss stands in for them.
+template <class Shape>
+struct Converged {
+  Shape shape;
   Convergence convergence;
 };
 
-/// The minimum of circle_cost, or of its robust twin, near `start` with the pixels held fixed. A robust cost
-/// has several minima: it is also sought from the least-squares one. Nothing for fewer than 3 pixels of
-/// weight, for values that are not finite, or where the minimum is no circle.
-std::optional<ConvergedCircle> converge_circle(const UndistortedCircle& start,
-                                               const std::vector<RingPixel>& ring,
-                                               const RobustLoss& loss = {});
+/// The minimum near `start` with the points held fixed. A robust cost has several minima: it is also sought
+/// from the least-squares one. Nothing for fewer than 3 points of weight, for values that are not finite, or
+/// where the minimum is no such shape.
+template <class Shape, class Point>
+std::optional<Converged<Shape>> converge(const Shape& start, const std::vector<Point>& points,
+                                         const RobustLoss& loss = {});
 
-/// sum weight (angle_outside px_per_rad / sigma)^2: the cost of perception's cone fit, zero for rays that all
-/// touch the ball, u.C = sqrt(|C|^2 - R^2).
-double cone_cost(const TangentCone& cone, const std::vector<EdgePoint>& edges);
-
-/// Of that cost, by (turn, turn, change of alpha) as `moved` takes them.
-Linearisation linearise_cone(const TangentCone& cone, const std::vector<EdgePoint>& edges);
-
-struct ConvergedCone {
-  TangentCone cone;
-  Convergence convergence;
-};
-
-/// The minimum of cone_cost near `start` with points and weights held fixed. Nothing as for converge_circle.
-/// With a robust loss the points' own robust weights count as 1: the loss stands in for them.
-std::optional<ConvergedCone> converge_cone(const TangentCone& start, const std::vector<EdgePoint>& edges,
-                                           const RobustLoss& loss = {});
+template <class Shape, class Point>
+Linearisation linearise(const Shape& at, const std::vector<Point>& points);
 
 }  // namespace ballservo

@@ -141,18 +141,17 @@ std::optional<MethodFit> fit_sphere_steps(MethodScene& scene, int steps) {
 
 std::optional<MethodFit> fit_paper_converged(MethodScene& scene, bool robust) {
   if (!scene.start()) return std::nullopt;
-  const auto minimum = converge_circle(*scene.start(), scene.ring(), loss_of(scene, robust));
+  const auto minimum = converge(*scene.start(), scene.ring(), loss_of(scene, robust));
   if (!minimum) return std::nullopt;
-  return with(scene.from_circle(minimum->circle), minimum->convergence,
-              arc_of(minimum->circle, scene.ring()));
+  return with(scene.from_circle(minimum->shape), minimum->convergence, arc_of(minimum->shape, scene.ring()));
 }
 
 std::optional<MethodFit> fit_sphere_converged(MethodScene& scene, bool robust) {
   const auto& edges = scene.edges();
   if (!edges) return std::nullopt;
-  const auto minimum = converge_cone(edges->start, edges->points, loss_of(scene, robust));
+  const auto minimum = converge(edges->start, edges->points, loss_of(scene, robust));
   if (!minimum) return std::nullopt;
-  return with(scene.from_cone(minimum->cone), minimum->convergence, arc_of(edges->points));
+  return with(scene.from_cone(minimum->shape), minimum->convergence, arc_of(edges->points));
 }
 
 std::optional<MethodFit> fit_kasa(MethodScene& scene) { return algebraic(scene, kasa_circle(scene.ring())); }
