@@ -8,6 +8,7 @@
 
 #include "app/report/overlay.hpp"
 #include "app/report/picture.hpp"
+#include "calibration/teaching/chroma_picture.hpp"
 
 namespace ballservo {
 namespace {
@@ -157,7 +158,7 @@ cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>&
 }
 
 cv::Mat segments_picture(const LearntColors& colors, std::size_t index, cv::Size size) {
-  const cv::Mat& modes = colors.pictures[index].chroma;
+  const cv::Mat modes = smoothed_chroma(chroma_image(colors.pictures[index].bgr));
   cv::Mat3f luv(modes.size());
   for (int y = 0; y < modes.rows; ++y) {
     for (int x = 0; x < modes.cols; ++x) {
@@ -259,9 +260,9 @@ std::vector<PreviewPanel> chroma_panels(const ColorTable& colors, const std::vec
 std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::vector<ColorPicture>& pictures,
                                         std::size_t picture) {
   const cv::Mat& bgr = pictures.at(picture).bgr;
-  std::vector<PreviewPanel> panels = {{"a_source", "(a) source: " + pictures[picture].source, bgr.clone()},
-                                      {"b_segments", "(b) chroma, circles accepted",
-                                       segments_picture(colors, picture, bgr.size())}};
+  std::vector<PreviewPanel> panels = {
+      {"a_source", "(a) source: " + pictures[picture].source, bgr.clone()},
+      {"b_segments", "(b) chroma, circles accepted", segments_picture(colors, picture, bgr.size())}};
   for (PreviewPanel& panel : color_preview(colors.table)) panels.push_back(std::move(panel));
   panels.insert(panels.end() - 1,
                 {"e_classes", "(e) class of every pixel", classes_picture(colors.table, bgr)});

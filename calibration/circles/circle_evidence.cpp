@@ -68,19 +68,23 @@ class Belonging {
   Belonging(const cv::Mat3f& lab, const Outline& circle) {
     std::array<double, 2> sums{};
     for_each_sample(lab, circle, [&](const cv::Vec3f& c, int side, double weight) {
-      for_each_cell(c,
-                    [&](cv::Vec2f& cell, float share) { cell[side] += share * static_cast<float>(weight); });
+      Eigen::Array4f on_side = Eigen::Array4f::Zero();
+      on_side[side] = on_side[side + 2] = static_cast<float>(weight);
+      for_each_pair(c, [&](CellPair cells, const Eigen::Array4f& shares) { cells += shares * on_side; });
       sums[side] += weight;
     });
-    for (cv::Vec2f& cell : cells_) {
-      for (const int side : {0, 1})
-        cell[side] = cell[side] / static_cast<float>(std::max(sums[side], 1e-9)) + unseen;
+    const Eigen::Array2f each = Eigen::Array2d(sums[0], sums[1]).max(1e-9).inverse().cast<float>();
+    const Eigen::Array4f part(each[0], each[1], each[0], each[1]);
+    for (std::size_t i = 0; i < cells_.size(); i += 4) {
+      CellPair cells(&cells_[i]);
+      cells = cells * part + unseen;
     }
   }
   double operator()(const cv::Vec3f& c) {
-    cv::Vec2f density(0, 0);
-    for_each_cell(c, [&](const cv::Vec2f& cell, float share) { density += share * cell; });
-    return density[0] / (density[0] + density[1]);
+    Eigen::Array4f density = Eigen::Array4f::Zero();
+    for_each_pair(c, [&](const CellPair& cells, const Eigen::Array4f& shares) { density += shares * cells; });
+    const float inside = density[0] + density[2];
+    return inside / (inside + density[1] + density[3]);
   }
   /// How much more the disc's colours belong to it than those around it do: 1 where they are others, 0 where
   /// nothing tells them apart.
@@ -122,27 +126,30 @@ class Belonging {
         const double part = (i / 2 + 0.5) / steps,
                      reach = i % 2 ? around + (outer - around) * part : inner * part;
         const Eigen::Vector2d p = circle.center_px + reach * ray;
-        const int x = static_cast<int>(std::lround(p.x())), y = static_cast<int>(std::lround(p.y()));
+        const int x = cvRound(p.x()), y = cvRound(p.y());
         if (x >= 0 && y >= 0 && x < lab.cols && y < lab.rows) visit(lab(y, x), i % 2, reach);
       }
     }
   }
+  /// Two cells that are neighbours in b: (inside, around) of the one, then of the other.
+  using CellPair = Eigen::Map<Eigen::Array4f>;
   template <class Visit>
-  void for_each_cell(const cv::Vec3f& c, Visit visit) {
+  void for_each_pair(const cv::Vec3f& c, Visit visit) {
     const float l = std::clamp(c[0] / lightness_cell, 0.0F, levels - 1.01F),
                 a = std::clamp(c[1] / chroma_cell + chromas / 2, 0.0F, chromas - 1.01F),
                 b = std::clamp(c[2] / chroma_cell + chromas / 2, 0.0F, chromas - 1.01F);
     const int il = static_cast<int>(l), ia = static_cast<int>(a), ib = static_cast<int>(b);
     const float fl = l - static_cast<float>(il), fa = a - static_cast<float>(ia),
                 fb = b - static_cast<float>(ib);
-    for (int i = 0; i < 8; ++i) {
-      const int dl = i & 1, da = i >> 1 & 1, db = i >> 2;
-      visit(cells_[static_cast<std::size_t>(((il + dl) * chromas + ia + da) * chromas + ib + db)],
-            (dl ? fl : 1 - fl) * (da ? fa : 1 - fa) * (db ? fb : 1 - fb));
+    const Eigen::Array4f along_b(1 - fb, 1 - fb, fb, fb);
+    for (int i = 0; i < 4; ++i) {
+      const int dl = i & 1, da = i >> 1;
+      visit(CellPair(&cells_[static_cast<std::size_t>(2 * (((il + dl) * chromas + ia + da) * chromas + ib))]),
+            (dl ? fl : 1 - fl) * (da ? fa : 1 - fa) * along_b);
     }
   }
 
-  std::array<cv::Vec2f, levels * chromas * chromas> cells_{};
+  std::array<float, 2 * levels * chromas * chromas> cells_{};
 };
 
 /// How far an edge may lie off a ball's outline: noise and blur alone; or perspective, JPEG, a fuzzy skin,
@@ -224,8 +231,8 @@ constexpr double hidden = 0.3;  // of a ball's rim, expected
 using Harmonics = Eigen::Matrix<double, 5, 1>;
 
 Harmonics harmonics(int k) {
-  const double a = 2 * pi * k / ray_count;
-  return (Harmonics() << 1, std::cos(a), std::sin(a), std::cos(2 * a), std::sin(2 * a)).finished();
+  const Eigen::Vector2d &once = directions()[k], &twice = directions()[2 * k % ray_count];
+  return (Harmonics() << 1, once, twice).finished();
 }
 
 Harmonics fit(const std::array<Ray, ray_count>& rays, const Outline& circle) {
@@ -391,9 +398,10 @@ CircleEvidence circle_evidence(const cv::Mat3f& lab, const Outline& outline, con
   Contour contour;
   constexpr int most_rounds = 6;
   constexpr double settled = 0.02;  // radii
+  constexpr double small_px = 10;   // half the rays are two pixels apart there
   bool moves = true;
   for (int round = 0;; ++round) {
-    const int stride = round == 0 ? 2 : 1;
+    const int stride = round == 0 || circle.radius_px < small_px ? 2 : 1;
     const auto rays = rays_of(lab, circle, stride);
     x = fit(rays, circle);
     contour = judge_contour(rays, x, stride);

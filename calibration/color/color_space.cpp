@@ -23,11 +23,12 @@ const Eigen::Vector3d& white() {
   return xyz;
 }
 
-constexpr double epsilon = 216.0 / 24389.0, kappa = 24389.0 / 27.0;  // CIE 15:2004, the exact fractions
-
-double lab_f(double t) { return t > epsilon ? std::cbrt(t) : (kappa * t + 16.0) / 116.0; }
-
 }  // namespace
+
+double lab_f(double t) {
+  constexpr double epsilon = 216.0 / 24389.0, kappa = 24389.0 / 27.0;  // CIE 15:2004, the exact fractions
+  return t > epsilon ? std::cbrt(t) : (kappa * t + 16.0) / 116.0;
+}
 
 const Eigen::Matrix3d& xyz_from_linear_rgb() {
   static const Eigen::Matrix3d matrix = (Eigen::Matrix3d() << 0.4124564, 0.3575761, 0.1804375,  //

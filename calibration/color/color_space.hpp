@@ -13,6 +13,9 @@ const Eigen::Matrix3d& xyz_from_linear_rgb();
 double linear_from_srgb(double value);
 double srgb_from_linear(double value);
 
+/// The function of CIE Lab: of X / Xn, Y / Yn, Z / Zn.
+double lab_f(double ratio);
+
 /// (L, a, b) of CIE Lab, L from 0 to 100.
 Eigen::Vector3d lab_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r);
 

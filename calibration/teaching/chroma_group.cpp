@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -20,7 +21,8 @@ constexpr float reach_weight = 0.25f;   // what was not seen counts less than wh
 
 /// The density above which cells together hold `fraction` of the whole.
 float level_holding(const cv::Mat1f& density, double fraction) {
-  std::vector<float> values(density.begin(), density.end());
+  std::vector<float> values;
+  std::copy_if(density.begin(), density.end(), std::back_inserter(values), [](float v) { return v > 0; });
   std::sort(values.begin(), values.end(), std::greater<>());
   double total = 0, sum = 0;
   for (const float value : values) total += value;

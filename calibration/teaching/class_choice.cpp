@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "calibration/color/color_file.hpp"
@@ -12,9 +13,11 @@
 namespace ballservo {
 namespace {
 
-constexpr double farthest_hue_deg = 45;  // beyond a word's border it does not answer
+constexpr double farthest_hue_deg = 70;  // beyond a word's border: no neighbour goes on further
 constexpr double hue_spread_deg = 12;    // of what people call by a word, beyond its border
 constexpr double other_word = 4;         // against a colour that we would call otherwise
+constexpr double neighbouring = 4;       // and at most so much more, since some people do
+constexpr double no_answer = -1e9;
 constexpr double decisive_lead = 2, least_log_odds = 0, sure_log_odds = 5;
 constexpr double least_share_beside = 1.0 / 3;  // of a colour in round things, beside a likelier ball
 constexpr std::size_t max_listed = 12;
@@ -25,16 +28,30 @@ bool more_likely(const ColorGroup& a, const ColorGroup& b) { return a.log_odds()
 /// What fingers hide and blur softens is no clear circle; shaded as a sphere and of a colour that is nowhere
 /// else, it is a ball where nothing else comes near it.
 bool may_stand_alone(const ColorGroup& group) {
-  constexpr double least_sphere = 0.5, least_alone = -6;
+  constexpr double least_sphere = 0.5, least_filled = 0.5, least_alone = -6;
+  const CircleEvidence& evidence = group.balls.front().region.evidence;
   return group.round_share >= min_round_share && group.log_odds() >= least_alone &&
-         group.balls.front().region.evidence.sphere() >= least_sphere;
+         evidence.sphere() >= least_sphere && evidence.filled >= least_filled;
+}
+
+/// Whether nothing comes near the first group's `score`. Beside a ball that stands, what lies mostly
+/// elsewhere is a part of something else.
+template <class Score>
+bool leads(const std::vector<ColorGroup>& groups, Score score) {
+  const ColorGroup& best = groups.front();
+  const bool stands =
+      best.round_share >= least_share_beside && (best.log_odds() >= sure_log_odds || may_stand_alone(best));
+  return std::none_of(groups.begin() + 1, groups.end(), [&](const ColorGroup& group) {
+    return (!stands || group.round_share >= least_share_beside) && score(best) < score(group) + decisive_lead;
+  });
 }
 
 /// What the class's name says of a colour: 0 where we would call it so ourselves or the name is no word.
 double log_likelihood_of_word(const std::string& name, const ColorGroup& group) {
   const auto away = hue_distance_to_word_deg(name, group.samples.hue_deg());
   if (!away || group.word == name) return 0;
-  return -other_word - 0.5 * std::pow(*away / hue_spread_deg, 2);
+  if (*away > farthest_hue_deg) return no_answer;
+  return -other_word - std::min(neighbouring, 0.5 * std::pow(*away / hue_spread_deg, 2));
 }
 
 /// "CX,CY,R" as `--at` takes it.
@@ -84,14 +101,10 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
     const bool other = shown && group.word != request.name;
     return (other ? std::min(odds, sure_log_odds) : odds) + log_likelihood_of_word(request.name, group);
   };
-  const auto answers = [&](const ColorGroup& group) {
-    return hue_distance_to_word_deg(request.name, group.samples.hue_deg()).value_or(0) <= farthest_hue_deg;
-  };
-  std::stable_sort(groups.begin(), groups.end(), [&](const ColorGroup& a, const ColorGroup& b) {
-    return answers(a) != answers(b) ? answers(a) : score(a) > score(b);
-  });
+  std::stable_sort(groups.begin(), groups.end(),
+                   [&](const ColorGroup& a, const ColorGroup& b) { return score(a) > score(b); });
   const ColorGroup& best = groups.front();
-  if (!answers(best)) {
+  if (log_likelihood_of_word(request.name, best) == no_answer) {
     throw Refusal(
         fmt::format("class {}: no round thing of that colour was found; say where the ball is, or give the "
                     "class another name. What was found:{}",
@@ -102,11 +115,7 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
         "class {}: nothing that was found is surely a ball. If one of it is, point at it. What was found:{}",
         request.name, list_of(request, groups, pictures)));
   }
-  const bool stands = best.log_odds() >= sure_log_odds && best.round_share >= least_share_beside;
-  const auto rival = std::find_if(groups.begin() + 1, groups.end(), [&](const ColorGroup& group) {
-    return !stands || group.round_share >= least_share_beside;
-  });
-  if (rival != groups.end() && score(best) < score(*rival) + decisive_lead) {
+  if (!leads(groups, score)) {
     throw Refusal(fmt::format("class {}: round things of several colours were found; say which is meant:{}",
                               request.name, list_of(request, groups, pictures)));
   }
@@ -125,8 +134,7 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
   }
   if (!balls.empty()) return balls;
   std::stable_sort(groups.begin(), groups.end(), more_likely);
-  if (!groups.empty() && may_stand_alone(groups[0]) &&
-      (groups.size() == 1 || groups[0].log_odds() >= groups[1].log_odds() + decisive_lead))
+  if (!groups.empty() && may_stand_alone(groups[0]) && leads(groups, std::mem_fn(&ColorGroup::log_odds)))
     return {groups[0]};
   throw Refusal(
       fmt::format(

@@ -16,12 +16,16 @@ constexpr float unseen_share = 0.5f;
 
 /// Smooths along one axis of a grid by the binomial kernel (1, 2, 1) / 4.
 void smooth(std::vector<float>& values, int stride, int length) {
-  const std::vector<float> before = values;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const int position = static_cast<int>(i) / stride % length;
-    const float low = position > 0 ? before[i - stride] : 0.0f;
-    const float high = position + 1 < length ? before[i + stride] : 0.0f;
-    values[i] = 0.25f * low + 0.5f * before[i] + 0.25f * high;
+  for (std::size_t block = 0; block < values.size(); block += static_cast<std::size_t>(stride) * length) {
+    for (int line = 0; line < stride; ++line) {
+      float before = 0;
+      for (int i = 0; i < length; ++i) {
+        float& value = values[block + line + static_cast<std::size_t>(i) * stride];
+        const float own = value, after = i + 1 < length ? *(&value + stride) : 0.0f;
+        value = 0.25f * before + 0.5f * own + 0.25f * after;
+        before = own;
+      }
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "calibration/color/color_names.hpp"
 #include "calibration/color/color_space.hpp"
+#include "calibration/teaching/chroma_picture.hpp"
 
 namespace ballservo {
 namespace {
@@ -41,14 +42,14 @@ bool has_color(const Eigen::Vector3d& lab) {
 
 const std::vector<Eigen::Vector3f>& table_cell_colors() {
   static const std::vector<Eigen::Vector3f> colors = [] {
-    std::vector<Eigen::Vector3f> result(ColorTable::entries);
+    cv::Mat3b centers(ColorTable::side * ColorTable::side, ColorTable::side);
     const auto center = [](int i) { return static_cast<std::uint8_t>(4 * i + 2); };
-    for (int r = 0, i = 0; r < ColorTable::side; ++r) {
-      for (int g = 0; g < ColorTable::side; ++g) {
-        for (int b = 0; b < ColorTable::side; ++b, ++i)
-          result[i] = lab_from_bgr(center(b), center(g), center(r)).cast<float>();
-      }
+    for (int rg = 0; rg < centers.rows; ++rg) {
+      for (int b = 0; b < ColorTable::side; ++b)
+        centers(rg, b) = {center(b), center(rg % ColorTable::side), center(rg / ColorTable::side)};
     }
+    std::vector<Eigen::Vector3f> result;
+    for (const cv::Vec3f& lab : lab_image(centers)) result.emplace_back(lab[0], lab[1], lab[2]);
     return result;
   }();
   return colors;

@@ -17,7 +17,7 @@ namespace {
 /// The pictures after the search for round regions.
 struct Survey {
   std::vector<ColorPicture> cleared;  // what was searched; what is learnt are the pixels as they came
-  std::vector<SegmentedPicture> pictures;
+  std::vector<SearchedPicture> pictures;
   std::vector<BallCandidate> candidates;
 };
 
@@ -30,7 +30,7 @@ Survey survey(const std::vector<ColorPicture>& pictures, const RegionSearchOptio
     for (BallCandidate& candidate : ball_candidates(cleared, i, found)) {
       result.candidates.push_back(std::move(candidate));
     }
-    result.pictures.push_back({found.chroma, found.scale});
+    result.pictures.push_back({found.working, found.scale});
   }
   return result;
 }

@@ -42,16 +42,16 @@ struct LearntCircle {
 using LearntCircles = std::map<std::string, std::vector<LearntCircle>>;
 
 /// A picture as the search saw it.
-struct SegmentedPicture {
-  cv::Mat chroma;    ///< (u*, v*) smoothed, CV_32FC2
-  double scale = 1;  ///< pixels of `chroma` per pixel of the picture
+struct SearchedPicture {
+  cv::Mat bgr;
+  double scale = 1;  ///< its pixels per pixel of the picture
 };
 
 struct LearntColors {
   ColorTable table;
   LearntCircles circles;
-  std::vector<std::string> doubts;         ///< what speaks against a class's being a ball's, in words
-  std::vector<SegmentedPicture> pictures;  ///< in the order of the pictures
+  std::vector<std::string> doubts;        ///< what speaks against a class's being a ball's, in words
+  std::vector<SearchedPicture> pictures;  ///< in the order of the pictures
 };
 
 /// Throws Refusal for pictures of grey alone, naming them all: there is nothing to learn from.

@@ -86,7 +86,7 @@ std::vector<Eigen::Vector3d> disc_colors(const cv::Mat3f& lab, const Outline& di
   return result;
 }
 
-/// What has the colour and hangs together with the middle of the disc.
+/// What has the colour and hangs together with the middle of the disc; nothing where it goes on out of sight.
 Placed region_around(const cv::Mat3f& lab, const Outline& disc, const Eigen::Vector3d& color) {
   constexpr double reach = 3;  // radii
   const int x = cvRound(disc.center_px.x()), y = cvRound(disc.center_px.y()),
@@ -103,6 +103,8 @@ Placed region_around(const cv::Mat3f& lab, const Outline& disc, const Eigen::Vec
   }
   cv::floodFill(region.mask, middle, cv::Scalar(128), nullptr, {}, {}, 4);
   region.mask = region.mask == 128;
+  const cv::Rect found = cv::boundingRect(region.mask), whole(2, 2, box.width - 2, box.height - 2);
+  if ((found & whole) != found) region.mask.setTo(0);
   return region;
 }
 
@@ -173,18 +175,14 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
   if (bgr.empty() || bgr.type() != CV_8UC3)
     throw InputError("picture", "not 8-bit colour", "an 8-bit BGR picture");
   RoundRegions result;
-  if (std::min(bgr.rows, bgr.cols) < 4) {
-    result.chroma = cv::Mat::zeros(bgr.size(), CV_32FC2);
-    return result;
-  }
+  cv::Mat& working = result.working = bgr;
+  if (std::min(bgr.rows, bgr.cols) < 4) return result;
   const double pixels = static_cast<double>(bgr.total());
-  cv::Mat working = bgr;
   if (pixels > search.max_working_pixels) {
     const double wanted = std::sqrt(search.max_working_pixels / pixels);
     cv::resize(bgr, working, {}, wanted, wanted, cv::INTER_AREA);
   }
   result.scale = static_cast<double>(working.cols) / bgr.cols;
-  result.chroma = smoothed_chroma(chroma_image(working));
   const cv::Mat3f lab = lab_image(working);
   cv::Mat3f smooth_lab;
   cv::medianBlur(lab, smooth_lab, 5);

@@ -30,7 +30,7 @@ struct RoundRegion {
 
 /// What the search saw, and what it found.
 struct RoundRegions {
-  cv::Mat chroma;                    ///< (u*, v*) smoothed, CV_32FC2, at the working scale
+  cv::Mat working;                   ///< the picture as it was searched, CV_8UC3
   double scale = 1;                  ///< working pixels per pixel of the picture, at most 1
   std::vector<RoundRegion> regions;  ///< disjoint, the most likely ball first
 };

@@ -1,6 +1,7 @@
 // What tells a ball from what is nearly one, at any size.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -107,6 +108,19 @@ TEST(CircleEvidence, FingersAndStripesHideNoBall) {
   EXPECT_LT((regions[0].center_px - Eigen::Vector2d(160, 120)).norm(), 3);
   EXPECT_NEAR(regions[0].radius_px, 50, 3);
   EXPECT_GT(regions[0].evidence.log_odds(), 2);
+}
+
+TEST(RoundRegions, WhatGoesOnBeyondThePictureIsNoSmearedBall) {
+  const auto smeared = [](int y) {
+    cv::Mat picture = grey_picture();
+    cv::ellipse(picture, {160, y}, {35, 60}, 0, 0, 360, {60, 90, 170}, cv::FILLED);
+    cv::GaussianBlur(picture, picture, {}, 4);
+    add_noise(picture, 2, 4);
+    const std::vector<RoundRegion> regions = find_round_regions(picture).regions;
+    return std::any_of(regions.begin(), regions.end(), [](const RoundRegion& r) { return r.smeared; });
+  };
+  EXPECT_TRUE(smeared(120));
+  EXPECT_FALSE(smeared(200));
 }
 
 TEST(CircleEvidence, ARimMetBeyondTheCircleIsNotHidden) {

@@ -122,8 +122,7 @@ TEST(RoundRegions, AFistAroundABallIsNoBall) {
   cv::circle(picture, {160, 120}, 80, {120, 130, 190}, cv::FILLED, cv::LINE_AA);
   draw_shaded_ball(picture, 150, 105, 40, green_paint);
   double largest_px = 0;
-  for (const RoundRegion& region : likely_balls(picture))
-    largest_px = std::max(largest_px, region.radius_px);
+  for (const RoundRegion& region : likely_balls(picture)) largest_px = std::max(largest_px, region.radius_px);
   EXPECT_NEAR(largest_px, 40, 2);
 }
 
@@ -278,6 +277,18 @@ TEST(LearnClasses, ANeighbouringWordTakesTheBallThatStandsAloneWithAWarning) {
   EXPECT_LT((colors.circles.at("red")[0].center_px - Eigen::Vector2d(100, 90)).norm(), 1);
   ASSERT_EQ(colors.doubts.size(), 1u);
   EXPECT_NE(colors.doubts[0].find("rather orange"), std::string::npos) << colors.doubts[0];
+}
+
+TEST(LearnClasses, ANeighboursFarEndIsTakenWhereItsBallStandsAlone) {
+  // A blue near purple, called cyan, beside a cyan square.
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 100, 90, 30, {0.5, 0.1, 0.03});
+  cv::rectangle(picture, cv::Rect(190, 140, 50, 50), {170, 160, 60}, cv::FILLED);
+  add_noise(picture, 2, 7);
+  const LearntColors colors = learn_classes({{"blue.png", picture}}, {{"cyan", {0}, {}}});
+  ASSERT_EQ(colors.circles.at("cyan").size(), 1u);
+  EXPECT_LT((colors.circles.at("cyan")[0].center_px - Eigen::Vector2d(100, 90)).norm(), 1);
+  EXPECT_FALSE(colors.doubts.empty());
 }
 
 TEST(LearnClasses, AWordDoesNotTakeASquareNorAGreyPatch) {
