@@ -71,6 +71,10 @@ class BallVerifier {
     return boundary_cone_.rough(*circle.cone, points, rays_->camera().focal_px());
   }
   BallFitter& fitter() { return fitter_; }
+  /// See SecondLook.
+  double log_odds(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline) {
+    return second_look_.log_odds(bgr, colored, outline);
+  }
 
  private:
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,

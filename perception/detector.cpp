@@ -148,6 +148,11 @@ std::optional<BallObservation> Detector::find_expected(
   return clearest;
 }
 
+double Detector::log_odds(const cv::Mat& bgr, const BallObservation& ball) {
+  return search_.verifier().log_odds(
+      bgr, {ball.color_class, segmented_.closed[ball.color_class - 1u], corner_}, ball.outline);
+}
+
 bool Detector::fit_sphere(const cv::Mat& bgr, const UndistortedCircle& circle,
                           const std::vector<BoundaryPoint>& boundary, OutlineFit& fit) {
   CircleEstimate estimate;
@@ -161,6 +166,7 @@ bool Detector::fit_sphere(const cv::Mat& bgr, const UndistortedCircle& circle,
 
 // Stages 1 and 2.
 void Detector::segment(const cv::Mat& bgr, const cv::Rect& window) {
+  corner_ = window.tl();
   const int threads = window.area() >= worth_sharing_px ? options_.threads : 1;
   classify(bgr(window), colors_, segmented_.classified, ClassificationKernel::fastest, threads);
   morphology_.open(segmented_.classified, segmented_.opened);

@@ -69,6 +69,11 @@ class Detector {
   /// What there was too much of for the last `detect` to look at.
   const LeftOut& left_out() const { return left_out_; }
 
+  /// What the last `detect` found.
+  const std::vector<BallObservation>& balls() const { return balls_; }
+  /// The logarithm of the odds that what `detect` has just found is a ball, by the colours of its pixels.
+  double log_odds(const cv::Mat& bgr, const BallObservation& ball);
+
   /// The exact fit that `detect` makes from a voted circle and the boundary points that it was voted from; of
   /// a ball of unknown radius.
   bool fit_sphere(const cv::Mat& bgr, const UndistortedCircle& circle,
@@ -93,6 +98,7 @@ class Detector {
   ColorLookup colors_;
   ClassMorphology morphology_;
   Segmented segmented_;
+  cv::Point corner_;  // of the window that was segmented
   RegionMap regions_;
   std::vector<int> chosen_;  // regions
   RegionSearch search_;

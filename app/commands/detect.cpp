@@ -1,5 +1,6 @@
 // ballservo detect: the balls in pictures.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <map>
 #include <memory>
@@ -8,6 +9,7 @@
 #include "app/commands/ball_search.hpp"
 #include "app/report/overlay.hpp"
 #include "calibration/base/fault.hpp"
+#include "perception/tracking/light_search.hpp"
 
 namespace ballservo {
 namespace {
@@ -44,15 +46,48 @@ nlohmann::json ball_json(const BallObservation& ball, const std::string& class_n
   return json;
 }
 
+// A detector, and what it looks under where the taught light shows no ball.
+struct AnyLight {
+  Detector detector;
+  std::optional<LightSearch> other_lights;
+
+  /// The balls are the detector's; the light in which they were found, if it is another than the taught one.
+  std::optional<AssumedLight> detect(const cv::Mat& bgr, DetectionStages* stages) {
+    detector.set_light(LightCells::as_taught());
+    if (!detector.detect(bgr, {}, stages).empty()) return std::nullopt;
+    if (!other_lights) other_lights.emplace(detector);
+    std::optional<AssumedLight> light = other_lights->find(bgr);
+    if (!light) return std::nullopt;
+    detector.set_light(cells_in(*light));
+    if (detector.detect(bgr, {}, stages).empty()) light.reset();
+    return light;
+  }
+};
+
+std::string light_text(const AssumedLight& light) {
+  const LogGain factor = light.gain.exp();
+  return fmt::format("grey levels x{:.2f} in blue, x{:.2f} in green, x{:.2f} in red{}", factor[0], factor[1],
+                     factor[2],
+                     light.power < 1   ? ", linear where the taught ones were sRGB"
+                     : light.power > 1 ? ", sRGB where the taught ones were linear"
+                                       : "");
+}
+
+nlohmann::json light_json(const AssumedLight& light) {
+  const LogGain factor = light.gain.exp();
+  return {{"factor_bgr", {factor[0], factor[1], factor[2]}}, {"power", light.power}};
+}
+
 int run_detect(const DetectOptions& options) {
   BallSearch search(options, "detect");
   std::optional<OutputFolder> overlay_folder;
   if (!options.overlay.empty())
     overlay_folder.emplace(options.overlay, options.common.overwrite(options.overlay));
   nlohmann::json pictures = nlohmann::json::array();
-  std::map<std::pair<int, int>, Detector> detectors;  // by picture size
+  std::map<std::pair<int, int>, AnyLight> detectors;  // by picture size
   std::set<std::string> used_names;
-  long balls_found = 0;
+  std::string first_light;
+  long balls_found = 0, other_lights = 0;
   search.each_sequence([&](FrameSequence& sequence) {
     while (const auto frame = search.next(sequence)) {
       const bool of_video = sequence.length() != 1 && frame->source == sequence.name();
@@ -60,12 +95,16 @@ int run_detect(const DetectOptions& options) {
       const std::pair key(size.width_px, size.height_px);
       auto found = detectors.find(key);
       if (found == detectors.end())
-        found = detectors.emplace(key, search.factory().make(size, frame->source)).first;
-      Detector& detector = found->second;
+        found = detectors.emplace(key, AnyLight{search.factory().make(size, frame->source), {}}).first;
+      AnyLight& looks = found->second;
+      Detector& detector = looks.detector;
       if (!of_video || frame->index == 0) detector.doubt_response();
       DetectionStages stages;
-      const std::vector<BallObservation>& balls =
-          detector.detect(frame->bgr, {}, search.shows_stages() ? &stages : nullptr);
+      const std::optional<AssumedLight> light =
+          looks.detect(frame->bgr, search.shows_stages() ? &stages : nullptr);
+      const std::vector<BallObservation>& balls = detector.balls();
+      if (light && other_lights++ == 0)
+        first_light = fmt::format("{}, frame {}: {}", frame->source, frame->index, light_text(*light));
       search.left_out(detector.left_out(), *frame);
       nlohmann::json listed = nlohmann::json::array();
       for (const BallObservation& ball : balls) {
@@ -73,6 +112,7 @@ int run_detect(const DetectOptions& options) {
         listed.push_back(ball_json(ball, detector.colors().name_of(ball.color_class)));
       }
       pictures.push_back({{"source", frame->source}, {"frame", frame->index}, {"balls", listed}});
+      if (light) pictures.back()["light"] = light_json(*light);
       const std::string name = unused_name(used_names, frame_name(*frame, of_video));
       if (overlay_folder) {
         cv::Mat picture = frame->bgr.clone();
@@ -83,6 +123,12 @@ int run_detect(const DetectOptions& options) {
       balls_found += static_cast<long>(balls.size());
     }
   });
+  if (other_lights > 0)
+    spdlog::warn(
+        "{} picture{} showed a ball only in another light than the one that the colours were taught in, "
+        "which "
+        "was assumed ({}); if that is no ball of yours, teach the colours in this light",
+        other_lights, other_lights == 1 ? "" : "s", first_light);
   search.end();
   options.common.files->commit(overlay_folder);
   const std::string looked_at =
@@ -105,6 +151,8 @@ void add_detect_command(CLI::App& program, Action& action) {
   command->footer(R"(Example:
   ballservo detect left.png right.png --colors my.colors --camera camera.yaml --diameter 0.07 -o detections.csv --overlay found/
 
+Where the light in which the colours were taught shows no ball, one is sought in the lights that lamps and
+cameras make; which was assumed is said on stderr and, as `light`, in --json.
 Without -o the rows go to stdout. Without --camera or --diameter the columns in metres stay empty.
 Exit: 0 found at least one ball, 1 found none, 2 bad input.)");
   add_ball_search_options(*command, *options, "Image files, a folder of images, a video file, or camera:N",

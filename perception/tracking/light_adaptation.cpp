@@ -28,8 +28,10 @@ const Eigen::Matrix3d& light_directions() {
   return directions;
 }
 
+using LevelCounts = std::array<std::uint32_t, 256>;
+
 // The mean of the values between the quartiles of a histogram; each value counts as far as it lies between.
-double middle_mean(const std::array<std::uint16_t, 256>& counts, int total) {
+double middle_mean(const LevelCounts& counts, double total) {
   const double low = 0.25 * total, high = 0.75 * total;
   double below = 0, sum = 0;
   for (std::size_t value = 0; value < counts.size() && below < high; ++value) {
@@ -50,6 +52,16 @@ const std::array<float, 256>& log_levels() {
 }
 
 bool is_clear(double value) { return value >= dark && value <= clipped; }
+
+SurfaceColor middle_color(const std::array<LevelCounts, 3>& counts, double total) {
+  SurfaceColor color;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double value = middle_mean(counts[c], total);
+    color.known[c] = is_clear(value);
+    color.log_bgr[static_cast<Eigen::Index>(c)] = std::log(std::max(value, 1.0));
+  }
+  return color;
+}
 
 // A picture whose channels changed by less did not change its light.
 constexpr double least_change = 0.05;
@@ -95,6 +107,21 @@ LogGain gain_of(const Eigen::Array3d& coordinates) {
   return (light_directions() * coordinates.matrix()).array();
 }
 
+LightCells cells_in(const AssumedLight& light) {
+  constexpr int levels = 256 / ColorTable::side;
+  LightCells cells;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double factor = std::exp(-light.gain[static_cast<Eigen::Index>(c)]);
+    for (int cell = 0; cell < ColorTable::side; ++cell) {
+      const double shown = factor * (levels * cell + 0.5 * (levels - 1));
+      const double level = light.power == 1 ? shown : 255 * std::pow(shown / 255, light.power);
+      cells.taught_cell[c][static_cast<std::size_t>(cell)] =
+          static_cast<std::uint8_t>(std::min(255.0, level + 0.5) / levels);
+    }
+  }
+  return cells;
+}
+
 LogGain confined(const LogGain& gain) {
   const Eigen::Array3d bounds(2.1 * std::sqrt(3.0), 2.4, 0.05);
   return gain_of(light_coordinates(gain).max(-bounds).min(bounds));
@@ -104,7 +131,7 @@ SurfaceColor middle_color(const cv::Mat& bgr, const OutlineEllipse& outline) {
   SurfaceColor color;
   const double reach = clear_of_rim * outline.radius_px;
   if (!(reach < 1e5) || !(outline.center_px.cwiseAbs().maxCoeff() < 1e6)) return color;
-  std::array<std::array<std::uint16_t, 256>, 3> counts{};
+  std::array<LevelCounts, 3> counts{};
   int total = 0, places = 0;
   for (int j = 0; j < samples_across; ++j) {
     for (int i = 0; i < samples_across; ++i) {
@@ -119,13 +146,17 @@ SurfaceColor middle_color(const cv::Mat& bgr, const OutlineEllipse& outline) {
       ++total;
     }
   }
-  if (10 * total < 8 * places) return color;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double value = middle_mean(counts[c], total);
-    color.known[c] = is_clear(value);
-    color.log_bgr[static_cast<Eigen::Index>(c)] = std::log(std::max(value, 1.0));
+  return 10 * total < 8 * places ? color : middle_color(counts, total);
+}
+
+SurfaceColor middle_color(const ColorClass& color_class) {
+  std::array<LevelCounts, 3> counts{};
+  double total = 0;
+  for (const CellCount& cell : color_class.cells) {
+    for (std::size_t c = 0; c < 3; ++c) counts[c][4 * (cell.cell >> (6 * c) & 63) + 2] += cell.count;
+    total += cell.count;
   }
-  return color;
+  return total > 0 ? middle_color(counts, total) : SurfaceColor{};
 }
 
 LogGain completed(const LogGain& change, const std::array<bool, 3>& known) {
@@ -307,18 +338,6 @@ LogGain LightAdaptation::table_gain() {
   return significant_ ? gain : LogGain(LogGain::Zero());
 }
 
-void LightAdaptation::serve_light() {
-  const LogGain gain = table_gain();
-  constexpr int levels = 256 / ColorTable::side;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double factor = std::exp(-gain[static_cast<Eigen::Index>(c)]);
-    for (int cell = 0; cell < ColorTable::side; ++cell) {
-      // What the taught light would have shown, clipped as the camera clips it.
-      const double level = factor * (levels * cell + 0.5 * (levels - 1));
-      cells_.taught_cell[c][static_cast<std::size_t>(cell)] =
-          static_cast<std::uint8_t>(std::min(255.0, level + 0.5) / levels);
-    }
-  }
-}
+void LightAdaptation::serve_light() { cells_ = cells_in({table_gain()}); }
 
 }  // namespace ballservo

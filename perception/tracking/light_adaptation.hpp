@@ -33,6 +33,17 @@ using LogGain = Eigen::Array3d;
 Eigen::Array3d light_coordinates(const LogGain& gain);
 LogGain gain_of(const Eigen::Array3d& coordinates);
 
+/// A light, and how the camera shows it, against what was taught: level_taught / 255 =
+/// (level / 255 / factor of its channel)^power.
+struct AssumedLight {
+  LogGain gain = LogGain::Zero();
+  double power = 1;  ///< above or below: one of the two cameras shows light in proportion, the other as sRGB
+};
+
+/// How the taught table is to be looked up in that light: what the taught light would have shown, clipped as
+/// the camera clips it.
+LightCells cells_in(const AssumedLight& light);
+
 /// The nearest gain that a light may have against the taught one: an eighth to eight times its level (ln 8),
 /// a temperature as from 2500 to 9000 K, in linear light, and hardly a tint (green against magenta), which no
 /// lamp of a temperature has.
@@ -48,6 +59,8 @@ struct SurfaceColor {
 /// highlight or a thing in front of less than a quarter of it changes little. Nothing known where much of the
 /// outline lies outside the picture.
 SurfaceColor middle_color(const cv::Mat& bgr, const OutlineEllipse& outline);
+/// The same of the pixels that a class was learnt from.
+SurfaceColor middle_color(const ColorClass& color_class);
 
 /// Puts values into the channels of `change` that are not known: those of a change of level and temperature
 /// alone.

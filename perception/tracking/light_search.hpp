@@ -1,0 +1,40 @@
+// Balls in another light than the taught one, which no track tells: one is sought under the lights that lamps
+// and cameras make.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "perception/detector.hpp"
+#include "perception/tracking/light_adaptation.hpp"
+
+namespace ballservo {
+
+/// For pictures in which the taught light shows no ball.
+class LightSearch {
+ public:
+  explicit LightSearch(const Detector& detector);
+
+  /// The light under which the picture shows what is most probably a ball. Nothing where no light does that
+  /// is probable by the picture's greys: the surfaces of two pictures are of about the same grey on average.
+  std::optional<AssumedLight> find(const cv::Mat& bgr);
+
+ private:
+  struct Trial {
+    Eigen::Array3d off;  // coordinates of light, from what the greys say
+    double power;
+  };
+  struct Guess {
+    AssumedLight light;
+    double log_odds = -1e9;
+  };
+  Guess look(const cv::Mat& bgr, const AssumedLight& light, const Eigen::Array3d& by_greys);
+  AssumedLight refined_by(const cv::Mat& bgr, const BallObservation& ball, const AssumedLight& light) const;
+
+  Detector detector_;                   // whose beliefs are its own
+  std::vector<Trial> trials_;           // the likeliest first
+  std::vector<SurfaceColor> of_class_;  // in the taught light
+  LogGain taught_greys_;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,87 @@
+#include "perception/tracking/light_search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calibration/base/random.hpp"
+#include "tests/perception/painted_ball.hpp"
+
+namespace ballservo {
+namespace {
+
+const Eigen::Vector2d center_px(130, 100);
+constexpr double radius_px = 24;
+
+/// A shaded ball before patches of grey, as the camera shows it: level = 255 (factor level / 255)^power.
+cv::Mat picture(const cv::Vec3b& ball, const LogGain& log_factor, double power = 1) {
+  cv::Mat bgr = test::grey_picture();
+  RandomEngine engine = random_stream(3, "light_search_test");
+  for (int v = 0; v < bgr.rows; v += 20)
+    for (int u = 0; u < bgr.cols; u += 20)
+      bgr(cv::Rect(u, v, 20, 20)) = cv::Scalar::all(uniform(engine, 50, 200));
+  test::paint_shaded_disc(bgr, center_px, radius_px, ball);
+  const LogGain factor = log_factor.exp();
+  for (int v = 0; v < bgr.rows; ++v) {
+    for (int u = 0; u < bgr.cols; ++u) {
+      for (int c = 0; c < 3; ++c) {
+        std::uint8_t& level = bgr.at<cv::Vec3b>(v, u)[c];
+        level = cv::saturate_cast<std::uint8_t>(255 * std::pow(factor[c] * level / 255, power) +
+                                                uniform(engine, -2, 2));
+      }
+    }
+  }
+  return bgr;
+}
+
+Detector make_detector() {
+  return {std::make_shared<const RayTable>(test::pinhole({320, 240}, 400)), test::red_and_green(), {}};
+}
+
+/// What the detector shows under the light that is found.
+std::vector<BallObservation> balls_in(const cv::Mat& bgr) {
+  Detector detector = make_detector();
+  EXPECT_TRUE(detector.detect(bgr).empty()) << "the taught light shows it";
+  const auto light = LightSearch(detector).find(bgr);
+  if (!light) return {};
+  detector.set_light(cells_in(*light));
+  return detector.detect(bgr);
+}
+
+void expect_the_ball(const cv::Mat& bgr) {
+  const auto balls = balls_in(bgr);
+  ASSERT_EQ(balls.size(), 1u);
+  EXPECT_NEAR((balls[0].outline.center_px - center_px).norm(), 0, 0.3);
+  EXPECT_NEAR(balls[0].outline.radius_px, radius_px, 0.3);
+}
+
+TEST(LightSearch, FindsABallThatALampHides) {
+  expect_the_ball(picture(test::red, gain_of({-0.3, 0.9, 0})));
+}
+
+TEST(LightSearch, FindsABallThatTheDarkHides) {
+  expect_the_ball(picture(test::red, LogGain::Constant(std::log(0.2))));
+}
+
+TEST(LightSearch, NoLampTurnsOneColorIntoAnother) {
+  const cv::Vec3b blue(200, 70, 40), white(200, 200, 200);
+  for (const cv::Vec3b& other : {blue, white}) EXPECT_TRUE(balls_in(picture(other, {0, 0, 0})).empty());
+}
+
+TEST(LightSearch, WithoutABallThereIsNoLight) {
+  cv::Mat bgr = picture(test::red, gain_of({0, 0.8, 0}));
+  bgr.colRange(200, 280).copyTo(bgr.colRange(90, 170));
+  EXPECT_TRUE(balls_in(bgr).empty());
+}
+
+TEST(LightCells, APowerTurnsLinearLevelsIntoSrgb) {
+  const LightCells cells = cells_in({LogGain::Zero(), 1 / 2.2});
+  for (const int level : {20, 60, 120, 220}) {
+    const double srgb = 255 * std::pow(level / 255.0, 1 / 2.2);
+    EXPECT_NEAR(4 * cells.taught_cell[1][static_cast<std::size_t>(level / 4)] + 2, srgb,
+                4 + 0.5 * srgb * 4 / level);
+  }
+}
+
+}  // namespace
+}  // namespace ballservo
