@@ -69,8 +69,6 @@ class Detector {
   /// What there was too much of for the last `detect` to look at.
   const LeftOut& left_out() const { return left_out_; }
 
-  /// What the last `detect` found.
-  const std::vector<BallObservation>& balls() const { return balls_; }
   /// The logarithm of the odds that what `detect` has just found is a ball, by the colours of its pixels.
   double log_odds(const cv::Mat& bgr, const BallObservation& ball);
 

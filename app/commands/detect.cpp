@@ -50,16 +50,20 @@ nlohmann::json ball_json(const BallObservation& ball, const std::string& class_n
 struct AnyLight {
   Detector detector;
   std::optional<LightSearch> other_lights;
+  std::vector<BallObservation> balls;
 
-  /// The balls are the detector's; the light in which they were found, if it is another than the taught one.
+  /// Fills `balls`. The light in which they were found, if it is another than the taught one.
   std::optional<AssumedLight> detect(const cv::Mat& bgr, DetectionStages* stages) {
     detector.set_light(LightCells::as_taught());
-    if (!detector.detect(bgr, {}, stages).empty()) return std::nullopt;
+    balls = detector.detect(bgr, {}, stages);
+    if (!balls.empty()) return std::nullopt;
     if (!other_lights) other_lights.emplace(detector);
     std::optional<AssumedLight> light = other_lights->find(bgr);
     if (!light) return std::nullopt;
     detector.set_light(cells_in(*light));
-    if (detector.detect(bgr, {}, stages).empty()) light.reset();
+    for (const BallObservation& ball : detector.detect(bgr, {}, stages))
+      if (detector.log_odds(bgr, ball) >= LightSearch::least_log_odds) balls.push_back(ball);
+    if (balls.empty()) light.reset();
     return light;
   }
 };
@@ -102,7 +106,7 @@ int run_detect(const DetectOptions& options) {
       DetectionStages stages;
       const std::optional<AssumedLight> light =
           looks.detect(frame->bgr, search.shows_stages() ? &stages : nullptr);
-      const std::vector<BallObservation>& balls = detector.balls();
+      const std::vector<BallObservation>& balls = looks.balls;
       if (light && other_lights++ == 0)
         first_light = fmt::format("{}, frame {}: {}", frame->source, frame->index, light_text(*light));
       search.left_out(detector.left_out(), *frame);
@@ -125,9 +129,8 @@ int run_detect(const DetectOptions& options) {
   });
   if (other_lights > 0)
     spdlog::warn(
-        "{} picture{} showed a ball only in another light than the one that the colours were taught in, "
-        "which "
-        "was assumed ({}); if that is no ball of yours, teach the colours in this light",
+        "{} picture{} showed a ball only in another light than the taught one, which was assumed ({}); if "
+        "that is no ball of yours, teach the colours in this light",
         other_lights, other_lights == 1 ? "" : "s", first_light);
   search.end();
   options.common.files->commit(overlay_folder);

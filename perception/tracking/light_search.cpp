@@ -13,8 +13,8 @@ const Eigen::Array3d sigma(1.2, 0.18, 0.08);
 const Eigen::Array3d step(0.5, 0.22, 0.12);
 // sRGB is close to the power 2.2 of the light.
 constexpr double srgb_power = 2.2, log_other_response = -2;
-// What is taken for a ball. That it is one does not say which: its light must be probable beside.
-constexpr double least_log_odds = 6, least_log_prior = -3.5;
+// That something is a ball does not say which: its light must be probable beside.
+constexpr double least_log_prior = -3.5;
 // So surely that no other light need be asked.
 constexpr double sure_log_odds = 16;
 

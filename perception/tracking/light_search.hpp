@@ -13,6 +13,9 @@ namespace ballservo {
 /// For pictures in which the taught light shows no ball.
 class LightSearch {
  public:
+  /// Of the odds that something is a ball: what is less sure is none where the light is not known either.
+  static constexpr double least_log_odds = 6;
+
   explicit LightSearch(const Detector& detector);
 
   /// The light under which the picture shows what is most probably a ball. Nothing where no light does that

@@ -76,7 +76,7 @@ TEST(BallEvidence, OfSpecksAndABallTheTrackerBelievesTheBall) {
       const double u_px = 20 + 25 * speck, v_px = speck % 2 ? 40 : 200;
       test::paint(bgr, test::red, [&](const Eigen::Vector2d& p) {
         const double along = p.x() - u_px, across = p.y() - v_px - 0.2 * along;
-        return along * along / (4.6 * 4.6) + across * across / (4.2 * 4.2) < 1;
+        return along * along / (4.4 * 4.4) + across * across / (4.3 * 4.3) < 1;
       });
     }
     for (const Track& track : tracker.update(bgr, k / 30.0)) {
