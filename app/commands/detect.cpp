@@ -99,7 +99,7 @@ int run_detect(const DetectOptions& options) {
       const std::pair key(size.width_px, size.height_px);
       auto found = detectors.find(key);
       if (found == detectors.end())
-        found = detectors.emplace(key, AnyLight{search.factory().make(size, frame->source), {}}).first;
+        found = detectors.emplace(key, AnyLight{search.factory().make(size, frame->source), {}, {}}).first;
       AnyLight& looks = found->second;
       Detector& detector = looks.detector;
       if (!of_video || frame->index == 0) detector.doubt_response();
