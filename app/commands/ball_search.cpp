@@ -44,10 +44,14 @@ BallSearch::BallSearch(const BallSearchOptions& options, const std::string& name
     : options_(options), factory_(options.balls, options.common) {
   sequences_ = open_sources(options.sources, options.fps, options.common.max_pixels);
   warn_of_repeated_names(sequences_);
-  const bool rows_to_stdout = options.output.empty() || options.output == standard_output;
+  const bool streams_to_stdout = options.stream == standard_output;
+  const bool rows_to_stdout =
+      options.output == standard_output || (options.output.empty() && !streams_to_stdout);
   if (rows_to_stdout && options.common.json == standard_output)
     throw InputError("--json", "stdout, where the rows go", "-o FILE beside it");
-  if (!rows_to_stdout)
+  if (streams_to_stdout && (rows_to_stdout || options.common.json == standard_output))
+    throw InputError(rows_to_stdout ? "-o" : "--json", "stdout, where the stream goes", "the name of a file");
+  if (!rows_to_stdout && !options.output.empty())
     csv_file_ = std::make_unique<OutputFile>(options.output, options.common.overwrite(options.output));
   if (!options.stages.empty()) stages_.emplace(options.stages, options.common.overwrite(options.stages));
   long total = 0;
@@ -107,7 +111,7 @@ int BallSearch::finish(nlohmann::json results, const std::string& summary) const
   if (csv_file_) {
     csv_file_->write(csv_);
     options_.common.files->commit(csv_file_);
-  } else {
+  } else if (options_.stream != standard_output) {
     print_result("{}", csv_);
   }
   write_json_results(options_.common, results);

@@ -19,6 +19,7 @@ struct BallSearchOptions {
   BallOptions balls;
   std::vector<std::string> sources;
   std::filesystem::path output, stages;
+  std::optional<std::string> stream;  ///< of track: "-" or "udp:HOST:PORT"
   double fps = 30;
 };
 

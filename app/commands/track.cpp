@@ -1,11 +1,13 @@
 // ballservo track: balls followed through videos and folders of pictures.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <map>
 #include <memory>
 
 #include "app/commands/ball_search.hpp"
 #include "app/io/display_window.hpp"
+#include "app/io/track_stream.hpp"
 #include "app/io/video_writer.hpp"
 #include "app/report/overlay.hpp"
 #include "calibration/base/fault.hpp"
@@ -49,6 +51,11 @@ void draw_tracks(cv::Mat& picture, const std::vector<Track>& tracks, const Detec
   }
 }
 
+std::string line_of(const Frame& frame, std::vector<Track> tracks, const DetectorFactory& factory) {
+  for (Track& track : tracks) track.ball = factory.with_total_covariance(track.ball);
+  return stream_line(frame, tracks, factory.colors(), unix_time_s());
+}
+
 void check_same_size(const ImageSize& size, const ImageSize& first, const Frame& frame) {
   if (size == first) return;
   throw InputError(frame.source, fmt::format("{} x {} pixels", size.width_px, size.height_px),
@@ -69,6 +76,8 @@ int run_track(const TrackOptions& options) {
                        "one sequence for one video");
     video.emplace(options.video, options.common.overwrite(options.video), options.fps);
   }
+  std::optional<TrackStream> stream;
+  if (options.stream) stream.emplace(*options.stream);
   TrackerOptions tracker_options;
   tracker_options.fixed_colors = options.fixed_colors;
   TrackTotals totals;
@@ -84,6 +93,7 @@ int run_track(const TrackOptions& options) {
       DetectionStages stages;
       const std::vector<Track>& tracks =
           tracker->update(frame->bgr, frame->time_s, staged ? &stages : nullptr);
+      if (stream && !stream->send(line_of(*frame, tracks, search.factory()))) search.stop();
       search.left_out(tracker->left_out(), *frame);
       bool with_ball = false;
       for (const Track& track : tracks) {
@@ -105,6 +115,7 @@ int run_track(const TrackOptions& options) {
     }
     totals.tracks += last_id;
   });
+  if (stream && !stream->lost().empty()) spdlog::warn("{}: {}", *options.stream, stream->lost());
   search.end();
   options.common.files->commit(video);
   const long pictures = search.pictures();
@@ -132,6 +143,14 @@ void add_track_command(CLI::App& program, Action& action) {
 Each video, folder or camera is a sequence of its own; single image files together form one, in the order given.
 The colours follow the light, slow or sudden, by what changes on balls that are being tracked; --fixed-colors
 looks with the colours as they were taught, whatever the light does.
+--stream sends a line of JSON for every picture as soon as it is followed (data/stream.schema.json):
+
+  ballservo track camera:0 --colors my.colors --stream - | python3 app/examples/read_stream.py
+  ballservo track camera:0 --colors my.colors -o tracks.csv --stream udp:127.0.0.1:9000
+
+With --stream - stdout is the stream's: rows are written with -o FILE only, and a reader that goes ends the
+work as Ctrl-C does. Datagrams wait for nobody and need no receiver.
+
 Row states: tentative and confirmed claim a ball in this picture, coasting rows are predictions.
 Exit: 0 saw at least one ball, 1 saw none, 2 bad input.)");
   add_ball_search_options(
@@ -143,6 +162,11 @@ Exit: 0 saw at least one ball, 1 saw none, 2 bad input.)");
       ->capture_default_str();
   add_output_option(*command, "--video", options->video, "FILE",
                     "The pictures with the tracks drawn: .mp4 (H.264) or .mkv (exact)");
+  command
+      ->add_option(
+          "--stream", options->stream,
+          "Sends the tracks as they are followed: a line of JSON a picture to stdout or a UDP socket")
+      ->type_name("-|udp:HOST:PORT");
   command->add_flag(
       "--display", options->display,
       "Shows the pictures with the tracks drawn as they are followed; q, Esc or closing the window ends");

@@ -15,10 +15,11 @@ namespace ballservo {
 
 /// One picture of a source.
 struct Frame {
-  cv::Mat bgr;         ///< 8-bit BGR
-  std::string source;  ///< the file's name without folders, or "camera:0"
-  int index = 0;       ///< counts from 0 within a video or camera; 0 for a still
-  double time_s = 0;   ///< since the sequence's first picture
+  cv::Mat bgr;                              ///< 8-bit BGR
+  std::string source;                       ///< the file's name without folders, or "camera:0"
+  int index = 0;                            ///< counts from 0 within a video or camera; 0 for a still
+  double time_s = 0;                        ///< since the sequence's first picture
+  std::optional<double> captured_unix_s{};  ///< where the source tells it
 };
 
 /// Pictures that follow each other in time: a video, a folder, a camera, or the single files of the command

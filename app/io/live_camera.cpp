@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "app/io/interrupt.hpp"
+#include "app/io/track_stream.hpp"
 
 namespace ballservo {
 namespace {
@@ -95,7 +96,9 @@ class LiveCamera : public FrameSequence {
     if (seen_ == 0) start_ = shared_->taken;
     seen_ = shared_->count;
     const double time_s = std::chrono::duration<double>(shared_->taken - start_).count();
-    return Frame{shared_->newest, name_, index_++, time_s};
+    const double captured_unix_s =
+        unix_time_s() - std::chrono::duration<double>(Clock::now() - shared_->taken).count();
+    return Frame{shared_->newest, name_, index_++, time_s, captured_unix_s};
   }
   std::string name() const override { return name_; }
   long length() const override { return 0; }
