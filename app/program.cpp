@@ -49,6 +49,7 @@ void add_commands(CLI::App& program, Action& action) {
   add_calibrate_colors_command(calibrate, action);
   add_detect_command(program, action);
   add_track_command(program, action);
+  add_live_command(program, action);
   add_render_command(program, action);
   add_servo_command(program, action);
   add_sweep_command(program, action);

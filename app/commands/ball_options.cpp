@@ -43,7 +43,7 @@ BallRadius parse_diameter(const std::string& text, FaultList& faults) {
 
 void add_ball_options(CLI::App& command, BallOptions& options) {
   command.add_option("--colors", options.colors, "The colours file that `calibrate colors` wrote")
-      ->required()
+      ->required(options.taught)
       ->type_name("FILE");
   command
       .add_option(
@@ -68,7 +68,7 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
       ->capture_default_str();
 }
 
-std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors) {
+std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors, bool all_known) {
   if (text.empty()) return {};
   FaultList faults;
   std::vector<BallRadius> radii(colors.classes.size());
@@ -82,6 +82,8 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
       const auto color_class = colors.find(name);
       if (equals == std::string::npos) {
         faults.add("--diameter", "'" + part + "'", "NAME=METRES for every entry");
+      } else if (!color_class && !all_known) {
+        parse_diameter(part.substr(equals + 1), faults);
       } else if (!color_class) {
         faults.add("--diameter", "the class '" + name + "'",
                    "a class of the colours file: " + class_names(colors));
@@ -99,7 +101,10 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
 
 DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions& common) {
   FaultList faults;
-  faults.collect([&] { colors_ = std::make_shared<const ColorTable>(read_color_file(options.colors)); });
+  faults.collect([&] {
+    colors_ = std::make_shared<const ColorTable>(
+        options.colors.empty() && !options.taught ? ColorTable() : read_color_file(options.colors));
+  });
   faults.collect([&] {
     if (options.camera.empty()) return;
     const Camera camera = read_camera(options.camera);
@@ -109,7 +114,7 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
     if (known) camera_uncertainty_.emplace(rays_->camera(), known->covariance);
   });
   faults.collect([&] {
-    if (colors_) options_.radii = parse_diameters(options.diameter, *colors_);
+    if (colors_) options_.radii = parse_diameters(options.diameter, *colors_, options.taught);
   });
   faults.throw_if_any();
   if (options.camera.empty() != options.diameter.empty())
@@ -118,6 +123,8 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
   if (!rays_) {  // without a camera there is no 3-D, and a ball may be an oval
     options_.radii.clear();
     options_.oval_fraction = 0.04;
+  } else {
+    diameter_ = options.diameter;
   }
   options_.fit = options.fit == "paper" ? BallFit::paper : BallFit::sphere;
   options_.response = options.response == "linear" ? ResponseChoice::linear
@@ -125,6 +132,11 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
                                                    : ResponseChoice::by_edges;
   options_.seed = common.seed;
   options_.threads = std::clamp(common.threads, 1, DetectorOptions::most_threads);
+}
+
+void DetectorFactory::set_colors(std::shared_ptr<const ColorTable> colors) {
+  options_.radii = parse_diameters(diameter_, *colors, false);
+  colors_ = std::move(colors);
 }
 
 Detector DetectorFactory::make(ImageSize size, const std::string& place) const {

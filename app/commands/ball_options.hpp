@@ -19,15 +19,17 @@ struct CommonOptions;
 
 struct BallOptions {
   std::string colors, camera, diameter, fit = "sphere", response = "auto";
+  bool taught = true;  ///< colours are in a file; otherwise they may come later, and names of classes with them
 };
 
-/// Adds --colors, --camera, --diameter, --fit and --response.
+/// Adds --colors (needed if `options.taught`), --camera, --diameter, --fit and --response.
 void add_ball_options(CLI::App& command, BallOptions& options);
 
 /// The radii of the classes from METRES[+-SIGMA] (all classes) or NAME=METRES[+-SIGMA],... ; empty for an
 /// empty text. Throws InputError naming every fault: not a number, not above 0, an unknown class, a class
-/// named twice.
-std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors);
+/// named twice. A class that is not known is none where not `all_known`.
+std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors,
+                                        bool all_known = true);
 
 /// Makes detectors for pictures, of one camera or, where none is given, of any size.
 class DetectorFactory {
@@ -40,6 +42,8 @@ class DetectorFactory {
   /// differs.
   Detector make(ImageSize size, const std::string& place) const;
   const ColorTable& colors() const { return *colors_; }
+  /// Makes detectors of other colours from now on.
+  void set_colors(std::shared_ptr<const ColorTable> colors);
 
   /// The same ball with the camera's own uncertainty in its position's covariance, where the parameters'
   /// covariance was found beside the camera's file.
@@ -50,6 +54,7 @@ class DetectorFactory {
   std::shared_ptr<const RayTable> rays_;  // of the camera, if one is given
   std::optional<CameraUncertainty> camera_uncertainty_;
   DetectorOptions options_;
+  std::string diameter_;
 };
 
 }  // namespace ballservo

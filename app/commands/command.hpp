@@ -92,6 +92,7 @@ void add_calibrate_radius_command(CLI::App& calibrate, Action& action);
 void add_calibrate_colors_command(CLI::App& calibrate, Action& action);
 void add_detect_command(CLI::App& program, Action& action);
 void add_track_command(CLI::App& program, Action& action);
+void add_live_command(CLI::App& program, Action& action);
 void add_render_command(CLI::App& program, Action& action);
 void add_servo_command(CLI::App& program, Action& action);
 void add_sweep_command(CLI::App& program, Action& action);

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "app/io/live_camera.hpp"
+#include "app/io/recording.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/system_file.hpp"
@@ -32,6 +33,7 @@ struct Source {
   Kind kind = Kind::fault;
   std::string text;             ///< as it was given
   std::vector<fs::path> files;  ///< the image, the folder's images in natural order, or the video
+  std::vector<double> times_s;  ///< of a recording's images
   int camera = 0;
 };
 
@@ -103,7 +105,7 @@ Kind classify_file(const fs::path& file, double max_pixels, FaultList& faults) {
 }
 
 Source classify(const std::string& text, double max_pixels, FaultList& faults) {
-  Source source{Kind::fault, text, {}, 0};
+  Source source{Kind::fault, text, {}, {}, 0};
   if (text.compare(0, camera_prefix.size(), camera_prefix) == 0) {
     const auto number = parse_integer(std::string_view(text).substr(camera_prefix.size()));
     if (number && *number >= 0 && *number <= 255) {
@@ -117,8 +119,14 @@ Source classify(const std::string& text, double max_pixels, FaultList& faults) {
   std::error_code error;
   if (fs::is_directory(text, error)) {
     source.kind = Kind::folder;
+    faults.collect([&] {
+      for (auto& [file, time_s] : recorded_pictures(text)) {
+        source.files.push_back(std::move(file));
+        source.times_s.push_back(time_s);
+      }
+    });
     try {
-      source.files = images_in_folder(text);
+      if (source.files.empty()) source.files = images_in_folder(text);
     } catch (const std::filesystem::filesystem_error& unreadable) {
       faults.add(text, system_error_text(unreadable.code().value()), "a folder that can be read");
       return source;
@@ -149,13 +157,19 @@ std::vector<Source> classify_all(const std::vector<std::string>& texts, double m
 
 class ImageFiles : public FrameSequence {
  public:
-  ImageFiles(std::string name, std::vector<fs::path> files, double fps, double max_pixels)
-      : name_(std::move(name)), files_(std::move(files)), fps_(fps), max_pixels_(max_pixels) {}
+  /// `times_s`: one a file, or none.
+  ImageFiles(std::string name, std::vector<fs::path> files, std::vector<double> times_s, double fps,
+             double max_pixels)
+      : name_(std::move(name)),
+        files_(std::move(files)),
+        times_s_(std::move(times_s)),
+        fps_(fps),
+        max_pixels_(max_pixels) {}
 
   std::optional<Frame> next() override {
     if (position_ == files_.size()) return std::nullopt;
     const fs::path& file = files_[position_];
-    const double time_s = static_cast<double>(position_) / fps_;
+    const double time_s = times_s_.empty() ? static_cast<double>(position_) / fps_ : times_s_[position_];
     ++position_;
     return Frame{read_color_image(file, max_pixels_), file.filename().string(), 0, time_s};
   }
@@ -166,6 +180,7 @@ class ImageFiles : public FrameSequence {
  private:
   std::string name_;
   std::vector<fs::path> files_;
+  std::vector<double> times_s_;
   double fps_, max_pixels_;
   std::size_t position_ = 0;
 };
@@ -279,7 +294,8 @@ std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::
       if (single_files.empty()) place_of_files = sequences.size();
       single_files.push_back(source.files.front());
     } else if (source.kind == Kind::folder) {
-      sequences.push_back(std::make_unique<ImageFiles>(source.text, source.files, fps, max_pixels));
+      sequences.push_back(
+          std::make_unique<ImageFiles>(source.text, source.files, source.times_s, fps, max_pixels));
     } else if (source.kind == Kind::video) {
       sequences.push_back(std::make_unique<VideoFile>(source.files.front(), fps, max_pixels, faults));
     } else if (source.kind == Kind::camera && faults.empty()) {
@@ -289,8 +305,9 @@ std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::
   faults.throw_if_any();
   if (!single_files.empty()) {
     const std::string name = single_files.size() == 1 ? single_files.front().filename().string() : "images";
-    sequences.insert(sequences.begin() + static_cast<std::ptrdiff_t>(place_of_files),
-                     std::make_unique<ImageFiles>(name, std::move(single_files), fps, max_pixels));
+    sequences.insert(
+        sequences.begin() + static_cast<std::ptrdiff_t>(place_of_files),
+        std::make_unique<ImageFiles>(name, std::move(single_files), std::vector<double>(), fps, max_pixels));
   }
   return sequences;
 }

@@ -30,7 +30,9 @@ void keep_stderr_for_messages() noexcept {
 void write_message(const std::string& text) noexcept { std::fwrite(text.data(), 1, text.size(), messages); }
 
 void write_result(const std::string& text) noexcept {
-  std::fwrite(text.data(), 1, text.size(), stdout_is_json ? messages : stdout);
+  std::FILE* const stream = stdout_is_json ? messages : stdout;
+  std::fwrite(text.data(), 1, text.size(), stream);
+  std::fflush(stream);  // who reads a pipe waits for no more than the line
 }
 
 void give_stdout_to_json() noexcept { stdout_is_json = true; }

@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cstring>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/io/messages.hpp"
 #include "app/io/run_files.hpp"
@@ -19,23 +18,6 @@ namespace ballservo {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json ball_json(const Track& track, const ColorTable& colors) {
-  const OutlineEllipse& outline = track.ball.outline;
-  Json ball = {{"track_id", track.id},
-               {"class", colors.name_of(track.color_class)},
-               {"state", track_state_name(track.state)},
-               {"quality", track.ball.quality},
-               {"outline_px", {outline.center_px.x(), outline.center_px.y(), outline.radius_px}},
-               {"p_m", nullptr},
-               {"covariance_m2", nullptr}};
-  if (!track.ball.position) return ball;
-  const auto& [p, s] = *track.ball.position;
-  ball["p_m"] = {p.x(), p.y(), p.z()};
-  ball["covariance_m2"] = {
-      {s(0, 0), s(0, 1), s(0, 2)}, {s(0, 1), s(1, 1), s(1, 2)}, {s(0, 2), s(1, 2), s(2, 2)}};
-  return ball;
-}
 
 /// Fills in the address of "HOST:PORT"; false where there is none.
 bool find_address(const std::string& text, sockaddr_storage& address, socklen_t& bytes) {
@@ -56,6 +38,23 @@ bool find_address(const std::string& text, sockaddr_storage& address, socklen_t&
 
 }  // namespace
 
+Json track_json(const Track& track, const ColorTable& colors) {
+  const OutlineEllipse& outline = track.ball.outline;
+  Json ball = {{"track_id", track.id},
+               {"class", colors.name_of(track.color_class)},
+               {"state", track_state_name(track.state)},
+               {"quality", track.ball.quality},
+               {"outline_px", {outline.center_px.x(), outline.center_px.y(), outline.radius_px}},
+               {"p_m", nullptr},
+               {"covariance_m2", nullptr}};
+  if (!track.ball.position) return ball;
+  const auto& [p, s] = *track.ball.position;
+  ball["p_m"] = {p.x(), p.y(), p.z()};
+  ball["covariance_m2"] = {
+      {s(0, 0), s(0, 1), s(0, 2)}, {s(0, 1), s(1, 1), s(1, 2)}, {s(0, 2), s(1, 2), s(2, 2)}};
+  return ball;
+}
+
 double unix_time_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
@@ -65,7 +64,7 @@ std::string stream_line(const Frame& frame, const std::vector<Track>& tracks, co
   Json line = {{"time_s", frame.time_s}, {"captured_unix_s", nullptr}, {"sent_unix_s", sent_unix_s},
                {"frame", frame.index},   {"source", frame.source},     {"balls", Json::array()}};
   if (frame.captured_unix_s) line["captured_unix_s"] = *frame.captured_unix_s;
-  for (const Track& track : tracks) line["balls"].push_back(ball_json(track, colors));
+  for (const Track& track : tracks) line["balls"].push_back(track_json(track, colors));
   return line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -3,6 +3,7 @@
 
 #include <netinet/in.h>
 
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,9 @@ namespace ballservo {
 
 /// The wall clock, in seconds since 1970.
 double unix_time_s();
+
+/// A track as a line names it; it has its total covariance.
+nlohmann::ordered_json track_json(const Track& track, const ColorTable& colors);
 
 /// The line of a picture, with its newline; `tracks` have their total covariance. What is not known is null.
 std::string stream_line(const Frame& frame, const std::vector<Track>& tracks, const ColorTable& colors,

@@ -16,6 +16,7 @@ COMMANDS = {
     "calibrate colors": ["--class", "red=in/pictures/frame_0000.png", "--add", "in/red.colors"],
     "detect": "in/pictures --colors in/red.colors --camera in/camera.yaml --diameter 0.12".split(),
     "track": "in/film.mkv --colors in/red.colors --camera in/camera.yaml --diameter 0.12".split(),
+    "live": "in/film.mkv --colors in/red.colors --camera in/camera.yaml --diameter 0.12".split(),
     "render": ["in/scenario.yaml", "--frames", "3"],
     "servo": ["in/scenario.yaml", "--perception", "truth"],
     "sweep": ["in/scenario.yaml", "--trials", "4", "--perception", "truth"],
@@ -267,7 +268,7 @@ class Attack:
 
     def attack_signal(self):
         self.arguments += self.words()
-        if self.random.random() < 0.7:  # over a good result
+        if self.command != "live" and self.random.random() < 0.7:  # over a good result
             subprocess.run(self.arguments, cwd=self.place, capture_output=True)
             self.arguments += ["--force", "--seed", "3"]
         if self.random.random() < 0.5 and self.command not in ("report", "compare merge", "sweep merge"):
@@ -280,6 +281,9 @@ class Attack:
     def run(self):
         """Nothing, or what is wrong."""
         getattr(self, "attack_" + self.kind)()
+        if self.command == "live" and self.stop_s is None:  # ends when it is told to
+            self.stop_s = 2
+            self.allowed |= {130} if 0 in self.allowed else set()
         before = state(self.place)
         options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL, **self.options}
         child = subprocess.Popen(self.arguments, cwd=self.place, **options)

@@ -1,0 +1,144 @@
+#include "app/io/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <utility>
+
+#include "app/io/ball_rows.hpp"
+#include "calibration/base/csv_table.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/base/system_file.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ballservo {
+namespace {
+
+constexpr std::size_t most_waiting_bytes = std::size_t{256} << 20;
+constexpr const char* rows_table = "tracks.csv";
+constexpr const char* columns = "source,time_s,captured_unix_s\n";
+constexpr CsvLimits limits{std::size_t{256} << 20, 4000000, 3};
+
+bool is_of_recording(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return name == recording_table || name == rows_table || name.rfind("frame_", 0) == 0;
+}
+
+/// Nobody sees half of it: it is written under a hidden name first.
+void write_whole(const fs::path& file, std::string_view contents) {
+  const fs::path hidden = file.parent_path() / ("." + file.filename().string());
+  write_bytes(hidden, contents, file.string());
+  rename_path(hidden, file, true);
+}
+
+}  // namespace
+
+std::vector<std::pair<fs::path, double>> recorded_pictures(const fs::path& folder) {
+  const fs::path file = folder / recording_table;
+  std::vector<std::pair<fs::path, double>> pictures;
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return pictures;
+  std::string text = read_file_bytes(file, limits.bytes);
+  text.resize(text.rfind('\n') + 1);  // a line without its end was under way
+  const CsvTable table = parse_csv(text, file.string(), {"source", "time_s", "captured_unix_s"}, {}, limits);
+  FaultList faults;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const CsvRow row(table, i, faults);
+    const std::string& name = row.text("source");
+    const auto time_s = row.number("time_s", NumberRange::at_least(0, "s"));
+    if (name.empty() || fs::path(name).filename() != name || name.front() == '.')
+      row.fault("source", "'" + name + "'", "the name of a picture in this folder");
+    else if (!time_s || (!pictures.empty() && *time_s <= pictures.back().second))
+      row.fault("time_s", row.text("time_s"), "a time after the one before it (s)");
+    else
+      pictures.emplace_back(folder / name, *time_s);
+  }
+  faults.throw_if_any();
+  return pictures;
+}
+
+RecordingWriter::RecordingWriter(fs::path folder, Overwrite overwrite) : folder_(std::move(folder)) {
+  { const OutputFolder checked(folder_, overwrite); }  // says what is wrong with it
+  make_new_folder(folder_, folder_.string());
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    if (is_of_recording(entry.path())) fs::remove(entry.path(), error);
+  }
+  write_whole(folder_ / rows_table, ball_rows_header());
+  write_whole(folder_ / recording_table, columns);
+  thread_ = std::thread([this] { write_all(); });
+}
+
+RecordingWriter::~RecordingWriter() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+std::string RecordingWriter::next_name() const { return fmt::format("frame_{:07}.png", kept_); }
+
+bool RecordingWriter::put(const cv::Mat& bgr, double time_s, double captured_unix_s, std::string rows) {
+  const std::size_t bytes = bgr.total() * bgr.elemSize();
+  const std::lock_guard lock(mutex_);
+  if (!fault_.empty() || bytes_ + bytes > most_waiting_bytes) {
+    ++lost_;
+    return false;
+  }
+  bytes_ += bytes;
+  items_.push_back({bgr, next_name(), csv_row(next_name(), time_s, captured_unix_s), std::move(rows)});
+  ++kept_;
+  changed_.notify_all();
+  return true;
+}
+
+void RecordingWriter::put_beside(const std::string& name, const std::string& contents) {
+  write_whole(folder_ / name, contents);
+}
+
+long RecordingWriter::lost() const {
+  const std::lock_guard lock(mutex_);
+  return lost_;
+}
+
+std::string RecordingWriter::fault() const {
+  const std::lock_guard lock(mutex_);
+  return fault_;
+}
+
+void RecordingWriter::write_all() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [&] { return stop_ || !items_.empty(); });
+    if (items_.empty()) return;
+    const Item item = std::move(items_.front());
+    items_.pop_front();
+    lock.unlock();
+    std::string fault;
+    try {
+      write(item);
+    } catch (const std::exception& error) {
+      fault = error.what();
+    }
+    lock.lock();
+    bytes_ -= item.bgr.total() * item.bgr.elemSize();
+    if (fault.empty()) continue;
+    fault_ = fault;
+    lost_ += 1 + static_cast<long>(items_.size());
+    items_.clear();
+    bytes_ = 0;
+  }
+}
+
+void RecordingWriter::write(const Item& item) {
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", item.bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  write_whole(folder_ / item.name, {reinterpret_cast<const char*>(png.data()), png.size()});
+  if (!item.rows.empty()) append_bytes(folder_ / rows_table, item.rows, folder_.string());
+  append_bytes(folder_ / recording_table, item.line, folder_.string());
+}
+
+}  // namespace ballservo

@@ -1,0 +1,69 @@
+// Pictures as they came, with their times and what was found, kept so that a kill at any moment leaves every
+// finished picture.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "calibration/base/output.hpp"
+
+namespace ballservo {
+
+/// recording.csv in a recording's folder: a picture's file, its time since the first (s), and when it was
+/// taken by the calendar (s since 1970). A picture is finished once its line is.
+inline constexpr const char* recording_table = "recording.csv";
+
+/// The finished pictures of a folder, in order, with their times (s); none where it is no recording. Throws
+/// InputError where the table is not as it should be.
+std::vector<std::pair<std::filesystem::path, double>> recorded_pictures(const std::filesystem::path& folder);
+
+/// Writes on a thread of its own: who gives pictures never waits for the disk.
+class RecordingWriter {
+ public:
+  /// Makes the folder; one that is there is to be empty, or `overwrite` allows to take an earlier recording's
+  /// place. Throws InputError otherwise.
+  RecordingWriter(std::filesystem::path folder, Overwrite overwrite);
+  /// Writes what was given.
+  ~RecordingWriter();
+  RecordingWriter(const RecordingWriter&) = delete;
+  RecordingWriter& operator=(const RecordingWriter&) = delete;
+
+  /// The file's name that the next picture gets: what its rows call it.
+  std::string next_name() const;
+  /// False where the disk does not keep up, or has failed: the picture is lost, and counted.
+  bool put(const cv::Mat& bgr, double time_s, double captured_unix_s, std::string rows);
+  /// Replaces a small file beside the pictures (settings, colours).
+  void put_beside(const std::string& name, const std::string& contents);
+
+  const std::filesystem::path& folder() const { return folder_; }
+  long kept() const { return kept_; }
+  long lost() const;
+  std::string fault() const;  ///< why it has ended; empty while it goes on
+
+ private:
+  struct Item {
+    cv::Mat bgr;
+    std::string name, line, rows;
+  };
+  void write_all();
+  void write(const Item& item);
+
+  std::filesystem::path folder_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Item> items_;
+  std::size_t bytes_ = 0;
+  std::string fault_;
+  long kept_ = 0, lost_ = 0;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,55 @@
+// Colours learnt by pointing at balls in pictures, lesson by lesson, so that each can be taken back.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "calibration/color/color_table.hpp"
+#include "calibration/teaching/class_report.hpp"
+#include "calibration/teaching/learn_colors.hpp"
+
+namespace ballservo {
+
+/// A ball that somebody points at: its middle or anywhere on it, and its radius, or 0 to have it found.
+struct PointedLesson {
+  cv::Mat bgr;
+  PointedBall at;
+  std::string name;  ///< of the class; empty: the one that has this colour, or a new one by its colour's word
+};
+
+/// What is known at one time. Never changed once made.
+class ColorLessons {
+ public:
+  ColorLessons() = default;
+  /// What a file holds.
+  explicit ColorLessons(ColorTable table);
+
+  const std::shared_ptr<const ColorTable>& table() const { return table_; }
+  const std::vector<ClassReport>& reports() const { return reports_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  bool empty() const { return table_->classes.empty(); }
+
+  /// These, and one more. All lessons are learnt from together, since what is a ball in one is background in
+  /// no other. `ball` becomes the circle that was learnt from, `name` its class. `between` is called now and
+  /// then, and what it throws ends the work. Throws Refusal where there is no ball or it cannot be learnt,
+  /// InputError for a name that is none.
+  ColorLessons with(PointedLesson lesson, const std::function<void()>& between, PointedBall& ball,
+                    std::string& name) const;
+  /// These with a class called otherwise; of the same name as another, both are one. Throws as `with`.
+  ColorLessons renamed(const std::string& from, const std::string& to,
+                       const std::function<void()>& between) const;
+
+ private:
+  void learn(const std::function<void()>& between);
+
+  std::shared_ptr<const ColorTable> base_ = std::make_shared<ColorTable>();  // that was there before
+  std::vector<PointedLesson> lessons_;                                       // each with a name and a radius
+  std::shared_ptr<const ColorTable> table_ = base_;                          // all together
+  std::vector<ClassReport> reports_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace ballservo

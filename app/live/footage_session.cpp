@@ -1,0 +1,502 @@
+#include "app/live/footage_session.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/io/ball_rows.hpp"
+#include "app/io/interrupt.hpp"
+#include "app/live/base64.hpp"
+#include "app/live/picture_questions.hpp"
+#include "app/live/remedies.hpp"
+#include "app/report/overlay.hpp"
+#include "calibration/base/fault.hpp"
+#include "calibration/camera/sphere_outline.hpp"
+#include "calibration/color/color_file.hpp"
+
+namespace ballservo {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kept_bytes = std::size_t{64} << 20;  // of pictures that a click may still mean
+constexpr std::size_t most_undone = 32, pictures_for_rate = 30;
+constexpr auto idle = 100ms, retry = 1000ms;
+constexpr double z_95 = 1.959963984540054;
+
+double to_seconds(std::chrono::steady_clock::duration time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+std::chrono::steady_clock::duration seconds(double time_s) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(time_s));
+}
+
+/// By the calendar, s since 1970.
+double unix_s(std::chrono::steady_clock::time_point time) {
+  return unix_time_s() - to_seconds(std::chrono::steady_clock::now() - time);
+}
+
+/// "1.002 m +- 1.1 mm": the range with its 95 % half-width, and the widest one across.
+std::string position_text(const BallPosition& position) {
+  const Eigen::Vector3d ray = position.p_C.normalized();
+  const double along_m = std::sqrt(std::max(0.0, ray.dot(position.covariance_m2 * ray)));
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(across * position.covariance_m2 * across,
+                                                            Eigen::EigenvaluesOnly);
+  const double across_m = std::sqrt(std::max(0.0, axes.eigenvalues().maxCoeff()));
+  return fmt::format("{:.3f} m +- {:.1f} mm, across +- {:.1f} mm", position.p_C.norm(), 1000 * z_95 * along_m,
+                     1000 * z_95 * across_m);
+}
+
+double number_at(const nlohmann::json& what, const char* key, double otherwise) {
+  const auto found = what.find(key);
+  if (found == what.end() || !found->is_number()) return otherwise;
+  return found->get<double>();
+}
+
+std::string text_at(const nlohmann::json& what, const char* key) {
+  const auto found = what.find(key);
+  return found != what.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+std::string words_of(const InputError& error) {
+  std::string text;
+  for (const Fault& fault : error.faults()) text += (text.empty() ? "" : "; ") + to_text(fault);
+  return text;
+}
+
+}  // namespace
+
+FootageSession::FootageSession(FootageOptions options, DetectorFactory factory, LiveExchange& exchange)
+    : options_(std::move(options)), factory_(std::move(factory)), exchange_(exchange) {
+  colors_ = factory_.colors().classes.empty() ? ColorLessons() : ColorLessons(factory_.colors());
+  sequence_ = std::move(open_sources({options_.source}, options_.fps, options_.max_pixels).front());
+  if (!options_.colors_output.empty()) OutputFile(options_.colors_output, options_.overwrite_colors);
+  if (!options_.record.empty()) start_recording();
+  if (!options_.stream.empty()) stream_.emplace(options_.stream);
+  pace_start_ = Clock::now();
+  next_ = sequence_->next();
+  next_taken_ = Clock::now();
+  if (next_)
+    factory_.make({next_->bgr.cols, next_->bgr.rows}, next_->source);  // says whether the camera fits
+}
+
+FootageSession::~FootageSession() {
+  stop_lesson_ = true;
+  lesson_.reset();  // waits for it
+}
+
+void FootageSession::run() {
+  while (!ended_ && !interrupt_requested()) {
+    while (auto command = exchange_.next_command()) obey(std::move(*command));
+    finish_lesson();
+    if (ended_) break;
+    if (paused_ && !step_) {
+      exchange_.wait_until(Clock::now() + idle);
+    } else if (!advance()) {
+      continue;
+    }
+  }
+}
+
+/// Shows the next picture once its time has come; false where it has not, or there is none.
+bool FootageSession::advance() {
+  if (!next_ && !read_next()) return false;
+  const bool is_camera = sequence_->files().empty();
+  if (!is_camera && !step_) {
+    const auto due = pace_start_ + seconds(next_->time_s);
+    if (Clock::now() < due) {
+      exchange_.wait_until(std::min(due, Clock::now() + idle));
+      if (Clock::now() < due) return false;
+    }
+    if (Clock::now() > due + idle) pace_start_ += Clock::now() - due;  // too slow for its pace
+  }
+  const auto taken = is_camera ? next_taken_ : Clock::now();
+  shown_ = std::exchange(next_, std::nullopt);
+  if (step_) pace_start_ = Clock::now() - seconds(shown_->time_s);
+  step_ = false;
+  ++pictures_;
+  show(taken);
+  try {
+    if (is_recording_) record(taken);
+  } catch (const InputError& error) {  // a full disk
+    message_ = words_of(error);
+    is_recording_ = false;
+  }
+  shown_at_.push_back(Clock::now());
+  if (shown_at_.size() > pictures_for_rate) shown_at_.pop_front();
+  return true;
+}
+
+/// A camera that has gone is asked for again; what ends begins again.
+bool FootageSession::read_next() {
+  try {
+    if (!sequence_) open_again();
+    next_ = sequence_->next();
+    if (!next_ && interrupt_requested()) return false;
+    if (!next_) {
+      const bool still = sequence_->length() == 1;
+      open_again();
+      next_ = sequence_->next();
+      if (still) {
+        looped_s_ += 1 / options_.fps;  // as a camera that sees nothing move
+      } else {
+        pace_start_ = Clock::now();
+        restart_tracks();
+        is_recording_ = false;  // what follows has been recorded
+      }
+    }
+    if (!next_) throw InputError(options_.source, "no picture", "a source with pictures");
+    next_->time_s += looped_s_;
+    next_taken_ = Clock::now();
+    message_.clear();
+    return true;
+  } catch (const InputError& error) {
+    message_ = words_of(error);
+    sequence_.reset();
+    look_again();
+    exchange_.wait_until(Clock::now() + retry);
+    return false;
+  }
+}
+
+void FootageSession::open_again() {
+  sequence_.reset();
+  sequence_ = std::move(open_sources({options_.source}, options_.fps, options_.max_pixels).front());
+}
+
+void FootageSession::restart_tracks() {
+  tracker_.reset();
+  tracks_.clear();
+}
+
+/// Finds the balls of the picture, and its stages where somebody looks at them.
+std::shared_ptr<const DetectionStages> FootageSession::follow() {
+  const cv::Mat& bgr = shown_->bgr;
+  const ImageSize size{bgr.cols, bgr.rows};
+  if (tracker_ && !(tracker_->detector().rays().size() == size)) restart_tracks();
+  if (!tracker_) {
+    TrackerOptions tracker_options;
+    tracker_options.fixed_colors = options_.fixed_colors;
+    tracker_.emplace(factory_.make(size, shown_->source), tracker_options);
+    detector_ = std::make_shared<const Detector>(tracker_->detector());
+    time_base_s_ = shown_->time_s;
+  }
+  if (colors_.empty()) return nullptr;
+  tracks_ = tracker_->update(bgr, shown_->time_s - time_base_s_);
+  for (Track& track : tracks_) track.ball = factory_.with_total_covariance(track.ball);
+  if (stream_ && !stream_->send(stream_line(*shown_, tracks_, factory_.colors(), unix_time_s())))
+    ended_ = true;
+  const auto is_wanted = [&](const LiveView& view) {
+    return !view.title.empty() && exchange_.is_looked_at(view.name);
+  };
+  if (std::none_of(live_views().begin(), live_views().end(), is_wanted)) return nullptr;
+  const auto stages = std::make_shared<DetectionStages>();
+  Detector(tracker_->detector()).detect(bgr, {}, stages.get());
+  return stages;
+}
+
+void FootageSession::show(Clock::time_point taken) {
+  const auto begin = Clock::now();
+  std::shared_ptr<const DetectionStages> stages;
+  try {
+    stages = follow();
+  } catch (const InputError& error) {  // a picture of another size than the camera's
+    message_ = words_of(error);
+    restart_tracks();
+  }
+  work_ms_ = 1000 * to_seconds(Clock::now() - begin);
+  const cv::Mat& bgr = shown_->bgr;
+  const std::uint64_t serial = exchange_.publish(
+      state(stages.get()), taken,
+      [bgr, stages, detector = detector_, colors = colors_.table()](const std::string& view) {
+        return live_picture(view, {bgr, stages.get(), detector.get(), *colors});
+      });
+  kept_.push_back({serial, bgr});
+  kept_bytes_ += bgr.total() * bgr.elemSize();
+  while (kept_.size() > 1 && kept_bytes_ > kept_bytes) {
+    kept_bytes_ -= kept_.front().bgr.total() * kept_.front().bgr.elemSize();
+    kept_.pop_front();
+  }
+}
+
+/// Shows the same picture again, after something else has changed.
+void FootageSession::look_again() {
+  if (shown_) show(Clock::now());
+}
+
+/// The outline as a polygon, as the lens bends it.
+FootageSession::Json FootageSession::rim_of(const BallObservation& ball) const {
+  Json rim = Json::array();
+  for (const Eigen::Vector2d& p :
+       project_outline(detector_->rays().camera(), ball.cone.axis, std::sin(ball.cone.alpha_rad), 48))
+    rim.push_back({std::round(10 * p.x()) / 10, std::round(10 * p.y()) / 10});
+  return rim;
+}
+
+FootageSession::Json FootageSession::balls() const {
+  Json listed = Json::array();
+  for (const Track& track : tracks_) {
+    Json ball = track_json(track, factory_.colors());
+    ball["rim_px"] = rim_of(track.ball);
+    if (track.ball.position) ball["position"] = position_text(*track.ball.position);
+    listed.push_back(std::move(ball));
+  }
+  return listed;
+}
+
+FootageSession::Json FootageSession::classes() const {
+  Json listed = Json::array();
+  const ColorTable& table = *colors_.table();
+  for (std::size_t k = 0; k < table.classes.size(); ++k) {
+    const ClassReport& report = colors_.reports()[k];
+    const cv::Scalar color = class_display_color(table, static_cast<ClassIndex>(k + 1));
+    Json overlap = Json::object();
+    for (const auto& [other, fraction] : report.overlap) {
+      if (fraction >= 0.01) overlap[other] = fraction;
+    }
+    listed.push_back({{"name", table.classes[k].name},
+                      {"color", fmt::format("#{:02x}{:02x}{:02x}", static_cast<int>(color[2]),
+                                            static_cast<int>(color[1]), static_cast<int>(color[0]))},
+                      {"samples", table.classes[k].samples},
+                      {"kept_fraction", report.kept_fraction},
+                      {"background_fraction", report.background_fraction},
+                      {"overlap", overlap},
+                      {"level_low", report.light.level_low},
+                      {"level_high", report.light.level_high},
+                      {"warmest_k", report.light.warmest_k},
+                      {"coolest_k", report.light.coolest_k}});
+  }
+  return listed;
+}
+
+FootageSession::Json FootageSession::state(const DetectionStages* stages) const {
+  double rate_hz = 0;
+  if (shown_at_.size() > 1)
+    rate_hz = static_cast<double>(shown_at_.size() - 1) / to_seconds(shown_at_.back() - shown_at_.front());
+  Json views = Json::array();
+  for (const LiveView& view : live_views()) views.push_back({{"name", view.name}, {"remedy", view.remedy}});
+  Json said = {{"kind", "footage"},
+               {"source", options_.source},
+               {"file", shown_->source},
+               {"frame", pictures_},
+               {"time_s", shown_->time_s - time_base_s_},
+               {"width_px", shown_->bgr.cols},
+               {"height_px", shown_->bgr.rows},
+               {"rate_hz", rate_hz},
+               {"work_ms", work_ms_},
+               {"paused", paused_},
+               {"learning", lesson_.has_value()},
+               {"undo", !undone_to_.empty()},
+               {"message", message_},
+               {"balls", balls()},
+               {"classes", classes()},
+               {"warnings", colors_.warnings()},
+               {"colors_output", options_.colors_output.filename().string()},
+               {"views", views},
+               {"recording", nullptr}};
+  if (recording_)
+    said["recording"] = {{"on", is_recording_},
+                         {"folder", recording_->folder().string()},
+                         {"kept", recording_->kept()},
+                         {"lost", recording_->lost()},
+                         {"fault", recording_->fault()}};
+  if (stages) said["candidates"] = candidates_json(*stages, *colors_.table());
+  return said;
+}
+
+/// Into the folder that was named, and after that one into others beside it. The tracks begin anew, so that
+/// the recording gives the same.
+void FootageSession::start_recording() {
+  std::filesystem::path folder = options_.record;
+  std::error_code error;
+  for (int n = 2; recording_ && std::filesystem::exists(folder, error); ++n)
+    folder = options_.record.string() + fmt::format("_{}", n);
+  recording_.emplace(folder, recording_ ? Overwrite::refuse : options_.overwrite_recording);
+  is_recording_ = true;
+  restart_tracks();
+}
+
+void FootageSession::record(Clock::time_point taken) {
+  const double time_s = shown_->time_s - time_base_s_;
+  if (time_s == 0) {
+    recording_->put_beside("settings.json", Json({{"source", options_.source},
+                                                  {"camera_settings", sequence_->camera_settings()},
+                                                  {"fixed_colors", options_.fixed_colors}})
+                                                    .dump(2) +
+                                                "\n");
+    if (!colors_.empty()) recording_->put_beside("taught.colors", color_file_bytes(*colors_.table()));
+  }
+  std::string rows;
+  for (const Track& track : tracks_)
+    rows += ball_row({recording_->next_name(), 0, time_s, track.id,
+                      factory_.colors().name_of(track.color_class), track_state_name(track.state)},
+                     track.ball);
+  recording_->put(shown_->bgr, time_s, unix_s(taken), std::move(rows));
+}
+
+void FootageSession::obey(LiveCommand command) {
+  const std::string verb = text_at(command.what, "do");
+  const auto reply = command.answer;
+  try {
+    if (verb == "teach") return teach(std::move(command));
+    if (verb == "rename") return rename(std::move(command));
+    Json answer = done(verb, command.what);
+    answer["answer"] = verb;
+    reply(std::move(answer));
+  } catch (const InputError& error) {
+    reply({{"answer", verb}, {"refused", words_of(error)}});
+  } catch (const Refusal& refusal) {
+    reply({{"answer", verb}, {"refused", refusal.what()}});
+  }
+}
+
+/// Does what takes no time, and says what came of it.
+FootageSession::Json FootageSession::done(const std::string& verb, const Json& what) {
+  if (verb == "why") return why(what);
+  if (verb == "save") return save();
+  if (verb == "load") return load(what);
+  if (verb == "undo") {
+    if (undone_to_.empty()) throw Refusal("there is nothing to undo");
+    ColorLessons before = std::move(undone_to_.back());
+    undone_to_.pop_back();
+    use(std::move(before));
+  } else if (verb == "pause") {
+    paused_ = !paused_;
+    if (!paused_ && next_) pace_start_ = Clock::now() - seconds(next_->time_s);
+    look_again();
+  } else if (verb == "step") {
+    paused_ = step_ = true;
+  } else if (verb == "record") {
+    if (!recording_) throw Refusal("start with --record DIR: the page writes nowhere else");
+    if (is_recording_)
+      is_recording_ = false;
+    else
+      start_recording();
+  } else if (verb == "end") {
+    ended_ = true;
+  } else {
+    throw Refusal(fmt::format("'{}' is nothing that can be done here", verb.substr(0, 40)));
+  }
+  return Json::object();
+}
+
+/// The picture that a client has clicked on.
+const cv::Mat& FootageSession::picture_of(const Json& what) const {
+  const double serial = number_at(what, "serial", -1);
+  for (const Kept& kept : kept_) {
+    if (static_cast<double>(kept.serial) == serial) return kept.bgr;
+  }
+  throw Refusal("that picture is gone by now: pause, and click again");
+}
+
+void FootageSession::begin_lesson(LiveCommand command, std::function<Learnt(const ColorLessons&)> learn) {
+  if (lesson_) throw Refusal("the last lesson is still being learnt");
+  lesson_.emplace(Lesson{std::move(command), std::async(std::launch::async, [this, learn, base = colors_] {
+                           Learnt learnt;
+                           try {
+                             learnt = learn(base);
+                           } catch (const InputError& error) {
+                             learnt.refused = words_of(error);
+                           } catch (const std::exception& error) {  // a Refusal, or the end
+                             learnt.refused = error.what();
+                           }
+                           exchange_.wake();
+                           return learnt;
+                         })});
+}
+
+void FootageSession::teach(LiveCommand command) {
+  const Json& what = command.what;
+  PointedLesson lesson;
+  lesson.bgr = picture_of(what);
+  lesson.at = {{number_at(what, "u_px", -1e9), number_at(what, "v_px", -1e9)},
+               number_at(what, "radius_px", 0)};
+  lesson.name = text_at(what, "name");
+  begin_lesson(std::move(command), [this, lesson](const ColorLessons& base) {
+    Learnt learnt;
+    learnt.colors = base.with(
+        lesson,
+        [this] {
+          if (stop_lesson_) throw Interrupted();
+        },
+        learnt.ball, learnt.name);
+    return learnt;
+  });
+}
+
+void FootageSession::rename(LiveCommand command) {
+  const std::string from = text_at(command.what, "class"), to = text_at(command.what, "name");
+  begin_lesson(std::move(command), [this, from, to](const ColorLessons& base) {
+    Learnt learnt;
+    learnt.colors = base.renamed(from, to, [this] {
+      if (stop_lesson_) throw Interrupted();
+    });
+    learnt.name = to;
+    return learnt;
+  });
+}
+
+void FootageSession::finish_lesson() {
+  if (!lesson_ || lesson_->learnt.wait_for(0s) != std::future_status::ready) return;
+  const LiveCommand command = std::move(lesson_->command);
+  Learnt learnt = lesson_->learnt.get();
+  lesson_.reset();
+  const std::string verb = text_at(command.what, "do");
+  if (!learnt.refused.empty()) {
+    return command.answer({{"answer", verb}, {"refused", learnt.refused}});
+  }
+  learn(std::move(learnt.colors));
+  command.answer(
+      {{"answer", verb},
+       {"class", learnt.name},
+       {"circle_px", {learnt.ball.center_px.x(), learnt.ball.center_px.y(), learnt.ball.radius_px}}});
+}
+
+void FootageSession::learn(ColorLessons colors) {
+  undone_to_.push_back(colors_);
+  if (undone_to_.size() > most_undone) undone_to_.erase(undone_to_.begin());
+  use(std::move(colors));
+}
+
+void FootageSession::use(ColorLessons colors) {
+  colors_ = std::move(colors);
+  factory_.set_colors(colors_.table());
+  restart_tracks();
+  look_again();
+}
+
+FootageSession::Json FootageSession::why(const Json& what) {
+  const cv::Mat& bgr = picture_of(what);
+  const Eigen::Vector2d point(number_at(what, "u_px", -1), number_at(what, "v_px", -1));
+  if (colors_.empty()) throw Refusal("no colour has been taught yet: press Teach, and click on a ball");
+  Detector detector = tracker_ ? tracker_->detector() : factory_.make({bgr.cols, bgr.rows}, options_.source);
+  return why_no_ball(bgr, point, detector);
+}
+
+FootageSession::Json FootageSession::save() {
+  if (colors_.empty()) throw Refusal("no colour has been taught yet");
+  const std::string bytes = color_file_bytes(*colors_.table());
+  if (!options_.colors_output.empty()) {
+    write_file(options_.colors_output, bytes, options_.overwrite_colors);
+    options_.overwrite_colors = Overwrite::allow;  // its own file
+    return {{"saved", options_.colors_output.string()}};
+  }
+  return {{"download", "taught.colors"}, {"base64", base64(bytes)}};
+}
+
+FootageSession::Json FootageSession::load(const Json& what) {
+  if (lesson_) throw Refusal("the last lesson is still being learnt");
+  const auto bytes = from_base64(text_at(what, "base64"));
+  if (!bytes) throw Refusal("that is no file that came through whole");
+  ColorLessons colors = ColorLessons(parse_color_file(*bytes, "the file"));
+  learn(std::move(colors));
+  return {{"classes", colors_.table()->classes.size()}};
+}
+
+}  // namespace ballservo

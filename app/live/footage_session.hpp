@@ -1,0 +1,118 @@
+// A session over a camera, a video, a folder or a recording: balls are followed in it, and colours taught.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands/ball_options.hpp"
+#include "app/io/image_source.hpp"
+#include "app/io/recording.hpp"
+#include "app/io/track_stream.hpp"
+#include "app/live/color_lessons.hpp"
+#include "app/live/live_exchange.hpp"
+#include "perception/tracking/tracker.hpp"
+
+namespace ballservo {
+
+struct FootageOptions {
+  std::string source;
+  double fps = 30, max_pixels = 0;
+  bool fixed_colors = false;
+  std::filesystem::path colors_output;  ///< where `save` writes; empty: nowhere, the page downloads
+  std::filesystem::path record;         ///< empty: no recording
+  std::string stream;                   ///< see TrackStream; empty: none
+  Overwrite overwrite_colors = Overwrite::refuse, overwrite_recording = Overwrite::refuse;
+};
+
+/// Runs on the caller's thread; clients' commands are done between two pictures.
+class FootageSession {
+ public:
+  /// Opens the source and the outputs. Throws InputError.
+  FootageSession(FootageOptions options, DetectorFactory factory, LiveExchange& exchange);
+  ~FootageSession();
+
+  /// Until a client ends it, or the user interrupts. What happens to the source meanwhile is shown.
+  void run();
+  long pictures() const { return pictures_; }
+
+ private:
+  using Clock = LiveExchange::Clock;
+  using Json = nlohmann::json;
+
+  /// What a lesson's thread hands back.
+  struct Learnt {
+    ColorLessons colors;
+    PointedBall ball;
+    std::string name, refused;
+  };
+  struct Lesson {
+    LiveCommand command;
+    std::future<Learnt> learnt;
+  };
+  struct Kept {
+    std::uint64_t serial;
+    cv::Mat bgr;
+  };
+
+  bool advance();
+  bool read_next();
+  void open_again();
+  std::shared_ptr<const DetectionStages> follow();
+  void show(Clock::time_point taken);
+  void restart_tracks();
+  void learn(ColorLessons colors);
+  void use(ColorLessons colors);
+  void look_again();
+  Json state(const DetectionStages* stages) const;
+  Json balls() const;
+  Json rim_of(const BallObservation& ball) const;
+  Json classes() const;
+  void record(Clock::time_point taken);
+  void start_recording();
+
+  void obey(LiveCommand command);
+  Json done(const std::string& verb, const Json& what);
+  void teach(LiveCommand command);
+  void rename(LiveCommand command);
+  void begin_lesson(LiveCommand command, std::function<Learnt(const ColorLessons&)> learn);
+  void finish_lesson();
+  Json why(const Json& what);
+  Json save();
+  Json load(const Json& what);
+  const cv::Mat& picture_of(const Json& what) const;
+
+  FootageOptions options_;
+  DetectorFactory factory_;
+  LiveExchange& exchange_;
+  std::unique_ptr<FrameSequence> sequence_;
+  std::optional<Frame> next_, shown_;
+  std::optional<Tracker> tracker_;
+  std::shared_ptr<const Detector> detector_;  // knows camera and colours of what is drawn
+  std::vector<Track> tracks_;
+  ColorLessons colors_;
+  std::vector<ColorLessons> undone_to_;  // what `undo` goes back to, the last one last
+  std::optional<Lesson> lesson_;
+  std::atomic<bool> stop_lesson_{false};
+  std::optional<RecordingWriter> recording_;
+  std::optional<TrackStream> stream_;
+  bool is_recording_ = false, paused_ = false, step_ = false, ended_ = false;
+  std::string message_;  // what is wrong with the source
+  std::deque<Kept> kept_;
+  std::size_t kept_bytes_ = 0;
+  Clock::time_point pace_start_, next_taken_;
+  double time_base_s_ = 0, looped_s_ = 0, work_ms_ = 0;
+  std::deque<Clock::time_point> shown_at_;
+  long pictures_ = 0;
+};
+
+}  // namespace ballservo

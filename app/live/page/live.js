@@ -1,0 +1,332 @@
+// The page of `ballservo live`. README.md beside it describes the messages.
+const at = (id) => document.getElementById(id);
+const canvas = at('picture'), pen = canvas.getContext('2d');
+let socket, state = null, bitmap = null, view = '', mark = null, drag = null, teaching = null, asked = null;
+
+// ---- messages
+
+function connect() {
+  socket = new WebSocket(new URL('socket', location).href.replace(/^http/, 'ws'));
+  socket.binaryType = 'arraybuffer';
+  socket.onopen = look;
+  socket.onmessage = (message) => typeof message.data === 'string' ? answered(JSON.parse(message.data)) : arrived(message.data);
+  socket.onclose = () => {
+    complain('The program has ended, or cannot be reached.');
+    setTimeout(connect, 2000);
+  };
+}
+
+function send(what) {
+  if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
+}
+
+function look() { send({do: 'look', view: at('view').value || (teaching ? 'taught' : 'picture')}); }
+
+async function arrived(data) {
+  const length = new DataView(data).getUint32(0, true);
+  const message = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
+  const jpeg = new Uint8Array(data, 4 + length);
+  const next = jpeg.length ? await createImageBitmap(new Blob([jpeg], {type: 'image/jpeg'})) : null;
+  requestAnimationFrame(() => {
+    if (drag) {  // the picture holds still under the hand
+      next?.close();
+    } else {
+      ({state, view} = message);
+      bitmap?.close();
+      bitmap = next;
+      paint();
+      show(message);
+    }
+    send({do: 'painted', serial: message.state.serial});
+  });
+}
+
+function answered(answer) {
+  if (answer.answer === 'why') return explain(answer);
+  if (answer.refused) return say(answer.refused, true);
+  if (answer.answer === 'teach') {
+    const [u, v, r] = answer.circle_px;
+    mark = {u, v, r, until: performance.now() + 4000};
+    say(`${answer.class} is learnt from the circle around (${u.toFixed(0)}, ${v.toFixed(0)}), radius ${r.toFixed(0)} px.`);
+  } else if (answer.answer === 'rename') {
+    say(`It is called ${answer.class} now.`);
+  } else if (answer.answer === 'save') {
+    answer.download ? download(answer) : say(`Saved as ${answer.saved}`);
+  } else if (answer.answer === 'load') {
+    say(`${answer.classes} class(es) loaded.`);
+  } else if (answer.answer === 'undo') {
+    mark = null;
+    say('Taken back.');
+  }
+}
+
+function download(answer) {
+  const link = document.createElement('a');
+  const bytes = Uint8Array.from(atob(answer.base64), (c) => c.charCodeAt(0));
+  link.href = URL.createObjectURL(new Blob([bytes]));
+  link.download = answer.download;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  say(`Saved as ${answer.download}, where the browser puts downloads.`);
+}
+
+// ---- the picture
+
+// As many points as the screen has, so that lines and words are sharp.
+function paint() {
+  if (!bitmap) return;
+  const sharp = Math.min(4, Math.max(1, Math.round(canvas.clientWidth * devicePixelRatio / bitmap.width)));
+  const width = sharp * bitmap.width, height = sharp * bitmap.height;
+  if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
+  pen.drawImage(bitmap, 0, 0, width, height);
+  if (view === 'picture' || view === 'taught') state.balls.forEach(drawBall);
+  for (const circle of [drag, mark && mark.until > performance.now() ? mark : null]) {
+    if (circle) trace(Array.from({length: 49}, (_, k) => [circle.u + circle.r * Math.cos(k * Math.PI / 24), circle.v + circle.r * Math.sin(k * Math.PI / 24)]), '#fff');
+  }
+}
+
+const styles = {confirmed: ['#ff4dff', []], tentative: ['#ffd500', [6, 4]], coasting: ['#ddd', [2, 4]]};
+
+// A point of the picture on the canvas, and a screen's point in the canvas's.
+const onCanvas = ([u, v]) => [(u + 0.5) * canvas.width / state.width_px, (v + 0.5) * canvas.width / state.width_px];
+const pixel = () => canvas.width / Math.min(canvas.clientWidth, canvas.clientHeight * canvas.width / canvas.height);
+
+function trace(points, color, dash = []) {
+  pen.beginPath();
+  for (const point of points) pen.lineTo(...onCanvas(point));
+  pen.closePath();
+  for (const [width, ink, dashes] of [[4.5, '#000a', []], [2, color, dash]]) {
+    pen.lineWidth = width * pixel();
+    pen.strokeStyle = ink;
+    pen.setLineDash(dashes.map((length) => length * pixel()));
+    pen.stroke();
+  }
+  pen.setLineDash([]);
+}
+
+function drawBall(ball) {
+  trace(ball.rim_px, ...styles[ball.state]);
+  const words = `${ball.class} ${ball.track_id}` + (ball.position ? ` \u00b7 ${ball.position.split(',')[0]}` : '');
+  pen.font = `600 ${13 * pixel()}px system-ui, sans-serif`;
+  const [u, v, r] = ball.outline_px, half = pen.measureText(words).width / 2 + 6 * pixel(), gap = 7 * pixel();
+  const [x, top] = onCanvas([u, v - r]), [, bottom] = onCanvas([u, v + r]);
+  const y = top - 2 * gap > 0 ? top - gap : bottom + 2.5 * gap;
+  const middle = Math.min(Math.max(x, half), canvas.width - half);
+  pen.textAlign = 'center';
+  pen.lineJoin = 'round';
+  pen.lineWidth = 3 * pixel();
+  pen.strokeStyle = '#000';
+  pen.strokeText(words, middle, y);
+  pen.fillStyle = '#fff';
+  pen.fillText(words, middle, y);
+}
+
+// Where a pointer is, in the picture's own pixels; (0, 0) is the middle of the first.
+function place(event) {
+  const box = canvas.getBoundingClientRect();
+  const shown = Math.min(box.width / canvas.width, box.height / canvas.height);
+  const left = box.left + (box.width - canvas.width * shown) / 2, top = box.top + (box.height - canvas.height * shown) / 2;
+  const scale = shown * canvas.width / state.width_px;
+  return {u: (event.clientX - left) / scale - 0.5, v: (event.clientY - top) / scale - 0.5};
+}
+
+canvas.addEventListener('pointerdown', (event) => {
+  if (!state) return;
+  drag = {...place(event), r: 0, serial: state.serial, x: event.clientX, y: event.clientY};
+  try { canvas.setPointerCapture(event.pointerId); } catch { /* a pointer that is gone */ }
+});
+canvas.addEventListener('pointermove', (event) => {
+  if (!drag || !teaching) return;
+  const far = Math.hypot(event.clientX - drag.x, event.clientY - drag.y) > 5;
+  const to = place(event);
+  drag.r = far ? Math.hypot(to.u - drag.u, to.v - drag.v) : 0;
+  paint();
+});
+canvas.addEventListener('pointercancel', () => { drag = null; });
+canvas.addEventListener('pointerup', () => {
+  if (!drag) return;
+  const spot = {serial: drag.serial, u_px: drag.u, v_px: drag.v};
+  if (teaching) teach({...spot, radius_px: drag.r});
+  else ask(spot);
+  mark = {u: drag.u, v: drag.v, r: drag.r || 4 * state.width_px / canvas.clientWidth, until: performance.now() + 2000};
+  drag = null;
+  paint();
+});
+
+// ---- what is asked
+
+function teach(spot) {
+  say('Learning ...');
+  send({do: 'teach', ...spot, name: at('name').value.trim()});
+}
+
+function ask(spot) {
+  asked = spot;
+  send({do: 'why', ...spot});
+}
+
+function explain(answer) {
+  const lines = answer.refused ? [['bad', answer.refused]]
+    : [[answer.ball ? '' : 'bad', answer.text], ['note', answer.figures], ['', answer.remedy && `What helps: ${answer.remedy}.`]];
+  at('why').replaceChildren(...lines.filter(([, text]) => text).map(([name, text]) => element('p', text, name)));
+  if (answer.ball || !asked) return;
+  const button = element('button', 'It is a ball: teach it');
+  button.onclick = () => teach({...asked, radius_px: 0});
+  at('why').append(button);
+}
+
+const presses = {undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}, end: {do: 'end'}};
+for (const [id, what] of Object.entries(presses)) at(id).onclick = () => send(what);
+at('teach').onclick = () => setTeaching(!teaching);
+at('view').onchange = look;
+at('load').onchange = async (event) => {
+  const [file] = event.target.files;
+  if (!file) return;
+  let text = '';
+  for (const byte of new Uint8Array(await file.arrayBuffer())) text += String.fromCharCode(byte);
+  send({do: 'load', base64: btoa(text)});
+  event.target.value = '';
+};
+
+function setTeaching(on) {
+  teaching = on;
+  at('teach').setAttribute('aria-pressed', on);
+  at('hint').textContent = on
+    ? 'Click on a ball, or press on its middle and draw to its rim. What has its colour shines.'
+    : 'A click asks why something is no ball.';
+  if (!asked) at('why').textContent = on ? 'Switch Teach off, and click on anything in the picture.' : 'Click on anything in the picture.';
+  look();
+}
+
+// ---- what is shown
+
+function element(tag, text, className = '') {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  made.className = className;
+  return made;
+}
+
+function say(text, bad = false) {
+  at('said').textContent = text;
+  at('said').classList.toggle('bad', bad);
+}
+
+function complain(text) {
+  at('fault').textContent = text;
+  at('fault').hidden = !text;
+}
+
+// Builds a part of the page anew only where what it shows has changed, so that nothing loses its focus.
+const built = {};
+function build(id, what, make) {
+  const now = JSON.stringify(what);
+  if (built[id] === now) return;
+  built[id] = now;
+  at(id).replaceChildren(...make(what));
+}
+
+function classItem(one) {
+  const item = document.createElement('li');
+  const swatch = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+  swatch.setAttribute('viewBox', '0 0 2 2');
+  const disc = document.createElementNS('http://www.w3.org/2000/svg', 'circle');
+  for (const [key, value] of Object.entries({cx: 1, cy: 1, r: 1, fill: one.color})) disc.setAttribute(key, value);
+  swatch.append(disc);
+  const name = Object.assign(document.createElement('input'), {value: one.name, title: 'Rename'});
+  name.setAttribute('aria-label', `Name of class ${one.name}`);
+  name.onchange = () => send({do: 'rename', class: one.name, name: name.value.trim()});
+  const percent = (fraction) => `${(100 * fraction).toFixed(1)} %`;
+  const overlap = Object.entries(one.overlap).map(([other, part]) => `, ${percent(part)} taken by ${other}`).join('');
+  const text = `${one.samples} pixels, ${percent(one.kept_fraction)} given back${overlap}; ${percent(one.background_fraction)} of the rest has this colour. ` +
+    `Light from ${one.level_low.toPrecision(2)} to ${one.level_high.toPrecision(2)} times as strong, ${Math.round(one.warmest_k / 100) * 100} to ${Math.round(one.coolest_k / 100) * 100} K.`;
+  item.append(swatch, name, element('small', text));
+  return [item];
+}
+
+function show(message) {
+  if (teaching === null) setTeaching(state.classes.length === 0);
+  complain(state.message || message.fault);
+  Object.assign(canvas.dataset, {size: JSON.stringify([state.width_px, state.height_px]), frame: state.frame - 1});
+  at('source').textContent = state.source.split('/').pop();
+  at('source').title = state.source;
+  at('status').textContent = `${state.rate_hz.toFixed(1)} pictures/s, ${state.work_ms.toFixed(1)} ms each; ` +
+    `seen to painted ${message.painted_p95_ms.toFixed(0)} ms (95 %)` + (state.learning ? '; learning' : '');
+  at('undo').disabled = !state.undo;
+  at('save').disabled = !state.classes.length;
+  at('save').title = state.colors_output ? `Into ${state.colors_output}` : 'As a download';
+  at('pause').textContent = state.paused ? 'Go on' : 'Pause';
+  at('pause').setAttribute('aria-pressed', state.paused);
+  const recording = state.recording;
+  at('record').setAttribute('aria-pressed', Boolean(recording?.on));
+  at('record').textContent = recording?.on ? `Recording: ${recording.kept}` + (recording.lost ? `, ${recording.lost} lost` : '') : 'Record';
+  at('record').title = recording ? recording.fault || `In ${recording.folder}` : 'Start the program with --record DIR';
+  at('record').disabled = !recording;
+  build('view', state.views.map((view) => view.name), (names) => ['', ...names].map((name) =>
+    Object.assign(element('option', name || 'automatic'), {value: name})));
+  at('remedy').textContent = state.views.find((view) => view.name === message.view)?.remedy ?? '';
+  build('candidates', state.candidates ?? [], (all) => all.map((one) => element('li',
+    `${one.class} at (${one.outline_px[0].toFixed(0)}, ${one.outline_px[1].toFixed(0)}), radius ${one.outline_px[2].toFixed(0)} px: ` +
+    (one.accepted ? 'a ball' : one.reason + (one.remedy && ` (${one.remedy})`)))));
+  build('classes', state.classes, (all) => all.flatMap(classItem));
+  build('names', state.classes.map((one) => one.name), (names) => names.map((name) => Object.assign(document.createElement('option'), {value: name})));
+  build('warnings', state.warnings, (all) => all.map((text) => element('li', text)));
+  at('balls').replaceChildren(...state.balls.map((ball) => {
+    const row = document.createElement('tr');
+    row.append(...[ball.track_id, ball.class, ball.state, ball.quality.toFixed(2),
+      ball.outline_px.map((x) => x.toFixed(1)).join(', '), ball.position ?? ''].map((text) => element('td', text)));
+    return row;
+  }));
+  plot(message);
+}
+
+// ---- the chart
+
+const norm = (p) => p && Math.hypot(...p);
+const quantities = {
+  'distance (m)': (ball) => norm(ball.p_m),
+  'radius (px)': (ball) => ball.outline_px[2],
+  'quality': (ball) => ball.quality,
+  'x (m)': (ball) => ball.p_m?.[0],
+  'y (m)': (ball) => ball.p_m?.[1],
+  'z (m)': (ball) => ball.p_m?.[2],
+  'pictures per second': null,
+  'work per picture (ms)': null,
+  'seen to painted (ms, 95 %)': null,
+};
+const lines = ['#0b62c4', '#c4510b', '#2e8b3a', '#8b2e8b', '#7a6a00', '#00797a'];
+const seconds_kept = 20;
+let chart = null, drawn = 0;
+const begin = performance.now();
+at('quantity').append(...Object.keys(quantities).map((name) => element('option', name)));
+at('quantity').value = 'radius (px)';
+at('quantity').onchange = () => { if (chart) chart.data.datasets = []; };
+
+function plot(message) {
+  if (!window.Chart) return;
+  chart ??= new Chart(at('chart'), {
+    type: 'line',
+    data: {datasets: []},
+    options: {animation: false, parsing: false, maintainAspectRatio: false, elements: {point: {radius: 0}, line: {borderWidth: 1.5}},
+      scales: {x: {type: 'linear', min: -seconds_kept, max: 0, title: {display: true, text: 'seconds ago'}, ticks: {callback: (age) => -age}}}, plugins: {legend: {labels: {boxWidth: 12}}}},
+  });
+  const now = (performance.now() - begin) / 1000, name = at('quantity').value, of = quantities[name];
+  const totals = [state.rate_hz, state.work_ms, message.painted_p95_ms];
+  const values = of ? state.balls.map((ball) => [`${ball.class} ${ball.track_id}`, of(ball)])
+    : [[name, totals[Object.keys(quantities).indexOf(name) - 6]]];
+  const sets = chart.data.datasets;
+  for (const [label, value] of values) {
+    if (value === undefined || value === null) continue;
+    let set = sets.find((each) => each.label === label);
+    if (!set) sets.push(set = {label, data: [], borderColor: lines[sets.length % lines.length]});
+    (set.seen ??= []).push([now, value]);
+  }
+  for (const set of sets) while (set.seen.length && set.seen[0][0] < now - seconds_kept) set.seen.shift();
+  chart.data.datasets = sets.filter((set) => set.seen.length);
+  if (now - drawn < 0.2) return;
+  drawn = now;
+  for (const set of chart.data.datasets) set.data = set.seen.map(([time, y]) => ({x: time - now, y}));
+  chart.update();
+}
+
+connect();

@@ -1,0 +1,146 @@
+#include "app/live/picture_questions.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/live/remedies.hpp"
+#include "app/report/overlay.hpp"
+#include "app/report/stage_pictures.hpp"
+
+namespace ballservo {
+namespace {
+
+using Candidate = DetectionStages::Candidate;
+
+constexpr std::size_t most_candidates = 60;
+
+/// Dark but where a pixel has a class: there in the class' colour.
+cv::Mat taught_picture(const cv::Mat& bgr, const ColorTable& colors) {
+  cv::Mat picture = bgr * 0.3;
+  std::vector<cv::Vec3b> shown(1);
+  for (std::size_t k = 1; k <= colors.classes.size(); ++k) {
+    const cv::Scalar color = class_display_color(colors, static_cast<ClassIndex>(k));
+    shown.emplace_back(cv::saturate_cast<uchar>(color[0]), cv::saturate_cast<uchar>(color[1]),
+                       cv::saturate_cast<uchar>(color[2]));
+  }
+  for (int v = 0; v < bgr.rows; ++v) {
+    const auto* const from = bgr.ptr<cv::Vec3b>(v);
+    auto* const to = picture.ptr<cv::Vec3b>(v);
+    for (int u = 0; u < bgr.cols; ++u) {
+      const ClassIndex color_class = colors.classify(from[u][0], from[u][1], from[u][2]);
+      if (color_class != no_class) to[u] = shown[color_class] / 2 + from[u] / 2;
+    }
+  }
+  return picture;
+}
+
+/// The circle of an outline that is nearly one.
+struct Circle {
+  Eigen::Vector2d center_px{0, 0};
+  double radius_px = 0;
+};
+
+Circle circle_of(const Candidate& candidate) {
+  const auto& outline =
+      candidate.refined_outline_px.empty() ? candidate.estimate_outline_px : candidate.refined_outline_px;
+  Circle circle;
+  if (outline.empty()) return circle;
+  for (const Eigen::Vector2d& p : outline) circle.center_px += p / static_cast<double>(outline.size());
+  for (const Eigen::Vector2d& p : outline)
+    circle.radius_px += (p - circle.center_px).norm() / static_cast<double>(outline.size());
+  return circle;
+}
+
+std::string percent(double fraction) { return fmt::format("{:.0f} %", 100 * fraction); }
+
+std::string figures_of(const Candidate& candidate) {
+  const OutlineSupport& support = candidate.support;
+  return fmt::format(
+      "edge on {} of the outline, colour in {} of the disc and in {} of a rim around it, {} hidden; {} "
+      "votes, Q_c {:.2f}",
+      percent(support.arc), percent(support.fill), percent(support.leak), percent(support.hidden),
+      candidate.estimate.votes, candidate.estimate.quality());
+}
+
+nlohmann::json answer(bool ball, const std::string& text, const std::string& figures,
+                      std::string_view remedy) {
+  return {{"ball", ball}, {"text", text}, {"figures", figures}, {"remedy", std::string(remedy)}};
+}
+
+/// What becomes of the pixel's class, where nothing around it was looked at for a ball.
+nlohmann::json why_no_candidate(const cv::Mat& bgr, const cv::Point& pixel, const DetectionStages& stages,
+                                const ColorTable& colors) {
+  const auto class_in = [&](const cv::Mat& classes) { return classes.at<ClassIndex>(pixel); };
+  const auto remedy = [](const char* view) {
+    const auto found = std::find_if(live_views().begin(), live_views().end(),
+                                    [&](const LiveView& each) { return each.name == view; });
+    return found->remedy;
+  };
+  const cv::Vec3b& color = bgr.at<cv::Vec3b>(pixel);
+  const std::string value = fmt::format("R {} G {} B {}", color[2], color[1], color[0]);
+  const ClassIndex classified = class_in(stages.classified), closed = class_in(stages.closed);
+  if (closed != no_class)
+    return answer(false, fmt::format("this is {}, but its region gives no circle", colors.name_of(closed)),
+                  value, remedy("votes"));
+  if (classified == no_class)
+    return answer(false, "no class has the colour of this pixel", value, remedy("classified"));
+  return answer(false,
+                fmt::format("this is {}, but too little of it hangs together", colors.name_of(classified)),
+                value, remedy("opened"));
+}
+
+}  // namespace
+
+cv::Mat live_picture(const std::string& view, const SeenPicture& seen) {
+  const auto known = std::find_if(live_views().begin(), live_views().end(),
+                                  [&](const LiveView& each) { return each.name == view; });
+  if (known == live_views().end()) return {};
+  if (!known->title.empty() && seen.stages != nullptr && seen.detector != nullptr) {
+    for (const auto& [title, picture] : stage_pictures(seen.bgr, *seen.stages, *seen.detector)) {
+      if (title.rfind(known->title, 0) == 0) return picture;
+    }
+  }
+  return view == "taught" ? taught_picture(seen.bgr, seen.colors) : seen.bgr;
+}
+
+nlohmann::json candidates_json(const DetectionStages& stages, const ColorTable& colors) {
+  nlohmann::json listed = nlohmann::json::array();
+  for (const Candidate& candidate : stages.candidates) {
+    if (listed.size() == most_candidates) break;
+    const Circle circle = circle_of(candidate);
+    listed.push_back({{"class", colors.name_of(candidate.color_class)},
+                      {"outline_px", {circle.center_px.x(), circle.center_px.y(), circle.radius_px}},
+                      {"accepted", candidate.accepted},
+                      {"reason", candidate.accepted ? "" : candidate.reason},
+                      {"remedy", std::string(candidate.accepted ? "" : remedy_of(candidate.reason))}});
+  }
+  return listed;
+}
+
+nlohmann::json why_no_ball(const cv::Mat& bgr, const Eigen::Vector2d& point_px, Detector& detector) {
+  const cv::Point pixel(cvRound(point_px.x()), cvRound(point_px.y()));
+  if (!cv::Rect({0, 0}, bgr.size()).contains(pixel))
+    return answer(false, "that is outside the picture", "", "");
+  DetectionStages stages;
+  detector.detect(bgr, {}, &stages);
+  const Candidate* best = nullptr;
+  for (const Candidate& candidate : stages.candidates) {
+    const Circle circle = circle_of(candidate);
+    if ((circle.center_px - point_px).norm() > circle.radius_px) continue;
+    const auto rank = [](const Candidate& each) {
+      return std::make_pair(each.accepted, each.support.quality());
+    };
+    if (best == nullptr || rank(candidate) > rank(*best)) best = &candidate;
+  }
+  if (best == nullptr) return why_no_candidate(bgr, pixel, stages, detector.colors());
+  const Circle circle = circle_of(*best);
+  const std::string what = fmt::format("{} around ({:.0f}, {:.0f}), radius {:.0f} px",
+                                       detector.colors().name_of(best->color_class), circle.center_px.x(),
+                                       circle.center_px.y(), circle.radius_px);
+  if (best->accepted) return answer(true, what + ": this is a ball", figures_of(*best), "");
+  return answer(false, what + ": " + best->reason, figures_of(*best), remedy_of(best->reason));
+}
+
+}  // namespace ballservo

@@ -1,0 +1,191 @@
+#!/usr/bin/python3
+"""usage: browser_test.py PROGRAM PROJECT [--keep DIR]
+
+The live page in Debian's Chromium, at the widths of a desk and of a phone: a sweet is taught by a click, taken back,
+taught again and saved, and is still there after a reload; a thing that is no ball says why. A ball that flies is taught
+in a picture that stands still, and followed. --keep keeps screenshots.
+"""
+import argparse, contextlib, os, pathlib, signal, subprocess, sys, tempfile, time
+
+SWEET, NO_BALL = (269, 117), (6, 6)  # of smarties.png (px)
+FLYING, FLYING_AT, PICTURES = 12, (451, 396), 43  # which picture of green_ball.mp4, where its ball is (px), of how many
+
+
+def smarties(project):
+    for root in pathlib.Path("/"), project / "build/opencv-doc":
+        picture = root / "usr/share/doc/opencv-doc/examples/data/smarties.png"
+        if picture.exists():
+            return picture
+    print("OpenCV's example pictures are not here")
+    sys.exit(77)
+
+
+def thrown_ball(project):
+    """A video of others, where it is."""
+    shared = pathlib.Path(os.environ.get("BALLSERVO_SHARED_DATA", project.parent / "shared" / "data"))
+    video = shared / "balls_green_shadow" / "green_ball.mp4"
+    if not video.exists():
+        print("the video of a thrown ball is not here: its steps are left out")
+    return video if video.exists() else None
+
+
+def until(what, seconds=30):
+    """What becomes true before long."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        value = what()
+        if value:
+            return value
+        time.sleep(0.05)
+    raise AssertionError("waited in vain")
+
+
+class Page:
+    def __init__(self, browser, url, keep):
+        self.browser, self.url, self.keep, self.shots = browser, url, keep, 0
+        browser.get("about:blank")
+        browser.get_log("browser")  # what an earlier page said when its program had ended
+        browser.get(url)
+        until(lambda: self.js("return document.getElementById('status').textContent"))
+        self.size = self.js("return JSON.parse(document.getElementById('picture').dataset.size)")
+
+    def js(self, code, *arguments):
+        return self.browser.execute_script(code, *arguments)
+
+    def text(self, name):
+        return self.js("return document.getElementById(arguments[0]).textContent", name)
+
+    def press(self, name):
+        self.js("document.getElementById(arguments[0]).scrollIntoView()", name)
+        self.browser.find_element("id", name).click()
+
+    def click(self, pixel):
+        """On a pixel of the picture, as a hand does."""
+        from selenium.webdriver.common.action_chains import ActionChains
+        picture = self.browser.find_element("id", "picture")
+        self.js("window.scrollTo(0, 0)")
+        box, width, height = self.js("const p = arguments[0]; return [p.getBoundingClientRect().toJSON(), p.width, p.height]", picture)
+        scale = min(box["width"] / width, box["height"] / height) * width / self.size[0]
+        x, y = ((pixel[0] + 0.5 - self.size[0] / 2) * scale, (pixel[1] + 0.5 - self.size[1] / 2) * scale)
+        ActionChains(self.browser).move_to_element_with_offset(picture, round(x), round(y)).click().perform()
+
+    def classes(self):
+        return self.js("return [...document.querySelectorAll('#classes input')].map((input) => input.value)")
+
+    def shot(self, name):
+        if self.keep:
+            self.js("window.scrollTo(0, 0)")
+            self.browser.save_screenshot(str(self.keep / f"{name}.png"))
+
+    def complaints(self):
+        return [line for line in self.browser.get_log("browser") if line["level"] in ("SEVERE", "WARNING")]
+
+
+def walk(page, name, saved):
+    assert page.js("return document.getElementById('teach').getAttribute('aria-pressed')") == "true"
+    page.click(SWEET)
+    until(lambda: page.classes() == ["green"])
+    until(lambda: "green" in page.text("balls"))
+    page.shot(f"{name}_taught")
+    page.press("undo")
+    until(lambda: page.classes() == [])
+    page.click(SWEET)
+    until(lambda: page.classes() == ["green"])
+    page.press("save")
+    until(saved.exists)
+    page.press("teach")
+    page.click(NO_BALL)
+    until(lambda: "no class" in page.text("why"))
+    assert "What helps" in page.text("why")
+    page.js("const v = document.getElementById('view'); v.value = 'candidates'; v.dispatchEvent(new Event('change'))")
+    until(lambda: "a ball" in page.text("candidates"))
+    page.shot(f"{name}_candidates")
+    page.browser.get(page.url)
+    until(lambda: page.classes() == ["green"])
+    until(lambda: "confirmed" in page.text("balls"))
+    wide = page.js("return [document.documentElement.scrollWidth, window.innerWidth]")
+    assert wide[0] <= wide[1], f"wider than the window: {wide}"
+    assert page.js("return Boolean(window.Chart) && Chart.getChart('chart').data.datasets.length > 0")
+    page.shot(f"{name}_tracked")
+    page.press("pause")
+    until(lambda: page.text("pause") == "Go on")
+    page.press("step")
+    assert not page.complaints(), page.complaints()
+
+
+def follow(page, name):
+    """A ball in flight: the first look may already be past it, so that the video is stepped through to it."""
+    page.press("pause")
+    until(lambda: page.text("pause") == "Go on")
+    frame = lambda: page.js("return Number(document.getElementById('picture').dataset.frame)")
+    while frame() % PICTURES != FLYING:
+        before = frame()
+        page.press("step")
+        until(lambda: frame() != before)
+    page.click(FLYING_AT)
+    until(lambda: page.classes() == ["green"])
+    until(lambda: "green" in page.text("balls"))
+    page.shot(f"{name}_flying")
+    page.press("teach")
+    page.press("pause")
+    until(lambda: "confirmed" in page.text("balls"))
+    assert not page.complaints(), page.complaints()
+
+
+@contextlib.contextmanager
+def served(program, *arguments, interrupt=False):
+    """The page's address. The program ends because the page has said so, or by Ctrl-C while the page is open."""
+    child = subprocess.Popen([program, "live", *map(str, arguments)], stdout=subprocess.PIPE, text=True)
+    try:
+        yield child.stdout.readline().strip()
+        if interrupt:
+            child.send_signal(signal.SIGINT)
+        code = child.wait(10)
+        assert code == (130 if interrupt else 0), f"ended with {code}"
+    finally:
+        if child.poll() is None:
+            child.send_signal(signal.SIGKILL)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program")
+    parser.add_argument("project", type=lambda text: pathlib.Path(text).resolve())
+    parser.add_argument("--keep", type=pathlib.Path)
+    options = parser.parse_args()
+    try:
+        from selenium import webdriver
+        from selenium.webdriver.chrome.service import Service
+    except ImportError:
+        print("python3-selenium is not here")
+        sys.exit(77)
+    if not pathlib.Path("/usr/bin/chromedriver").exists():
+        print("chromium-driver is not here")
+        sys.exit(77)
+    picture, video = smarties(options.project), thrown_ball(options.project)
+    with tempfile.TemporaryDirectory() as folder:
+        flags = webdriver.ChromeOptions()
+        for flag in ("headless", "no-sandbox", "disable-gpu", "disable-background-networking", "disable-component-update",
+                     "disable-sync", "no-first-run", "disable-dev-shm-usage", f"user-data-dir={folder}/profile"):
+            flags.add_argument("--" + flag)
+        flags.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=flags)
+        try:
+            for width, height in (1280, 900), (390, 844):
+                browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                        {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 800})
+                saved = pathlib.Path(folder) / f"{width}.colors"
+                with served(options.program, picture, "-o", saved) as url:
+                    page = Page(browser, url, options.keep)
+                    walk(page, str(width), saved)
+                    page.press("end")
+                if video:
+                    with served(options.program, video, interrupt=True) as url:
+                        follow(Page(browser, url, options.keep), str(width))
+        finally:
+            browser.quit()
+    print("all steps passed")
+
+
+if __name__ == "__main__":
+    main()

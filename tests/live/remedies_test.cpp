@@ -1,0 +1,42 @@
+#include "app/live/remedies.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include "tests/support/test_data.hpp"
+
+namespace ballservo {
+namespace {
+
+std::string source_of(const std::string& file) {
+  std::ifstream stream(test::project_data_dir() / ".." / file);
+  return (std::stringstream() << stream.rdbuf()).str();
+}
+
+TEST(Remedies, ThereIsOneForEveryReasonOfTheGuide) {
+  const std::string guide = source_of("perception/README.md");
+  static const std::regex row(R"-(\n\| "([^"|]+)" \| ([78][^|]*)\|)-");
+  int rows = 0;
+  for (std::sregex_iterator match(guide.begin(), guide.end(), row), end; match != end; ++match, ++rows)
+    EXPECT_NE(remedy_of((*match)[1].str()), "") << (*match)[1];
+  EXPECT_GE(rows, 6);
+}
+
+TEST(Remedies, ThereIsOneForEveryReasonOfTheJudge) {
+  static const std::regex reason(
+      R"-((?:return|reason =|too_weak =|no_edge =|\? nullptr\s*:|:) "([a-z][^"]* [^"]*)")-");
+  int reasons = 0;
+  for (const char* file : {"perception/judgement/ball_judge.cpp", "perception/ball_verifier.cpp"}) {
+    const std::string source = source_of(file);
+    for (std::sregex_iterator match(source.begin(), source.end(), reason), end; match != end;
+         ++match, ++reasons)
+      EXPECT_NE(remedy_of((*match)[1].str()), "") << file << ": " << (*match)[1];
+  }
+  EXPECT_GE(reasons, 9);
+}
+
+}  // namespace
+}  // namespace ballservo
