@@ -5,9 +5,12 @@
 
 #include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
+#include "app/commands/work_options.hpp"
+#include "app/experiment/run_log.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/live/footage_session.hpp"
 #include "app/live/live_server.hpp"
+#include "app/live/scenario_session.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 
@@ -19,10 +22,66 @@ struct LiveOptions {
   BallOptions balls;
   FootageOptions footage;
   LiveServerOptions server;
+  std::vector<std::string> sets;
+  std::string perception = "image";
 };
+
+bool is_scenario(const std::string& source) {
+  const std::string extension = std::filesystem::path(source).extension();
+  return extension == ".yaml" || extension == ".yml";
+}
+
+/// Serves the page while the session runs, and says what came of it.
+template <typename Session>
+int serve(const LiveOptions& options, LiveExchange& exchange, Session& session, const char* count,
+          long (Session::*counted)() const) {
+  {
+    const LiveServer server(options.server, exchange);
+    print_result("{}\n", server.url());
+    session.run();
+  }
+  write_json_results(options.common, {{count, (session.*counted)()}, {"interrupted", interrupt_requested()}});
+  return interrupt_requested() ? exit_interrupted : exit_done;
+}
+
+/// Each run into a folder of its own: the one that was named, and others beside it.
+void keep_run(const LiveOptions& options, const Scenario& scenario, const RunRecord& run,
+              const Touches& touches, long number) {
+  std::filesystem::path folder_path = options.footage.record;
+  if (number > 1) folder_path += fmt::format("_{}", number);
+  OutputFolder folder(folder_path, number > 1 ? Overwrite::allow : options.common.overwrite(folder_path));
+  write_run(folder, run, scenario, {options.perception, options.common.seed, false});
+  folder.write("touches.yaml", touches_yaml(touches));
+  folder.commit();
+}
+
+int run_scenario(const LiveOptions& options) {
+  const BallOptions& balls = options.balls;
+  if (!balls.colors.empty() || !balls.camera.empty() || !balls.diameter.empty() ||
+      !options.footage.colors_output.empty() || !options.footage.stream.empty())
+    throw InputError("--colors, --camera, --diameter, --output, --stream", "with a scenario",
+                     "none of them: a scenario names its own, --set sets them");
+  const PerceptionLevel level = parse_perception_level(options.perception);
+  const Scenario scenario = load_scenario(options.footage.source, options.sets, options.common.seed);
+  admit(scenario, options.common, 1);
+  if (!options.footage.record.empty())  // said now, if it can't be
+    OutputFolder(options.footage.record, options.common.overwrite(options.footage.record));
+  ScenarioSessionOptions session_options{level, options.common.seed, colors_of(scenario, level), {}};
+  if (!options.footage.record.empty()) {
+    session_options.keep = [&, number = 0L](const RunRecord& run, const Touches& touches) mutable {
+      keep_run(options, scenario, run, touches, ++number);
+    };
+  }
+  LiveExchange exchange;
+  ScenarioSession session(scenario, session_options, exchange);
+  return serve(options, exchange, session, "runs", &ScenarioSession::runs);
+}
 
 int run_live(LiveOptions& options) {
   FootageOptions& footage = options.footage;
+  if (is_scenario(footage.source)) return run_scenario(options);
+  if (!options.sets.empty())
+    throw InputError("--set", "with a source that is no scenario", "a scenario (YAML)");
   if (!(footage.fps > 0 && footage.fps <= 1000))
     throw InputError("--fps", number_text(footage.fps), "a number above 0 and up to 1000 (Hz)");
   footage.max_pixels = options.common.max_pixels;
@@ -33,14 +92,7 @@ int run_live(LiveOptions& options) {
     throw InputError("--json", "stdout, where the stream goes", "the name of a file");
   LiveExchange exchange;
   FootageSession session(footage, DetectorFactory(options.balls, options.common), exchange);
-  {
-    const LiveServer server(options.server, exchange);
-    print_result("{}\n", server.url());
-    session.run();
-  }
-  write_json_results(options.common,
-                     {{"pictures", session.pictures()}, {"interrupted", interrupt_requested()}});
-  return interrupt_requested() ? exit_interrupted : exit_done;
+  return serve(options, exchange, session, "pictures", &FootageSession::pictures);
 }
 
 }  // namespace
@@ -49,20 +101,23 @@ void add_live_command(CLI::App& program, Action& action) {
   auto options = std::make_shared<LiveOptions>();
   options->balls.taught = false;
   CLI::App* command = program.add_subcommand(
-      "live", "A page in the browser: teach colours by clicking, follow balls, see why");
+      "live", "A page in the browser: teach colours by clicking, follow balls, see why; touch a run");
   command->footer(R"(Examples:
   ballservo live camera:0 -o my.colors
   ballservo live throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 --record out/throw
+  ballservo live data/scenarios/obstacles.yaml --perception geometric --record out/touched
 
 Prints the page's address, and serves it until Ctrl-C (130) or the page's End (0). Click on a ball to teach its
 colour; with Teach off, a click says why something is no ball. A video runs at its own pace, and again.
 Only this machine reaches the page, unless --listen names another address of it: then the page's address holds
 a secret, and who knows it can do what the page can.
 --record keeps every picture (PNG) with its time, and the tracks: the folder is a SOURCE for detect, track and
-live, also after a kill.)");
+live, also after a kill.
+A scenario runs at the wall's pace: drag its ball, its obstacles and the robot, change law, gain, latency, noise, light
+and avoidance. --record keeps each run with what was done to it: servo --touches does it again, to the same bytes.)");
   command
       ->add_option("SOURCE", options->footage.source,
-                   "A video, a folder of images or a recording, an image, or camera:N")
+                   "A video, a folder of images or a recording, an image, camera:N, or a scenario (YAML)")
       ->required();
   add_ball_options(*command, options->balls);
   command->add_flag("--fixed-colors", options->footage.fixed_colors,
@@ -84,6 +139,8 @@ live, also after a kill.)");
       ->add_option("--stream", options->footage.stream,
                    "Sends the tracks as `track` does; with - the address is printed on stderr")
       ->type_name("-|udp:HOST:PORT");
+  add_set_option(*command, options->sets);
+  add_perception_option(*command, options->perception);
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_live(*options); }; });
 }

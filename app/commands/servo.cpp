@@ -1,69 +1,34 @@
 // ballservo servo: one closed-loop run of a scenario.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <visp3/core/vpConfig.h>
 
 #include <cmath>
 #include <memory>
-#include <opencv2/core/version.hpp>
 
 #include "app/commands/command.hpp"
 #include "app/commands/work_options.hpp"
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/experiment/runner.hpp"
+#include "app/experiment/touches.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
 #include "app/report/draw_pages.hpp"
-#include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/options.hpp"
 #include "calibration/base/statistics.hpp"
-#include "calibration/base/system_file.hpp"
-#include "calibration/color/color_file.hpp"
 
 namespace ballservo {
 namespace {
 
 struct ServoOptions {
   CommonOptions common;
-  std::filesystem::path scenario, output;
+  std::filesystem::path scenario, output, touches;
   std::vector<std::string> sets;
   std::string perception = "image";
   bool video = false, teach = false, realtime = false;
 };
-
-/// Level image needs the scenario's colours; the others do without.
-std::shared_ptr<const ColorTable> colors_of(const Scenario& scenario, PerceptionLevel level) {
-  if (level != PerceptionLevel::image || scenario.colors.empty()) return nullptr;
-  return std::make_shared<ColorTable>(read_color_file(scenario.colors));
-}
-
-nlohmann::ordered_json manifest(const Scenario& scenario, const ServoOptions& options, const std::string& log,
-                                const RunRecord& run) {
-  nlohmann::ordered_json hashes;
-  hashes["scenario"] = sha256_hex(scenario.resolved_json);
-  hashes["camera_file"] = sha256_hex(read_file_bytes(scenario.camera.file, 16u << 20));
-  if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors)) {
-    hashes["colors_file"] = sha256_hex(read_file_bytes(scenario.colors, color_file_max_bytes));
-  }
-  hashes["log.csv"] = sha256_hex(log);
-  hashes["tracks.csv"] = sha256_hex(run.tracks_csv);
-  return {
-      {"program", "ballservo " BALLSERVO_VERSION},
-      {"libraries",
-       {{"opencv", CV_VERSION},
-        {"visp", fmt::format("{}.{}.{}", VISP_VERSION_MAJOR, VISP_VERSION_MINOR, VISP_VERSION_PATCH)},
-        {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)}}},
-      {"command", "servo"},
-      {"scenario_file", scenario.file.filename().string()},
-      {"perception", options.perception},
-      {"realtime", options.realtime},
-      {"seed", options.common.seed},
-      {"sha256", hashes},
-      {"scenario", nlohmann::ordered_json::parse(scenario.resolved_json)}};
-}
 
 /// Where the target comes within the run, seen from above.
 Eigen::AlignedBox2d ball_floor(const Scenario& scenario) {
@@ -157,9 +122,17 @@ int run_servo(const ServoOptions& options) {
                      "one of them: drawing a film would hold the camera up; in simulated time it does not");
   }
   const PerceptionLevel level = parse_perception_level(options.perception);
-  const Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
+  if (!options.touches.empty() && options.realtime)
+    throw InputError("--touches", "with --realtime",
+                     "one of them: a run on the wall clock is never the same twice");
+  Scenario scenario = load_scenario(options.scenario, options.sets, options.common.seed);
   admit(scenario, options.common, level == PerceptionLevel::image ? 1 : 0);
   RunOptions run_options;
+  if (!options.touches.empty()) {
+    const Touches touches = read_touches(options.touches, scenario);
+    run_options.touch = replay(touches);
+    scenario.duration_s = touches.duration_s(scenario);
+  }
   run_options.perception = level;
   run_options.seed = options.common.seed;
   run_options.colors = colors_of(scenario, level);
@@ -191,17 +164,12 @@ int run_servo(const ServoOptions& options) {
       options.realtime ? run_realtime(scenario, run_options) : run_closed_loop(scenario, run_options);
   if (const std::string late = lateness(scenario, run); !late.empty()) spdlog::warn(late);
 
-  const std::string log = log_csv(run.steps);
-  const nlohmann::ordered_json summary = summary_json(run.summary, run.timing);
   if (film) film->finish();
-  folder.write("log.csv", log);
-  folder.write("tracks.csv", run.tracks_csv);
-  folder.write("summary.json", summary.dump(2) + "\n");
-  folder.write("manifest.json", manifest(scenario, options, log, run).dump(2) + "\n");
+  write_run(folder, run, scenario, {options.perception, options.common.seed, options.realtime});
   write_report(folder, run_report(run, scenario, options.perception, run_options.rule, folder),
                options.common.quiet);
   options.common.files->commit(folder);
-  write_json_results(options.common, nlohmann::json(summary));
+  write_json_results(options.common, nlohmann::json(summary_json(run.summary, run.timing)));
 
   const RunSummary& s = run.summary;
   print_result("{}\n", outcome_name(s.outcome));
@@ -233,6 +201,9 @@ runs on the wall clock: camera, control and guard in threads of their own; the g
 where frames, sonars or the controller are silent. No two such runs are alike; summary.json says under timing.realtime
 how old frames were and how regular the threads. With --perception image the frames are rendered on the way, as fast
 as the machine can: what comes late is said.
+  ballservo servo data/scenarios/obstacles.yaml -o run --perception geometric --touches touches.yaml
+does again what was done to a run in the page of `ballservo live`, with the --perception, --set and --seed of that run:
+the same log.csv and tracks.csv. Such a run ends when the file says, and has reached its ball as one has that moves.
 Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 interrupted
 (the run so far is written, its outcome is interrupted).)");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML)")->required();
@@ -247,6 +218,8 @@ Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad i
                     "robot moves within 0.2 m of something");
   command->add_flag("--realtime", options->realtime,
                     "On the wall clock, camera, control and guard in threads of their own");
+  command->add_option("--touches", options->touches, "What is done to the run while it goes on (YAML)")
+      ->type_name("FILE");
   add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_servo(*options); }; });

@@ -1,12 +1,17 @@
 #include "app/experiment/run_log.hpp"
 
 #include <fmt/format.h>
+#include <visp3/core/vpConfig.h>
 
 #include <cmath>
+#include <opencv2/core/version.hpp>
 
 #include "app/report/picture.hpp"
+#include "calibration/base/checksum.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/statistics.hpp"
+#include "calibration/base/system_file.hpp"
+#include "calibration/color/color_file.hpp"
 
 namespace ballservo {
 
@@ -23,6 +28,44 @@ std::string log_csv(const std::vector<StepRecord>& steps) {
                    s.clearance_m, c.intended.v_mps, c.intended.w_radps, c.shield, s.in_view, s.hidden);
   }
   return csv;
+}
+
+namespace {
+
+nlohmann::ordered_json manifest(const Scenario& scenario, const RunMaking& making, const std::string& log,
+                                const RunRecord& run) {
+  nlohmann::ordered_json hashes;
+  hashes["scenario"] = sha256_hex(scenario.resolved_json);
+  hashes["camera_file"] = sha256_hex(read_file_bytes(scenario.camera.file, 16u << 20));
+  if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors)) {
+    hashes["colors_file"] = sha256_hex(read_file_bytes(scenario.colors, color_file_max_bytes));
+  }
+  hashes["log.csv"] = sha256_hex(log);
+  hashes["tracks.csv"] = sha256_hex(run.tracks_csv);
+  return {
+      {"program", "ballservo " BALLSERVO_VERSION},
+      {"libraries",
+       {{"opencv", CV_VERSION},
+        {"visp", fmt::format("{}.{}.{}", VISP_VERSION_MAJOR, VISP_VERSION_MINOR, VISP_VERSION_PATCH)},
+        {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)}}},
+      {"command", "servo"},
+      {"scenario_file", scenario.file.filename().string()},
+      {"perception", making.perception},
+      {"realtime", making.realtime},
+      {"seed", making.seed},
+      {"sha256", hashes},
+      {"scenario", nlohmann::ordered_json::parse(scenario.resolved_json)}};
+}
+
+}  // namespace
+
+void write_run(const OutputFolder& folder, const RunRecord& run, const Scenario& scenario,
+               const RunMaking& making) {
+  const std::string log = log_csv(run.steps);
+  folder.write("log.csv", log);
+  folder.write("tracks.csv", run.tracks_csv);
+  folder.write("summary.json", summary_json(run.summary, run.timing).dump(2) + "\n");
+  folder.write("manifest.json", manifest(scenario, making, log, run).dump(2) + "\n");
 }
 
 nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& timing) {

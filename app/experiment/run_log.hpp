@@ -1,7 +1,7 @@
-// A run's folder: log.csv, summary.json, and what its page is drawn from beside them (manifest.json is the
-// command's, tracks.csv is written as the run goes).
+// A run's folder: log.csv, tracks.csv, summary.json, manifest.json, and what its page is drawn from.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -18,6 +18,17 @@ std::string log_csv(const std::vector<StepRecord>& steps);
 /// The keys of the contract in its order, more after them; NaN as null. Wall-clock figures stand under
 /// `timing` alone.
 nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& timing);
+
+/// How a run was made of its scenario.
+struct RunMaking {
+  std::string perception;
+  std::uint64_t seed = 0;
+  bool realtime = false;
+};
+
+/// Writes log.csv, tracks.csv, summary.json and manifest.json.
+void write_run(const OutputFolder& folder, const RunRecord& run, const Scenario& scenario,
+               const RunMaking& making);
 
 /// Writes the key frames' pictures into the folder, and returns the contents of report.json: the floor, the
 /// ball's way over it and through the picture.

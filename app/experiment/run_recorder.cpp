@@ -11,12 +11,12 @@
 namespace ballservo {
 
 RunRecorder::RunRecorder(const Scenario& scenario, const SimulatedRobot& robot, const SimulatedCamera& camera,
-                         const ReachedRule& rule)
+                         const ReachedRule& rule, bool touched)
     : scenario_(scenario),
       robot_(robot),
       camera_(camera),
-      judge_(scenario.duration_s, !std::holds_alternative<StaticMotion>(scenario.target_ball().motion),
-             rule) {
+      judge_(scenario.duration_s,
+             touched || !std::holds_alternative<StaticMotion>(scenario.target_ball().motion), rule) {
   run_.steps.reserve(static_cast<std::size_t>(std::min(scenario.duration_s * scenario.control_rate_hz, 1e4)) +
                      2);
 }

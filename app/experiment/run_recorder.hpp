@@ -16,9 +16,9 @@ namespace ballservo {
 
 class RunRecorder final : public LoopObserver {
  public:
-  /// All three must outlive it.
+  /// All three must outlive it. `touched`: the ball may be moved by somebody.
   RunRecorder(const Scenario& scenario, const SimulatedRobot& robot, const SimulatedCamera& camera,
-              const ReachedRule& rule);
+              const ReachedRule& rule, bool touched);
 
   void frame(const FrameEvent& event) override;
   void step(const StepEvent& event) override;

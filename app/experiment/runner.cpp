@@ -49,13 +49,15 @@ class SimulatedRun {
  public:
   SimulatedRun(const Scenario& scenario, const RunOptions& options, const ControllerOptions& controller)
       : options_(options),
-        robot_(scenario.world, scenario.robot, options.seed),
-        camera_(scenario, options.seed, options.perception == PerceptionLevel::image || options.on_picture,
+        untouched_(scenario),
+        scenario_(scenario),
+        robot_(scenario_.world, scenario.robot, options.seed),
+        camera_(scenario_, options.seed, options.perception == PerceptionLevel::image || options.on_picture,
                 [this](double time_s) { return robot_.at(time_s); }),
-        perception_(make_perception(scenario, options.perception, options.seed, options.colors, camera_)),
+        perception_(make_perception(scenario_, options.perception, options.seed, options.colors, camera_)),
         controller_(controller, options.laws.make(scenario.law, controller.goal)),
-        recorder_(scenario, robot_, camera_, options.rule),
-        pictures_(scenario, [this](const cv::Mat& picture) {
+        recorder_(scenario_, robot_, camera_, options.rule, bool(options.touch)),
+        pictures_(scenario_, [this](const cv::Mat& picture) {
           if (options_.on_picture) options_.on_picture(picture, recorder_.record(), robot_.firings());
         }) {}
 
@@ -64,6 +66,11 @@ class SimulatedRun {
   RunRecord run(bool realtime, const RunLoop& loop) {
     bool interrupted = false;
     loop(LoopPorts{camera_, *perception_, robot_, controller_, {&recorder_, &pictures_}}, [&](double time_s) {
+      if (options_.touch && !recorder_.over()) {
+        for (const Touch& touch :
+             options_.touch({scenario_, recorder_.record(), robot_.firings(), controller_}))
+          feel(touch);
+      }
       interrupted = options_.go_on && !options_.go_on(time_s);
       return !interrupted && !recorder_.over();
     });
@@ -74,7 +81,19 @@ class SimulatedRun {
   }
 
  private:
+  void feel(const Touch& touch) {
+    touch_scenario(touch, untouched_, scenario_);
+    if (touch.kind == Touch::Kind::robot) robot_.put(touch.to);
+    robot_.look_around();
+    camera_.look_around();
+    perception_->look_around();
+    const ControllerOptions controller = controller_options(scenario_);
+    controller_.retune(controller, options_.laws.make(scenario_.law, controller.goal));
+  }
+
   const RunOptions& options_;
+  const Scenario& untouched_;
+  Scenario scenario_;
   SimulatedRobot robot_;
   SimulatedCamera camera_;
   std::unique_ptr<SimulatedPerception> perception_;
@@ -85,6 +104,14 @@ class SimulatedRun {
 
 }  // namespace
 
+std::function<std::vector<Touch>(const RunView& now)> replay(Touches touches) {
+  return [list = std::move(touches.list), next = std::size_t{0}](const RunView& now) mutable {
+    std::vector<Touch> due;
+    while (next < list.size() && list[next].step <= now.record.steps.back().step) due.push_back(list[next++]);
+    return due;
+  };
+}
+
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
   return SimulatedRun(scenario, options, controller_options(scenario))
       .run(false, [](const LoopPorts& ports, const GoOn& go_on) {
@@ -94,6 +121,7 @@ RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
 }
 
 RunRecord run_realtime(const Scenario& scenario, const RunOptions& options) {
+  if (options.touch) throw InputError("touch", "on the wall clock", "a run in simulated time");
   if (options.on_picture) {
     throw InputError("on_picture", "a film on the wall clock", "none: drawing it would hold the camera up");
   }

@@ -11,6 +11,7 @@
 #include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_record.hpp"
 #include "app/experiment/simulated_perception.hpp"
+#include "app/experiment/touches.hpp"
 #include "app/loop/loop_observer.hpp"
 #include "app/scenario/scenario.hpp"
 #include "app/scenario/taught_target.hpp"
@@ -25,6 +26,14 @@ namespace ballservo {
 /// limit; empty for one below.
 std::string gain_warning(const Scenario& scenario);
 
+/// A run between two control steps, for somebody who looks on.
+struct RunView {
+  const Scenario& scenario;  ///< as it has been touched
+  const RunRecord& record;
+  const std::vector<SonarFiring>& firings;
+  const Controller& controller;
+};
+
 struct RunOptions {
   PerceptionLevel perception = PerceptionLevel::image;
   std::uint64_t seed = 0;
@@ -36,9 +45,15 @@ struct RunOptions {
   std::function<void(const cv::Mat& picture, const RunRecord& so_far,
                      const std::vector<SonarFiring>& firings)>
       on_picture;
+  /// Says after each control step what is done to the run before the next. Empty: nothing, ever; else the run
+  /// goes on when the ball is reached, as with one that moves.
+  std::function<std::vector<Touch>(const RunView& now)> touch;
   /// Called at each control step with the run's time; the run stops as `interrupted` where it says false.
   std::function<bool(double time_s)> go_on;
 };
+
+/// Does again what was done.
+std::function<std::vector<Touch>(const RunView& now)> replay(Touches touches);
 
 /// Runs in simulated time to the end: the judge's word, or `go_on`. A reached run ends `rule.hold_s` after it
 /// settled, plus a tail of `rule.tail_s`. The record is the same for the same scenario and seed, `timing`

@@ -36,6 +36,11 @@ class SimulatedCamera final : public FrameSource {
 
   std::optional<CameraFrame> take(Clock& clock, double until_s) override;
 
+  /// The scenario's world is another from now on.
+  void look_around() {
+    if (renderer_) renderer_->set_world(scenario_.world);
+  }
+
   /// Of the frame last taken; for the thread that took it.
   const ExposureTruth& truth() const { return truth_; }
   /// The frame that is exposed next, and when that begins (s).

@@ -5,6 +5,7 @@
 #include "app/io/ball_rows.hpp"
 #include "app/loop/image_perception.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/color/color_file.hpp"
 #include "servo/simulation/robot/geometric_sensors.hpp"
 
 namespace ballservo {
@@ -27,6 +28,11 @@ PerceptionLevel parse_perception_level(const std::string& text) {
     if (text == perception_level_name(level)) return level;
   }
   throw InputError("--perception", text, "image, geometric or truth");
+}
+
+std::shared_ptr<const ColorTable> colors_of(const Scenario& scenario, PerceptionLevel level) {
+  if (level != PerceptionLevel::image || scenario.colors.empty()) return nullptr;
+  return std::make_shared<ColorTable>(read_color_file(scenario.colors));
 }
 
 SimulatedPerception::SimulatedPerception() : tracks_csv_(ball_rows_header()) {}
@@ -82,17 +88,23 @@ class RenderedPerception final : public SimulatedPerception {
 
 class GeometricPerception final : public SimulatedPerception {
  public:
-  GeometricPerception(const Scenario& scenario, const GeometricSensorOptions& sensor, std::uint64_t seed,
-                      const SimulatedCamera& camera)
+  GeometricPerception(const Scenario& scenario, bool exact, std::uint64_t seed, const SimulatedCamera& camera)
       : scenario_(scenario),
         camera_(camera),
         believed_camera_(scenario.believed.camera(scenario.camera.camera)),
-        seed_(seed),
-        sensor_(scenario.camera.camera, sensor, seed) {
+        exact_(exact),
+        seed_(seed) {
+    GeometricPerception::look_around();
+  }
+
+  void look_around() override {
+    GeometricSensorOptions sensor = scenario_.geometric;
+    sensor.exact = exact_;
+    sensor_.emplace(scenario_.camera.camera, sensor, seed_);
     constexpr double edge_sigma_px = 1.5;
-    if (looks_at_floor(scenario)) {
-      floor_.emplace(scenario.world, scenario.camera.camera, scenario.camera.mount, floor_reach_m,
-                     sensor.exact ? 0.0 : edge_sigma_px, scenario.target_ball().name);
+    if (floor_ || looks_at_floor(scenario_)) {
+      floor_.emplace(scenario_.world, scenario_.camera.camera, scenario_.camera.mount, floor_reach_m,
+                     exact_ ? 0.0 : edge_sigma_px, scenario_.target_ball().name);
     }
   }
 
@@ -104,7 +116,7 @@ class GeometricPerception final : public SimulatedPerception {
     Percept percept;
     const double diameter_m = scenario_.target_ball().diameter_m;
     percept.ball =
-        sensor_.measure(target, diameter_m, frame.time_s, static_cast<std::uint64_t>(frame.number));
+        sensor_->measure(target, diameter_m, frame.time_s, static_cast<std::uint64_t>(frame.number));
     if (percept.ball.state != TrackState::none) believe(percept);
     if (percept.ball.state != TrackState::none) note(frame, percept, target.visible_fraction);
     if (floor_ && shows_colors) {
@@ -144,8 +156,9 @@ class GeometricPerception final : public SimulatedPerception {
   const Scenario& scenario_;
   const SimulatedCamera& camera_;
   Camera believed_camera_;
+  bool exact_;
   std::uint64_t seed_;
-  GeometricBallSensor sensor_;
+  std::optional<GeometricBallSensor> sensor_;
   std::optional<FloorSensor> floor_;
 };
 
@@ -187,9 +200,7 @@ std::unique_ptr<SimulatedPerception> make_perception(const Scenario& scenario, P
                                                      std::shared_ptr<const ColorTable> colors,
                                                      const SimulatedCamera& camera) {
   if (level == PerceptionLevel::image) return make_rendered(scenario, seed, std::move(colors));
-  GeometricSensorOptions sensor = scenario.geometric;
-  sensor.exact = level == PerceptionLevel::truth;
-  return std::make_unique<GeometricPerception>(scenario, sensor, seed, camera);
+  return std::make_unique<GeometricPerception>(scenario, level == PerceptionLevel::truth, seed, camera);
 }
 
 }  // namespace ballservo

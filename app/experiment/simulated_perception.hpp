@@ -19,10 +19,16 @@ std::string_view perception_level_name(PerceptionLevel level);
 /// The level of that name; InputError about `--perception` otherwise.
 PerceptionLevel parse_perception_level(const std::string& text);
 
+/// What make_perception is to be given: the scenario's colours for level image; null at the others, and where
+/// it names none.
+std::shared_ptr<const ColorTable> colors_of(const Scenario& scenario, PerceptionLevel level);
+
 /// Perception that notes all balls that it knows of, in the form of tracks.csv.
 class SimulatedPerception : public BallPerception {
  public:
   const std::string& tracks_csv() const { return tracks_csv_; }
+  /// The scenario's world or noise is another from now on.
+  virtual void look_around() {}
 
  protected:
   SimulatedPerception();

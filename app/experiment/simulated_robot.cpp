@@ -55,6 +55,17 @@ void SimulatedRobot::command(const Twist2& twist, double now_s) {
   commands_.push_back({drive_.time_s(), twist});
 }
 
+void SimulatedRobot::put(const Pose2& pose) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  drive_.put(pose);
+  odometry_.put(pose);
+}
+
+void SimulatedRobot::look_around() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (sonar_) sonar_->look_around();
+}
+
 void SimulatedRobot::listen(const std::function<void(const SonarReading&)>& hear) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (sonar_) sonar_->deliver(drive_.time_s(), hear);

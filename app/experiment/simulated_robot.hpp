@@ -31,6 +31,11 @@ class SimulatedRobot final : public Robot {
   bool has_sonars() const override { return sonar_.has_value(); }
   void listen(const std::function<void(const SonarReading&)>& hear) override;
 
+  /// Somebody puts it there, now.
+  void put(const Pose2& pose);
+  /// The world's obstacles stand elsewhere from now on.
+  void look_around();
+
   /// The truth then, or at the latest time that anybody has looked.
   RobotTruth at(double now_s);
   /// What was true at the last `read`; for its thread.

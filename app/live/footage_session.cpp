@@ -10,6 +10,7 @@
 #include "app/io/ball_rows.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/live/base64.hpp"
+#include "app/live/client_words.hpp"
 #include "app/live/picture_questions.hpp"
 #include "app/live/remedies.hpp"
 #include "app/report/overlay.hpp"
@@ -51,23 +52,6 @@ std::string position_text(const BallPosition& position) {
   const double across_m = std::sqrt(std::max(0.0, axes.eigenvalues().maxCoeff()));
   return fmt::format("{:.3f} m +- {:.1f} mm, across +- {:.1f} mm", position.p_C.norm(), 1000 * z_95 * along_m,
                      1000 * z_95 * across_m);
-}
-
-double number_at(const nlohmann::json& what, const char* key, double otherwise) {
-  const auto found = what.find(key);
-  if (found == what.end() || !found->is_number()) return otherwise;
-  return found->get<double>();
-}
-
-std::string text_at(const nlohmann::json& what, const char* key) {
-  const auto found = what.find(key);
-  return found != what.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-std::string words_of(const InputError& error) {
-  std::string text;
-  for (const Fault& fault : error.faults()) text += (text.empty() ? "" : "; ") + to_text(fault);
-  return text;
 }
 
 }  // namespace
@@ -343,17 +327,18 @@ void FootageSession::record(Clock::time_point taken) {
 void FootageSession::obey(LiveCommand command) {
   const std::string verb = text_at(command.what, "do");
   const auto reply = command.answer;
-  try {
-    if (verb == "teach") return teach(std::move(command));
-    if (verb == "rename") return rename(std::move(command));
-    Json answer = done(verb, command.what);
-    answer["answer"] = verb;
-    reply(std::move(answer));
-  } catch (const InputError& error) {
-    reply({{"answer", verb}, {"refused", words_of(error)}});
-  } catch (const Refusal& refusal) {
-    reply({{"answer", verb}, {"refused", refusal.what()}});
-  }
+  bool later = false;  // its thread answers
+  Json answer = answer_to(verb, [&]() -> Json {
+    later = verb == "teach" || verb == "rename";
+    if (verb == "teach")
+      teach(std::move(command));
+    else if (verb == "rename")
+      rename(std::move(command));
+    else
+      return done(verb, command.what);
+    return Json::object();
+  });
+  if (!later || answer.contains("refused")) reply(std::move(answer));
 }
 
 /// Does what takes no time, and says what came of it.

@@ -85,6 +85,17 @@ Controller::Controller(const ControllerOptions& options, std::unique_ptr<Law> la
   }
 }
 
+void Controller::retune(const ControllerOptions& options, std::unique_ptr<Law> law) {
+  law_ = std::move(law);
+  options_.turn_gain_per_s = options.turn_gain_per_s;
+  options_.latency_s = options.latency_s;
+  options_.avoidance.type = options.avoidance.type;
+  if (steers() || !states_.blocked()) return;
+  Findings findings;  // nobody looks for a way any longer
+  findings.add(Finding::unstuck);
+  react(findings, step_time_s_, {});
+}
+
 void Controller::note_command(double time_s, const Twist2& command) {
   last_command_ = command;
   predictor_.add_command(time_s, command);
@@ -128,7 +139,7 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
     const Wish wish = wanted(time_s, odometry, when_it_acts, target, law);
     output.intended = within_limits(time_s, wish.way ? steered(*wish.way) : wish.command, odometry);
     output.command = output.intended;
-    if (avoidance_) {
+    if (is_cautious()) {
       const ShieldVerdict verdict = avoidance_->check(time_s, output.intended, when_it_acts);
       output.command = verdict.command;
       output.shield = verdict.reason;

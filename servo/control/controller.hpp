@@ -54,6 +54,10 @@ class Controller {
 
   const ControllerOptions& options() const { return options_; }
 
+  /// Law, gain, latency and avoidance.type become those, from the next step on; all else must be as it was,
+  /// and what is known of ball and room stays known. Avoidance can go no further than it did at first.
+  void retune(const ControllerOptions& options, std::unique_ptr<Law> law);
+
   /// A frame's word on the ball, which arrived at that time (else: in time for the next step, which looks at
   /// it).
   void see(const BallMeasurement& measurement, double arrived_s = std::numeric_limits<double>::infinity()) {
@@ -72,6 +76,9 @@ class Controller {
 
   /// What the sonars have shown; null without avoidance.
   const Avoidance* avoidance() const { return avoidance_ ? &*avoidance_ : nullptr; }
+
+  /// Where the ball is held to be at a time from the last step on, in the odometry's frame.
+  std::optional<TargetEstimate> ball(double time_s) const { return ball_.predict(time_s); }
 
   /// Somebody else told the drive at that time to rest: the guard, on a clock of its own.
   void rested(double time_s) { note_command(time_s, {}); }
@@ -105,7 +112,10 @@ class Controller {
   Twist2 by_law(const Target& target, const Twist2& twist, const std::optional<LawOutput>& law) const;
   Twist2 steered(const SteeringInput& way);
   Twist2 within_limits(double time_s, const Twist2& wanted, const Pose2& pose);
-  bool steers() const { return avoidance_ && avoidance_->steers(); }
+  bool is_cautious() const { return avoidance_ && options_.avoidance.type != AvoidanceOptions::Type::none; }
+  bool steers() const {
+    return avoidance_ && avoidance_->steers() && options_.avoidance.type == AvoidanceOptions::Type::full;
+  }
   void note_command(double time_s, const Twist2& command);
 
   ControllerOptions options_;

@@ -3,7 +3,8 @@
 
 The live page in Debian's Chromium, at the widths of a desk and of a phone: a sweet is taught by a click, taken back,
 taught again and saved, and is still there after a reload; a thing that is no ball says why. A ball that flies is taught
-in a picture that stands still, and followed. --keep keeps screenshots.
+in a picture that stands still, and followed. A scenario's ball is dragged, and the robot drives there; the run is kept,
+and its touches give the same bytes again. --keep keeps screenshots.
 """
 import argparse, contextlib, os, pathlib, signal, subprocess, sys, tempfile, time
 
@@ -132,6 +133,54 @@ def follow(page, name):
     assert not page.complaints(), page.complaints()
 
 
+def touch(page, name):
+    """A run: its ball is dragged to another place, and the robot follows; another law; pause, step and reset."""
+    from selenium.webdriver.common.action_chains import ActionChains
+    room = page.browser.find_element("id", "room")
+    data = lambda key: page.js("return JSON.parse(document.getElementById('room').dataset[arguments[0]])", key)
+    until(lambda: page.js("return document.getElementById('room').dataset.step > 5"))
+
+    def offset(point):
+        box, (left, low, right, high) = page.js("return document.getElementById('room').getBoundingClientRect().toJSON()"), data("room")
+        scale = box["width"] / (right - left)
+        return round((point[0] - (left + right) / 2) * scale), round(((low + high) / 2 - point[1]) * scale)
+
+    goal = 2.5, -1.0
+    page.js("document.getElementById('room').scrollIntoView()")
+    (x, y), (to_x, to_y) = offset(data("ball")), offset(goal)
+    chain = ActionChains(page.browser, duration=50).move_to_element_with_offset(room, x, y).click_and_hold()
+    for part in 1, 2, 3, 4:
+        chain.move_to_element_with_offset(room, x + (to_x - x) * part // 4, y + (to_y - y) * part // 4)
+    chain.release().perform()
+    until(lambda: all(abs(a - b) < 0.05 for a, b in zip(data("ball"), goal)))
+    page.shot(f"{name}_dragged")
+    page.js("const p = document.getElementById('pace'); p.value = '2'; p.dispatchEvent(new Event('change'))")
+    distance = lambda: sum((a - b) ** 2 for a, b in zip(data("robot"), data("ball"))) ** 0.5
+    until(lambda: abs(distance() - 0.8) < 0.02, 60)
+    page.js("const l = document.getElementById('law'); l.value = 'visp'; l.dispatchEvent(new Event('change'))")
+    touches = int(page.text("touches").split()[0])
+    until(lambda: int(page.text("touches").split()[0]) > touches or page.js("return document.getElementById('law').value") == "visp")
+    page.shot(f"{name}_room")
+    wide = page.js("return [document.documentElement.scrollWidth, window.innerWidth]")
+    assert wide[0] <= wide[1], f"wider than the window: {wide}"
+    page.press("pause")
+    until(lambda: page.text("pause") == "Go on")
+    before = data("step")
+    page.press("step")
+    until(lambda: data("step") == before + 1)
+    page.press("pause")
+    page.press("reset")
+    until(lambda: data("step") < before)
+    assert not page.complaints(), page.complaints()
+
+
+def replayed(program, scenario, kept, again):
+    """What was done to the run that was kept is done again, and gives the same bytes."""
+    subprocess.run([program, "servo", scenario, "-o", again, "--perception", "geometric", "--touches", kept / "touches.yaml", "--quiet"], capture_output=True)
+    for table in "log.csv", "tracks.csv":
+        assert (again / table).read_bytes() == (kept / table).read_bytes(), f"{table} differs"
+
+
 @contextlib.contextmanager
 def served(program, *arguments, interrupt=False):
     """The page's address. The program ends because the page has said so, or by Ctrl-C while the page is open."""
@@ -179,6 +228,12 @@ def main():
                     page = Page(browser, url, options.keep)
                     walk(page, str(width), saved)
                     page.press("end")
+                scenario, kept = options.project / "data/scenarios/static_ball.yaml", pathlib.Path(folder) / f"run_{width}"
+                with served(options.program, scenario, "--perception", "geometric", "--record", kept) as url:
+                    page = Page(browser, url, options.keep)
+                    touch(page, str(width))
+                    page.press("end")
+                replayed(options.program, scenario, kept, kept.parent / f"again_{width}")
                 if video:
                     with served(options.program, video, interrupt=True) as url:
                         follow(Page(browser, url, options.keep), str(width))

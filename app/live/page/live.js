@@ -1,4 +1,6 @@
 // The page of `ballservo live`. README.md beside it describes the messages.
+import {connectRoom, drop, showRoom} from './room.js';
+
 const at = (id) => document.getElementById(id);
 const canvas = at('picture'), pen = canvas.getContext('2d');
 let socket, state = null, bitmap = null, view = '', mark = null, drag = null, teaching = null, asked = null;
@@ -79,7 +81,7 @@ function paint() {
   const width = sharp * bitmap.width, height = sharp * bitmap.height;
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
   pen.drawImage(bitmap, 0, 0, width, height);
-  if (view === 'picture' || view === 'taught') state.balls.forEach(drawBall);
+  if (state.kind === 'footage' && (view === 'picture' || view === 'taught')) state.balls.forEach(drawBall);
   for (const circle of [drag, mark && mark.until > performance.now() ? mark : null]) {
     if (circle) trace(Array.from({length: 49}, (_, k) => [circle.u + circle.r * Math.cos(k * Math.PI / 24), circle.v + circle.r * Math.sin(k * Math.PI / 24)]), '#fff');
   }
@@ -131,7 +133,7 @@ function place(event) {
 }
 
 canvas.addEventListener('pointerdown', (event) => {
-  if (!state) return;
+  if (state?.kind !== 'footage') return;
   drag = {...place(event), r: 0, serial: state.serial, x: event.clientX, y: event.clientY};
   try { canvas.setPointerCapture(event.pointerId); } catch { /* a pointer that is gone */ }
 });
@@ -175,7 +177,8 @@ function explain(answer) {
   at('why').append(button);
 }
 
-const presses = {undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}, end: {do: 'end'}};
+connectRoom(send);
+const presses = {reset: {do: 'reset'}, undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}, end: {do: 'end'}};
 for (const [id, what] of Object.entries(presses)) at(id).onclick = () => send(what);
 at('teach').onclick = () => setTeaching(!teaching);
 at('view').onchange = look;
@@ -245,18 +248,41 @@ function classItem(one) {
 }
 
 function show(message) {
-  if (teaching === null) setTeaching(state.classes.length === 0);
+  if (document.body.className !== state.kind) begin(state.kind);
   complain(state.message || message.fault);
   Object.assign(canvas.dataset, {size: JSON.stringify([state.width_px, state.height_px]), frame: state.frame - 1});
   at('source').textContent = state.source.split('/').pop();
   at('source').title = state.source;
+  at('pause').textContent = state.paused ? 'Go on' : 'Pause';
+  at('pause').setAttribute('aria-pressed', state.paused);
+  (state.kind === 'footage' ? showFootage : showScenario)(message);
+  plot(message);
+}
+
+// The parts that a kind of session has are chosen by the body's class.
+function begin(kind) {
+  document.body.className = kind;
+  at('quantity').replaceChildren(...Object.keys(quantities[kind]).map((name) => element('option', name)));
+  if (kind === 'scenario') {
+    at('bar').append(at('pace'), at('reset'), at('drop'), at('save'), at('touches'));
+    at('world').append(at('bar'));
+    at('step').title = 'The next control step, and pause';
+    at('save').title = 'What was done to this run: ballservo servo SCENARIO --touches does it again';
+    at('save').disabled = false;
+    at('record').disabled = true;
+    at('record').title = 'With --record DIR each run is kept';
+  } else {
+    at('quantity').value = 'radius (px)';
+  }
+}
+
+function showFootage(message) {
+  if (teaching === null) setTeaching(state.classes.length === 0);
   at('status').textContent = `${state.rate_hz.toFixed(1)} pictures/s, ${state.work_ms.toFixed(1)} ms each; ` +
     `seen to painted ${message.painted_p95_ms.toFixed(0)} ms (95 %)` + (state.learning ? '; learning' : '');
   at('undo').disabled = !state.undo;
   at('save').disabled = !state.classes.length;
   at('save').title = state.colors_output ? `Into ${state.colors_output}` : 'As a download';
-  at('pause').textContent = state.paused ? 'Go on' : 'Pause';
-  at('pause').setAttribute('aria-pressed', state.paused);
   const recording = state.recording;
   at('record').setAttribute('aria-pressed', Boolean(recording?.on));
   at('record').textContent = recording?.on ? `Recording: ${recording.kept}` + (recording.lost ? `, ${recording.lost} lost` : '') : 'Record';
@@ -277,29 +303,78 @@ function show(message) {
       ball.outline_px.map((x) => x.toFixed(1)).join(', '), ball.position ?? ''].map((text) => element('td', text)));
     return row;
   }));
-  plot(message);
+}
+
+// ---- a scenario
+
+const knobs = {gain: ['gain', 'per_s', 'gain_per_s', '1/s'], latency: ['latency', 'latency_s', 'latency_s', 's'],
+  noise: ['noise', 'factor', 'noise', 'times'], light: ['light', 'factor', 'light', 'times']};
+const touched = (what) => send({do: 'touch', touch: what});
+for (const [id, [verb, key, , unit]] of Object.entries(knobs)) {
+  at(id).oninput = () => { at(id).nextElementSibling.textContent = `${at(id).value} ${unit}`; };
+  at(id).onchange = () => touched({do: verb, [key]: Number(at(id).value)});
+}
+at('law').onchange = () => touched({do: 'law', name: at('law').value});
+at('avoidance').onchange = () => touched({do: 'avoidance', type: at('avoidance').value});
+at('pace').onchange = () => send({do: 'speed', factor: Number(at('pace').value)});
+at('drop').onclick = () => drop(at('drop').getAttribute('aria-pressed') !== 'true');
+
+function choose(id, names, value) {
+  build(id, names, () => names.map((name) => element('option', name)));
+  if (document.activeElement !== at(id)) at(id).value = value;
+}
+
+function showScenario(message) {
+  showRoom(state);
+  choose('law', state.laws, state.law);
+  choose('avoidance', state.avoidances, state.avoidance);
+  for (const [id, [, , key]] of Object.entries(knobs)) {
+    if (document.activeElement === at(id) && at(id).matches(':active')) continue;
+    at(id).value = state[key];
+    at(id).oninput();
+  }
+  at('status').textContent = `${state.time_s.toFixed(2)} s, step ${state.step}, seed ${state.seed}, ${state.perception}; painted ${message.painted_p95_ms.toFixed(0)} ms after it was seen (95 %)`;
+  at('touches').textContent = state.touches === 1 ? '1 touch' : `${state.touches} touches`;
+  at('shield').textContent = state.avoidance === 'none' ? 'There is no shield' : `The shield: ${state.shield || 'the command passes'}`;
+  at('outcome').textContent = state.outcome && `${state.outcome}: ${state.outcome_text}. Reset begins anew.`;
+  at('outcome').hidden = !state.outcome;
+  const values = {'is doing': state.state, 'because': state.reason, 'distance to the goal': `${(1000 * state.range_error_m).toFixed(1)} mm`,
+    'bearing': `${(state.bearing_rad * 180 / Math.PI).toFixed(2)}\u00b0`, 'speed': `${state.v_mps.toFixed(3)} m/s, ${state.w_radps.toFixed(3)} rad/s`,
+    'nearest thing': `${(100 * state.clearance_m).toFixed(0)} cm`, 'the ball is': state.track};
+  at('readings').replaceChildren(...Object.entries(values).flatMap(([name, value]) => [element('dt', name), element('dd', value)]));
 }
 
 // ---- the chart
 
 const norm = (p) => p && Math.hypot(...p);
+const ofBalls = (of) => () => state.balls.map((ball) => [`${ball.class} ${ball.track_id}`, of(ball)]);
+const ofAll = (of) => (message) => [['', of(message)]];
+const painted = ofAll((message) => message.painted_p95_ms);
 const quantities = {
-  'distance (m)': (ball) => norm(ball.p_m),
-  'radius (px)': (ball) => ball.outline_px[2],
-  'quality': (ball) => ball.quality,
-  'x (m)': (ball) => ball.p_m?.[0],
-  'y (m)': (ball) => ball.p_m?.[1],
-  'z (m)': (ball) => ball.p_m?.[2],
-  'pictures per second': null,
-  'work per picture (ms)': null,
-  'seen to painted (ms, 95 %)': null,
+  footage: {
+    'distance (m)': ofBalls((ball) => norm(ball.p_m)),
+    'radius (px)': ofBalls((ball) => ball.outline_px[2]),
+    'quality': ofBalls((ball) => ball.quality),
+    'x (m)': ofBalls((ball) => ball.p_m?.[0]),
+    'y (m)': ofBalls((ball) => ball.p_m?.[1]),
+    'z (m)': ofBalls((ball) => ball.p_m?.[2]),
+    'pictures per second': ofAll(() => state.rate_hz),
+    'work per picture (ms)': ofAll(() => state.work_ms),
+    'seen to painted (ms, 95 %)': painted,
+  },
+  scenario: {
+    'distance to the goal (m)': ofAll(() => state.range_error_m),
+    'bearing (degrees)': ofAll(() => state.bearing_rad * 180 / Math.PI),
+    'speed (m/s)': ofAll(() => state.v_mps),
+    'turning (rad/s)': ofAll(() => state.w_radps),
+    'nearest thing (m)': ofAll(() => state.clearance_m),
+    'seen to painted (ms, 95 %)': painted,
+  },
 };
 const lines = ['#0b62c4', '#c4510b', '#2e8b3a', '#8b2e8b', '#7a6a00', '#00797a'];
 const seconds_kept = 20;
 let chart = null, drawn = 0;
-const begin = performance.now();
-at('quantity').append(...Object.keys(quantities).map((name) => element('option', name)));
-at('quantity').value = 'radius (px)';
+const opened = performance.now();
 at('quantity').onchange = () => { if (chart) chart.data.datasets = []; };
 
 function plot(message) {
@@ -310,10 +385,8 @@ function plot(message) {
     options: {animation: false, parsing: false, maintainAspectRatio: false, elements: {point: {radius: 0}, line: {borderWidth: 1.5}},
       scales: {x: {type: 'linear', min: -seconds_kept, max: 0, title: {display: true, text: 'seconds ago'}, ticks: {callback: (age) => -age}}}, plugins: {legend: {labels: {boxWidth: 12}}}},
   });
-  const now = (performance.now() - begin) / 1000, name = at('quantity').value, of = quantities[name];
-  const totals = [state.rate_hz, state.work_ms, message.painted_p95_ms];
-  const values = of ? state.balls.map((ball) => [`${ball.class} ${ball.track_id}`, of(ball)])
-    : [[name, totals[Object.keys(quantities).indexOf(name) - 6]]];
+  const now = (performance.now() - opened) / 1000, name = at('quantity').value;
+  const values = quantities[state.kind][name](message).map(([label, value]) => [label || name, value]);
   const sets = chart.data.datasets;
   for (const [label, value] of values) {
     if (value === undefined || value === null) continue;

@@ -212,6 +212,11 @@ double half_plane_share(double inside, double slope_x, double slope_y, double si
   return inside >= 0 ? share : 1.0 - share;
 }
 
+void CameraRenderer::set_world(World world) {
+  world_ = std::move(world);
+  light_map_ = LightMap(world_);
+}
+
 CameraRenderer::CameraRenderer(const Camera& camera, World world, const SensorOptions& sensor)
     : camera_(camera), world_(std::move(world)), light_map_(world_), sensor_(sensor) {
   check_options("sensor", sensor_);

@@ -36,6 +36,9 @@ class CameraRenderer {
   /// checked (InputError).
   CameraRenderer(const Camera& camera, World world, const SensorOptions& sensor);
 
+  /// Another world from now on; what light its lamps and obstacles let fall on the room is worked out anew.
+  void set_world(World world);
+
   const Camera& camera() const { return camera_; }
   const World& world() const { return world_; }
   const SensorOptions& sensor() const { return sensor_; }

@@ -89,15 +89,21 @@ SonarRing::SonarRing(const World& world, const SonarOptions& options, std::vecto
                      std::uint64_t seed)
     : world_(world), options_(options), faults_(std::move(faults)), engine_(random_stream(seed, "sonar")) {
   stuck_at_m_.fill(-1);
-  const Room& room = world.room;
+  look_around();
+}
+
+void SonarRing::look_around() {
+  segments_.clear();
+  circles_.clear();
+  const Room& room = world_.room;
   // Outlines run so that what can be heard lies on their right: clockwise for the room.
   const std::array<Eigen::Vector2d, 4> corners{{{room.x_min_m, room.y_min_m},
                                                 {room.x_min_m, room.y_max_m},
                                                 {room.x_max_m, room.y_max_m},
                                                 {room.x_max_m, room.y_min_m}}};
   for (std::size_t k = 0; k < corners.size(); ++k) segments_.push_back({corners[k], corners[(k + 1) % 4]});
-  for (const Obstacle& obstacle : world.obstacles) {
-    if (obstacle.bottom_m() > options.height_m || obstacle.top_m() < options.height_m) continue;
+  for (const Obstacle& obstacle : world_.obstacles) {
+    if (obstacle.bottom_m() > options_.height_m || obstacle.top_m() < options_.height_m) continue;
     const FloorOutline outline = floor_outline(obstacle);
     if (outline.radius_m > 0) {
       circles_.push_back({outline.points_m.front(), outline.radius_m});

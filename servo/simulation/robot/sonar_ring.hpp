@@ -62,6 +62,9 @@ class SonarRing {
   SonarRing(const World& world, const SonarOptions& options, std::vector<SonarFault> faults,
             std::uint64_t seed);
 
+  /// The world's obstacles stand elsewhere from now on.
+  void look_around();
+
   /// When the next transducer fires (s).
   double next_s() const { return 0.5 * options_.period_s * static_cast<double>(firings_); }
 

@@ -26,6 +26,9 @@ class UnicycleRobot {
   /// exact arc.
   void advance_to(double time_s);
 
+  /// Somebody puts it there; its wheels turn as before.
+  void put(const Pose2& pose) { motion_.pose = pose; }
+
   double time_s() const { return time_s_; }
   const Pose2& pose() const { return motion_.pose; }     ///< X_WR; the yaw is not wrapped
   const Twist2& twist() const { return motion_.twist; }  ///< as the wheels turn now
@@ -61,6 +64,8 @@ class Odometry {
 
   /// The robot has moved on, along one arc, to its true pose.
   void move(const Pose2& true_pose);
+  /// Somebody has put it there: wheels that did not turn say nothing of it. An exact odometry knows.
+  void put(const Pose2& true_pose) { true_pose_ = true_pose; }
 
   const Pose2& pose() const { return pose_; }
   /// The wheels' speeds as measured when they truly are `twist`.

@@ -1,0 +1,22 @@
+// What clients say, and what is said to them.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "calibration/base/fault.hpp"
+
+namespace ballservo {
+
+double number_at(const nlohmann::json& what, const char* key, double otherwise);
+/// Empty where there is none.
+std::string text_at(const nlohmann::json& what, const char* key);
+
+/// All faults in a line.
+std::string words_of(const InputError& error);
+
+/// The answer to `verb`: what `done` gives, or why it is refused (InputError, Refusal).
+nlohmann::json answer_to(const std::string& verb, const std::function<nlohmann::json()>& done);
+
+}  // namespace ballservo

@@ -1,0 +1,377 @@
+#include "app/live/scenario_session.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "app/experiment/run_video.hpp"
+#include "app/io/interrupt.hpp"
+#include "app/live/base64.hpp"
+#include "app/live/client_words.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
+#include "servo/simulation/rendering/sensor.hpp"
+
+namespace ballservo {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::json;
+
+constexpr auto idle = 100ms, between_moments = 33ms, most_behind = 200ms;
+constexpr double longest_run_s = 3600, trail_step_s = 0.2, foreseen_s = 1.5, beam_shown_s = 0.4;
+constexpr double sigmas_95 = 2.4477468306808161;  // of an ellipse in the plane
+
+Json point(const Eigen::Vector2d& p) { return {p.x(), p.y()}; }
+
+std::string hex(const Rgb& color) {
+  const auto byte = [](double value) {
+    return static_cast<int>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
+  };
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(color.x()), byte(color.y()), byte(color.z()));
+}
+
+Json obstacles_of(const World& world) {
+  Json listed = Json::array();
+  for (const Obstacle& obstacle : world.obstacles) {
+    const FloorOutline outline = floor_outline(obstacle);
+    Json points = Json::array();
+    for (const Eigen::Vector2d& p : outline.points_m) points.push_back(point(p));
+    listed.push_back({{"name", obstacle.name},
+                      {"center", point(obstacle.center_m.head<2>())},
+                      {"points", points},
+                      {"radius_m", outline.radius_m}});
+  }
+  return listed;
+}
+
+Json balls_of(const Scenario& scenario, double time_s) {
+  Json listed = Json::array();
+  for (const Ball& ball : scenario.world.balls)
+    listed.push_back({{"center", point(ball.p_WB(time_s).head<2>())},
+                      {"radius_m", ball.radius_m()},
+                      {"color", hex(ball.material.texture.color)},
+                      {"target", &ball == &scenario.target_ball()}});
+  return listed;
+}
+
+/// Where the odometry's frame truly lies: X_WO.
+Pose2 odometry_frame(const StepRecord& step) {
+  const double yaw_rad = step.pose.yaw_rad - step.odometry.yaw_rad;
+  const Eigen::Vector2d turned =
+      in_world_frame({0, 0, yaw_rad}, Eigen::Vector2d(step.odometry.x_m, step.odometry.y_m));
+  return {step.pose.x_m - turned.x(), step.pose.y_m - turned.y(), yaw_rad};
+}
+
+/// What the robot's memory holds to be free around it: a bit a cell, row by row from the lowest y.
+Json free_space(const OccupancyGrid& grid, const Pose2& X_WO) {
+  constexpr int size = OccupancyGrid::size;
+  const FloorCell middle = OccupancyGrid::cell_at(grid.pose().x_m, grid.pose().y_m);
+  const int column = middle.column - size / 2, row = middle.row - size / 2;
+  std::string bits(static_cast<std::size_t>(size * size / 8), '\0');
+  for (int k = 0; k < size * size; ++k) {
+    if (grid.is_free({column + k % size, row + k / size}))
+      bits[static_cast<std::size_t>(k / 8)] |= static_cast<char>(1 << (k % 8));
+  }
+  return {{"frame", {X_WO.x_m, X_WO.y_m, X_WO.yaw_rad}},
+          {"low_m", {column * OccupancyGrid::cell_m, row * OccupancyGrid::cell_m}},
+          {"cell_m", OccupancyGrid::cell_m},
+          {"size", size},
+          {"bits", base64(bits)}};
+}
+
+/// Where the robot holds the ball to be: the 95 % ellipse.
+Json ellipse_of(const TargetEstimate& estimate, const Pose2& X_WO) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(estimate.covariance_m2.topLeftCorner<2, 2>());
+  const Eigen::Array2d half_m = sigmas_95 * axes.eigenvalues().array().max(0).sqrt();
+  const Eigen::Vector2d along = axes.eigenvectors().col(1);
+  return {{"center", point(in_world_frame(X_WO, Eigen::Vector2d(estimate.p_OB.head<2>())))},
+          {"half_m", {half_m[1], half_m[0]}},
+          {"yaw_rad", X_WO.yaw_rad + std::atan2(along.y(), along.x())}};
+}
+
+/// Each transducer's last answer: from where, in which direction, how far, whether something was heard.
+Json beams_of(const std::vector<SonarFiring>& firings, double time_s) {
+  Json beams = Json::array();
+  std::array<bool, sonar_count> seen{};
+  for (auto firing = firings.rbegin(); firing != firings.rend(); ++firing) {
+    const SonarReading& reading = firing->reading;
+    if (time_s - reading.fired_s > beam_shown_s) break;
+    if (std::exchange(seen[reading.transducer], true)) continue;
+    const SonarMount& mount = pioneer_3dx_sonars[reading.transducer];
+    const Eigen::Vector2d apex = in_world_frame(firing->pose, {mount.x_m, mount.y_m});
+    beams.push_back({apex.x(), apex.y(), firing->pose.yaw_rad + mount.heading_rad, reading.range_m,
+                     static_cast<bool>(reading.echo)});
+  }
+  return beams;
+}
+
+/// Where the robot's front comes to with that command.
+Json way_of(const StepRecord& step, const Twist2& twist, double front_m) {
+  Json way = Json::array();
+  for (int k = 0; k <= 15; ++k)
+    way.push_back(point(in_world_frame(integrate(step.pose, twist, foreseen_s * k / 15), {front_m, 0.0})));
+  return way;
+}
+
+Json trail_of(const std::vector<StepRecord>& steps, double rate_hz) {
+  Json trail = Json::array();
+  const auto stride = static_cast<std::size_t>(std::max(1.0, trail_step_s * rate_hz));
+  for (std::size_t k = 0; k < steps.size(); k += stride)
+    trail.push_back({steps[k].pose.x_m, steps[k].pose.y_m});
+  return trail;
+}
+
+/// Between two steps.
+Pose2 pose_at(const std::vector<StepRecord>& steps, double time_s) {
+  const auto after = std::find_if(steps.rbegin(), steps.rend(), [&](const StepRecord& step) {
+                       return step.time_s <= time_s;
+                     }).base();
+  if (after == steps.begin() || after == steps.end()) return steps.back().pose;
+  const StepRecord &a = *(after - 1), &b = *after;
+  const double share = (time_s - a.time_s) / (b.time_s - a.time_s);
+  const auto between = [&](double from, double to) { return from + share * (to - from); };
+  return {between(a.pose.x_m, b.pose.x_m), between(a.pose.y_m, b.pose.y_m),
+          between(a.pose.yaw_rad, b.pose.yaw_rad)};
+}
+
+}  // namespace
+
+/// Draws, on the server's thread, what a run without pictures would have seen.
+struct ScenarioSession::Eye {
+  std::shared_ptr<const World> world;
+  std::optional<CameraRenderer> renderer;
+};
+
+ScenarioSession::~ScenarioSession() = default;
+
+ScenarioSession::ScenarioSession(Scenario scenario, ScenarioSessionOptions options, LiveExchange& exchange)
+    : scenario_(std::move(scenario)), options_(std::move(options)), exchange_(exchange) {
+  scenario_.duration_s = longest_run_s;
+}
+
+bool ScenarioSession::goes_on() const { return !reset_ && !ended_ && !interrupt_requested(); }
+
+void ScenarioSession::run() {
+  while (!ended_ && !interrupt_requested()) {
+    reset_ = false;
+    run_once();
+    while (goes_on()) {  // what is shown stays as the run ended
+      exchange_.wait_until(Clock::now() + idle);
+      obey_all(nullptr);
+    }
+  }
+}
+
+void ScenarioSession::run_once() {
+  touches_ = {};
+  due_.clear();
+  noise_ = light_ = 1;
+  pace_start_ = pictured_at_ = Clock::now();
+  pace_start_s_ = 0;
+  picture_ = nullptr;
+  world_.reset();
+  eye_ = std::make_shared<Eye>();
+  ++runs_;
+  RunOptions options;
+  options.perception = options_.perception;
+  options.seed = options_.seed;
+  options.colors = options_.colors;
+  if (options_.perception == PerceptionLevel::image) {
+    options.on_picture = [this](const cv::Mat& picture, const RunRecord&, const std::vector<SonarFiring>&) {
+      picture_ = [picture] { return picture; };  // another one each time
+      pictured_at_ = Clock::now();
+    };
+  }
+  options.touch = [this](const RunView& now) { return between_steps(now); };
+  options.go_on = [this](double) { return goes_on(); };
+  const RunRecord run = run_closed_loop(scenario_, options);
+  touches_.steps = static_cast<long>(run.steps.size());
+  state_["outcome"] = outcome_name(run.summary.outcome);
+  state_["outcome_text"] = run.summary.outcome_text;
+  publish();
+  if (options_.keep) options_.keep(run, touches_);
+}
+
+/// Shows what is, waits for the wall's clock, and hands over what clients have done.
+std::vector<Touch> ScenarioSession::between_steps(const RunView& now) {
+  const double time_s = now.record.steps.back().time_s;
+  const auto due = [&] {
+    return pace_start_ + std::chrono::duration_cast<Clock::duration>(
+                             std::chrono::duration<double>((time_s - pace_start_s_) / speed_));
+  };
+  if (paused_ || step_ || Clock::now() - shown_at_ >= between_moments) show(now);
+  step_ = false;
+  const bool late = Clock::now() > due() + most_behind;  // this machine is slower than the wall's clock
+  const double speed = speed_;
+  bool waited = false;
+  obey_all(&now);
+  while (goes_on() && !step_ && (paused_ || Clock::now() < due())) {
+    exchange_.wait_until(paused_ ? Clock::now() + idle : due());
+    waited |= paused_;
+    obey_all(&now);
+  }
+  if (late || waited || speed != speed_) {
+    pace_start_ = Clock::now();
+    pace_start_s_ = time_s;
+  }
+  return std::exchange(due_, {});
+}
+
+void ScenarioSession::obey_all(const RunView* now) {
+  while (auto command = exchange_.next_command()) {
+    const std::string verb = text_at(command->what, "do");
+    command->answer(answer_to(verb, [&] { return done(verb, command->what, now); }));
+  }
+}
+
+/// `now`: the run, while it goes on.
+ScenarioSession::Json ScenarioSession::done(const std::string& verb, const Json& what, const RunView* now) {
+  if (verb == "reset") {
+    reset_ = true;
+    paused_ = false;
+  } else if (verb == "end") {
+    ended_ = true;
+  } else if (verb == "save") {
+    if (now != nullptr) touches_.steps = static_cast<long>(now->record.steps.size());
+    return {{"download", "touches.yaml"}, {"base64", base64(touches_yaml(touches_))}};
+  } else if (now == nullptr) {
+    throw Refusal("the run is over: press Reset");
+  } else if (verb == "touch") {
+    touch(what, *now);
+  } else if (verb == "pause") {
+    paused_ = !paused_;
+    show(*now);
+  } else if (verb == "step") {
+    paused_ = step_ = true;
+  } else if (verb == "speed") {
+    const double speed = number_at(what, "factor", 0);
+    if (!(speed >= 0.05 && speed <= 4)) throw Refusal("the pace is 0.05 to 4 times the wall's");
+    speed_ = speed;
+  } else {
+    throw Refusal(fmt::format("'{}' is nothing that can be done here", verb.substr(0, 40)));
+  }
+  return Json::object();
+}
+
+/// It is done once this step is over: to the scenario as those leave it that wait already.
+void ScenarioSession::touch(const Json& what, const RunView& now) {
+  Scenario then = now.scenario;
+  for (const Touch& each : due_) touch_scenario(each, scenario_, then);
+  const auto asked = what.find("touch");
+  const Touch touch =
+      parse_touch(asked == what.end() ? "{}" : asked->dump(), now.record.steps.back().step, scenario_, then);
+  if (touch.kind == Touch::Kind::noise) noise_ = touch.value;
+  if (touch.kind == Touch::Kind::light) light_ = touch.value;
+  world_.reset();
+  due_.push_back(touch);
+  touches_.list.push_back(touch);
+  if (paused_) show(now);
+}
+
+void ScenarioSession::show(const RunView& now) {
+  shown_at_ = Clock::now();
+  state_ = state(now);
+  if (options_.perception != PerceptionLevel::image) draw_later(now);
+  publish();
+}
+
+/// The newest frame; a run that needs no pictures is not held up by them.
+void ScenarioSession::draw_later(const RunView& now) {
+  if (now.record.frames.empty()) return;
+  pictured_at_ = Clock::now();
+  if (!world_ && due_.empty()) world_ = std::make_shared<const World>(now.scenario.world);
+  if (!world_) return;
+  const FrameRecord& frame = now.record.frames.back();
+  const CameraView view{now.scenario.X_WC(pose_at(now.record.steps, frame.time_s)), frame.time_s};
+  picture_ = [eye = eye_, world = world_, view, frame, camera = now.scenario.camera, seed = options_.seed,
+              radius_m = now.scenario.target_ball().radius_m()] {
+    if (eye->world != world) {
+      if (eye->renderer)
+        eye->renderer->set_world(*world);
+      else
+        eye->renderer.emplace(camera.camera, *world, camera.sensor);
+      eye->world = world;
+    }
+    cv::Mat picture =
+        expose(eye->renderer->radiance({view}), camera.sensor, seed, static_cast<std::uint64_t>(frame.frame));
+    draw_detection(picture, camera.camera, frame, radius_m, "");
+    return picture;
+  };
+}
+
+void ScenarioSession::publish() {
+  exchange_.publish(state_, pictured_at_, [picture = picture_](const std::string& view) {
+    return view == "picture" && picture ? picture() : cv::Mat();
+  });
+}
+
+ScenarioSession::Json ScenarioSession::state(const RunView& now) const {
+  Scenario scenario = now.scenario;  // what waits for the next step is seen at once
+  StepRecord step = now.record.steps.back();
+  for (const Touch& touch : due_) {
+    touch_scenario(touch, scenario_, scenario);
+    if (touch.kind == Touch::Kind::robot) step.pose = touch.to;
+  }
+  const Room& room = scenario.world.room;
+  const Footprint& body = scenario.robot.footprint;
+  const Pose2 X_WO = odometry_frame(step);
+  const ImageSize size = scenario.camera.camera.size();
+  Json said = {{"kind", "scenario"},
+               {"source", scenario.file.string()},
+               {"perception", perception_level_name(options_.perception)},
+               {"seed", options_.seed},
+               {"step", step.step},
+               {"time_s", step.time_s},
+               {"width_px", size.width_px},
+               {"height_px", size.height_px},
+               {"paused", paused_},
+               {"speed", speed_},
+               {"message", ""},
+               {"touches", touches_.list.size()},
+               {"outcome", ""},
+               {"outcome_text", ""},
+               {"room", {room.x_min_m, room.y_min_m, room.x_max_m, room.y_max_m}},
+               {"obstacles", obstacles_of(scenario.world)},
+               {"balls", balls_of(scenario, step.time_s)},
+               {"robot", {step.pose.x_m, step.pose.y_m, step.pose.yaw_rad}},
+               {"body_m", {body.front_m, body.rear_m, body.half_width_m}},
+               {"trail", trail_of(now.record.steps, scenario.control_rate_hz)},
+               {"goal_m", scenario.target_distance_m},
+               {"intended", way_of(step, step.control.intended, body.front_m)},
+               {"passed", way_of(step, step.control.command, body.front_m)},
+               {"shield", step.control.shield},
+               {"state", control_state_name(step.control.state)},
+               {"reason", step.control.reason},
+               {"track", track_state_name(step.control.track_state)},
+               {"v_mps", step.twist.v_mps},
+               {"w_radps", step.twist.w_radps},
+               {"range_error_m", step.range_error_m},
+               {"bearing_rad", step.bearing_rad},
+               {"clearance_m", step.clearance_m},
+               {"beams", beams_of(now.firings, step.time_s)},
+               {"beam_half_rad", scenario.robot.sonar ? scenario.robot.sonar->beam.half_angle_rad : 0.0},
+               {"ellipse", nullptr},
+               {"free", nullptr},
+               {"law", scenario.law.name},
+               {"laws", builtin_laws().names()},
+               {"gain_per_s", scenario.law.gain_per_s},
+               {"latency_s", scenario.camera.latency_s},
+               {"noise", noise_},
+               {"light", light_},
+               {"avoidance", avoidance_type_name(scenario.avoidance.type)},
+               {"avoidances", Json::array()}};
+  for (int type = 0; type <= static_cast<int>(scenario_.avoidance.type); ++type)
+    said["avoidances"].push_back(avoidance_type_name(static_cast<AvoidanceOptions::Type>(type)));
+  if (const auto ball = now.controller.ball(step.time_s)) said["ellipse"] = ellipse_of(*ball, X_WO);
+  const Avoidance* avoidance = now.controller.avoidance();
+  if (avoidance != nullptr && exchange_.is_looked_at("picture"))
+    said["free"] = free_space(avoidance->grid(), X_WO);
+  return said;
+}
+
+}  // namespace ballservo
