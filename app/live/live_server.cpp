@@ -138,6 +138,7 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
     beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has times of its own
     socket_.set_option(websocket::stream_base::timeout{server_.options_.patience, silence, true});
     socket_.read_message_max(most_message_bytes);
+    socket_.auto_fragment(false);
     socket_.async_accept(request, [self = shared_from_this()](Error error) {
       if (error) return;
       self->open_ = true;

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "calibration/base/fault.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 namespace {
@@ -248,6 +249,44 @@ TEST_F(LiveServerTest, CommandsComeInAndTheirAnswersGoOut) {
   EXPECT_EQ(client.hear()["answer"], "teach");
   for (std::size_t i = 0; i <= LiveExchange::most_waiting; ++i) client.say({{"do", "undo"}});
   EXPECT_TRUE(client.hear().contains("refused")) << "what nobody takes is not piled up";
+}
+
+/// A few bytes of a request or a message changed, left out or doubled.
+std::string broken(std::string text, RandomEngine& engine) {
+  for (std::uint32_t changes = 1 + uniform_index(engine, 4); changes > 0 && !text.empty(); --changes) {
+    const std::size_t at = uniform_index(engine, static_cast<std::uint32_t>(text.size()));
+    const std::uint32_t how = uniform_index(engine, 3);
+    if (how == 0) text[at] = static_cast<char>(uniform_index(engine, 256));
+    if (how == 1) text.erase(at, 1 + uniform_index(engine, 9));
+    if (how == 2) text.insert(at, text.substr(at, 1 + uniform_index(engine, 30)));
+  }
+  return text;
+}
+
+TEST_F(LiveServerTest, BrokenRequestsAndMessagesHarmNobody) {
+  RandomEngine engine = random_stream(5, "broken");
+  const std::string page = "GET / HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n";
+  const std::string socket = "GET /socket HTTP/1.1\r\nHost: " + host +
+                             "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+  const std::string look = R"({"do":"look","view":"picture"})";
+  const std::string message =
+      std::string("\x81") + static_cast<char>(0x80 | look.size()) + std::string(4, '\0') + look;
+  publish();
+  for (int i = 0; i < 1000; ++i) {
+    tcp::socket client = connected();
+    boost::system::error_code closed;
+    const std::string said = i % 3 == 0   ? broken(page, engine)
+                             : i % 3 == 1 ? broken(socket, engine) + message
+                                          : socket + broken(message + message, engine);
+    asio::write(client, asio::buffer(said), closed);
+    client.shutdown(tcp::socket::shutdown_send, closed);
+    rest(client);
+  }
+  EXPECT_THAT(get("/", host), HasSubstr("200 OK"));
+  PageClient client(io, port);
+  client.say({{"do", "look"}, {"view", "picture"}});
+  EXPECT_GT(client.hear()["jpeg_bytes"], 0);
 }
 
 class LiveServerForOthersTest : public LiveServerTest {
