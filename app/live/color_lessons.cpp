@@ -64,7 +64,8 @@ ColorLessons::ColorLessons(ColorTable table)
       reports_(report_classes(*table_)),
       warnings_(judge_classes(*table_, reports_).warnings) {}
 
-ColorLessons ColorLessons::with(PointedLesson lesson, const std::function<void()>& between, PointedBall& ball,
+ColorLessons ColorLessons::with(PointedLesson lesson, const std::function<void()>& between,
+                                const std::function<void(const PointedBall&)>& found,
                                 std::string& name) const {
   if (lessons_.size() >= most_lessons)
     throw Refusal(fmt::format("{} lessons are remembered already: save the colours, and load them to go on",
@@ -77,9 +78,9 @@ ColorLessons ColorLessons::with(PointedLesson lesson, const std::function<void()
   RegionSearchOptions search;
   search.before_each_test = between;
   if (!(lesson.at.radius_px >= 2)) lesson.at = ball_around(lesson.bgr, lesson.at.center_px, search);
+  found(lesson.at);
   const ColorTable inside = class_inside(lesson.bgr, lesson.at);
   if (lesson.name.empty()) lesson.name = names_to_join(inside, *table_).front();
-  ball = lesson.at;
   name = lesson.name;
   ColorLessons result = *this;
   result.lessons_.push_back(std::move(lesson));

@@ -33,11 +33,11 @@ class ColorLessons {
   bool empty() const { return table_->classes.empty(); }
 
   /// These, and one more. All lessons are learnt from together, since what is a ball in one is background in
-  /// no other. `ball` becomes the circle that was learnt from, `name` its class. `between` is called now and
-  /// then, and what it throws ends the work. Throws Refusal where there is no ball or it cannot be learnt,
-  /// InputError for a name that is none.
-  ColorLessons with(PointedLesson lesson, const std::function<void()>& between, PointedBall& ball,
-                    std::string& name) const;
+  /// no other. `found` hears of the circle before it is learnt from; `name` becomes its class. `between` is
+  /// called now and then, and what it throws ends the work. Throws Refusal where there is no ball or it
+  /// cannot be learnt, InputError for a name that is none.
+  ColorLessons with(PointedLesson lesson, const std::function<void()>& between,
+                    const std::function<void(const PointedBall&)>& found, std::string& name) const;
   /// These with a class called otherwise; of the same name as another, both are one. Throws as `with`.
   ColorLessons renamed(const std::string& from, const std::string& to,
                        const std::function<void()>& between) const;

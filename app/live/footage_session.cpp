@@ -398,19 +398,24 @@ void FootageSession::begin_lesson(LiveCommand command, std::function<Learnt(cons
 
 void FootageSession::teach(LiveCommand command) {
   const Json& what = command.what;
+  const auto answer = command.answer;
   PointedLesson lesson;
   lesson.bgr = picture_of(what);
   lesson.at = {{number_at(what, "u_px", -1e9), number_at(what, "v_px", -1e9)},
                number_at(what, "radius_px", 0)};
   lesson.name = text_at(what, "name");
-  begin_lesson(std::move(command), [this, lesson](const ColorLessons& base) {
+  begin_lesson(std::move(command), [this, lesson, answer](const ColorLessons& base) {
     Learnt learnt;
     learnt.colors = base.with(
         lesson,
         [this] {
           if (stop_lesson_) throw Interrupted();
         },
-        learnt.ball, learnt.name);
+        [&](const PointedBall& ball) {
+          learnt.circle_px = {ball.center_px.x(), ball.center_px.y(), ball.radius_px};
+          answer({{"answer", "found"}, {"circle_px", learnt.circle_px}});
+        },
+        learnt.name);
     return learnt;
   });
 }
@@ -437,10 +442,7 @@ void FootageSession::finish_lesson() {
     return command.answer({{"answer", verb}, {"refused", learnt.refused}});
   }
   learn(std::move(learnt.colors));
-  command.answer(
-      {{"answer", verb},
-       {"class", learnt.name},
-       {"circle_px", {learnt.ball.center_px.x(), learnt.ball.center_px.y(), learnt.ball.radius_px}}});
+  command.answer({{"answer", verb}, {"class", learnt.name}, {"circle_px", learnt.circle_px}});
 }
 
 void FootageSession::learn(ColorLessons colors) {

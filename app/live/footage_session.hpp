@@ -52,7 +52,7 @@ class FootageSession {
   /// What a lesson's thread hands back.
   struct Learnt {
     ColorLessons colors;
-    PointedBall ball;
+    Json circle_px;  // of a ball that was pointed at
     std::string name, refused;
   };
   struct Lesson {

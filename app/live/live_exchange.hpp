@@ -26,7 +26,7 @@ struct LiveMoment {
   std::function<cv::Mat(const std::string& view)> draw;
 };
 
-/// What a client asks of the session; `answer` may be called on any thread, once.
+/// What a client asks of the session; `answer` may be called on any thread, and again for what comes later.
 struct LiveCommand {
   nlohmann::json what;
   std::function<void(nlohmann::json)> answer;

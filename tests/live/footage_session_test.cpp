@@ -48,7 +48,12 @@ class FootageSessionTest : public testing::Test {
   }
   Json ask(const Json& what) {
     std::promise<Json> answer;
-    exchange.put({what, [&](const Json& said) { answer.set_value(said); }});
+    exchange.put({what, [&](const Json& said) {
+                    if (said["answer"] == "found")
+                      circle_found = said["circle_px"];
+                    else
+                      answer.set_value(said);
+                  }});
     return answer.get_future().get();
   }
   Json state() { return Json::parse(exchange.newest()->state); }
@@ -70,6 +75,7 @@ class FootageSessionTest : public testing::Test {
 
   test::TemporaryFolder temporary;
   LiveExchange exchange;
+  Json circle_found;  // the circle that the last lesson told of before it was over
   std::unique_ptr<FootageSession> session;
   std::thread thread;
 };
@@ -85,6 +91,7 @@ TEST_F(FootageSessionTest, AClickTeachesTheBallUnderIt) {
   EXPECT_NEAR(taught["circle_px"][0], green_u, 3);
   EXPECT_NEAR(taught["circle_px"][1], green_v, 3);
   EXPECT_NEAR(taught["circle_px"][2], sweet_radius_px, 3);
+  EXPECT_EQ(circle_found, taught["circle_px"]);
   const Json seen = later();
   ASSERT_EQ(seen["classes"].size(), 1u);
   bool found = false;

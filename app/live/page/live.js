@@ -45,7 +45,14 @@ async function arrived(data) {
 
 function answered(answer) {
   if (answer.answer === 'why') return explain(answer);
+  if (answer.answer === 'teach') mark = null;
   if (answer.refused) return say(answer.refused, true);
+  if (answer.answer === 'found') {
+    const [u, v, r] = answer.circle_px;
+    mark = {u, v, r, until: performance.now() + 10000};
+    say('Learning from this circle ...');
+    return paint();
+  }
   if (answer.answer === 'teach') {
     const [u, v, r] = answer.circle_px;
     mark = {u, v, r, until: performance.now() + 4000};
