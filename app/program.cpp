@@ -43,6 +43,7 @@ void add_commands(CLI::App& program, Action& action) {
   CLI::App& calibrate =
       *program.add_subcommand("calibrate", "Learn a camera or the colours of balls from pictures");
   calibrate.require_subcommand(1);
+  add_calibrate_board_command(calibrate, action);
   add_calibrate_camera_command(calibrate, action);
   add_calibrate_diff_command(calibrate, action);
   add_calibrate_radius_command(calibrate, action);

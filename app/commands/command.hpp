@@ -86,6 +86,7 @@ using Action = std::function<int()>;
 /// null).
 void write_json_results(const CommonOptions& options, const nlohmann::json& results);
 
+void add_calibrate_board_command(CLI::App& calibrate, Action& action);
 void add_calibrate_camera_command(CLI::App& calibrate, Action& action);
 void add_calibrate_diff_command(CLI::App& calibrate, Action& action);
 void add_calibrate_radius_command(CLI::App& calibrate, Action& action);

@@ -10,6 +10,7 @@ import sys, tempfile, time
 
 # For each command its inputs, and a name for each output; the merges take what the set-up makes.
 COMMANDS = {
+    "calibrate board": ["--board", "chessboard:5x4", "--square", "0.03"],
     "calibrate camera": ["in/board", "--board", "chessboard:5x4", "--square", "0.03", "--model", "pinhole"],
     "calibrate diff": ["in/camera.yaml", "in/other.yaml"],
     "calibrate radius": "in/pictures --colors in/red.colors --camera in/camera.yaml --distances in/distances.csv".split(),

@@ -29,8 +29,8 @@ TEST_F(Program, SaysItsVersionOnOneLine) {
 
 TEST_F(Program, EveryCommandHelpsWithAnExample) {
   EXPECT_EQ(run("--help").code, 0);
-  for (const char* command : {"calibrate camera", "calibrate diff", "calibrate radius", "calibrate colors",
-                              "detect", "track", "render", "servo", "compare"}) {
+  for (const char* command : {"calibrate board", "calibrate camera", "calibrate diff", "calibrate radius",
+                              "calibrate colors", "detect", "track", "render", "servo", "compare"}) {
     const Ending ending = run(std::string(command) + " --help");
     EXPECT_EQ(ending.code, 0) << command;
     EXPECT_THAT(ending.out, HasSubstr("xample")) << command;
