@@ -11,6 +11,7 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/report/draw_pages.hpp"
+#include "app/sweep/grid.hpp"
 #include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/options.hpp"
@@ -24,7 +25,7 @@ struct SweepCommandOptions {
   CommonOptions common;
   WorkOptions work;
   std::filesystem::path scenario, against;
-  std::vector<std::string> sets;
+  std::vector<std::string> sets, vary;
   std::string perception = "geometric";
   int trials = 0;
 };
@@ -32,7 +33,9 @@ struct SweepCommandOptions {
 /// The other sweep's folder and what it holds; nothing where none was named.
 std::optional<Sweep> read_other(const std::filesystem::path& folder) {
   if (folder.empty()) return std::nullopt;
-  return read_sweep(folder);
+  std::vector<Sweep> sweeps = read_sweeps(folder);
+  if (sweeps.size() > 1) throw InputError("--against " + folder.string(), "a grid", "a sweep without --vary");
+  return std::move(sweeps.front());
 }
 
 void say(const Sweep& sweep, const SweepComparison* against, const std::filesystem::path& folder,
@@ -63,9 +66,24 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
   }
 }
 
-/// What has become of a sweep or a part, with the other that it is compared with.
+/// A cell a line.
+void say(const nlohmann::ordered_json& summary, const std::filesystem::path& folder, bool quiet) {
+  for (const nlohmann::ordered_json& cell : summary.at("cells")) {
+    std::string values;
+    for (const auto& [key, value] : cell.at("values").items())
+      values += fmt::format("{} = {}, ", key, value.get<std::string>());
+    const long feasible = cell.at("trials").get<long>() - cell.at("infeasible").get<long>();
+    print_result("{}{} of {} reached, {} collisions\n", values, cell.at("reached").get<long>(), feasible,
+                 cell.at("collisions").get<long>());
+  }
+  if (!quiet) print_message("ballservo: {} cells: {}\n", summary.at("cells").size(), folder.string());
+}
+
+/// What has become of a sweep, of a grid's cells, or of a part of them, with the sweep that it is compared
+/// with.
 struct SweepOutcome {
-  const Sweep& sweep;
+  const nlohmann::json& description;
+  const std::vector<Sweep>& sweeps;
   Shard shard;
   bool interrupted = false;
   const std::optional<Sweep>& other;
@@ -75,16 +93,23 @@ struct SweepOutcome {
 /// Writes the results into `folder`, unless that is null, and says what they are.
 void finish(const SweepOutcome& outcome, const CommonOptions& common, const std::filesystem::path& output,
             WorkFolder* folder) {
-  const auto& [sweep, shard, interrupted, other, other_name] = outcome;
+  const auto& [description, sweeps, shard, interrupted, other, other_name] = outcome;
+  const bool grid = is_grid(description);
+  const Sweep& sweep = sweeps.front();
   std::optional<SweepComparison> comparison;
   if (other) comparison = compare_sweeps(sweep, *other, other_name.string());
   const SweepComparison* against = comparison ? &*comparison : nullptr;
-  const nlohmann::ordered_json summary = sweep_summary_json(sweep, shard, interrupted, against);
+  const nlohmann::ordered_json summary = grid ? grid_summary_json(description, sweeps, shard, interrupted)
+                                              : sweep_summary_json(sweep, shard, interrupted, against);
   if (folder) {
-    folder->write("trials.csv", sweep.trials_csv);
-    folder->write("traces.jsonl", sweep.traces_jsonl);
+    folder->write("trials.csv", grid ? grid_trials_csv(sweeps) : sweep.trials_csv);
+    if (grid)
+      folder->write("grid.csv", grid_csv(description, sweeps));
+    else
+      folder->write("traces.jsonl", sweep.traces_jsonl);
     folder->write("summary.json", summary.dump(2) + "\n");
-    folder->write(report_json_name, report_text(sweep_report(sweep, against)));
+    folder->write(report_json_name,
+                  report_text(grid ? grid_report(description) : sweep_report(sweep, against)));
     draw_page_or_warn(folder->staging(), output.string(), common.quiet);
     if (!interrupted) common.files->commit();
     if (interrupted)
@@ -93,7 +118,10 @@ void finish(const SweepOutcome& outcome, const CommonOptions& common, const std:
       folder->commit_finished();
   }
   write_json_results(common, nlohmann::json(summary));
-  say(sweep, against, output, common.quiet);
+  if (grid)
+    say(summary, output, common.quiet);
+  else
+    say(sweep, against, output, common.quiet);
 }
 
 void check(const SweepCommandOptions& options) {
@@ -103,6 +131,8 @@ void check(const SweepCommandOptions& options) {
   if (options.trials == 0) faults.add("--trials", "nothing", "how many runs");
   faults.collect([&] { parse_shard(options.work.shard); });
   faults.collect([&] { parse_perception_level(options.perception); });
+  if (!options.vary.empty() && !options.against.empty())
+    faults.add("--against", "a grid (--vary)", "a sweep without --vary");
   faults.throw_if_any();
 }
 
@@ -119,45 +149,51 @@ int run_sweep_command(const SweepCommandOptions& options) {
   sweep.threads = options.common.threads;
   const int pictures = sweep.perception == PerceptionLevel::image ? threads_of(options.common) : 0;
   sweep.admit = [&options, pictures](const Scenario& scenario) { admit(scenario, options.common, pictures); };
-  const nlohmann::json description = sweep_description(sweep);
-  const std::string gain = description.at("gain_warning");
-  if (!gain.empty()) spdlog::warn(gain);
+  const bool grid = !options.vary.empty();
+  const std::vector<SweepWork> works =
+      grid ? plan_grid(sweep, options.vary) : std::vector<SweepWork>{{sweep, sweep_description(sweep), ""}};
+  const nlohmann::json description = grid ? grid_description(works, options.vary) : works.front().description;
+  const std::string gain = works.front().description.at("gain_warning");
+  if (!gain.empty() && !grid) spdlog::warn(gain);
   const std::optional<Sweep> other = read_other(options.against);
   WorkFolder folder(options.work.output, {description, sweep.shard}, options.work.resume,
-                    options.common.overwrite(options.work.output), trials_of(sweep, description));
+                    options.common.overwrite(options.work.output), trials_of(works));
   const bool finished_before = folder.already_finished();
-  Sweep result;
+  std::vector<Sweep> results;
   if (finished_before) {
     spdlog::info("{} is finished already", options.work.output.string());
-    result = read_sweep(options.work.output);
+    results = read_sweeps(options.work.output);
   } else {
     std::optional<Progress> bar;
-    result = run_sweep(
-        sweep, description, folder.journal(), [] { return !interrupt_requested(); },
+    results = run_sweeps(
+        works, folder.journal(), [] { return !interrupt_requested(); },
         [&](long done, long total) {
           if (!bar) bar.emplace("trials", total, options.common.quiet);
           bar->step(done);
         });
   }
-  const std::size_t mine = seeds_of(sweep).size();
-  const bool interrupted = result.trials.size() < mine;
+  const std::size_t mine = works.size() * seeds_of(sweep).size();
+  std::size_t done = 0;
+  for (const Sweep& result : results) done += result.trials.size();
+  const bool interrupted = done < mine;
   // A finished folder keeps the comparison it has, unless another is asked for.
-  finish({result, sweep.shard, interrupted, other, options.against}, options.common, options.work.output,
-         finished_before && !other ? nullptr : &folder);
+  finish({description, results, sweep.shard, interrupted, other, options.against}, options.common,
+         options.work.output, finished_before && !other ? nullptr : &folder);
   if (!interrupted) return exit_done;
-  print_message("ballservo: interrupted after {} of {} trials; --resume goes on\n", result.trials.size(),
-                mine);
+  print_message("ballservo: interrupted after {} of {} trials; --resume goes on\n", done, mine);
   return exit_interrupted;
 }
 
 int run_merge(const MergeOptions& options) {
   const MergeableShards shards = read_shards(options.folders);
   const std::optional<Sweep> other = read_other(options.against);
-  const Sweep sweep = read_sweep(shards);
+  const std::vector<Sweep> sweeps = read_sweeps(shards);
+  if (other && sweeps.size() > 1) throw InputError("--against", "a grid (--vary)", "a sweep without --vary");
   // A merge is written at once and resumed by nobody: there are no notes of it.
   WorkFolder folder(options.output, {shards.description, {}}, false, options.common.overwrite(options.output),
                     [](auto&&...) { return false; });
-  finish({sweep, {}, false, other, options.against}, options.common, options.output, &folder);
+  finish({shards.description, sweeps, {}, false, other, options.against}, options.common, options.output,
+         &folder);
   return exit_done;
 }
 
@@ -178,12 +214,23 @@ same bytes at any number of threads, however the work was split, killed and resu
   ballservo sweep merge part_1 part_2 part_3 part_4 -o whole
   ballservo sweep S.yaml -o sweep --trials 3000 --resume         goes on where it was killed
 
+--vary KEY=V1,V2,... runs the trials for every value of a scenario's key, given twice for every pair of values, and
+so on; all cells run the same seeds. grid.csv has a row a cell, and the page a curve or a map:
+
+  ballservo sweep S.yaml -o grid --trials 100 --vary law.gain_per_s=0.5,1,2 --vary camera.latency_s=0.033,0.1
+
 Exit: 0 done (whatever was found), 2 bad input, 130 interrupted (what was finished is written; --resume).)");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML); required")->type_name("SCENARIO");
   add_work_options(*command, options->work);
   add_integer_option(*command, "--trials", options->trials, 1, max_trials,
                      "How many runs, over all parts; required");
   add_set_option(*command, options->sets);
+  command
+      ->add_option("--vary", options->vary,
+                   "Runs every value of a key of the scenario, e.g. law.name=cone,visp (may be repeated)")
+      ->type_name("KEY.PATH=V1,V2,...")
+      ->take_all()
+      ->allow_extra_args(false);
   add_perception_option(*command, options->perception);
   add_against_option(*command, options->against);
   add_keys_flag(*command, "scenario", [] { return scenario_keys(); });

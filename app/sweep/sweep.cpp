@@ -11,6 +11,7 @@
 
 #include "app/experiment/runner.hpp"
 #include "app/scenario/feasibility.hpp"
+#include "app/sweep/grid.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
@@ -66,7 +67,9 @@ TrialRecord parse_record(const std::string& text) {
   return {text.substr(0, end + 1), text.substr(end + 1)};
 }
 
-Sweep join(const nlohmann::json& description, const std::map<std::uint64_t, TrialRecord>& records) {
+using Records = std::map<std::uint64_t, TrialRecord>;  // by their seeds
+
+Sweep join(const nlohmann::json& description, const Records& records) {
   Sweep sweep{description, {}, trials_csv_header(drawn_keys(description)), ""};
   for (const auto& entry : records) {
     sweep.trials_csv += entry.second.row;
@@ -178,18 +181,23 @@ nlohmann::json sweep_description(const SweepOptions& options) {
           {"gain_warning", gain_warning(scenario)}};
 }
 
-NoteCheck trials_of(const SweepOptions& options, const nlohmann::json& description) {
-  return [shard = options.shard, first = options.first_seed, trials = options.trials,
-          hash = description.at("scenario_hash").get<std::string>(),
-          header = trials_csv_header(drawn_keys(description))](const std::string& key,
-                                                               const std::string& value) {
+NoteCheck trials_of(const std::vector<SweepWork>& works) {
+  return [works](const std::string& key, const std::string& value) {
+    const std::size_t slash = key.find('/');
+    const std::string notes = slash == std::string::npos ? "" : key.substr(0, slash + 1);
+    const auto work =
+        std::find_if(works.begin(), works.end(), [&](const SweepWork& each) { return each.notes == notes; });
+    if (work == works.end()) return false;
     try {
-      const auto seed = static_cast<std::uint64_t>(parse_integer(key).value_or(-1));
-      const std::uint64_t item = seed - first;
+      const auto seed = static_cast<std::uint64_t>(parse_integer(key.substr(notes.size())).value_or(-1));
+      const std::uint64_t item = seed - work->options.first_seed;
       const TrialRecord record = parse_record(value);
-      const std::vector<Trial> read = parse_trials(header + record.row, key);
-      return item < static_cast<std::uint64_t>(trials) && shard.holds(item) && read.size() == 1 &&
-             read[0].seed == seed && read[0].scenario_hash == hash && trial_row(read[0]) == record.row &&
+      const std::vector<Trial> read =
+          parse_trials(trials_csv_header(drawn_keys(work->description)) + record.row, key);
+      return item < static_cast<std::uint64_t>(work->options.trials) && work->options.shard.holds(item) &&
+             read.size() == 1 && read[0].seed == seed &&
+             read[0].scenario_hash == work->description.at("scenario_hash") &&
+             trial_row(read[0]) == record.row &&
              (read[0].feasible ? seed_of_trace(record.trace, key) == seed : record.trace.empty());
     } catch (const InputError&) {
       return false;
@@ -197,58 +205,79 @@ NoteCheck trials_of(const SweepOptions& options, const nlohmann::json& descripti
   };
 }
 
-Sweep run_sweep(const SweepOptions& options, const nlohmann::json& description, Journal& journal,
-                const std::function<bool()>& go_on,
-                const std::function<void(long done, long total)>& progress) {
-  const auto colors = colors_of(options);
-  const std::vector<std::uint64_t> mine = seeds_of(options);
-  std::vector<std::uint64_t> missing;
-  std::copy_if(mine.begin(), mine.end(), std::back_inserter(missing),
-               [&](std::uint64_t seed) { return !journal.has(std::to_string(seed)); });
+std::vector<Sweep> run_sweeps(const std::vector<SweepWork>& works, Journal& journal,
+                              const std::function<bool()>& go_on,
+                              const std::function<void(long done, long total)>& progress) {
+  struct Task {
+    const SweepWork* work;
+    std::shared_ptr<const ColorTable> colors;
+    std::uint64_t seed;
+    std::string note() const { return work->notes + std::to_string(seed); }
+  };
+  std::vector<Task> all, missing;
+  for (const SweepWork& work : works) {
+    const auto colors = colors_of(work.options);
+    for (const std::uint64_t seed : seeds_of(work.options)) all.push_back({&work, colors, seed});
+  }
+  std::copy_if(all.begin(), all.end(), std::back_inserter(missing),
+               [&](const Task& task) { return !journal.has(task.note()); });
   std::mutex mutex;
-  const long total = static_cast<long>(mine.size());
+  const long total = static_cast<long>(all.size());
   long done = total - static_cast<long>(missing.size());
-  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  const int threads = works.front().options.threads;
+  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
   arena.execute([&] {
-    // Trials in the order of their seeds, one at a time to whoever is free: they last differently long.
+    // Trials in their order, one at a time to whoever is free: they last differently long.
     std::atomic<std::size_t> next{0};
     tbb::parallel_for(0, tbb::this_task_arena::max_concurrency(), [&](int) {
       for (std::size_t k = next++; k < missing.size() && go_on(); k = next++) {
-        const auto record = run_trial(options, description, missing[k], colors, go_on);
+        const Task& task = missing[k];
+        const auto record =
+            run_trial(task.work->options, task.work->description, task.seed, task.colors, go_on);
         if (!record) return;
         const std::lock_guard<std::mutex> lock(mutex);
-        journal.add(std::to_string(missing[k]), record->row + record->trace);
+        journal.add(task.note(), record->row + record->trace);
         progress(++done, total);
       }
     });
   });
-  std::map<std::uint64_t, TrialRecord> records;
-  for (const std::uint64_t seed : mine) {
-    if (const auto text = journal.find(std::to_string(seed))) records[seed] = parse_record(*text);
+  std::map<const SweepWork*, Records> records;
+  for (const Task& task : all) {
+    if (const auto text = journal.find(task.note())) records[task.work][task.seed] = parse_record(*text);
   }
-  return join(description, records);
+  std::vector<Sweep> sweeps;
+  for (const SweepWork& work : works) sweeps.push_back(join(work.description, records[&work]));
+  return sweeps;
 }
 
-Sweep read_sweep(const MergeableShards& shards) {
-  std::map<std::uint64_t, TrialRecord> records;
-  check_sweep_description(shards.description, shards.folders.front());
+std::vector<Sweep> read_sweeps(const MergeableShards& shards) {
+  const std::vector<nlohmann::json> descriptions = cell_descriptions(shards.description);
+  for (const nlohmann::json& description : descriptions)
+    check_sweep_description(description, shards.folders.front());
+  std::map<std::string, Records> records;  // by their scenarios' hashes
   for (const std::filesystem::path& folder : shards.folders) {
-    const std::string name = (folder / "trials.csv").string(), traces = (folder / "traces.jsonl").string();
+    const std::string name = (folder / "trials.csv").string();
     for (const Trial& trial : parse_trials(read_file_bytes(name, max_trials_bytes), name)) {
-      if (!records.insert({trial.seed, {trial_row(trial), ""}}).second)
+      if (!records[trial.scenario_hash].insert({trial.seed, {trial_row(trial), ""}}).second)
         throw InputError(name, "seed " + std::to_string(trial.seed) + " twice", "each seed once");
     }
+    if (descriptions.size() > 1) continue;  // a grid keeps no ways
+    const std::string traces = (folder / "traces.jsonl").string();
     std::istringstream lines(read_file_bytes(traces, max_traces_bytes));
+    Records& own = records[descriptions.front().at("scenario_hash")];
     for (std::string line; std::getline(lines, line);) {
-      const auto record = records.find(seed_of_trace(line, traces));
-      if (record != records.end()) record->second.trace = line + "\n";
+      const auto record = own.find(seed_of_trace(line, traces));
+      if (record != own.end()) record->second.trace = line + "\n";
     }
   }
-  return join(shards.description, records);
+  std::vector<Sweep> sweeps;
+  for (const nlohmann::json& description : descriptions)
+    sweeps.push_back(join(description, records[description.at("scenario_hash")]));
+  return sweeps;
 }
 
-Sweep read_sweep(const std::filesystem::path& folder) {
-  return read_sweep(MergeableShards{read_finished_job(folder), {folder}});
+std::vector<Sweep> read_sweeps(const std::filesystem::path& folder) {
+  return read_sweeps(MergeableShards{read_finished_job(folder), {folder}});
 }
 
 }  // namespace ballservo

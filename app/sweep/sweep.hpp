@@ -41,21 +41,27 @@ struct Sweep {
   std::string trials_csv, traces_jsonl;
 };
 
+/// A sweep to be run: of a grid of them, one cell.
+struct SweepWork {
+  SweepOptions options;
+  nlohmann::json description;
+  std::string notes;  ///< what its notes' keys begin with; empty for a sweep alone
+};
+
 /// Whether a note of a journal is a trial of the shard's.
-NoteCheck trials_of(const SweepOptions& options, const nlohmann::json& description);
+NoteCheck trials_of(const std::vector<SweepWork>& works);
 
 /// Runs the shard's trials that the journal does not hold yet and notes them there. Returns all of the
-/// shard's that are finished: the same bytes at any number of threads. `go_on` is asked at each control step,
-/// from any thread; once it says false, what is under way is dropped. `progress` is told how many trials are
-/// done, from one thread at a time.
-Sweep run_sweep(const SweepOptions& options, const nlohmann::json& description, Journal& journal,
-                const std::function<bool()>& go_on,
-                const std::function<void(long done, long total)>& progress);
+/// shard's that are finished, a sweep for each work: the same bytes at any number of threads. `go_on` is
+/// asked at each control step, from any thread; once it says false, what is under way is dropped. `progress`
+/// is told how many trials are done, from one thread at a time.
+std::vector<Sweep> run_sweeps(const std::vector<SweepWork>& works, Journal& journal,
+                              const std::function<bool()>& go_on,
+                              const std::function<void(long done, long total)>& progress);
 
-/// Joins the results of finished folders: the parts of one sweep, or a whole one. Throws InputError for what
-/// does not fit together or was not written by a sweep.
-Sweep read_sweep(const MergeableShards& shards);
-/// A whole sweep's folder, or a part's.
-Sweep read_sweep(const std::filesystem::path& folder);
+/// Joins the results of finished folders, the parts of one job: a sweep, or the cells of a grid. Throws
+/// InputError for what does not fit together or was not written by a sweep.
+std::vector<Sweep> read_sweeps(const MergeableShards& shards);
+std::vector<Sweep> read_sweeps(const std::filesystem::path& folder);
 
 }  // namespace ballservo

@@ -44,7 +44,9 @@ class FileReferenceTest : public test::ProgramTest {
     std::stringstream line(contents(file).substr(0, contents(file).find('\n')));
     Columns columns;
     for (std::string name; std::getline(line, name, ',');)
-      columns.insert(name.rfind("drawn.", 0) == 0 ? "drawn.KEY" : name);
+      columns.insert(name.rfind("drawn.", 0) == 0  ? "drawn.KEY"
+                     : name.rfind("vary.", 0) == 0 ? "vary.KEY"
+                                                   : name);
     return columns;
   }
 };
@@ -55,14 +57,15 @@ TEST_F(FileReferenceTest, EveryColumnIsDescribedAndNoOther) {
       "frames: 2\nmethods: [vote, paper_one_step, paper_converged]\nconditions: [{name: base}]\n");
   ASSERT_EQ(run("servo " + scenario + " -o run --perception geometric --quiet").code, 0);
   ASSERT_EQ(run("sweep " + scenario + " -o sweep --trials 2 --quiet").code, 0);
+  ASSERT_EQ(run("sweep " + scenario + " -o grid --trials 2 --vary law.gain_per_s=1,2 --quiet").code, 0);
   ASSERT_EQ(run("compare plan.yaml -o compare --quiet").code, 0);
   ASSERT_EQ(run("render " + scenario + " -o pictures --frames 1 --quiet").code, 0);
 
   const auto described = sections();
   for (const std::string file :
-       {"run/log.csv", "run/tracks.csv", "sweep/trials.csv", "pictures/truth.csv", "compare/compare.csv",
-        "compare/fits.csv", "compare/frames.csv", "compare/pairs.csv", "compare/tests.csv",
-        "compare/certificate.csv", "compare/timing.csv"}) {
+       {"run/log.csv", "run/tracks.csv", "sweep/trials.csv", "grid/grid.csv", "pictures/truth.csv",
+        "compare/compare.csv", "compare/fits.csv", "compare/frames.csv", "compare/pairs.csv",
+        "compare/tests.csv", "compare/certificate.csv", "compare/timing.csv"}) {
     const auto section = described.find(file.substr(file.find('/') + 1));
     ASSERT_NE(section, described.end()) << file;
     const Columns written = header(file);

@@ -56,6 +56,76 @@ TEST_F(SweepTest, AKilledSweepIsResumedToTheSameBytes) {
   EXPECT_EQ(sweep("-o killed --trials 40 --resume").code, 0);
 }
 
+class GridTest : public SweepTest {
+ protected:
+  Ending grid(const std::string& arguments, const std::string& before = "") const {
+    return sweep("--trials 4 --seed 3 --vary law.gain_per_s=0.5,1 --vary law.name=cone,visp " + arguments,
+                 before);
+  }
+  void expect_same_grid(const std::string& a, const std::string& b) const {
+    for (const char* file : {"trials.csv", "grid.csv", "summary.json", "report.html", "manifest.json"}) {
+      EXPECT_EQ(contents(a + "/" + file), contents(b + "/" + file)) << file;
+      EXPECT_FALSE(contents(a + "/" + file).empty()) << file;
+    }
+  }
+};
+
+TEST_F(GridTest, PartsMergedAndResumedAreTheWholeAtAnyNumberOfThreads) {
+  ASSERT_EQ(grid("-o whole --threads 1").code, 0);
+  ASSERT_EQ(grid("-o whole_3 --threads 3").code, 0);
+  expect_same_grid("whole", "whole_3");
+  for (const std::string part : {"1", "2", "3"})
+    ASSERT_EQ(grid("-o part_" + part + " --shard " + part + "/3").code, 0);
+  ASSERT_EQ(run("sweep merge part_3 part_1 part_2 -o merged").code, 0);
+  expect_same_grid("whole", "merged");
+  int kills = 0;
+  for (const char* seconds : {"0.3", "0.5", "0.7"})
+    kills +=
+        grid("-o killed --threads 1 --resume", "timeout -s KILL " + std::string(seconds)).code != 0 ? 1 : 0;
+  EXPECT_GE(kills, 1);
+  ASSERT_EQ(grid("-o killed --resume").code, 0);
+  expect_same_grid("whole", "killed");
+  EXPECT_EQ(grid("-o killed --resume").code, 0);
+  EXPECT_EQ(grid("-o killed").code, 2);
+}
+
+TEST_F(GridTest, EveryCellIsTheSweepThatItsValuesAre) {
+  ASSERT_EQ(grid("-o grid").code, 0);
+  ASSERT_EQ(sweep("-o first --trials 4 --seed 3 --set law.gain_per_s=0.5 --set law.name=cone").code, 0);
+  ASSERT_EQ(
+      sweep("-o cell --trials 4 --seed 3 --set law.gain_per_s=1 --set law.name=visp --against first").code,
+      0);
+  const auto all = nlohmann::json::parse(contents("grid/summary.json"));
+  const auto alone = nlohmann::json::parse(contents("cell/summary.json"));
+  EXPECT_EQ(all["trials"], 16);
+  ASSERT_EQ(all["cells"].size(), 4u);
+  const nlohmann::json& cell = all["cells"][3];
+  EXPECT_EQ(cell["values"], (nlohmann::json{{"law.gain_per_s", "1"}, {"law.name", "visp"}}));
+  for (const char* key : {"scenario_hash", "success_rate", "success_ci95", "settled_s", "range_rms_m", "law"})
+    EXPECT_EQ(cell[key], alone[key]) << key;
+  EXPECT_EQ(cell["settled_less_first_s"], alone["against"]["median_differences"]["settled_s"]["median"]);
+  const std::string rows = contents("cell/trials.csv");
+  EXPECT_THAT(contents("grid/trials.csv"), HasSubstr(rows.substr(rows.find('\n') + 1)));
+}
+
+TEST_F(GridTest, FaultsAreNamedAtTheirKeyBeforeAnyWork) {
+  const auto faults = [&](const std::string& arguments) {
+    const Ending ending = sweep("--trials 2 -o never " + arguments);
+    EXPECT_EQ(ending.code, 2) << arguments;
+    EXPECT_EQ(names().count("never"), 0u);
+    return ending.messages;
+  };
+  const std::string several = faults("--vary law.gain_per_s=1,-1,abc --vary law.nam=x");
+  EXPECT_THAT(several, HasSubstr("--vary law.gain_per_s: found -1; allowed: a number above 0"));
+  EXPECT_THAT(several, HasSubstr("--vary law.gain_per_s: found abc"));
+  EXPECT_THAT(several, HasSubstr("--vary law.nam: found an unknown key"));
+  EXPECT_THAT(several, Not(HasSubstr("--set")));
+  for (const char* odd : {"law.gain_per_s", "law.gain_per_s=", "law.gain_per_s=1,,2", "=1"})
+    EXPECT_THAT(faults(std::string("--vary ") + odd), HasSubstr("KEY=V1,V2")) << odd;
+  EXPECT_THAT(faults("--vary law.gain_per_s=1,1"), HasSubstr("values that differ"));
+  EXPECT_THAT(faults("--set law.gain_per_s=1 --vary law.gain_per_s=1,2"), HasSubstr("twice"));
+}
+
 TEST_F(SweepTest, AFinishedSweepResumedEndsAsIfItHadJustRun) {
   ASSERT_EQ(sweep("-o one --trials 4").code, 0);
   const Ending ran = sweep("-o two --trials 4 --set law.name=visp --against one --json ran.json");

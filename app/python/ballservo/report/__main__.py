@@ -4,7 +4,7 @@ import importlib
 import sys
 from pathlib import Path
 
-PAGES = ("run", "sweep", "comparison", "camera", "difference", "demo")
+PAGES = ("run", "sweep", "grid", "comparison", "camera", "difference", "demo")
 
 
 def draw(folder):

@@ -1,0 +1,279 @@
+#include "app/sweep/grid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "app/sweep/sweep_statistics.hpp"
+#include "calibration/base/csv_table.hpp"
+#include "calibration/base/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+constexpr std::size_t most_trials = 1000000;
+
+struct Variation {
+  std::string key;
+  std::vector<std::string> values;
+};
+
+/// The parts between the commas of a YAML text's top level.
+std::vector<std::string> values_in(const std::string& text) {
+  std::vector<std::string> values(1);
+  int depth = 0;
+  char quote = 0;
+  for (const char c : text) {
+    if (quote != 0) {
+      if (c == quote) quote = 0;
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+    } else if (c == '[' || c == '{') {
+      ++depth;
+    } else if (c == ']' || c == '}') {
+      --depth;
+    } else if (c == ',' && depth == 0) {
+      values.emplace_back();
+      continue;
+    }
+    values.back() += c;
+  }
+  return values;
+}
+
+std::vector<Variation> parse_variations(const std::vector<std::string>& vary,
+                                        const std::vector<std::string>& sets) {
+  FaultList faults;
+  std::vector<Variation> variations;
+  std::set<std::string> known;
+  for (const std::string& set : sets) known.insert(set.substr(0, set.find('=')));
+  for (const std::string& text : vary) {
+    const std::size_t equals = text.find('=');
+    Variation variation{text.substr(0, equals), {}};
+    if (equals != std::string::npos) variation.values = values_in(text.substr(equals + 1));
+    const auto empty = [](const std::string& value) { return value.find_first_not_of(' ') == value.npos; };
+    if (variation.key.empty() || variation.values.empty() ||
+        std::any_of(variation.values.begin(), variation.values.end(), empty))
+      faults.add("--vary", "'" + text + "'", "KEY=V1,V2,... as in law.gain_per_s=0.5,1,2");
+    else if (!known.insert(variation.key).second)
+      faults.add("--vary", variation.key + " twice", "each key once, in --set or in --vary");
+    variations.push_back(std::move(variation));
+  }
+  faults.throw_if_any();
+  return variations;
+}
+
+/// The values of each cell, the last key's changing fastest.
+std::vector<std::vector<std::string>> cells_of(const std::vector<Variation>& variations) {
+  std::vector<std::vector<std::string>> cells(1);
+  for (const Variation& variation : variations) {
+    std::vector<std::vector<std::string>> finer;
+    for (const auto& cell : cells)
+      for (const std::string& value : variation.values) {
+        finer.push_back(cell);
+        finer.back().push_back(value);
+      }
+    cells = std::move(finer);
+  }
+  return cells;
+}
+
+/// What is wrong with a value that --vary sets is said there.
+Fault at_its_variation(Fault fault, const std::vector<Variation>& variations) {
+  const std::string of_set = "--set";
+  if (fault.place.compare(0, of_set.size(), of_set) != 0) return fault;
+  for (const Variation& variation : variations) {
+    const std::size_t at = fault.place.find(variation.key, of_set.size());
+    if (at == of_set.size() + 1 || at == of_set.size() + 2) fault.place = "--vary " + fault.place.substr(at);
+  }
+  return fault;
+}
+
+std::vector<Variation> variations_of(const nlohmann::json& description) {
+  std::vector<Variation> variations;
+  for (const nlohmann::json& each : description.at("grid"))
+    variations.push_back({each.at("key"), each.at("values").get<std::vector<std::string>>()});
+  return variations;
+}
+
+/// The summary of a cell, against the first one, which it shares its seeds with.
+nlohmann::ordered_json cell_summary(const std::vector<Sweep>& cells, std::size_t cell, const Shard& shard) {
+  const SweepComparison with_first = compare_sweeps(cells[cell], cells.front(), "the first cell");
+  nlohmann::ordered_json summary = sweep_summary_json(cells[cell], shard, false, &with_first);
+  const nlohmann::ordered_json against = summary["against"];
+  summary.erase("against");
+  summary["pairs_with_first"] = against["success"]["pairs"];
+  summary["success_less_first"] = against["success"]["difference"];
+  summary["success_less_first_ci95"] = against["success"]["difference_ci95"];
+  summary["settled_less_first_s"] = against["median_differences"]["settled_s"]["median"];
+  summary["settled_less_first_s_ci95"] = against["median_differences"]["settled_s"]["ci95"];
+  return summary;
+}
+
+constexpr const char* grid_figures[] = {"trials",
+                                        "infeasible",
+                                        "reached",
+                                        "collisions",
+                                        "collisions_inside_assumptions",
+                                        "success_rate",
+                                        "success_ci95",
+                                        "collision_ci95",
+                                        "settled_s",
+                                        "range_rms_m",
+                                        "bearing_rms_rad",
+                                        "min_clearance_m",
+                                        "out_of_view_s",
+                                        "pairs_with_first",
+                                        "success_less_first",
+                                        "success_less_first_ci95",
+                                        "settled_less_first_s",
+                                        "settled_less_first_s_ci95"};
+
+/// A summary's figures as columns: NAME; of an interval NAME_low and NAME_high; of quantiles NAME_p50 and so
+/// on.
+std::vector<std::pair<std::string, std::string>> columns_of(const nlohmann::ordered_json& summary) {
+  std::vector<std::pair<std::string, std::string>> columns;
+  const auto add = [&](const std::string& name, const nlohmann::ordered_json& value) {
+    columns.emplace_back(name, value.is_null()             ? ""
+                               : value.is_number_integer() ? csv_cell(value.get<long>())
+                                                           : csv_cell(value.get<double>()));
+  };
+  for (const std::string name : grid_figures) {
+    const nlohmann::ordered_json& value = summary.at(name);
+    if (value.is_array()) {
+      add(name + "_low", value[0]);
+      add(name + "_high", value[1]);
+    } else if (value.is_object()) {
+      for (const auto& [quantile, number] : value.items()) add(name + "_" + quantile, number);
+    } else {
+      add(name, value);
+    }
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::vector<SweepWork> plan_grid(const SweepOptions& options, const std::vector<std::string>& vary) {
+  const std::vector<Variation> variations = parse_variations(vary, options.sets);
+  std::size_t trials = static_cast<std::size_t>(options.trials);
+  for (const Variation& variation : variations) {
+    trials *= variation.values.size();
+    if (trials > most_trials)
+      throw InputError("--vary", fmt::format("more than {} trials in all", most_trials), "fewer cells");
+  }
+  std::vector<SweepWork> cells;
+  std::map<std::string, std::size_t> known;  // a scenario's hash and its cell
+  std::vector<Fault> faults;
+  for (const auto& values : cells_of(variations)) {
+    SweepWork work{options, {}, std::to_string(cells.size() + 1) + "/"};
+    for (std::size_t i = 0; i < values.size(); ++i)
+      work.options.sets.push_back(variations[i].key + "=" + values[i]);
+    try {
+      work.description = sweep_description(work.options);
+    } catch (const InputError& error) {
+      for (const Fault& fault : error.faults()) {
+        const Fault here = at_its_variation(fault, variations);
+        const bool said = std::any_of(faults.begin(), faults.end(),
+                                      [&](const Fault& other) { return to_text(other) == to_text(here); });
+        if (!said) faults.push_back(here);
+      }
+      continue;
+    }
+    if (faults.empty() && !known.insert({work.description.at("scenario_hash"), cells.size()}).second)
+      faults.push_back({"--vary", fmt::format("{}, twice", fmt::join(values, " ")), "values that differ"});
+    if (faults.empty() && !cells.empty() && work.description["drawn"] != cells[0].description["drawn"])
+      faults.push_back({"--vary", "values that change what a seed draws", "keys outside `vary` itself"});
+    cells.push_back(std::move(work));
+  }
+  if (!faults.empty()) throw InputError(faults);
+  return cells;
+}
+
+nlohmann::json grid_description(const std::vector<SweepWork>& cells, const std::vector<std::string>& vary) {
+  nlohmann::json description{{"command", "sweep"}, {"grid", nlohmann::json::array()}};
+  for (const Variation& variation : parse_variations(vary, {}))
+    description["grid"].push_back({{"key", variation.key}, {"values", variation.values}});
+  for (const SweepWork& cell : cells) {
+    nlohmann::json own = cell.description;
+    description[WorkJob::places_key] = own.at(WorkJob::places_key);
+    own.erase(WorkJob::places_key);
+    description["cells"].push_back(std::move(own));
+  }
+  return description;
+}
+
+bool is_grid(const nlohmann::json& description) { return description.contains("grid"); }
+
+std::vector<nlohmann::json> cell_descriptions(const nlohmann::json& description) {
+  if (!is_grid(description)) return {description};
+  std::vector<nlohmann::json> cells = description.at("cells").get<std::vector<nlohmann::json>>();
+  for (nlohmann::json& cell : cells) cell[WorkJob::places_key] = description.at(WorkJob::places_key);
+  return cells;
+}
+
+std::string grid_csv(const nlohmann::json& description, const std::vector<Sweep>& cells) {
+  const std::vector<Variation> variations = variations_of(description);
+  const auto values = cells_of(variations);
+  std::string csv;
+  for (std::size_t cell = 0; cell < cells.size(); ++cell) {
+    std::vector<std::string> names, row;
+    for (std::size_t i = 0; i < variations.size(); ++i) {
+      names.push_back(csv_cell("vary." + variations[i].key));
+      row.push_back(csv_cell(values[cell][i]));
+    }
+    names.push_back("scenario_hash");
+    row.push_back(csv_cell(cells[cell].description.at("scenario_hash").get<std::string>()));
+    for (const auto& [name, figure] : columns_of(cell_summary(cells, cell, {}))) {
+      names.push_back(name);
+      row.push_back(figure);
+    }
+    if (cell == 0) csv = fmt::format("{}\n", fmt::join(names, ","));
+    csv += fmt::format("{}\n", fmt::join(row, ","));
+  }
+  return csv;
+}
+
+std::string grid_trials_csv(const std::vector<Sweep>& cells) {
+  std::string csv = cells.front().trials_csv;
+  for (std::size_t cell = 1; cell < cells.size(); ++cell)
+    csv += cells[cell].trials_csv.substr(cells[cell].trials_csv.find('\n') + 1);
+  return csv;
+}
+
+nlohmann::ordered_json grid_summary_json(const nlohmann::json& description, const std::vector<Sweep>& cells,
+                                         const Shard& shard, bool interrupted) {
+  Sweep all{description, {}, "", ""};
+  long planned = 0;
+  for (const Sweep& cell : cells) {
+    all.trials.insert(all.trials.end(), cell.trials.begin(), cell.trials.end());
+    planned += cell.description.at("trials").get<long>();
+  }
+  nlohmann::ordered_json summary = sweep_summary_json(all, shard, interrupted, nullptr);
+  for (const char* of_a_cell : {"scenario_hash", "law"}) summary.erase(of_a_cell);
+  summary["trials_planned"] = planned;
+  for (const char* common : {"first_seed", "perception"}) summary[common] = cells.front().description[common];
+  summary["cells"] = nlohmann::ordered_json::array();
+  const std::vector<Variation> variations = variations_of(description);
+  const auto values = cells_of(variations);
+  for (std::size_t cell = 0; cell < cells.size(); ++cell) {
+    nlohmann::ordered_json own{{"values", nlohmann::ordered_json::object()}};
+    for (std::size_t i = 0; i < variations.size(); ++i) own["values"][variations[i].key] = values[cell][i];
+    own.update(cell_summary(cells, cell, shard));
+    for (const char* of_all : {"shard", "first_seed", "perception", "interrupted"}) own.erase(of_all);
+    summary["cells"].push_back(std::move(own));
+  }
+  return summary;
+}
+
+nlohmann::ordered_json grid_report(const nlohmann::json& description) {
+  const std::string scenario = description.at(WorkJob::places_key).at("scenario_file");
+  return {{"page", "grid"},
+          {"title", std::filesystem::path(scenario).stem().string()},
+          {"grid", description.at("grid")},
+          {"scenario", description.at("cells").at(0).at("scenario")}};
+}
+
+}  // namespace ballservo
