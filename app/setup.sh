@@ -3,8 +3,9 @@
 
 build_packages="g++ cmake ninja-build libvisp-dev libopencv-dev libjpeg-dev libeigen3-dev libceres-dev libcli11-dev libfmt-dev
   libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libtbb-dev libboost-dev libssl-dev libxml2-dev libgtest-dev libgmock-dev
-  librapidcheck-dev libbenchmark-dev python3-matplotlib python3-jinja2 libjs-chart.js"
-test_packages="locales dpkg-dev python3-camera-calibration-parsers python3-jsonschema poppler-utils xvfb xdotool chromium chromium-driver python3-selenium"
+  librapidcheck-dev libbenchmark-dev python3-matplotlib python3-jinja2 libjs-chart.js
+  pybind11-dev python3-dev python3-numpy"
+test_packages="locales dpkg-dev python3-camera-calibration-parsers python3-jsonschema python3-mypy python3-opencv poppler-utils xvfb xdotool chromium chromium-driver python3-selenium"
 fuzz_packages="clang-16 libclang-rt-16-dev"
 log=$root/build/setup.log
 

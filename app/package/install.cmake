@@ -22,7 +22,8 @@ install(FILES ${PROJECT_BINARY_DIR}/package/ballservoConfig.cmake
               ${PROJECT_BINARY_DIR}/package/ballservoConfigVersion.cmake DESTINATION ${package_dir})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/ballservo)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/app/python/ DESTINATION lib/python3/dist-packages
-        PATTERN __pycache__ EXCLUDE)
+        PATTERN __pycache__ EXCLUDE PATTERN *.cpp EXCLUDE)
+install(TARGETS python_module LIBRARY DESTINATION lib/python3/dist-packages/ballservo)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 set(CPACK_GENERATOR DEB)
@@ -37,6 +38,6 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS
     ${PROJECT_BINARY_DIR}/calibration ${PROJECT_BINARY_DIR}/perception ${PROJECT_BINARY_DIR}/servo
     ${PROJECT_BINARY_DIR}/app)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-matplotlib, python3-jinja2")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-matplotlib, python3-jinja2, python3-numpy")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libeigen3-dev, libopencv-dev")
 include(CPack)
