@@ -51,6 +51,18 @@ void drop_repeated(std::vector<BallObservation>& balls) {
   balls.erase(kept, balls.end());
 }
 
+// As many things as a picture shows of a class and of about one size (leaves, a pattern), so much likelier is
+// one of them to look like a ball.
+double look_alikes(const std::vector<Region>& regions, const std::vector<int>& chosen, int region) {
+  constexpr int same_size = 3;  // times the pixels
+  const Region& one = regions[static_cast<std::size_t>(region)];
+  return static_cast<double>(std::count_if(chosen.begin(), chosen.end(), [&](int i) {
+    const Region& other = regions[static_cast<std::size_t>(i)];
+    return other.color_class == one.color_class && other.pixels < same_size * one.pixels &&
+           one.pixels < same_size * other.pixels;
+  }));
+}
+
 }  // namespace
 
 BallRadius DetectorOptions::radius_of(ClassIndex color_class) const {
@@ -109,7 +121,9 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
     balls_.clear();
     if (stages) stages->candidates.clear();
     for (const int region : chosen_)
-      search_.find(bgr, regions_, region, seen.tl(), response(), min_quality, balls_, stages);
+      search_.find(bgr, regions_, region, seen.tl(), response(),
+                   {min_quality, window.empty(), std::log(look_alikes(regions_.regions(), chosen_, region))},
+                   balls_, stages);
     sort_by_quality(balls_);
     drop_repeated(balls_);
   };
@@ -129,7 +143,7 @@ std::optional<BallObservation> Detector::find_expected(
   if (expected.color_class == no_class || expected.color_class > segmented_.closed.size())
     return std::nullopt;
   const ColoredPixels colored{expected.color_class, segmented_.closed[expected.color_class - 1u], seen.tl()};
-  const ClassView view{bgr, colored, response(), expected.min_quality};
+  const ClassView view{bgr, colored, response(), {expected.min_quality}};
   const int rings = rings_over(expected.spread_px, expected.reach_px);
   const double spacing_rad = expected.spread_px / std::max(1, rings) / rays_->camera().focal_px();
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(expected.cone.axis);

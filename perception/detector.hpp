@@ -48,7 +48,8 @@ class Detector {
            const DetectorOptions& options);
 
   /// The balls in a picture (8-bit BGR, of the camera's size), best first. Looks only at `window` (empty:
-  /// everywhere). Throws InputError for a picture of another size or type.
+  /// everywhere, and doubtful balls are looked at again). Throws InputError for a picture of another size or
+  /// type.
   const std::vector<BallObservation>& detect(const cv::Mat& bgr, const cv::Rect& window = {},
                                              DetectionStages* stages = nullptr,
                                              double min_quality = min_ball_quality);

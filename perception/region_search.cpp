@@ -41,11 +41,11 @@ RegionSearch::RegionSearch(std::shared_ptr<const RayTable> rays, const DetectorO
     : rays_(std::move(rays)), seed_(options.seed), verifier_(rays_, options) {}
 
 void RegionSearch::find(const cv::Mat& bgr, const RegionMap& regions, int index, const cv::Point& window,
-                        const CameraResponse& response, double min_quality,
+                        const CameraResponse& response, const RegionPrior& prior,
                         std::vector<BallObservation>& balls, DetectionStages* stages) {
   const Region& region = regions.regions()[static_cast<std::size_t>(index)];
   const ColoredPixels colored{region.color_class, regions.pixels_of(region.color_class), window};
-  const ClassView view{bgr, colored, response, min_quality};
+  const ClassView view{bgr, colored, response, prior};
   const RegionOutline& outline = tracer_.trace(regions, index, window, *rays_);
   const std::size_t before = balls.size();
   const std::uint64_t place = (static_cast<std::uint64_t>(region.box.x + window.x) << 32) ^

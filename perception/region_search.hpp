@@ -18,7 +18,7 @@ class RegionSearch {
 
   /// Adds the balls of a region, which lies in a window of the picture, to `balls`.
   void find(const cv::Mat& bgr, const RegionMap& regions, int region, const cv::Point& window,
-            const CameraResponse& response, double min_quality, std::vector<BallObservation>& balls,
+            const CameraResponse& response, const RegionPrior& prior, std::vector<BallObservation>& balls,
             DetectionStages* stages);
 
   BallVerifier& verifier() { return verifier_; }

@@ -50,7 +50,7 @@ Verdict BallJudge::early(const std::vector<BoundaryPoint>& boundary, const Tange
       return "the region's outline follows no circle";
     if (support.fill < 0.8 * min_fill) return "too little of the disc has the colour";
     if (support.leak > options_.max_leak + 0.1) return "the colour runs on around it";
-    return quality < 0.75 * view_.min_quality ? too_weak : nullptr;
+    return quality < 0.75 * view_.prior.min_quality ? too_weak : nullptr;
   };
   return {support, quality, reason()};
 }
@@ -86,7 +86,7 @@ const char* BallJudge::rejection(const OutlineFit& fit, const Verdict& verdict, 
   if (support.fill < min_fill) return "too little of the disc has the colour";
   if (support.leak > (radius_px < small_radius_px ? options_.max_small_leak : options_.max_leak))
     return "the colour runs on around it";
-  if (verdict.quality < view_.min_quality) return too_weak;
+  if (verdict.quality < view_.prior.min_quality) return too_weak;
   return shows_a_sphere(fit, support, behind_something)
              ? nullptr
              : "half of it is hidden, and the rest is not shaded as a sphere";

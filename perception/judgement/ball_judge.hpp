@@ -29,12 +29,19 @@ struct JudgeOptions {
   double min_enclosing_edge = 0.5, min_expected_edge = 0.30;
 };
 
+/// What is known of a region before it is looked at.
+struct RegionPrior {
+  double min_quality;     ///< that suffices for a ball here
+  bool anywhere = false;  ///< the whole picture is searched: nothing says that a ball of the class is there
+  double log_look_alikes = 0;  ///< ln of the number of regions of its class and about its size, with it
+};
+
 /// One class in a picture.
 struct ClassView {
   const cv::Mat& bgr;
   const ColoredPixels& colored;
   const CameraResponse& response;
-  double min_quality;  ///< that suffices for a ball here
+  RegionPrior prior;
 };
 
 struct Verdict {

@@ -11,8 +11,8 @@ namespace {
 const Eigen::Array3d sigma(1.2, 0.18, 0.08);
 // The taught table bears half a step of each.
 const Eigen::Array3d step(0.5, 0.22, 0.12);
-// sRGB is close to the power 2.2 of the light.
-constexpr double srgb_power = 2.2, log_other_response = -2;
+// sRGB is close to the power 2.2 of the light. Pictures are mostly sRGB; the edges of a linear one say so.
+constexpr double srgb_power = 2.2, log_other_response = -4, log_seen_linear = 2;
 // That something is a ball does not say which: its light must be probable beside.
 constexpr double least_log_prior = -3.5;
 // So surely that no other light need be asked.
@@ -22,42 +22,48 @@ double log_prior(const Eigen::Array3d& off, double power) {
   return -0.5 * (off / sigma).square().sum() + (power == 1 ? 0 : log_other_response);
 }
 
-// Mean logarithms of levels / 255, of what is neither dark nor clipped.
-class LogMean {
+// The colour of a picture's greys as log channels, of what is neither dark nor clipped: half way between the
+// mean of all surfaces and the brightest ones, which are white more often than not (Minkowski norms:
+// Finlayson and Trezzi 2004, "Shades of gray and colour constancy").
+class GreyMean {
  public:
   void add(int b, int g, int r, double weight) {
     if (std::min({b, g, r}) < 6 || std::max({b, g, r}) > 250) return;
-    sum_ += weight * LogGain(b / 255.0, g / 255.0, r / 255.0).log();
+    const Eigen::Array3d level(b / 255.0, g / 255.0, r / 255.0);
+    logs_ += weight * level.log();
+    powers_ += weight * level.pow(norm);
     weights_ += weight;
   }
-  std::optional<LogGain> value() const {
-    return weights_ > 0 ? std::optional<LogGain>(sum_ / weights_) : std::nullopt;
+  LogGain value() const {
+    if (weights_ == 0) return LogGain::Constant(std::log(0.4));
+    return 0.5 * (logs_ / weights_ + (powers_ / weights_).log() / norm);
   }
 
  private:
-  LogGain sum_ = LogGain::Zero();
+  static constexpr double norm = 12;
+  Eigen::Array3d logs_ = Eigen::Array3d::Zero(), powers_ = Eigen::Array3d::Zero();
   double weights_ = 0;
 };
 
 LogGain greys_of(const cv::Mat& bgr) {
   constexpr int stride = 4;
-  LogMean mean;
+  GreyMean mean;
   for (int v = 0; v < bgr.rows; v += stride)
     for (int u = 0; u < bgr.cols; u += stride) {
       const cv::Vec3b& c = bgr.at<cv::Vec3b>(v, u);
       mean.add(c[0], c[1], c[2], 1);
     }
-  return mean.value().value_or(LogGain::Constant(std::log(0.4)));
+  return mean.value();
 }
 
 LogGain greys_of(const OccupiedCells& cells) {
-  LogMean mean;
+  GreyMean mean;
   const auto level = [](std::uint32_t cell, int c) {
     return static_cast<int>(4 * (cell >> (6 * c) & 63) + 2);
   };
   for (const CellCount& cell : cells)
     mean.add(level(cell.cell, 0), level(cell.cell, 1), level(cell.cell, 2), cell.count);
-  return mean.value().value_or(LogGain::Constant(std::log(0.4)));
+  return mean.value();
 }
 
 }  // namespace
@@ -98,6 +104,11 @@ std::optional<AssumedLight> LightSearch::find(const cv::Mat& bgr) {
   return best.light;
 }
 
+bool LightSearch::shows_light() const {
+  const CameraResponse& response = detector_.response();
+  return &response == &CameraResponse::linear(response.coarse_chroma);
+}
+
 LightSearch::Guess LightSearch::look(const cv::Mat& bgr, const AssumedLight& light,
                                      const Eigen::Array3d& by_greys) {
   detector_.set_light(cells_in(light));
@@ -105,7 +116,8 @@ LightSearch::Guess LightSearch::look(const cv::Mat& bgr, const AssumedLight& lig
   Guess best;
   for (const BallObservation& ball : detector_.detect(bgr)) {
     const AssumedLight refined = refined_by(bgr, ball, light);
-    const double prior = log_prior(light_coordinates(light.power * refined.gain) - by_greys, light.power);
+    const double prior = log_prior(light_coordinates(light.power * refined.gain) - by_greys, light.power) +
+                         (light.power < 1 && shows_light() ? log_seen_linear : 0);
     const double log_odds = prior < least_log_prior ? best.log_odds : detector_.log_odds(bgr, ball) + prior;
     if (log_odds > best.log_odds) best = {refined, log_odds};
   }

@@ -184,7 +184,8 @@ void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   const bool all_found = std::all_of(followed_.begin(), followed_.end(),
                                      [&](const Followed& followed) { return is_seen(followed); });
   if (!newcomers && all_found) return;
-  detect(bgr, {}, all_found ? min_ball_quality : expected_quality, stages);
+  // As a window: what doubtful things are, the pictures to come tell.
+  detect(bgr, {{0, 0}, bgr.size()}, all_found ? min_ball_quality : expected_quality, stages);
 }
 
 void Tracker::detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality,

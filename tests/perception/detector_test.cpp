@@ -186,6 +186,69 @@ TEST(Detector, SmallFlatSquaresAreHardlyEverBalls) {
   }
 }
 
+// A wallpaper's hexagons: nearly round, and all alike.
+TEST(Detector, HexagonsOfAWallAreNoBalls) {
+  Detector detector(std::make_shared<const RayTable>(long_lens_camera(size)), test::red_and_green(), {});
+  std::size_t found = 0, found_where_expected = 0;
+  for (const double blur_px : {0.7, 1.5}) {
+    for (const double turn_rad : {0.0, 0.2, 0.5}) {
+      for (const double inner_px : {14.0, 18.0, 22.0}) {
+        cv::Mat bgr = test::grey_picture();
+        test::paint(bgr, 0.5 * test::red, [&](const Eigen::Vector2d& p) {
+          const double apart_px = 2.6 * inner_px;
+          Eigen::Vector2d q = Eigen::Rotation2Dd(turn_rad) * p;
+          for (double& x : q) x -= apart_px * std::round(x / apart_px);
+          return std::max({std::abs(q.x()), std::abs(0.5 * q.x() + std::sqrt(0.75) * q.y()),
+                           std::abs(0.5 * q.x() - std::sqrt(0.75) * q.y())}) < inner_px;
+        });
+        cv::GaussianBlur(bgr, bgr, {}, blur_px);
+        found += detector.detect(bgr).size();
+        found_where_expected += detector.detect(bgr, {{0, 0}, bgr.size()}).size();
+      }
+    }
+  }
+  EXPECT_GE(found_where_expected, 9u);  // larger ones are not looked at again there
+  EXPECT_LT(4 * found, found_where_expected);
+}
+
+// What may be a small ball where it is alone is hardly one among hundreds of its colour and size.
+TEST(Detector, AmongLeavesLessIsABall) {
+  Detector detector(std::make_shared<const RayTable>(long_lens_camera(size)), test::red_and_green(), {});
+  std::size_t alone = 0, among = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    RandomEngine engine = random_stream(seed, "leaves");
+    const auto paint_leaf = [&](cv::Mat& bgr, const Eigen::Vector2d& center_px) {
+      const Eigen::Rotation2Dd turn(uniform(engine, 0, 3));
+      const double length_px = uniform(engine, 4, 5), width_px = uniform(engine, 0.8, 1) * length_px;
+      test::paint(bgr, 0.6 * test::red, [&](const Eigen::Vector2d& p) {
+        const Eigen::Vector2d q = turn * (p - center_px);
+        return std::hypot(q.x() / length_px, q.y() / width_px) < 1;
+      });
+    };
+    cv::Mat one = test::grey_picture();
+    paint_leaf(one, {160, 110});
+    cv::Mat many = one.clone();
+    for (int v = 12; v < 230; v += 24)
+      for (int u = 12; u < 310; u += 24)
+        cv::ellipse(many, cv::Point(u, v), cv::Size(5, 3), uniform(engine, 0, 180), 0, 360,
+                    cv::Scalar(0.6 * test::red), cv::FILLED);
+    cv::Mat leaf = one(cv::Rect(148, 98, 24, 24));
+    leaf.copyTo(many(cv::Rect(148, 98, 24, 24)));
+    const auto is_at_the_leaf = [&](const cv::Mat& bgr) {
+      cv::Mat blurred;
+      cv::GaussianBlur(bgr, blurred, {}, 0.7);
+      const auto& balls = detector.detect(blurred);
+      return std::any_of(balls.begin(), balls.end(), [](const BallObservation& ball) {
+        return (ball.outline.center_px - Eigen::Vector2d(160, 110)).norm() < 3;
+      });
+    };
+    alone += is_at_the_leaf(one);
+    among += is_at_the_leaf(many);
+  }
+  EXPECT_GE(alone, 8u);
+  EXPECT_LT(2 * among, alone);
+}
+
 TEST(Detector, DoesNotTakeBoxesForBalls) {
   for (const double half_px : {10.0, 15.0, 25.0, 45.0}) {
     for (const double shape : {0.7, 1.0}) {

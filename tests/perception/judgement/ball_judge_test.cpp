@@ -15,7 +15,7 @@ TEST(BallJudge, AnEdgeThatRunsStraightSufficesNowhere) {
   const ColoredPixels colored{1, pixels, {0, 0}};
   const RayTable rays(test::pinhole({320, 240}, 500));
   const JudgeOptions options;
-  const ClassView view{bgr, colored, CameraResponse::srgb(), 0.17};
+  const ClassView view{bgr, colored, CameraResponse::srgb(), {0.17}};
   const BallJudge judge(view, rays, options);
   OutlineFit fit;
   fit.ball.outline.radius_px = 30;
