@@ -125,7 +125,7 @@ TEST_F(Program, AMisspeltCommandIsNamed) {
   const Ending ending = run("calibarte camera a.png");
   EXPECT_EQ(ending.code, 2);
   EXPECT_THAT(ending.messages, HasSubstr("found calibarte; allowed: calibrate, detect, track"));
-  EXPECT_THAT(run("calibrate camrea").messages, HasSubstr("found camrea; allowed: camera, diff"));
+  EXPECT_THAT(run("calibrate camrea").messages, HasSubstr("found camrea; allowed: board, camera, diff"));
 }
 
 TEST_F(Program, TwoOutputsOfOneNameAreRefused) {

@@ -28,7 +28,7 @@ TEST(LightCourse, RampsAndJumps) {
   for (const double time_s : {0.0, 1.0}) EXPECT_LT((course.gain(time_s) - Rgb::Ones()).norm(), 1e-12);
   EXPECT_LT((course.gain(2) - 0.75 * Rgb::Ones()).norm(), 1e-12);
   EXPECT_LT((course.gain(3 - 1e-9) - 0.5 * Rgb::Ones()).norm(), 1e-6);
-  const auto seen_at = [](double k) { return planckian_rgb(k).cwiseQuotient(planckian_rgb(4000)); };
+  const auto seen_at = [](double k) -> Rgb { return planckian_rgb(k).cwiseQuotient(planckian_rgb(4000)); };
   EXPECT_LT((course.gain(3) - seen_at(8000)).norm(), 1e-12);
   EXPECT_LT((course.gain(4) - seen_at(7000)).norm(), 1e-12);
   EXPECT_LT((course.gain(99) - seen_at(6000)).norm(), 1e-12);
