@@ -236,8 +236,10 @@ class Attack:
         self.allowed = {0, 1, 2}
 
     def attack_damaged_input(self):
-        self.changed = True
         files = [p for w in COMMANDS[self.command] for p in self.files(w.split("=")[-1])]
+        if not files:  # a command that reads none
+            return self.attack_odd_value()
+        self.changed = True
         path = self.random.choice(files)
         held = bytearray(path.read_bytes())
         for _ in range(self.random.choice([1, 1, 3, 30])):
