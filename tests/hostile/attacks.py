@@ -161,7 +161,7 @@ class Attack:
         target = self.random.choice(sorted((self.place / "in").rglob("*")))
         used = [w for w in COMMANDS[self.command] if w.startswith("in/") or "=in/" in w]
         used = [w.split("=")[-1] for w in used]
-        if self.random.random() < 0.7:
+        if used and self.random.random() < 0.7:
             target = self.place / self.random.choice(used)
             if target.is_dir() and self.random.random() < 0.7:
                 target = self.random.choice(sorted(p for p in target.iterdir() if p.is_file()))
