@@ -181,7 +181,7 @@ std::shared_ptr<const DetectionStages> FootageSession::follow() {
   };
   if (std::none_of(live_views().begin(), live_views().end(), is_wanted)) return nullptr;
   const auto stages = std::make_shared<DetectionStages>();
-  Detector(tracker_->detector()).detect(bgr, {}, stages.get());
+  Detector(tracker_->detector()).detect(bgr, {{0, 0}, bgr.size()}, stages.get());
   return stages;
 }
 

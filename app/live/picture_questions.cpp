@@ -73,11 +73,7 @@ nlohmann::json answer(bool ball, const std::string& text, const std::string& fig
 nlohmann::json why_no_candidate(const cv::Mat& bgr, const cv::Point& pixel, const DetectionStages& stages,
                                 const ColorTable& colors) {
   const auto class_in = [&](const cv::Mat& classes) { return classes.at<ClassIndex>(pixel); };
-  const auto remedy = [](const char* view) {
-    const auto found = std::find_if(live_views().begin(), live_views().end(),
-                                    [&](const LiveView& each) { return each.name == view; });
-    return found->remedy;
-  };
+  const auto remedy = [](const char* view) { return live_view(view)->remedy; };
   const cv::Vec3b& color = bgr.at<cv::Vec3b>(pixel);
   const std::string value = fmt::format("R {} G {} B {}", color[2], color[1], color[0]);
   const ClassIndex classified = class_in(stages.classified), closed = class_in(stages.closed);
@@ -94,9 +90,8 @@ nlohmann::json why_no_candidate(const cv::Mat& bgr, const cv::Point& pixel, cons
 }  // namespace
 
 cv::Mat live_picture(const std::string& view, const SeenPicture& seen) {
-  const auto known = std::find_if(live_views().begin(), live_views().end(),
-                                  [&](const LiveView& each) { return each.name == view; });
-  if (known == live_views().end()) return {};
+  const LiveView* const known = live_view(view);
+  if (known == nullptr) return {};
   if (!known->title.empty() && seen.stages != nullptr && seen.detector != nullptr) {
     for (const auto& [title, picture] : stage_pictures(seen.bgr, *seen.stages, *seen.detector)) {
       if (title.rfind(known->title, 0) == 0) return picture;
@@ -124,7 +119,7 @@ nlohmann::json why_no_ball(const cv::Mat& bgr, const Eigen::Vector2d& point_px, 
   if (!cv::Rect({0, 0}, bgr.size()).contains(pixel))
     return answer(false, "that is outside the picture", "", "");
   DetectionStages stages;
-  detector.detect(bgr, {}, &stages);
+  detector.detect(bgr, {{0, 0}, bgr.size()}, &stages);  // as the tracker does
   const Candidate* best = nullptr;
   for (const Candidate& candidate : stages.candidates) {
     const Circle circle = circle_of(candidate);

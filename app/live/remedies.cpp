@@ -27,7 +27,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 10> remedies
     {"outline and colour together are too weak",
      "a ball that is known already passes with less: show it whole first"},
     {"contour and shading are no ball's",
-     "under 12 px in radius a ball must be plainly round and shaded: come nearer"},
+     "a small ball, one of many alike or a doubtful one must be plainly round and shaded: come nearer"},
 }};
 
 }  // namespace
@@ -51,6 +51,12 @@ const std::vector<LiveView>& live_views() {
       {"refined", "refined",
        "found, but the distance is wrong? Look at --diameter, then at --camera; a blurred picture"}};
   return views;
+}
+
+const LiveView* live_view(std::string_view name) {
+  const auto found = std::find_if(live_views().begin(), live_views().end(),
+                                  [&](const LiveView& view) { return view.name == name; });
+  return found == live_views().end() ? nullptr : &*found;
 }
 
 std::string_view remedy_of(std::string_view reason) {

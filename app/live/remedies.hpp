@@ -14,6 +14,8 @@ struct LiveView {
   std::string remedy;  ///< what it means where the ball is missing there first, and what helps
 };
 const std::vector<LiveView>& live_views();
+/// Null where there is none of that name.
+const LiveView* live_view(std::string_view name);
 
 /// What helps against a reason of the judge's; empty for one without a remedy.
 std::string_view remedy_of(std::string_view reason);
