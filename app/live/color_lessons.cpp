@@ -24,8 +24,7 @@ void check_name(const std::string& name) {
 }
 
 /// The likeliest ball that the picture's edges propose around the point.
-PointedBall ball_around(const cv::Mat& bgr, const Eigen::Vector2d& point, const RegionSearchOptions& search) {
-  const RoundRegions found = find_round_regions(clear_picture(bgr), search);
+PointedBall ball_around(const RoundRegions& found, const Eigen::Vector2d& point) {
   for (const RoundRegion& region : found.regions) {
     if ((region.center_px - point).norm() <= region.radius_px) return {region.center_px, region.radius_px};
   }
@@ -75,21 +74,27 @@ ColorLessons ColorLessons::with(PointedLesson lesson, const std::function<void()
   const PointedBall& at = lesson.at;
   if (!picture.contains({at.center_px.x(), at.center_px.y()}))
     throw InputError("place", "outside the picture", "a place in it");
-  RegionSearchOptions search;
-  search.before_each_test = between;
-  if (!(lesson.at.radius_px >= 2)) lesson.at = ball_around(lesson.bgr, lesson.at.center_px, search);
+  for (const PointedLesson& earlier : lessons_) {
+    if (earlier.bgr.data == lesson.bgr.data) lesson.searched = earlier.searched;
+  }
+  if (!lesson.searched) {
+    RegionSearchOptions search;
+    search.before_each_test = between;
+    lesson.searched =
+        std::make_shared<const RoundRegions>(find_round_regions(clear_picture(lesson.bgr), search));
+  }
+  if (!(lesson.at.radius_px >= 2)) lesson.at = ball_around(*lesson.searched, lesson.at.center_px);
   found(lesson.at);
   const ColorTable inside = class_inside(lesson.bgr, lesson.at);
   if (lesson.name.empty()) lesson.name = names_to_join(inside, *table_).front();
   name = lesson.name;
   ColorLessons result = *this;
   result.lessons_.push_back(std::move(lesson));
-  result.learn(between);
+  result.learn();
   return result;
 }
 
-ColorLessons ColorLessons::renamed(const std::string& from, const std::string& to,
-                                   const std::function<void()>& between) const {
+ColorLessons ColorLessons::renamed(const std::string& from, const std::string& to) const {
   check_name(to);
   if (!table_->find(from)) throw InputError("class", "'" + from + "'", "a class that there is");
   ColorLessons result = *this;
@@ -107,11 +112,11 @@ ColorLessons ColorLessons::renamed(const std::string& from, const std::string& t
     base.camera_settings = base_->camera_settings;
     result.base_ = std::make_shared<ColorTable>(std::move(base));
   }
-  result.learn(between);
+  result.learn();
   return result;
 }
 
-void ColorLessons::learn(const std::function<void()>& between) {
+void ColorLessons::learn() {
   std::vector<ColorTable> tables;
   if (!base_->classes.empty()) tables.push_back(*base_);
   if (!lessons_.empty()) {
@@ -123,12 +128,10 @@ void ColorLessons::learn(const std::function<void()>& between) {
       });
       const auto place = static_cast<std::size_t>(known - pictures.begin());
       if (known == pictures.end())
-        pictures.push_back({fmt::format("picture {}", pictures.size() + 1), lesson.bgr});
+        pictures.push_back({fmt::format("picture {}", pictures.size() + 1), lesson.bgr, lesson.searched});
       requests.push_back({fmt::format("lesson{}", requests.size()), {place}, lesson.at});
     }
-    RegionSearchOptions search;
-    search.before_each_test = between;
-    const LearntColors joint = learn_classes(pictures, requests, search);
+    const LearntColors joint = learn_classes(pictures, requests);
     for (std::size_t k = 0; k < lessons_.size(); ++k)
       tables.push_back(single_class(joint.table, k, lessons_[k].name));
     tables.back().background = joint.table.background;

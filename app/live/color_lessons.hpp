@@ -18,6 +18,7 @@ struct PointedLesson {
   cv::Mat bgr;
   PointedBall at;
   std::string name;  ///< of the class; empty: the one that has this colour, or a new one by its colour's word
+  std::shared_ptr<const RoundRegions> searched{};  ///< in the picture, once for all lessons in it
 };
 
 /// What is known at one time. Never changed once made.
@@ -33,17 +34,16 @@ class ColorLessons {
   bool empty() const { return table_->classes.empty(); }
 
   /// These, and one more. All lessons are learnt from together, since what is a ball in one is background in
-  /// no other. `found` hears of the circle before it is learnt from; `name` becomes its class. `between` is
-  /// called now and then, and what it throws ends the work. Throws Refusal where there is no ball or it
-  /// cannot be learnt, InputError for a name that is none.
+  /// no other; a picture is searched once. `found` hears of the circle before it is learnt from; `name`
+  /// becomes its class. `between` is called now and then in the search, and what it throws ends the work.
+  /// Throws Refusal where there is no ball or it cannot be learnt, InputError for a name that is none.
   ColorLessons with(PointedLesson lesson, const std::function<void()>& between,
                     const std::function<void(const PointedBall&)>& found, std::string& name) const;
   /// These with a class called otherwise; of the same name as another, both are one. Throws as `with`.
-  ColorLessons renamed(const std::string& from, const std::string& to,
-                       const std::function<void()>& between) const;
+  ColorLessons renamed(const std::string& from, const std::string& to) const;
 
  private:
-  void learn(const std::function<void()>& between);
+  void learn();
 
   std::shared_ptr<const ColorTable> base_ = std::make_shared<ColorTable>();  // that was there before
   std::vector<PointedLesson> lessons_;                                       // each with a name and a radius

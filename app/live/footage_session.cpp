@@ -422,11 +422,9 @@ void FootageSession::teach(LiveCommand command) {
 
 void FootageSession::rename(LiveCommand command) {
   const std::string from = text_at(command.what, "class"), to = text_at(command.what, "name");
-  begin_lesson(std::move(command), [this, from, to](const ColorLessons& base) {
+  begin_lesson(std::move(command), [from, to](const ColorLessons& base) {
     Learnt learnt;
-    learnt.colors = base.renamed(from, to, [this] {
-      if (stop_lesson_) throw Interrupted();
-    });
+    learnt.colors = base.renamed(from, to);
     learnt.name = to;
     return learnt;
   });

@@ -1,6 +1,7 @@
 // The round regions of some pictures, grouped by colour: candidates for classes.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace ballservo {
 struct ColorPicture {
   std::string source;
   cv::Mat bgr;
+  std::shared_ptr<const RoundRegions> searched{};  ///< in it, cleared, before; null: it is searched
 };
 
 /// A round coloured region with its samples.

@@ -26,7 +26,8 @@ Survey survey(const std::vector<ColorPicture>& pictures, const RegionSearchOptio
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     result.cleared.push_back({pictures[i].source, clear_picture(pictures[i].bgr)});
     const ColorPicture& cleared = result.cleared.back();
-    const RoundRegions found = find_round_regions(cleared.bgr, search);
+    const RoundRegions found =
+        pictures[i].searched ? *pictures[i].searched : find_round_regions(cleared.bgr, search);
     for (BallCandidate& candidate : ball_candidates(cleared, i, found)) {
       result.candidates.push_back(std::move(candidate));
     }

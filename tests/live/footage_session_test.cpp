@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <future>
+#include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 #include "app/commands/command.hpp"
@@ -122,6 +123,25 @@ TEST_F(FootageSessionTest, AnotherPictureOfTheSameClassIsAddedToIt) {
   ASSERT_FALSE(again.contains("refused")) << again;
   EXPECT_EQ(again["class"], "green") << "its colour is known";
   EXPECT_EQ(state()["classes"].size(), 1u);
+}
+
+TEST(ColorLessons, APictureIsSearchedOnceForAllItsLessons) {
+  const auto examples = test::opencv_doc_dir();
+  if (!examples) GTEST_SKIP() << "OpenCV's example pictures are not here";
+  long tests = 0, found_after = 0;
+  const auto count = [&] { ++tests; };
+  std::string name;
+  const auto lesson = [&](const ColorLessons& base, double u_px, double v_px) {
+    static const cv::Mat bgr = cv::imread((*examples / "smarties.png").string());
+    return base.with(
+        {bgr, {{u_px, v_px}, 0}, ""}, count, [&](const PointedBall&) { found_after = tests; }, name);
+  };
+  const ColorLessons green = lesson({}, green_u, green_v);
+  EXPECT_GT(tests, 0);
+  EXPECT_EQ(found_after, tests) << "learning searched again";
+  const long once = tests;
+  EXPECT_EQ(lesson(green, red_u, red_v).table()->classes.size(), 2u);
+  EXPECT_EQ(tests, once);
 }
 
 TEST_F(FootageSessionTest, WhatCannotBeLearntIsRefusedInPlace) {
