@@ -39,6 +39,39 @@ BallRadius parse_diameter(const std::string& text, FaultList& faults) {
   return {};
 }
 
+/// DEG[+-SIGMA] in radians. Makers give angles of the diagonal, or rounded; a lens bends them.
+std::pair<double, double> parse_fov(const std::string& text) {
+  constexpr double usual_doubt = 0.1;
+  const std::size_t separator = text.find("+-");
+  const auto deg = parse_number(text.substr(0, separator));
+  const auto sigma_deg = separator != std::string::npos ? parse_number(text.substr(separator + 2))
+                         : deg                          ? std::optional<double>(usual_doubt * *deg)
+                                                        : std::nullopt;
+  if (!deg || !(*deg >= 1 && *deg <= 150) || !sigma_deg || !(*sigma_deg >= 0 && *sigma_deg <= *deg / 3))
+    throw InputError("--fov", "'" + text + "'",
+                     "an angle of 1 to 150 degrees, with a sigma of at most a third of it: 60 or 60+-3");
+  return {*deg * M_PI / 180, *sigma_deg * M_PI / 180};
+}
+
+double focal_px(double width_px, double fov_rad) { return width_px / 2 / std::tan(fov_rad / 2); }
+
+Camera camera_of_fov(ImageSize size, double fov_rad) {
+  CameraParameters parameters = long_lens_camera(size).parameters();
+  parameters.fx_px = parameters.fy_px = focal_px(size.width_px, fov_rad);
+  return Camera(parameters, "picture");
+}
+
+/// How uncertain balls are that such a camera places. It is the same for pictures of every size.
+CameraUncertainty uncertainty_of_fov(double fov_rad, double sigma_rad) {
+  constexpr double center_doubt = 0.02;  // of the picture's width
+  const Camera camera = camera_of_fov({640, 480}, fov_rad);
+  const double focal_sigma_px = (focal_px(640, fov_rad - sigma_rad) - focal_px(640, fov_rad + sigma_rad)) / 2;
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  covariance.topLeftCorner<2, 2>().setConstant(focal_sigma_px * focal_sigma_px);
+  covariance(2, 2) = covariance(3, 3) = std::pow(center_doubt * 640, 2);
+  return CameraUncertainty(camera, covariance);
+}
+
 }  // namespace
 
 void add_ball_options(CLI::App& command, BallOptions& options) {
@@ -48,8 +81,15 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
   command
       .add_option(
           "--camera", options.camera,
-          "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several)")
+          "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several; "
+          "FILE@WxH for its pictures scaled to that size)")
       ->type_name("FILE");
+  command
+      .add_option(
+          "--fov", options.fov,
+          "Without --camera: the angle that a picture's width spans, with its sigma (default a tenth): "
+          "directions and ranges are approximate")
+      ->type_name("DEG[+-SIGMA]");
   command
       .add_option(
           "--diameter", options.diameter,
@@ -114,13 +154,30 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
     if (known) camera_uncertainty_.emplace(rays_->camera(), known->covariance);
   });
   faults.collect([&] {
+    if (options.fov.empty()) return;
+    if (!options.camera.empty()) throw InputError("--fov", "beside --camera", "one of them");
+    const auto [fov_rad, sigma_rad] = parse_fov(options.fov);
+    fov_rad_ = fov_rad;
+    camera_uncertainty_.emplace(uncertainty_of_fov(fov_rad, sigma_rad));
+    doubt_ = fmt::format(
+        "the camera is known by its field of view alone: directions and ranges are approximate, ranges to "
+        "{:.0f} % "
+        "(1 sigma). `calibrate camera` makes them exact",
+        100 * (focal_px(1, fov_rad - sigma_rad) / focal_px(1, fov_rad + sigma_rad) - 1) / 2);
+  });
+  faults.collect([&] {
     if (colors_) options_.radii = parse_diameters(options.diameter, *colors_, options.taught);
   });
   faults.throw_if_any();
-  if (options.camera.empty() != options.diameter.empty())
-    spdlog::warn("{} without {}: no positions in 3-D", options.camera.empty() ? "--diameter" : "--camera",
-                 options.camera.empty() ? "--camera" : "--diameter");
-  if (!rays_) {  // without a camera there is no 3-D, and a ball may be an oval
+  const bool camera = rays_ || fov_rad_;
+  if (camera == options.diameter.empty())
+    spdlog::warn("{} without {}: no positions in 3-D",
+                 !camera    ? "--diameter"
+                 : fov_rad_ ? "--fov"
+                            : "--camera",
+                 camera ? "--diameter" : "--camera");
+  if (!doubt_.empty()) spdlog::warn("{}", doubt_);
+  if (!camera) {  // without a camera there is no 3-D, and a ball may be an oval
     options_.radii.clear();
     options_.oval_fraction = 0.04;
   } else {
@@ -140,7 +197,10 @@ void DetectorFactory::set_colors(std::shared_ptr<const ColorTable> colors) {
 }
 
 Detector DetectorFactory::make(ImageSize size, const std::string& place) const {
-  if (!rays_) return Detector(std::make_shared<const RayTable>(long_lens_camera(size)), colors_, options_);
+  if (!rays_)
+    return Detector(
+        std::make_shared<const RayTable>(fov_rad_ ? camera_of_fov(size, *fov_rad_) : long_lens_camera(size)),
+        colors_, options_);
   check_camera_fits(rays_->camera(), size, place);
   return Detector(rays_, colors_, options_);
 }

@@ -18,11 +18,12 @@ namespace ballservo {
 struct CommonOptions;
 
 struct BallOptions {
-  std::string colors, camera, diameter, fit = "sphere", response = "auto";
-  bool taught = true;  ///< colours are in a file; otherwise they may come later, and names of classes with them
+  std::string colors, camera, fov, diameter, fit = "sphere", response = "auto";
+  bool taught =
+      true;  ///< colours are in a file; otherwise they may come later, and names of classes with them
 };
 
-/// Adds --colors (needed if `options.taught`), --camera, --diameter, --fit and --response.
+/// Adds --colors (needed if `options.taught`), --camera, --fov, --diameter, --fit and --response.
 void add_ball_options(CLI::App& command, BallOptions& options);
 
 /// The radii of the classes from METRES[+-SIGMA] (all classes) or NAME=METRES[+-SIGMA],... ; empty for an
@@ -42,6 +43,7 @@ class DetectorFactory {
   /// differs.
   Detector make(ImageSize size, const std::string& place) const;
   const ColorTable& colors() const { return *colors_; }
+  const std::string& doubt() const { return doubt_; }  ///< about an approximate camera; empty: none
   /// Makes detectors of other colours from now on.
   void set_colors(std::shared_ptr<const ColorTable> colors);
 
@@ -53,8 +55,9 @@ class DetectorFactory {
   std::shared_ptr<const ColorTable> colors_;
   std::shared_ptr<const RayTable> rays_;  // of the camera, if one is given
   std::optional<CameraUncertainty> camera_uncertainty_;
+  std::optional<double> fov_rad_;  // of an approximate camera, across the picture's width
   DetectorOptions options_;
-  std::string diameter_;
+  std::string diameter_, doubt_;
 };
 
 }  // namespace ballservo

@@ -57,9 +57,9 @@ void keep_run(const LiveOptions& options, const Scenario& scenario, const RunRec
 
 int run_scenario(const LiveOptions& options) {
   const BallOptions& balls = options.balls;
-  if (!balls.colors.empty() || !balls.camera.empty() || !balls.diameter.empty() ||
-      !options.footage.colors_output.empty() || !options.footage.stream.empty())
-    throw InputError("--colors, --camera, --diameter, --output, --stream", "with a scenario",
+  if (!balls.colors.empty() || !balls.camera.empty() || !balls.diameter.empty() || !balls.fov.empty() ||
+      options.footage.last_s > 0 || !options.footage.colors_output.empty() || !options.footage.stream.empty())
+    throw InputError("--colors, --camera, --fov, --diameter, --last, --output, --stream", "with a scenario",
                      "none of them: a scenario names its own, --set sets them");
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.footage.source, options.sets, options.common.seed);
@@ -88,6 +88,10 @@ int run_live(LiveOptions& options) {
   if (!footage.colors_output.empty())
     footage.overwrite_colors = options.common.overwrite(footage.colors_output);
   if (!footage.record.empty()) footage.overwrite_recording = options.common.overwrite(footage.record);
+  if (!(footage.last_s >= 0 && footage.last_s <= 600))
+    throw InputError("--last", number_text(footage.last_s), "0 to 600 (s)");
+  if (footage.last_s > 0 && footage.record.empty())
+    throw InputError("--last", "without --record", "--record DIR, where they are written");
   if (footage.stream == standard_output && options.common.json == standard_output)
     throw InputError("--json", "stdout, where the stream goes", "the name of a file");
   LiveExchange exchange;
@@ -109,10 +113,12 @@ void add_live_command(CLI::App& program, Action& action) {
 
 Prints the page's address, and serves it until Ctrl-C (130) or the page's End (0). Click on a ball to teach its
 colour; with Teach off, a click says why something is no ball. A video runs at its own pace, and again.
+A camera's exposure, gain, white balance and focus are set, and held as they are, in the page; Save keeps them with
+the colours, and --colors sets the camera so again. What it did not obey is said.
 Only this machine reaches the page, unless --listen names another address of it: then the page's address holds
 a secret, and who knows it can do what the page can.
 --record keeps every picture (PNG) with its time, and the tracks: the folder is a SOURCE for detect, track and
-live, also after a kill.
+live, also after a kill. With --last 30 the page keeps what has just happened, after the fact.
 A scenario runs at the wall's pace: drag its ball, its obstacles and the robot, change law, gain, latency, noise, light
 and avoidance. --record keeps each run with what was done to it: servo --touches does it again, to the same bytes.)");
   command
@@ -135,6 +141,11 @@ and avoidance. --record keeps each run with what was done to it: servo --touches
                     "Where the page's Save writes the colours; without it, it downloads them");
   add_output_option(*command, "--record", options->footage.record, "DIR",
                     "Keep pictures, times and tracks here");
+  command
+      ->add_option(
+          "--last", options->footage.last_s,
+          "Records nothing until the page asks for it, and keeps the last SECONDS at hand (256 MB at most)")
+      ->type_name("SECONDS");
   command
       ->add_option("--stream", options->footage.stream,
                    "Sends the tracks as `track` does; with - the address is printed on stderr")

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/io/camera_controls.hpp"
 #include "calibration/base/image_size.hpp"
 
 namespace ballservo {
@@ -32,8 +33,11 @@ class FrameSequence {
   virtual std::string name() const = 0;
   virtual long length() const = 0;                                         ///< 0 where unknown
   virtual std::vector<std::filesystem::path> files() const { return {}; }  ///< none: a camera
+  virtual const CameraControls* controls() const { return nullptr; }       ///< a camera's
   /// How a camera is set, as far as it tells ("exposure", "gain", "white_balance_k" ...).
-  virtual std::map<std::string, double> camera_settings() const { return {}; }
+  std::map<std::string, double> camera_settings() const {
+    return controls() != nullptr ? controls()->values() : std::map<std::string, double>();
+  }
 };
 
 /// Whether a folder's file counts as one of its pictures: .png, .jpg and so on.

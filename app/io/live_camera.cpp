@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <opencv2/videoio.hpp>
@@ -55,25 +54,10 @@ void grab_until_stopped(const std::shared_ptr<Grabbing>& shared) {
   }
 }
 
-/// What V4L2 tells of the camera's controls; those that it does not have read as negative.
-std::map<std::string, double> settings_of(const cv::VideoCapture& capture) {
-  std::map<std::string, double> settings;
-  for (const auto& [property, name] :
-       {std::make_pair(cv::CAP_PROP_AUTO_EXPOSURE, "auto_exposure"),
-        std::make_pair(cv::CAP_PROP_EXPOSURE, "exposure"), std::make_pair(cv::CAP_PROP_GAIN, "gain"),
-        std::make_pair(cv::CAP_PROP_AUTO_WB, "auto_white_balance"),
-        std::make_pair(cv::CAP_PROP_WB_TEMPERATURE, "white_balance_k"),
-        std::make_pair(cv::CAP_PROP_SATURATION, "saturation"), std::make_pair(cv::CAP_PROP_GAMMA, "gamma")}) {
-    const double value = capture.get(property);
-    if (std::isfinite(value) && value >= 0) settings[name] = value;
-  }
-  return settings;
-}
-
 class LiveCamera : public FrameSequence {
  public:
-  LiveCamera(std::string name, std::shared_ptr<Grabbing> shared)
-      : name_(std::move(name)), settings_(settings_of(shared->capture)), shared_(std::move(shared)) {
+  LiveCamera(int number, std::string name, std::shared_ptr<Grabbing> shared)
+      : name_(std::move(name)), controls_(open_v4l2_device(number)), shared_(std::move(shared)) {
     std::thread(grab_until_stopped, shared_).detach();
   }
   ~LiveCamera() override {
@@ -102,11 +86,11 @@ class LiveCamera : public FrameSequence {
   }
   std::string name() const override { return name_; }
   long length() const override { return 0; }
-  std::map<std::string, double> camera_settings() const override { return settings_; }
+  const CameraControls* controls() const override { return &controls_; }
 
  private:
   std::string name_;
-  std::map<std::string, double> settings_;
+  CameraControls controls_;
   std::shared_ptr<Grabbing> shared_;
   long seen_ = 0;
   int index_ = 0;
@@ -135,7 +119,7 @@ std::unique_ptr<FrameSequence> open_live_camera(int number, double max_pixels, F
                fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
     return nullptr;
   }
-  return std::make_unique<LiveCamera>(name, std::move(shared));
+  return std::make_unique<LiveCamera>(number, name, std::move(shared));
 }
 
 }  // namespace ballservo

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
@@ -32,7 +33,61 @@ void write_whole(const fs::path& file, std::string_view contents) {
   rename_path(hidden, file, true);
 }
 
+std::string png_of(const cv::Mat& bgr) {
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  return {png.begin(), png.end()};
+}
+
+std::string picture_name(long number) { return fmt::format("frame_{:07}.png", number); }
+
+/// Makes the folder, or empties one of an earlier recording.
+void begin_folder(const fs::path& folder, Overwrite overwrite) {
+  { const OutputFolder checked(folder, overwrite); }  // says what is wrong with it
+  make_new_folder(folder, folder.string());
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (is_of_recording(entry.path())) fs::remove(entry.path(), error);
+  }
+  write_whole(folder / rows_table, ball_rows_header());
+  write_whole(folder / recording_table, columns);
+}
+
 }  // namespace
+
+void RecentPictures::put(const cv::Mat& bgr, double time_s, double captured_unix_s) {
+  using namespace std::chrono_literals;
+  if (compressed_.valid()) {
+    if (compressed_.wait_for(0s) != std::future_status::ready) return;
+    pictures_.push_back(compressed_.get());
+    bytes_ += pictures_.back().png->size();
+  }
+  if (!pictures_.empty() && time_s <= pictures_.back().time_s) pictures_.clear(), bytes_ = 0;
+  while (!pictures_.empty() && (pictures_.front().time_s < time_s - seconds_ || bytes_ > most_bytes)) {
+    bytes_ -= pictures_.front().png->size();
+    pictures_.pop_front();
+  }
+  compressed_ = std::async(std::launch::async, [bgr, time_s, captured_unix_s] {
+    return CompressedPicture{std::make_shared<const std::string>(png_of(bgr)), time_s, captured_unix_s};
+  });
+}
+
+double RecentPictures::seconds() const {
+  return pictures_.empty() ? 0 : pictures_.back().time_s - pictures_.front().time_s;
+}
+
+void write_recording(const fs::path& folder, Overwrite overwrite,
+                     const std::deque<CompressedPicture>& pictures, const FilesBeside& beside) {
+  begin_folder(folder, overwrite);
+  for (const auto& [name, contents] : beside) write_whole(folder / name, contents);
+  std::string lines = columns;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const std::string name = picture_name(static_cast<long>(i));
+    write_whole(folder / name, *pictures[i].png);
+    lines += csv_row(name, pictures[i].time_s - pictures.front().time_s, pictures[i].captured_unix_s);
+  }
+  write_whole(folder / recording_table, lines);
+}
 
 std::vector<std::pair<fs::path, double>> recorded_pictures(const fs::path& folder) {
   const fs::path file = folder / recording_table;
@@ -59,14 +114,7 @@ std::vector<std::pair<fs::path, double>> recorded_pictures(const fs::path& folde
 }
 
 RecordingWriter::RecordingWriter(fs::path folder, Overwrite overwrite) : folder_(std::move(folder)) {
-  { const OutputFolder checked(folder_, overwrite); }  // says what is wrong with it
-  make_new_folder(folder_, folder_.string());
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder_)) {
-    if (is_of_recording(entry.path())) fs::remove(entry.path(), error);
-  }
-  write_whole(folder_ / rows_table, ball_rows_header());
-  write_whole(folder_ / recording_table, columns);
+  begin_folder(folder_, overwrite);
   thread_ = std::thread([this] { write_all(); });
 }
 
@@ -79,7 +127,7 @@ RecordingWriter::~RecordingWriter() {
   thread_.join();
 }
 
-std::string RecordingWriter::next_name() const { return fmt::format("frame_{:07}.png", kept_); }
+std::string RecordingWriter::next_name() const { return picture_name(kept_); }
 
 bool RecordingWriter::put(const cv::Mat& bgr, double time_s, double captured_unix_s, std::string rows) {
   const std::size_t bytes = bgr.total() * bgr.elemSize();
@@ -95,8 +143,8 @@ bool RecordingWriter::put(const cv::Mat& bgr, double time_s, double captured_uni
   return true;
 }
 
-void RecordingWriter::put_beside(const std::string& name, const std::string& contents) {
-  write_whole(folder_ / name, contents);
+void RecordingWriter::put_beside(const FilesBeside& files) {
+  for (const auto& [name, contents] : files) write_whole(folder_ / name, contents);
 }
 
 long RecordingWriter::lost() const {
@@ -134,9 +182,7 @@ void RecordingWriter::write_all() {
 }
 
 void RecordingWriter::write(const Item& item) {
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", item.bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
-  write_whole(folder_ / item.name, {reinterpret_cast<const char*>(png.data()), png.size()});
+  write_whole(folder_ / item.name, png_of(item.bgr));
   if (!item.rows.empty()) append_bytes(folder_ / rows_table, item.rows, folder_.string());
   append_bytes(folder_ / recording_table, item.line, folder_.string());
 }

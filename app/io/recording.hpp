@@ -5,6 +5,9 @@
 #include <condition_variable>
 #include <deque>
 #include <filesystem>
+#include <future>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <string>
@@ -24,6 +27,38 @@ inline constexpr const char* recording_table = "recording.csv";
 /// InputError where the table is not as it should be.
 std::vector<std::pair<std::filesystem::path, double>> recorded_pictures(const std::filesystem::path& folder);
 
+/// A picture that is compressed already.
+struct CompressedPicture {
+  std::shared_ptr<const std::string> png;
+  double time_s = 0, captured_unix_s = 0;
+};
+
+/// The last pictures, compressed beside whoever gives them; the oldest fall out.
+class RecentPictures {
+ public:
+  static constexpr std::size_t most_bytes = std::size_t{256} << 20;
+
+  explicit RecentPictures(double seconds) : seconds_(seconds) {}
+  /// Leaves the picture out while the one before it is still being compressed. Time that goes back begins
+  /// anew.
+  void put(const cv::Mat& bgr, double time_s, double captured_unix_s);
+  const std::deque<CompressedPicture>& pictures() const { return pictures_; }
+  double seconds() const;  ///< from the first to the last of them
+
+ private:
+  double seconds_;
+  std::deque<CompressedPicture> pictures_;
+  std::size_t bytes_ = 0;
+  std::future<CompressedPicture> compressed_;
+};
+
+/// Small files beside a recording's pictures, by name: settings, colours.
+using FilesBeside = std::map<std::string, std::string>;
+
+/// Writes a recording, as RecordingWriter makes its folder, of pictures whose tracks nobody has kept.
+void write_recording(const std::filesystem::path& folder, Overwrite overwrite,
+                     const std::deque<CompressedPicture>& pictures, const FilesBeside& beside);
+
 /// Writes on a thread of its own: who gives pictures never waits for the disk.
 class RecordingWriter {
  public:
@@ -39,8 +74,7 @@ class RecordingWriter {
   std::string next_name() const;
   /// False where the disk does not keep up, or has failed: the picture is lost, and counted.
   bool put(const cv::Mat& bgr, double time_s, double captured_unix_s, std::string rows);
-  /// Replaces a small file beside the pictures (settings, colours).
-  void put_beside(const std::string& name, const std::string& contents);
+  void put_beside(const FilesBeside& files);
 
   const std::filesystem::path& folder() const { return folder_; }
   long kept() const { return kept_; }

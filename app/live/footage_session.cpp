@@ -59,9 +59,15 @@ std::string position_text(const BallPosition& position) {
 FootageSession::FootageSession(FootageOptions options, DetectorFactory factory, LiveExchange& exchange)
     : options_(std::move(options)), factory_(std::move(factory)), exchange_(exchange) {
   colors_ = factory_.colors().classes.empty() ? ColorLessons() : ColorLessons(factory_.colors());
-  sequence_ = std::move(open_sources({options_.source}, options_.fps, options_.max_pixels).front());
+  want_settings_of(factory_.colors());
+  open_again();
   if (!options_.colors_output.empty()) OutputFile(options_.colors_output, options_.overwrite_colors);
-  if (!options_.record.empty()) start_recording();
+  if (options_.last_s > 0) {
+    OutputFolder(options_.record, options_.overwrite_recording);  // said now, if it can't be
+    recent_.emplace(options_.last_s);
+  } else if (!options_.record.empty()) {
+    start_recording();
+  }
   if (!options_.stream.empty()) stream_.emplace(options_.stream);
   pace_start_ = Clock::now();
   next_ = sequence_->next();
@@ -108,6 +114,7 @@ bool FootageSession::advance() {
   show(taken);
   try {
     if (is_recording_) record(taken);
+    if (recent_) recent_->put(shown_->bgr, shown_->time_s, unix_s(taken));
   } catch (const InputError& error) {  // a full disk
     message_ = words_of(error);
     is_recording_ = false;
@@ -151,7 +158,10 @@ bool FootageSession::read_next() {
 
 void FootageSession::open_again() {
   sequence_.reset();
-  sequence_ = std::move(open_sources({options_.source}, options_.fps, options_.max_pixels).front());
+  sequence_ = options_.open
+                  ? options_.open()
+                  : std::move(open_sources({options_.source}, options_.fps, options_.max_pixels).front());
+  if (sequence_->controls() != nullptr) ignored_ = sequence_->controls()->set(wanted_);
 }
 
 void FootageSession::restart_tracks() {
@@ -265,6 +275,8 @@ FootageSession::Json FootageSession::state(const DetectionStages* stages) const 
     rate_hz = static_cast<double>(shown_at_.size() - 1) / to_seconds(shown_at_.back() - shown_at_.front());
   Json views = Json::array();
   for (const LiveView& view : live_views()) views.push_back({{"name", view.name}, {"remedy", view.remedy}});
+  Json warnings = colors_.warnings();
+  if (!factory_.doubt().empty()) warnings.push_back(factory_.doubt());
   Json said = {{"kind", "footage"},
                {"source", options_.source},
                {"file", shown_->source},
@@ -278,11 +290,15 @@ FootageSession::Json FootageSession::state(const DetectionStages* stages) const 
                {"learning", lesson_.has_value()},
                {"undo", !undone_to_.empty()},
                {"message", message_},
+               {"camera", sequence_ != nullptr && sequence_->controls() != nullptr},
+               {"ignored", ignored_},
                {"balls", balls()},
                {"classes", classes()},
-               {"warnings", colors_.warnings()},
+               {"warnings", warnings},
                {"colors_output", options_.colors_output.filename().string()},
                {"views", views},
+               {"can_record", !options_.record.empty()},
+               {"recent_s", recent_ ? Json(recent_->seconds()) : Json()},
                {"recording", nullptr}};
   if (recording_)
     said["recording"] = {{"on", is_recording_},
@@ -294,28 +310,52 @@ FootageSession::Json FootageSession::state(const DetectionStages* stages) const 
   return said;
 }
 
-/// Into the folder that was named, and after that one into others beside it. The tracks begin anew, so that
-/// the recording gives the same.
-void FootageSession::start_recording() {
+/// The folder that was named, and after it others beside it.
+std::filesystem::path FootageSession::take_folder() {
   std::filesystem::path folder = options_.record;
   std::error_code error;
-  for (int n = 2; recording_ && std::filesystem::exists(folder, error); ++n)
+  for (int n = 2; folders_ > 0 && std::filesystem::exists(folder, error); ++n)
     folder = options_.record.string() + fmt::format("_{}", n);
-  recording_.emplace(folder, recording_ ? Overwrite::refuse : options_.overwrite_recording);
+  if (folders_++ > 0) options_.overwrite_recording = Overwrite::refuse;
+  return folder;
+}
+
+/// The tracks begin anew, so that the recording gives the same.
+void FootageSession::start_recording() {
+  const std::filesystem::path folder = take_folder();
+  recording_.emplace(folder, options_.overwrite_recording);
   is_recording_ = true;
   restart_tracks();
 }
 
+FilesBeside FootageSession::beside() const {
+  const Json settings = {{"source", options_.source},
+                         {"camera_settings", sequence_ ? sequence_->camera_settings() : decltype(wanted_)()},
+                         {"fixed_colors", options_.fixed_colors}};
+  FilesBeside files{{"settings.json", settings.dump(2) + "\n"}};
+  if (!colors_.empty()) files["taught.colors"] = color_file_bytes(*colors_.table());
+  return files;
+}
+
+void FootageSession::keep_recent(const LiveCommand& command) {
+  if (!recent_) throw Refusal("start with --record DIR --last SECONDS");
+  if (keeping_.valid() && keeping_.wait_for(0s) != std::future_status::ready)
+    throw Refusal("the last ones are still being written");
+  if (recent_->pictures().empty()) throw Refusal("there is no picture yet");
+  const std::filesystem::path folder = take_folder();
+  keeping_ = std::async(std::launch::async,
+                        [folder, overwrite = options_.overwrite_recording, pictures = recent_->pictures(),
+                         beside = beside(), answer = command.answer] {
+                          answer(answer_to("keep", [&]() -> Json {
+                            write_recording(folder, overwrite, pictures, beside);
+                            return {{"folder", folder.string()}, {"pictures", pictures.size()}};
+                          }));
+                        });
+}
+
 void FootageSession::record(Clock::time_point taken) {
   const double time_s = shown_->time_s - time_base_s_;
-  if (time_s == 0) {
-    recording_->put_beside("settings.json", Json({{"source", options_.source},
-                                                  {"camera_settings", sequence_->camera_settings()},
-                                                  {"fixed_colors", options_.fixed_colors}})
-                                                    .dump(2) +
-                                                "\n");
-    if (!colors_.empty()) recording_->put_beside("taught.colors", color_file_bytes(*colors_.table()));
-  }
+  if (time_s == 0) recording_->put_beside(beside());
   std::string rows;
   for (const Track& track : tracks_)
     rows += ball_row({recording_->next_name(), 0, time_s, track.id,
@@ -329,11 +369,13 @@ void FootageSession::obey(LiveCommand command) {
   const auto reply = command.answer;
   bool later = false;  // its thread answers
   Json answer = answer_to(verb, [&]() -> Json {
-    later = verb == "teach" || verb == "rename";
+    later = verb == "teach" || verb == "rename" || verb == "keep";
     if (verb == "teach")
       teach(std::move(command));
     else if (verb == "rename")
       rename(std::move(command));
+    else if (verb == "keep")
+      keep_recent(command);
     else
       return done(verb, command.what);
     return Json::object();
@@ -344,6 +386,7 @@ void FootageSession::obey(LiveCommand command) {
 /// Does what takes no time, and says what came of it.
 FootageSession::Json FootageSession::done(const std::string& verb, const Json& what) {
   if (verb == "why") return why(what);
+  if (verb == "camera" || verb == "hold") return camera(what);
   if (verb == "save") return save();
   if (verb == "load") return load(what);
   if (verb == "undo") {
@@ -358,7 +401,7 @@ FootageSession::Json FootageSession::done(const std::string& verb, const Json& w
   } else if (verb == "step") {
     paused_ = step_ = true;
   } else if (verb == "record") {
-    if (!recording_) throw Refusal("start with --record DIR: the page writes nowhere else");
+    if (options_.record.empty()) throw Refusal("start with --record DIR: the page writes nowhere else");
     if (is_recording_)
       is_recording_ = false;
     else
@@ -464,9 +507,39 @@ FootageSession::Json FootageSession::why(const Json& what) {
   return why_no_ball(bgr, point, detector);
 }
 
+/// How the camera is set, after what is asked for has been done.
+FootageSession::Json FootageSession::camera(const Json& what) {
+  const CameraControls* const controls = sequence_ ? sequence_->controls() : nullptr;
+  if (controls == nullptr) throw Refusal("this source is no camera that can be set");
+  const std::string name = text_at(what, "name").substr(0, 40);
+  if (text_at(what, "do") == "hold") {
+    ignored_ = controls->hold();
+    wanted_ = controls->values();
+  } else if (!name.empty()) {
+    const double value = number_at(what, "value", std::nan(""));
+    ignored_ = controls->set({{name, value}});
+    if (ignored_.empty()) wanted_[name] = value;
+  }
+  Json listed = Json::array();
+  for (const CameraControl& control : controls->all())
+    listed.push_back({{"name", control.name},
+                      {"value", control.value},
+                      {"minimum", control.minimum},
+                      {"maximum", control.maximum},
+                      {"step", control.step}});
+  return {{"controls", listed}, {"ignored", ignored_}};
+}
+
+/// Colours that were taught with the camera's automatics off want it set so again.
+void FootageSession::want_settings_of(const ColorTable& colors) {
+  if (!colors.camera_settings.empty() && is_held(colors.camera_settings)) wanted_ = colors.camera_settings;
+}
+
 FootageSession::Json FootageSession::save() {
   if (colors_.empty()) throw Refusal("no colour has been taught yet");
-  const std::string bytes = color_file_bytes(*colors_.table());
+  ColorTable table = *colors_.table();
+  if (sequence_ && sequence_->controls() != nullptr) table.camera_settings = sequence_->camera_settings();
+  const std::string bytes = color_file_bytes(table);
   if (!options_.colors_output.empty()) {
     write_file(options_.colors_output, bytes, options_.overwrite_colors);
     options_.overwrite_colors = Overwrite::allow;  // its own file
@@ -480,6 +553,8 @@ FootageSession::Json FootageSession::load(const Json& what) {
   const auto bytes = from_base64(text_at(what, "base64"));
   if (!bytes) throw Refusal("that is no file that came through whole");
   ColorLessons colors = ColorLessons(parse_color_file(*bytes, "the file"));
+  want_settings_of(*colors.table());
+  if (sequence_ && sequence_->controls() != nullptr) ignored_ = sequence_->controls()->set(wanted_);
   learn(std::move(colors));
   return {{"classes", colors_.table()->classes.size()}};
 }

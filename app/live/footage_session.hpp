@@ -26,10 +26,12 @@ namespace ballservo {
 
 struct FootageOptions {
   std::string source;
+  std::function<std::unique_ptr<FrameSequence>()> open;  ///< opens the source; empty: as its name says
   double fps = 30, max_pixels = 0;
   bool fixed_colors = false;
   std::filesystem::path colors_output;  ///< where `save` writes; empty: nowhere, the page downloads
   std::filesystem::path record;         ///< empty: no recording
+  double last_s = 0;                    ///< above 0: nothing is recorded until asked for; so much is at hand
   std::string stream;                   ///< see TrackStream; empty: none
   Overwrite overwrite_colors = Overwrite::refuse, overwrite_recording = Overwrite::refuse;
 };
@@ -79,6 +81,9 @@ class FootageSession {
   Json classes() const;
   void record(Clock::time_point taken);
   void start_recording();
+  std::filesystem::path take_folder();
+  FilesBeside beside() const;
+  void keep_recent(const LiveCommand& command);
 
   void obey(LiveCommand command);
   Json done(const std::string& verb, const Json& what);
@@ -87,6 +92,8 @@ class FootageSession {
   void begin_lesson(LiveCommand command, std::function<Learnt(const ColorLessons&)> learn);
   void finish_lesson();
   Json why(const Json& what);
+  Json camera(const Json& what);
+  void want_settings_of(const ColorTable& colors);
   Json save();
   Json load(const Json& what);
   const cv::Mat& picture_of(const Json& what) const;
@@ -104,9 +111,14 @@ class FootageSession {
   std::optional<Lesson> lesson_;
   std::atomic<bool> stop_lesson_{false};
   std::optional<RecordingWriter> recording_;
+  std::optional<RecentPictures> recent_;
+  std::future<void> keeping_;
+  int folders_ = 0;  // that recordings have taken
   std::optional<TrackStream> stream_;
   bool is_recording_ = false, paused_ = false, step_ = false, ended_ = false;
-  std::string message_;  // what is wrong with the source
+  std::string message_;                   // what is wrong with the source
+  std::map<std::string, double> wanted_;  // how the camera is to be set, also when it comes back
+  std::string ignored_;                   // what of it the camera ignored
   std::deque<Kept> kept_;
   std::size_t kept_bytes_ = 0;
   Clock::time_point pace_start_, next_taken_;

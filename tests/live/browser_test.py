@@ -90,6 +90,10 @@ def walk(page, name, saved):
     page.shot(f"{name}_taught")
     page.press("undo")
     until(lambda: page.classes() == [])
+    page.press("shot")
+    page.shot(f"{name}_square")
+    until(lambda: "nothing round" in page.text("said"))  # between the sweets
+    assert not page.js("return document.getElementById('keep').offsetWidth || document.getElementById('device').offsetWidth")
     page.click(SWEET)
     until(lambda: page.classes() == ["green"])
     page.press("save")

@@ -36,6 +36,31 @@ TEST_F(Recording, ReadsBackThePicturesAndTheirTimes) {
   EXPECT_FALSE(sequences.front()->next());
 }
 
+TEST_F(Recording, TheLastSecondsAreKeptAfterTheFact) {
+  RecentPictures recent(1);
+  const auto show = [&](int i) {
+    recent.put(picture(i), 0.1 * i, 1e9 + i);
+    std::this_thread::sleep_for(20ms);  // as a camera does
+  };
+  for (int i = 0; i < 40; ++i) show(i);
+  EXPECT_LE(recent.seconds(), 1);
+  EXPECT_GT(recent.seconds(), 0.5);
+  write_recording(dir / "kept", Overwrite::refuse, recent.pictures(), {{"settings.json", "{}"}});
+  EXPECT_THROW(write_recording(dir / "kept", Overwrite::refuse, recent.pictures(), {}), InputError);
+  const auto sequences = open_sources({(dir / "kept").string()}, 30, 1e6);
+  ASSERT_EQ(sequences.front()->length(), static_cast<long>(recent.pictures().size()));
+  int last = 0;
+  for (const CompressedPicture& kept : recent.pictures()) {
+    const auto frame = sequences.front()->next();
+    EXPECT_NEAR(frame->time_s, kept.time_s - recent.pictures().front().time_s, 1e-12);
+    last = frame->bgr.at<cv::Vec3b>(5, 5)[0];
+  }
+  EXPECT_GE(last, 36) << "the newest but those under way";
+  EXPECT_EQ(contents("kept/settings.json"), "{}");
+  for (int i = 0; i < 3; ++i) show(i);
+  EXPECT_LE(recent.pictures().size(), 2u) << "a time that goes back";
+}
+
 TEST_F(Recording, AnUnfinishedLineIsNone) {
   { RecordingWriter(dir / "kept", Overwrite::refuse).put(picture(1), 0, 1e9, ""); }
   put("kept/recording.csv", contents("kept/recording.csv") + "frame_0000001.png,0.0");

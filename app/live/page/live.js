@@ -3,7 +3,7 @@ import {connectRoom, drop, showRoom} from './room.js';
 
 const at = (id) => document.getElementById(id);
 const canvas = at('picture'), pen = canvas.getContext('2d');
-let socket, state = null, bitmap = null, view = '', mark = null, drag = null, teaching = null, asked = null;
+let socket, state = null, bitmap = null, view = '', mark = null, drag = null, teaching = null, asked = null, countdown = null, controlled = false;
 
 // ---- messages
 
@@ -45,6 +45,7 @@ async function arrived(data) {
 
 function answered(answer) {
   if (answer.answer === 'why') return explain(answer);
+  if (answer.controls) return showControls(answer.controls);
   if (answer.answer === 'teach') mark = null;
   if (answer.refused) return say(answer.refused, true);
   if (answer.answer === 'found') {
@@ -61,6 +62,8 @@ function answered(answer) {
     say(`It is called ${answer.class} now.`);
   } else if (answer.answer === 'save') {
     answer.download ? download(answer) : say(`Saved as ${answer.saved}`);
+  } else if (answer.answer === 'keep') {
+    say(`${answer.pictures} pictures are kept in ${answer.folder}`);
   } else if (answer.answer === 'load') {
     say(`${answer.classes} class(es) loaded.`);
   } else if (answer.answer === 'undo') {
@@ -89,6 +92,8 @@ function paint() {
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
   pen.drawImage(bitmap, 0, 0, width, height);
   if (state.kind === 'footage' && (view === 'picture' || view === 'taught')) state.balls.forEach(drawBall);
+  pen.font = `600 ${13 * pixel()}px system-ui, sans-serif`;
+  if (countdown) drawSquare();
   for (const circle of [drag, mark && mark.until > performance.now() ? mark : null]) {
     if (circle) trace(Array.from({length: 49}, (_, k) => [circle.u + circle.r * Math.cos(k * Math.PI / 24), circle.v + circle.r * Math.sin(k * Math.PI / 24)]), '#fff');
   }
@@ -113,21 +118,30 @@ function trace(points, color, dash = []) {
   pen.setLineDash([]);
 }
 
-function drawBall(ball) {
-  trace(ball.rim_px, ...styles[ball.state]);
-  const words = `${ball.class} ${ball.track_id}` + (ball.position ? ` \u00b7 ${ball.position.split(',')[0]}` : '');
-  pen.font = `600 ${13 * pixel()}px system-ui, sans-serif`;
-  const [u, v, r] = ball.outline_px, half = pen.measureText(words).width / 2 + 6 * pixel(), gap = 7 * pixel();
-  const [x, top] = onCanvas([u, v - r]), [, bottom] = onCanvas([u, v + r]);
-  const y = top - 2 * gap > 0 ? top - gap : bottom + 2.5 * gap;
-  const middle = Math.min(Math.max(x, half), canvas.width - half);
+function drawSquare() {
+  const half = state.height_px / 4, [u, v] = [(state.width_px - 1) / 2, (state.height_px - 1) / 2];
+  trace([[u - half, v - half], [u + half, v - half], [u + half, v + half], [u - half, v + half]], '#fff');
+  write(Math.max(1, Math.ceil((countdown - performance.now()) / 1000)).toString(), ...onCanvas([u, v - half * 0.7]));
+}
+
+function write(words, x, y) {
   pen.textAlign = 'center';
   pen.lineJoin = 'round';
   pen.lineWidth = 3 * pixel();
   pen.strokeStyle = '#000';
-  pen.strokeText(words, middle, y);
+  pen.strokeText(words, x, y);
   pen.fillStyle = '#fff';
-  pen.fillText(words, middle, y);
+  pen.fillText(words, x, y);
+}
+
+function drawBall(ball) {
+  trace(ball.rim_px, ...styles[ball.state]);
+  const words = `${ball.class} ${ball.track_id}` + (ball.position ? ` \u00b7 ${ball.position.split(',')[0]}` : '');
+  const [u, v, r] = ball.outline_px, half = pen.measureText(words).width / 2 + 6 * pixel(), gap = 7 * pixel();
+  const [x, top] = onCanvas([u, v - r]), [, bottom] = onCanvas([u, v + r]);
+  const y = top - 2 * gap > 0 ? top - gap : bottom + 2.5 * gap;
+  const middle = Math.min(Math.max(x, half), canvas.width - half);
+  write(words, middle, y);
 }
 
 // Where a pointer is, in the picture's own pixels; (0, 0) is the middle of the first.
@@ -184,8 +198,17 @@ function explain(answer) {
   at('why').append(button);
 }
 
+// Whoever holds the ball has no hand for the mouse.
+at('shot').onclick = () => {
+  countdown = performance.now() + 3000;
+  setTimeout(() => {
+    countdown = null;
+    teach({serial: state.serial, u_px: (state.width_px - 1) / 2, v_px: (state.height_px - 1) / 2, radius_px: 0});
+  }, 3000);
+};
+
 connectRoom(send);
-const presses = {reset: {do: 'reset'}, undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}, end: {do: 'end'}};
+const presses = {keep: {do: 'keep'}, hold: {do: 'hold'}, reset: {do: 'reset'}, undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}, end: {do: 'end'}};
 for (const [id, what] of Object.entries(presses)) at(id).onclick = () => send(what);
 at('teach').onclick = () => setTeaching(!teaching);
 at('view').onchange = look;
@@ -234,6 +257,16 @@ function build(id, what, make) {
   if (built[id] === now) return;
   built[id] = now;
   at(id).replaceChildren(...make(what));
+}
+
+function showControls(all) {
+  at('controls').replaceChildren(...all.map((one) => {
+    const label = element('label', `${one.name.replaceAll('_', ' ')} `);
+    const input = Object.assign(document.createElement('input'), {type: 'number', min: one.minimum, max: one.maximum, step: one.step, value: one.value});
+    input.onchange = () => send({do: 'camera', name: one.name, value: Number(input.value)});
+    label.append(input);
+    return label;
+  }));
 }
 
 function classItem(one) {
@@ -287,6 +320,10 @@ function showFootage(message) {
   if (teaching === null) setTeaching(state.classes.length === 0);
   at('status').textContent = `${state.rate_hz.toFixed(1)} pictures/s, ${state.work_ms.toFixed(1)} ms each; ` +
     `seen to painted ${message.painted_p95_ms.toFixed(0)} ms (95 %)` + (state.learning ? '; learning' : '');
+  at('device').hidden = !state.camera;
+  if (state.camera && !controlled) send({do: 'camera'});
+  controlled = state.camera;
+  at('ignored').textContent = state.ignored && `The camera does not obey: ${state.ignored}.`;
   at('undo').disabled = !state.undo;
   at('save').disabled = !state.classes.length;
   at('save').title = state.colors_output ? `Into ${state.colors_output}` : 'As a download';
@@ -294,7 +331,9 @@ function showFootage(message) {
   at('record').setAttribute('aria-pressed', Boolean(recording?.on));
   at('record').textContent = recording?.on ? `Recording: ${recording.kept}` + (recording.lost ? `, ${recording.lost} lost` : '') : 'Record';
   at('record').title = recording ? recording.fault || `In ${recording.folder}` : 'Start the program with --record DIR';
-  at('record').disabled = !recording;
+  at('record').disabled = !state.can_record;
+  at('keep').hidden = state.recent_s === null;
+  at('keep').textContent = `Keep the last ${Math.round(state.recent_s)} s`;
   build('view', state.views.map((view) => view.name), (names) => ['', ...names].map((name) =>
     Object.assign(element('option', name || 'automatic'), {value: name})));
   at('remedy').textContent = state.views.find((view) => view.name === message.view)?.remedy ?? '';
