@@ -65,6 +65,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   }
 
   look(bgr, stages);
+  if (light_ && options_.seek_light) seek_light(bgr);
   match();
   if (light_) look_under_another_light(bgr);
   correct_matched();
@@ -117,11 +118,52 @@ bool Tracker::is_shown(const Followed& followed) const {
 // Where no ball is known, the light may be the one that was last seen or, if the picture says so, the taught
 // one again: they take turns until one of them shows a ball.
 void Tracker::choose_light() {
-  if (followed_.empty()) taught_light_ = !taught_light_ && light_->may_be_taught_light();
+  if (followed_.empty()) {
+    if (!is_light_believed_) light_->assume({});  // what was found in it was no ball
+    taught_light_ = !taught_light_ && light_->may_be_taught_light();
+  }
   set_light();
 }
 
 void Tracker::set_light() { detector_.set_light(taught_light_ ? LightCells::as_taught() : light_->cells()); }
+
+std::optional<AssumedLight> Tracker::assumed_light() const {
+  const bool is_other = is_light_believed_ && light_ && !light_->assumed().is_taught();
+  return is_other ? std::optional(light_->assumed()) : std::nullopt;
+}
+
+// The colours may have been taught in another light than that of the pictures, which then shows no sure ball.
+// The longer none is known, the rarer one is sought so, since that takes as long as dozens of looks.
+void Tracker::seek_light(const cv::Mat& bgr) {
+  const bool knows_ball = std::any_of(followed_.begin(), followed_.end(), [](const Followed& followed) {
+    return followed.track.state != TrackState::tentative;
+  });
+  if (knows_ball) {
+    knew_ball_ = pictures_;
+    next_light_search_ = pictures_ + options_.newcomers_every;
+  }
+  if (pictures_ < next_light_search_) return;
+  next_light_search_ = pictures_ + std::max<long>(options_.newcomers_every, pictures_ - knew_ball_);
+  if (!other_lights_) other_lights_.emplace(detector_);
+  const auto see_sure_balls = [&] {
+    bool any = false;
+    for (const BallObservation& ball : detector_.detect(bgr)) {
+      if (detector_.log_odds(bgr, ball) < LightSearch::least_log_odds) continue;
+      add_new(ball);
+      any = true;
+    }
+    return any;
+  };
+  if (see_sure_balls()) return;
+  const std::optional<AssumedLight> light = other_lights_->find(bgr);
+  if (!light) return;
+  light_->assume(*light);
+  is_light_believed_ = false;
+  set_light();
+  detector_.doubt_response();
+  seen_.clear();
+  see_sure_balls();
+}
 
 // A confirmed ball is missing: perhaps the light has changed at once.
 void Tracker::look_under_another_light(const cv::Mat& bgr) {
@@ -153,7 +195,7 @@ void Tracker::learn_colors(const cv::Mat& bgr) {
         followed.light.last = middle_color(bgr, ball.outline);
       continue;
     }
-    if (std::exchange(taught_light_, false)) light_->return_to_taught();
+    if (std::exchange(taught_light_, false)) light_->assume({});
     light_->learn(bgr, ball, followed.light);
   }
 }
@@ -353,6 +395,7 @@ void Tracker::see(Followed& followed, const BallObservation& ball, double time_s
   followed.track.ball = ball;
   if (followed.track.state != TrackState::tentative || is_believed(followed))
     followed.track.state = TrackState::confirmed;
+  is_light_believed_ |= followed.track.state == TrackState::confirmed;
 }
 
 // A tentative ball that is missed more often than seen was none; a confirmed one is predicted for a while, as
