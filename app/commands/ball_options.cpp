@@ -99,27 +99,34 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
   return radii;
 }
 
+KnownCamera read_known_camera(const std::string& file) {
+  const Camera camera = read_camera(file);
+  return {camera, read_camera_covariance(file, camera)};
+}
+
 DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions& common) {
   FaultList faults;
   faults.collect([&] {
-    colors_ = std::make_shared<const ColorTable>(
-        options.colors.empty() && !options.taught ? ColorTable() : read_color_file(options.colors));
+    colors_ = options.color_table;
+    if (!colors_)
+      colors_ = std::make_shared<const ColorTable>(
+          options.colors.empty() && !options.taught ? ColorTable() : read_color_file(options.colors));
   });
   faults.collect([&] {
-    if (options.camera.empty()) return;
-    const Camera camera = read_camera(options.camera);
-    admit_camera(options.camera, camera.size(), common, 1);
-    rays_ = std::make_shared<const RayTable>(camera);
-    const auto known = read_camera_covariance(options.camera, rays_->camera());
-    if (known) camera_uncertainty_.emplace(rays_->camera(), known->covariance);
+    if (!options.has_camera()) return;
+    const KnownCamera known =
+        options.known_camera ? *options.known_camera : read_known_camera(options.camera);
+    admit_camera(options.camera, known.camera.size(), common, 1);
+    rays_ = std::make_shared<const RayTable>(known.camera);
+    if (known.covariance) camera_uncertainty_.emplace(known.camera, known.covariance->covariance);
   });
   faults.collect([&] {
     if (colors_) options_.radii = parse_diameters(options.diameter, *colors_, options.taught);
   });
   faults.throw_if_any();
-  if (options.camera.empty() != options.diameter.empty())
-    spdlog::warn("{} without {}: no positions in 3-D", options.camera.empty() ? "--diameter" : "--camera",
-                 options.camera.empty() ? "--camera" : "--diameter");
+  if (options.has_camera() == options.diameter.empty())
+    spdlog::warn("{} without {}: no positions in 3-D", options.has_camera() ? "--camera" : "--diameter",
+                 options.has_camera() ? "--diameter" : "--camera");
   if (!rays_) {  // without a camera there is no 3-D, and a ball may be an oval
     options_.radii.clear();
     options_.oval_fraction = 0.04;
