@@ -58,7 +58,8 @@ class ShieldedRobot {
     robot_.listen([this](const SonarReading& reading) { avoidance_.hear(reading); });
     avoidance_.see_frame(now.time_s);
     avoidance_.update(now.time_s, now.odometry, poses_);
-    const RobotMotion acts = predictor_.predict(now.time_s, {now.odometry, now.twist});
+    const RobotMotion acts = predictor_.predict(
+        now.time_s, {now.odometry, predictor_.twist_at(now.time_s, now.twist, stated_bound)});
     const ShieldVerdict verdict = avoidance_.check(now.time_s, command, acts);
     predictor_.add_command(now.time_s, verdict.command);
     robot_.command(verdict.command, now.time_s);
