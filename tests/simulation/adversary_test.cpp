@@ -178,7 +178,7 @@ class Adversary {
         return find_contacts(duel_.world, duel_.avoidance.grid.footprint, integrate(pose_, by, h), 0)
             .clearance_m;
       };
-      signs_[0] = clearance_at({1, 0})<clearance_at({-1, 0}) == twist_.v_mps> 0 ? -1 : 1;
+      signs_[0] = (clearance_at({1, 0}) < clearance_at({-1, 0})) == (twist_.v_mps > 0) ? -1 : 1;
       turn_sign_ = clearance_at({0, 1}) < clearance_at({0, -1}) ? -1 : 1;
     } else if (policy_ == 1 && uniform_index(engine_, 50) == 0) {
       signs_[uniform_index(engine_, 2)] *= -1;
