@@ -48,7 +48,8 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
   command
       .add_option(
           "--camera", options.camera,
-          "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several)")
+          "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several; "
+          "FILE@WxH for its pictures scaled to that size)")
       ->type_name("FILE");
   command
       .add_option(

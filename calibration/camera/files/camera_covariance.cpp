@@ -104,7 +104,17 @@ std::optional<CameraCovariance> read_camera_covariance(const std::string& camera
   if (!std::filesystem::exists(place, ignored)) return std::nullopt;
   const std::string text = read_file_bytes(place, max_covariance_file_bytes);
   try {
-    return from_json(nlohmann::json::parse(text), place, camera);
+    const CameraFileName name = split_camera_name(camera_file);
+    if (!name.scaled_to) return from_json(nlohmann::json::parse(text), place, camera);
+    const Camera own =
+        read_camera(name.file.string() + (name.camera_name.empty() ? "" : ":" + name.camera_name));
+    auto known = from_json(nlohmann::json::parse(text), place, own);
+    if (!known) return std::nullopt;
+    Eigen::VectorXd scale = Eigen::VectorXd::Ones(known->covariance.rows());
+    scale(0) = scale(2) = static_cast<double>(camera.size().width_px) / own.size().width_px;
+    scale(1) = scale(3) = static_cast<double>(camera.size().height_px) / own.size().height_px;
+    known->covariance = (scale.asDiagonal() * known->covariance * scale.asDiagonal()).eval();
+    return known;
   } catch (const nlohmann::json::exception& error) {
     throw InputError(place, error.what(), "a covariance as `calibrate camera` writes it");
   }

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
 #include "calibration/base/text_file.hpp"
 #include "calibration/camera/files/camera_formats.hpp"
 
@@ -18,6 +20,24 @@ std::string shown(std::string_view text) {
   for (char& c : line)
     if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e) c = '?';
   return line.empty() ? "nothing" : "\"" + line + "\" at its start";
+}
+
+/// A camera whose pictures are made smaller or larger as they are; the middle of the first pixel is (0, 0).
+Camera scaled_camera(const Camera& camera, ImageSize size, const std::string& place) {
+  constexpr double rounding = 0.01;  // of sizes to whole pixels, or to multiples of 8
+  CameraParameters scaled = camera.parameters();
+  const double x = static_cast<double>(size.width_px) / scaled.size.width_px,
+               y = static_cast<double>(size.height_px) / scaled.size.height_px;
+  if (!(std::abs(x / y - 1) <= rounding))
+    throw InputError(place,
+                     fmt::format("a camera of {} x {} pixels", scaled.size.width_px, scaled.size.height_px),
+                     "a size of the same shape: a part cut out is another camera");
+  scaled.size = size;
+  scaled.fx_px *= x;
+  scaled.fy_px *= y;
+  scaled.cx_px = x * (scaled.cx_px + 0.5) - 0.5;
+  scaled.cy_px = y * (scaled.cy_px + 0.5) - 0.5;
+  return Camera(scaled, place);
 }
 
 }  // namespace
@@ -46,26 +66,43 @@ const CameraFileFormat& camera_file_format(std::string_view name, const std::fil
       fmt::format("{} (or say --format {})", fmt::join(extensions, ", "), fmt::join(names, ", ")));
 }
 
-CameraFileName split_camera_name(const std::string& file_or_file_and_name) {
-  std::error_code ignored;
-  const auto colon = file_or_file_and_name.rfind(':');
-  if (colon == std::string::npos || std::filesystem::exists(file_or_file_and_name, ignored) ||
-      !std::filesystem::exists(file_or_file_and_name.substr(0, colon), ignored))
-    return {file_or_file_and_name, ""};
-  return {file_or_file_and_name.substr(0, colon), file_or_file_and_name.substr(colon + 1)};
+CameraFileName split_camera_name(const std::string& camera_file) {
+  const auto exists = [](const std::string& file) {
+    std::error_code ignored;
+    return std::filesystem::exists(file, ignored);
+  };
+  if (exists(camera_file)) return {camera_file, "", {}};
+  if (const auto at = camera_file.rfind('@'); at != std::string::npos) {
+    const std::string_view size = std::string_view(camera_file).substr(at + 1);
+    const auto by = size.find('x');
+    const auto width = parse_integer(size.substr(0, by));
+    const auto height = by == std::string_view::npos ? std::nullopt : parse_integer(size.substr(by + 1));
+    if (width && height && *width > 0 && *height > 0 && *width <= 65536 && *height <= 65536) {
+      CameraFileName name = split_camera_name(camera_file.substr(0, at));
+      name.scaled_to = {static_cast<int>(*width), static_cast<int>(*height)};
+      return name;
+    }
+  }
+  const auto colon = camera_file.rfind(':');
+  if (colon == std::string::npos || !exists(camera_file.substr(0, colon))) return {camera_file, "", {}};
+  return {camera_file.substr(0, colon), camera_file.substr(colon + 1), {}};
 }
 
-Camera read_camera(const std::string& file_or_file_and_name) {
-  const auto [file, camera_name] = split_camera_name(file_or_file_and_name);
-  const std::string text = read_text_file(file, max_camera_file_bytes);
-  for (const CameraFileFormat& format : camera_file_formats())
-    if (format.recognises(text)) return format.read(file, text, camera_name);
+Camera read_camera(const std::string& camera_file) {
+  const CameraFileName name = split_camera_name(camera_file);
+  const std::string text = read_text_file(name.file, max_camera_file_bytes);
+  for (const CameraFileFormat& format : camera_file_formats()) {
+    if (!format.recognises(text)) continue;
+    const Camera camera = format.read(name.file, text, name.camera_name);
+    return name.scaled_to ? scaled_camera(camera, *name.scaled_to, camera_file) : camera;
+  }
   if (text.find("<opencv_storage") != std::string::npos)
-    throw InputError(file.string(), "a file of OpenCV's in XML",
+    throw InputError(name.file.string(), "a file of OpenCV's in XML",
                      "its YAML form, which FileStorage writes to names that end in .yml");
   std::vector<std::string_view> titles;
   for (const CameraFileFormat& format : camera_file_formats()) titles.push_back(format.title);
-  throw InputError(file.string(), shown(text), fmt::format("a camera file: {}", fmt::join(titles, " or ")));
+  throw InputError(name.file.string(), shown(text),
+                   fmt::format("a camera file: {}", fmt::join(titles, " or ")));
 }
 
 std::string camera_file_text(const Camera& camera, const CameraFileFormat& format,

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,17 +34,20 @@ const std::vector<CameraFileFormat>& camera_file_formats();
 /// there is none.
 const CameraFileFormat& camera_file_format(std::string_view name, const std::filesystem::path& file);
 
-/// A camera file's path and, where one camera of several is meant (FILE:NAME), the camera's name. A file
-/// whose own name has a colon is taken for what it is.
+/// FILE[:NAME][@WxH]: a camera file's path; where one camera of several is meant, the camera's name; and the
+/// size of the same sensor's pictures, scaled. A file whose own name has a colon or @ is taken for what it
+/// is.
 struct CameraFileName {
   std::filesystem::path file;
   std::string camera_name;
+  std::optional<ImageSize> scaled_to;
 };
-CameraFileName split_camera_name(const std::string& file_or_file_and_name);
+CameraFileName split_camera_name(const std::string& camera_file);
 
-/// Reads FILE or FILE:NAME. InputError with every fault for a file that is missing, larger than 1 MB, in no
+/// Reads FILE[:NAME][@WxH]. InputError with every fault for a file that is missing, larger than 1 MB, in no
 /// known format, or describes no valid camera (NaN, negative focal lengths, missing or unknown entries...).
-Camera read_camera(const std::string& file_or_file_and_name);
+/// For a size of another shape, too.
+Camera read_camera(const std::string& camera_file);
 
 /// The bytes of a camera file; every number reads back as the same double. InputError naming model and format
 /// where the format cannot hold the model, or not with these coefficients. `camera_name` is written where the
