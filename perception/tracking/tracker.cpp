@@ -23,6 +23,7 @@ constexpr double jump_radii = 6;
 constexpr double reach_px = 5, reach_radii = 0.15, spread_radii = 0.6;
 // A ball that moves less between two pictures, or whose edge is less blurred, is not smeared.
 constexpr double least_streak_radii = 0.7, sharp_edge_radii = 0.05;
+constexpr std::size_t lights_a_picture = 3, all_lights = 1000;
 // Suffices for a ball where a confirmed track expects it.
 constexpr double expected_quality = 0.17;
 // Tolerance of the distance's logarithm for a detection that is not clear.
@@ -71,7 +72,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   correct_matched();
   continue_jumps();
   for (Followed& followed : followed_)
-    if (followed.detection) followed.evidence.see(seen_[*followed.detection]);
+    if (followed.detection) gather_evidence(bgr, followed);
   rejoin_newcomers();
 
   for (Followed& followed : followed_) {
@@ -92,7 +93,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
                       time_s,
                       time_s};
     newcomer.detection = i;
-    newcomer.evidence.see(seen_[i]);
+    gather_evidence(bgr, newcomer);
     see(newcomer, seen_[i], time_s);
     followed_.push_back(newcomer);
   }
@@ -104,6 +105,13 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   for (const Followed& followed : followed_)
     if (is_shown(followed)) tracks_.push_back(followed.track);
   return tracks_;
+}
+
+// What is not clear is looked at again until it is believed.
+void Tracker::gather_evidence(const cv::Mat& bgr, Followed& followed) {
+  const BallObservation& ball = seen_[*followed.detection];
+  const bool doubtful = followed.track.state == TrackState::tentative && ball.quality < doubtful_quality;
+  followed.evidence.see(ball, doubtful ? detector_.log_odds(bgr, ball) : 0);
 }
 
 // A known ball's place has no other ball in it: what is seen there in another size is the known one, in part.
@@ -133,7 +141,8 @@ std::optional<AssumedLight> Tracker::assumed_light() const {
 }
 
 // The colours may have been taught in another light than that of the pictures, which then shows no sure ball.
-// The longer none is known, the rarer one is sought so, since that takes as long as dozens of looks.
+// That takes as long as dozens of looks: at first it is sought at once, later a few lights a picture, and the
+// longer no ball is known, the rarer.
 void Tracker::seek_light(const cv::Mat& bgr) {
   const bool knows_ball = std::any_of(followed_.begin(), followed_.end(), [](const Followed& followed) {
     return followed.track.state != TrackState::tentative;
@@ -143,26 +152,35 @@ void Tracker::seek_light(const cv::Mat& bgr) {
     next_light_search_ = pictures_ + options_.newcomers_every;
   }
   if (pictures_ < next_light_search_) return;
-  next_light_search_ = pictures_ + std::max<long>(options_.newcomers_every, pictures_ - knew_ball_);
   if (!other_lights_) other_lights_.emplace(detector_);
-  const auto see_sure_balls = [&] {
-    bool any = false;
-    for (const BallObservation& ball : detector_.detect(bgr)) {
-      if (detector_.log_odds(bgr, ball) < LightSearch::least_log_odds) continue;
-      add_new(ball);
-      any = true;
-    }
-    return any;
-  };
-  if (see_sure_balls()) return;
-  const std::optional<AssumedLight> light = other_lights_->find(bgr);
+  if (pictures_ == next_light_search_) {
+    if (see_sure_balls(bgr)) return put_off_light_search();
+    other_lights_->begin();
+  }
+  const std::optional<AssumedLight> light =
+      other_lights_->go_on(bgr, pictures_ == 0 ? all_lights : lights_a_picture);
+  if (other_lights_->is_done()) put_off_light_search();
   if (!light) return;
   light_->assume(*light);
   is_light_believed_ = false;
   set_light();
   detector_.doubt_response();
   seen_.clear();
-  see_sure_balls();
+  see_sure_balls(bgr);
+}
+
+void Tracker::put_off_light_search() {
+  next_light_search_ = pictures_ + std::max<long>(options_.newcomers_every, pictures_ - knew_ball_);
+}
+
+bool Tracker::see_sure_balls(const cv::Mat& bgr) {
+  bool any = false;
+  for (const BallObservation& ball : detector_.detect(bgr)) {
+    if (detector_.log_odds(bgr, ball) < LightSearch::least_log_odds) continue;
+    add_new(ball);
+    any = true;
+  }
+  return any;
 }
 
 // A confirmed ball is missing: perhaps the light has changed at once.

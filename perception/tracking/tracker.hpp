@@ -68,6 +68,8 @@ class Tracker {
   void set_light();
   void look_under_another_light(const cv::Mat& bgr);
   void seek_light(const cv::Mat& bgr);
+  void put_off_light_search();
+  bool see_sure_balls(const cv::Mat& bgr);
   void learn_colors(const cv::Mat& bgr);
   bool is_taken(std::size_t seen) const;
   bool is_shown(const Followed& followed) const;
@@ -78,6 +80,7 @@ class Tracker {
   void look_for_streak(const cv::Mat& bgr, const Followed& followed, const OutlineEllipse& expected);
   void detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality, DetectionStages* stages);
   void add_new(const BallObservation& ball);
+  void gather_evidence(const cv::Mat& bgr, Followed& followed);
   bool is_seen(const Followed& followed) const;
   BallFeatures features(const BallObservation& ball) const {
     return features_of(ball, options_.sigma_floor_radii);
