@@ -18,7 +18,7 @@ constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill =
 // doubtful and nothing else says that a ball is there: then that it is one must be likelier than not. A
 // streak, which is no circle, shows its shape there alone.
 constexpr double looked_at_again_px = 12, least_log_odds = 3;
-constexpr double doubtful_quality = 0.8, least_large_log_odds = 0;
+constexpr double least_large_log_odds = 0;
 
 constexpr const char* no_edge = "no edge along the circle";
 

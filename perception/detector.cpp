@@ -163,6 +163,13 @@ std::optional<BallObservation> Detector::find_expected(
 }
 
 double Detector::log_odds(const cv::Mat& bgr, const BallObservation& ball) {
+  const double reach = ball.outline.radius_px + 8;
+  const Eigen::Vector2d corner = ball.outline.center_px.array() - reach;
+  if (!(reach < 1e6) || !(corner.cwiseAbs().maxCoeff() < 1e6)) return 0;
+  const cv::Rect around(cvFloor(corner.x()), cvFloor(corner.y()), cvCeil(2 * reach), cvCeil(2 * reach));
+  const cv::Rect window = around & cv::Rect({0, 0}, bgr.size());
+  if (window.empty()) return 0;
+  segment(bgr, window);
   return search_.verifier().log_odds(
       bgr, {ball.color_class, segmented_.closed[ball.color_class - 1u], corner_}, ball.outline);
 }

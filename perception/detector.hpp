@@ -70,7 +70,7 @@ class Detector {
   /// What there was too much of for the last `detect` to look at.
   const LeftOut& left_out() const { return left_out_; }
 
-  /// The logarithm of the odds that what `detect` has just found is a ball, by the colours of its pixels.
+  /// The logarithm of the odds that what was found in the picture is a ball, by the colours of its pixels.
   double log_odds(const cv::Mat& bgr, const BallObservation& ball);
 
   /// The exact fit that `detect` makes from a voted circle and the boundary points that it was voted from; of

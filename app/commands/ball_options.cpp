@@ -139,30 +139,37 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
   return radii;
 }
 
+KnownCamera read_known_camera(const std::string& file) {
+  const Camera camera = read_camera(file);
+  return {camera, read_camera_covariance(file, camera)};
+}
+
 DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions& common) {
   FaultList faults;
   faults.collect([&] {
-    colors_ = std::make_shared<const ColorTable>(
-        options.colors.empty() && !options.taught ? ColorTable() : read_color_file(options.colors));
+    colors_ = options.color_table;
+    if (!colors_)
+      colors_ = std::make_shared<const ColorTable>(
+          options.colors.empty() && !options.taught ? ColorTable() : read_color_file(options.colors));
   });
   faults.collect([&] {
-    if (options.camera.empty()) return;
-    const Camera camera = read_camera(options.camera);
-    admit_camera(options.camera, camera.size(), common, 1);
-    rays_ = std::make_shared<const RayTable>(camera);
-    const auto known = read_camera_covariance(options.camera, rays_->camera());
-    if (known) camera_uncertainty_.emplace(rays_->camera(), known->covariance);
+    if (!options.has_camera()) return;
+    const KnownCamera known =
+        options.known_camera ? *options.known_camera : read_known_camera(options.camera);
+    admit_camera(options.camera, known.camera.size(), common, 1);
+    rays_ = std::make_shared<const RayTable>(known.camera);
+    if (known.covariance) camera_uncertainty_.emplace(known.camera, known.covariance->covariance);
   });
   faults.collect([&] {
     if (options.fov.empty()) return;
-    if (!options.camera.empty()) throw InputError("--fov", "beside --camera", "one of them");
+    if (options.has_camera()) throw InputError("--fov", "beside --camera", "one of them");
     const auto [fov_rad, sigma_rad] = parse_fov(options.fov);
     fov_rad_ = fov_rad;
     camera_uncertainty_.emplace(uncertainty_of_fov(fov_rad, sigma_rad));
     doubt_ = fmt::format(
         "the camera is known by its field of view alone: directions and ranges are approximate, ranges to "
-        "{:.0f} % "
-        "(1 sigma). `calibrate camera` makes them exact",
+        "{:.0f} % (1 sigma). "
+        "`calibrate camera` makes them exact",
         100 * (focal_px(1, fov_rad - sigma_rad) / focal_px(1, fov_rad + sigma_rad) - 1) / 2);
   });
   faults.collect([&] {

@@ -11,16 +11,28 @@
 #include "app/io/image_source.hpp"
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/camera/camera.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "perception/detector.hpp"
 
 namespace ballservo {
 
 struct CommonOptions;
 
+/// A camera, and how well it is known, where that is known.
+struct KnownCamera {
+  Camera camera;
+  std::optional<CameraCovariance> covariance;
+};
+KnownCamera read_known_camera(const std::string& file);
+
 struct BallOptions {
   std::string colors, camera, fov, diameter, fit = "sphere", response = "auto";
+  std::shared_ptr<const ColorTable> color_table{};  ///< instead of the colours' file
+  std::optional<KnownCamera> known_camera{};        ///< instead of the camera's file
   bool taught =
       true;  ///< colours are in a file; otherwise they may come later, and names of classes with them
+
+  bool has_camera() const { return known_camera || !camera.empty(); }
 };
 
 /// Adds --colors (needed if `options.taught`), --camera, --fov, --diameter, --fit and --response.

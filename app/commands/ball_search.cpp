@@ -30,7 +30,21 @@ void warn_of_missing_pictures(const FrameSequence& sequence, long read) {
                sequence.name(), read, sequence.length());
 }
 
+std::string light_text(const AssumedLight& light) {
+  const LogGain factor = light.gain.exp();
+  return fmt::format("grey levels x{:.2f} in blue, x{:.2f} in green, x{:.2f} in red{}", factor[0], factor[1],
+                     factor[2],
+                     light.power < 1   ? ", linear where the taught ones were sRGB"
+                     : light.power > 1 ? ", sRGB where the taught ones were linear"
+                                       : "");
+}
+
 }  // namespace
+
+nlohmann::json light_json(const AssumedLight& light) {
+  const LogGain factor = light.gain.exp();
+  return {{"factor_bgr", {factor[0], factor[1], factor[2]}}, {"power", light.power}};
+}
 
 void add_ball_search_options(CLI::App& command, BallSearchOptions& options, const std::string& sources_help,
                              const std::string& output_help, const std::string& stages_help) {
@@ -84,6 +98,10 @@ void BallSearch::left_out(const LeftOut& left_out, const Frame& frame) {
     left_out_example_ += fmt::format(", runs shorter than {} px", left_out.shorter_px);
 }
 
+void BallSearch::assumed_light(const AssumedLight& light, const std::string& where) {
+  if (other_lights_++ == 0) first_light_ = fmt::format("{}: {}", where, light_text(light));
+}
+
 void BallSearch::add_row(const Frame& frame, std::optional<int> track_id, ClassIndex color_class,
                          std::string_view state, const BallObservation& ball) {
   csv_ += ball_row(
@@ -103,6 +121,11 @@ void BallSearch::end() {
         "{} picture{} had more regions of the balls' colours than are searched, and small balls may have "
         "been missed (left out in {}): colours that the background has too? Teach them with --background",
         left_out_pictures_, left_out_pictures_ == 1 ? "" : "s", left_out_example_);
+  if (other_lights_ > 0)
+    spdlog::warn(
+        "a ball showed only in another light than the taught one, which was assumed ({}{}); if that is no "
+        "ball of yours, teach the colours in this light",
+        first_light_, other_lights_ > 1 ? fmt::format(", and {} more", other_lights_ - 1) : "");
   options_.common.files->commit(stages_);
 }
 

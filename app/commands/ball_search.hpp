@@ -11,6 +11,7 @@
 #include "app/commands/command.hpp"
 #include "app/io/ball_rows.hpp"
 #include "app/io/progress.hpp"
+#include "perception/tracking/light_adaptation.hpp"
 
 namespace ballservo {
 
@@ -26,6 +27,8 @@ struct BallSearchOptions {
 /// Adds SOURCE, the options of the balls, -o and --stages, with the help that is said to each.
 void add_ball_search_options(CLI::App& command, BallSearchOptions& options, const std::string& sources_help,
                              const std::string& output_help, const std::string& stages_help);
+
+nlohmann::json light_json(const AssumedLight& light);
 
 class BallSearch {
  public:
@@ -46,6 +49,8 @@ class BallSearch {
 
   /// Remembers what a picture had too much of, for one warning in the end.
   void left_out(const LeftOut& left_out, const Frame& frame);
+  /// Remembers where no ball showed but in another light than the taught one, for one warning in the end.
+  void assumed_light(const AssumedLight& light, const std::string& where);
   /// A row of detections.csv or tracks.csv.
   void add_row(const Frame& frame, std::optional<int> track_id, ClassIndex color_class,
                std::string_view state, const BallObservation& ball);
@@ -66,8 +71,8 @@ class BallSearch {
   std::unique_ptr<OutputFile> csv_file_;
   std::optional<OutputFolder> stages_;
   std::unique_ptr<Progress> progress_;
-  std::string csv_ = ball_rows_header(), left_out_example_;
-  long pictures_ = 0, left_out_pictures_ = 0;
+  std::string csv_ = ball_rows_header(), left_out_example_, first_light_;
+  long pictures_ = 0, left_out_pictures_ = 0, other_lights_ = 0;
   bool interrupted_ = false;
 };
 

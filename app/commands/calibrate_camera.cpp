@@ -1,4 +1,6 @@
 // ballservo calibrate camera: a camera file from pictures of a board, and how far it can be trusted.
+#include "app/commands/calibrate_camera.hpp"
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -21,19 +23,6 @@
 namespace ballservo {
 namespace {
 
-namespace fs = std::filesystem;
-
-struct CalibrateCameraOptions {
-  CommonOptions common;
-  std::vector<std::string> sources;
-  std::string board_text;
-  double square_m = std::nan("");
-  std::string model = "auto";
-  fs::path output;
-  std::string format;
-  fs::path report;
-};
-
 /// The candidates among which `--model` chooses; InputError for a model that the format does not hold.
 std::vector<LensModel> models_of(const std::string& name, const CameraFileFormat& format) {
   if (name == "auto") return format.models;
@@ -50,75 +39,11 @@ std::vector<LensModel> models_of(const std::string& name, const CameraFileFormat
   return {*model};
 }
 
-/// The pictures that are used, and what was found in them.
-struct Boards {
-  BoardPictures pictures;
-  std::vector<const BoardPicture*> used;
-  std::vector<BoardView> views;
-};
-
-Boards find_all_boards(const CalibrateCameraOptions& options, const Board& board) {
-  Boards boards;
-  boards.pictures = find_boards(options.sources, {board, options.board_text, options.common.max_pixels,
-                                                  options.common.threads, options.common.quiet});
-  boards.used = boards.pictures.used();
-  for (const BoardPicture* picture : boards.used) boards.views.push_back(*picture->view);
-  return boards;
-}
-
 std::size_t corners_set_aside(const BoardCalibration& result) {
   std::size_t count = 0;
   for (const CornerResiduals& corners : result.corners)
     count += static_cast<std::size_t>(std::count(corners.set_aside.begin(), corners.set_aside.end(), true));
   return count;
-}
-
-nlohmann::json results_json(const Boards& boards, const BoardCalibration& result) {
-  const CameraParameters& p = result.camera.parameters();
-  nlohmann::json json{{"rms_px", result.rms_px},
-                      {"held_out_rms_px", result.held_out_rms_px},
-                      {"images", boards.pictures.all.size()},
-                      {"used", boards.used.size()},
-                      {"corners_set_aside", corners_set_aside(result)},
-                      {"coverage", result.coverage},
-                      {"noise_px", result.covariance.noise_px},
-                      {"structure_px", result.structure_px.value_or(std::nan(""))},
-                      {"focal_distance_correlation", result.covariance.focal_distance_correlation},
-                      {"rejected", nlohmann::json::array()},
-                      {"per_image", nlohmann::json::array()},
-                      {"models_tried", nlohmann::json::array()},
-                      {"warnings", result.warnings},
-                      {"advice", calibration_advice(result)},
-                      {"model", lens_model_name(p.model)},
-                      {"image_width_px", p.size.width_px},
-                      {"image_height_px", p.size.height_px},
-                      {"fx_px", p.fx_px},
-                      {"fy_px", p.fy_px},
-                      {"cx_px", p.cx_px},
-                      {"cy_px", p.cy_px},
-                      {"ball_sigma_mm", result.ball_sigma_mm.value_or(std::nan(""))},
-                      {"ball_sigma_covered_mm", result.covered_ball_sigma_mm.value_or(std::nan(""))}};
-  json["coefficients"] =
-      std::vector<double>(p.coefficients.begin(), p.coefficients.begin() + coefficient_count(p.model));
-  const auto names = parameter_names(p.model);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    json["sigma"][names[i]] = std::sqrt(result.covariance.parameters(at, at));
-  }
-  for (const BoardPicture& picture : boards.pictures.all)
-    if (!picture.rejected.empty())
-      json["rejected"].push_back({{"file", picture.name()}, {"reason", picture.rejected}});
-  for (std::size_t i = 0; i < boards.used.size(); ++i)
-    json["per_image"].push_back({{"file", boards.used[i]->name()},
-                                 {"rms_px", result.corners[i].rms_px()},
-                                 {"corners", boards.views[i].size()},
-                                 {"remark", boards.used[i]->remark}});
-  for (const ModelTrial& trial : result.trials)
-    json["models_tried"].push_back({{"model", lens_model_name(trial.model)},
-                                    {"rms_px", trial.rms_px},
-                                    {"held_out_rms_px", trial.held_out_rms_px},
-                                    {"usable", trial.usable}});
-  return json;
 }
 
 void print_boards(const Boards& boards, const BoardCalibration& result) {
@@ -182,21 +107,19 @@ CameraReportInput report_input(const Boards& boards, const BoardCalibration& res
   return input;
 }
 
-int calibrate_camera(const CalibrateCameraOptions& options) {
-  const Board board = parse_board(options.board_text, options.square_m);
+int run_calibrate_camera(const CalibrateCameraOptions& options) {
   constexpr double large_square_m = 0.5;
-  if (board.square_m > large_square_m)
-    spdlog::warn("--square {:g}: a square of {:g} m? The unit is metres", board.square_m, board.square_m);
+  if (options.square_m > large_square_m)
+    spdlog::warn("--square {:g}: a square of {:g} m? The unit is metres", options.square_m, options.square_m);
   const CameraFileFormat& format = camera_file_format(options.format, options.output);
-  const std::vector<LensModel> models = models_of(options.model, format);
   const Overwrite overwrite = options.common.overwrite(options.output);
   OutputFile camera_file(options.output, overwrite);
   OutputFile covariance_file(options.output.string() + ".covariance.json", overwrite);
   std::optional<OutputFolder> report;
   if (!options.report.empty()) report.emplace(options.report, options.common.overwrite(options.report));
 
-  const Boards boards = find_all_boards(options, board);
-  const BoardCalibration result = calibrate_from_boards(boards.pictures.size, boards.views, models);
+  const CameraCalibration calibration = calibrate_camera(options, format);
+  const auto& [boards, result] = calibration;
   throw_if_interrupted();
 
   camera_file.write(camera_file_text(result.camera, format, options.output.stem().string()));
@@ -205,17 +128,79 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
     write_report(*report, camera_report(report_input(boards, result, options.common.max_pixels), *report),
                  options.common.quiet);
   options.common.files->commit(camera_file, covariance_file, report);
-  write_json_results(options.common, results_json(boards, result));
+  write_json_results(options.common, results_json(calibration));
   for (const std::string& warning : result.warnings) spdlog::warn("{}", warning);
   if (options.common.quiet) return exit_done;
   print_boards(boards, result);
   print_camera(result);
-  print_result("written: {}\n", fs::absolute(options.output).string());
-  if (report) print_result("report: {}\n", (fs::absolute(options.report) / "report.html").string());
+  print_result("written: {}\n", std::filesystem::absolute(options.output).string());
+  if (report)
+    print_result("report: {}\n", (std::filesystem::absolute(options.report) / "report.html").string());
   return exit_done;
 }
 
 }  // namespace
+
+CameraCalibration calibrate_camera(const CalibrateCameraOptions& options, const CameraFileFormat& format) {
+  const Board board = parse_board(options.board_text, options.square_m);
+  const std::vector<LensModel> models = models_of(options.model, format);
+  Boards boards;
+  boards.pictures = find_boards(options.sources, {board, options.board_text, options.common.max_pixels,
+                                                  options.common.threads, options.common.quiet});
+  boards.used = boards.pictures.used();
+  for (const BoardPicture* picture : boards.used) boards.views.push_back(*picture->view);
+  BoardCalibration result = calibrate_from_boards(boards.pictures.size, boards.views, models);
+  return {std::move(boards), std::move(result)};
+}
+
+nlohmann::json results_json(const CameraCalibration& calibration) {
+  const auto& [boards, result] = calibration;
+  const CameraParameters& p = result.camera.parameters();
+  nlohmann::json json{{"rms_px", result.rms_px},
+                      {"held_out_rms_px", result.held_out_rms_px},
+                      {"images", boards.pictures.all.size()},
+                      {"used", boards.used.size()},
+                      {"corners_set_aside", corners_set_aside(result)},
+                      {"coverage", result.coverage},
+                      {"noise_px", result.covariance.noise_px},
+                      {"structure_px", result.structure_px.value_or(std::nan(""))},
+                      {"focal_distance_correlation", result.covariance.focal_distance_correlation},
+                      {"rejected", nlohmann::json::array()},
+                      {"per_image", nlohmann::json::array()},
+                      {"models_tried", nlohmann::json::array()},
+                      {"warnings", result.warnings},
+                      {"advice", calibration_advice(result)},
+                      {"model", lens_model_name(p.model)},
+                      {"image_width_px", p.size.width_px},
+                      {"image_height_px", p.size.height_px},
+                      {"fx_px", p.fx_px},
+                      {"fy_px", p.fy_px},
+                      {"cx_px", p.cx_px},
+                      {"cy_px", p.cy_px},
+                      {"ball_sigma_mm", result.ball_sigma_mm.value_or(std::nan(""))},
+                      {"ball_sigma_covered_mm", result.covered_ball_sigma_mm.value_or(std::nan(""))}};
+  json["coefficients"] =
+      std::vector<double>(p.coefficients.begin(), p.coefficients.begin() + coefficient_count(p.model));
+  const auto names = parameter_names(p.model);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    json["sigma"][names[i]] = std::sqrt(result.covariance.parameters(at, at));
+  }
+  for (const BoardPicture& picture : boards.pictures.all)
+    if (!picture.rejected.empty())
+      json["rejected"].push_back({{"file", picture.name()}, {"reason", picture.rejected}});
+  for (std::size_t i = 0; i < boards.used.size(); ++i)
+    json["per_image"].push_back({{"file", boards.used[i]->name()},
+                                 {"rms_px", result.corners[i].rms_px()},
+                                 {"corners", boards.views[i].size()},
+                                 {"remark", boards.used[i]->remark}});
+  for (const ModelTrial& trial : result.trials)
+    json["models_tried"].push_back({{"model", lens_model_name(trial.model)},
+                                    {"rms_px", trial.rms_px},
+                                    {"held_out_rms_px", trial.held_out_rms_px},
+                                    {"usable", trial.usable}});
+  return json;
+}
 
 void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
   CLI::App& command = *calibrate.add_subcommand("camera", "Calibrate a camera from pictures of a flat board");
@@ -255,7 +240,7 @@ Of a video or camera:N pictures are taken where the board stands elsewhere: move
 different places; 40 of them, or two minutes of a camera, are enough.
 Example:
   ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 --square 0.025 --model brown -o left.yaml)");
-  command.callback([&action, options] { action = [options] { return calibrate_camera(*options); }; });
+  command.callback([&action, options] { action = [options] { return run_calibrate_camera(*options); }; });
 }
 
 }  // namespace ballservo

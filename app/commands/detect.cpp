@@ -68,20 +68,6 @@ struct AnyLight {
   }
 };
 
-std::string light_text(const AssumedLight& light) {
-  const LogGain factor = light.gain.exp();
-  return fmt::format("grey levels x{:.2f} in blue, x{:.2f} in green, x{:.2f} in red{}", factor[0], factor[1],
-                     factor[2],
-                     light.power < 1   ? ", linear where the taught ones were sRGB"
-                     : light.power > 1 ? ", sRGB where the taught ones were linear"
-                                       : "");
-}
-
-nlohmann::json light_json(const AssumedLight& light) {
-  const LogGain factor = light.gain.exp();
-  return {{"factor_bgr", {factor[0], factor[1], factor[2]}}, {"power", light.power}};
-}
-
 int run_detect(const DetectOptions& options) {
   BallSearch search(options, "detect");
   std::optional<OutputFolder> overlay_folder;
@@ -90,8 +76,7 @@ int run_detect(const DetectOptions& options) {
   nlohmann::json pictures = nlohmann::json::array();
   std::map<std::pair<int, int>, AnyLight> detectors;  // by picture size
   std::set<std::string> used_names;
-  std::string first_light;
-  long balls_found = 0, other_lights = 0;
+  long balls_found = 0;
   search.each_sequence([&](FrameSequence& sequence) {
     while (const auto frame = search.next(sequence)) {
       const bool of_video = sequence.length() != 1 && frame->source == sequence.name();
@@ -107,8 +92,7 @@ int run_detect(const DetectOptions& options) {
       const std::optional<AssumedLight> light =
           looks.detect(frame->bgr, search.shows_stages() ? &stages : nullptr);
       const std::vector<BallObservation>& balls = looks.balls;
-      if (light && other_lights++ == 0)
-        first_light = fmt::format("{}, frame {}: {}", frame->source, frame->index, light_text(*light));
+      if (light) search.assumed_light(*light, fmt::format("{}, frame {}", frame->source, frame->index));
       search.left_out(detector.left_out(), *frame);
       nlohmann::json listed = nlohmann::json::array();
       for (const BallObservation& ball : balls) {
@@ -127,11 +111,6 @@ int run_detect(const DetectOptions& options) {
       balls_found += static_cast<long>(balls.size());
     }
   });
-  if (other_lights > 0)
-    spdlog::warn(
-        "{} picture{} showed a ball only in another light than the taught one, which was assumed ({}); if "
-        "that is no ball of yours, teach the colours in this light",
-        other_lights, other_lights == 1 ? "" : "s", first_light);
   search.end();
   options.common.files->commit(overlay_folder);
   const std::string looked_at =

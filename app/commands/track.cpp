@@ -81,6 +81,7 @@ int run_track(const TrackOptions& options) {
   TrackerOptions tracker_options;
   tracker_options.fixed_colors = options.fixed_colors;
   TrackTotals totals;
+  nlohmann::json lights = nlohmann::json::array();
   search.each_sequence([&](FrameSequence& sequence) {
     std::optional<Tracker> tracker;
     int last_id = 0;
@@ -114,6 +115,11 @@ int run_track(const TrackOptions& options) {
         search.write_stages(fmt::format("{}_{:06}", stem, index), *frame, stages, tracker->detector());
     }
     totals.tracks += last_id;
+    if (const auto light = tracker ? tracker->assumed_light() : std::nullopt) {
+      search.assumed_light(*light, sequence.name());
+      lights.push_back(light_json(*light));
+      lights.back()["source"] = sequence.name();
+    }
   });
   if (stream && !stream->lost().empty()) spdlog::warn("{}: {}", *options.stream, stream->lost());
   search.end();
@@ -126,7 +132,8 @@ int run_track(const TrackOptions& options) {
                         {"pictures_with_ball", totals.with_ball},
                         {"tracks", totals.tracks},
                         {"rows_seen", totals.seen},
-                        {"rows_coasting", totals.coasting}},
+                        {"rows_coasting", totals.coasting},
+                        {"lights", lights}},
                        fmt::format("{} of {} pictures with a ball, {} track{}", totals.with_ball, pictures,
                                    totals.tracks, totals.tracks == 1 ? "" : "s"));
 }
@@ -141,8 +148,9 @@ void add_track_command(CLI::App& program, Action& action) {
   ballservo track throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 -o tracks.csv --video throw_tracked.mp4
 
 Each video, folder or camera is a sequence of its own; single image files together form one, in the order given.
-The colours follow the light, slow or sudden, by what changes on balls that are being tracked; --fixed-colors
-looks with the colours as they were taught, whatever the light does.
+The colours follow the light, slow or sudden, by what changes on balls that are being tracked. Until the first ball
+is known, one is sought in the lights that lamps and cameras make, too; which was assumed is said on stderr and, as
+`lights`, in --json. --fixed-colors looks with the colours as they were taught, whatever the light does.
 --stream sends a line of JSON for every picture as soon as it is followed (data/stream.schema.json):
 
   ballservo track camera:0 --colors my.colors --stream - | python3 app/examples/read_stream.py

@@ -80,7 +80,8 @@ bool denies(const SonarFiring& firing, const Eigen::Vector2d& p_W, const Occupan
   const SonarMount& mount = pioneer_3dx_sonars[firing.reading.transducer];
   const Eigen::Vector2d away = p_W - in_world_frame(firing.pose, {mount.x_m, mount.y_m});
   const double aside = wrap_angle(std::atan2(away.y(), away.x()) - firing.pose.yaw_rad - mount.heading_rad);
-  return std::abs(aside) <= grid.beam.half_angle_rad - OccupancyGrid::angle_error_rad &&
+  return firing.reading.range_m > grid.beam.min_range_m &&
+         std::abs(aside) <= grid.beam.half_angle_rad - OccupancyGrid::angle_error_rad &&
          away.norm() <= std::min(firing.reading.range_m - grid.range_error_m, grid.look_range_m);
 }
 

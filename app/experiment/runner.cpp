@@ -51,9 +51,10 @@ class SimulatedRun {
       : options_(options),
         untouched_(scenario),
         scenario_(scenario),
-        robot_(scenario_.world, scenario.robot, options.seed),
-        camera_(scenario_, options.seed, options.perception == PerceptionLevel::image || options.on_picture,
-                [this](double time_s) { return robot_.at(time_s); }),
+        robot_(scenario_.world, scenario.robot, options.seed, options.body),
+        camera_(
+            scenario_, options.seed, options.perception == PerceptionLevel::image || options.on_picture,
+            [this](double time_s) { return robot_.at(time_s); }, options.take_picture),
         perception_(make_perception(scenario_, options.perception, options.seed, options.colors, camera_)),
         controller_(controller, options.laws.make(scenario.law, controller.goal)),
         recorder_(scenario_, robot_, camera_, options.rule, bool(options.touch)),
@@ -71,6 +72,7 @@ class SimulatedRun {
              options_.touch({scenario_, recorder_.record(), robot_.firings(), controller_}))
           feel(touch);
       }
+      if (options_.on_step) options_.on_step(recorder_.record().steps.back());
       interrupted = options_.go_on && !options_.go_on(time_s);
       return !interrupted && !recorder_.over();
     });

@@ -39,6 +39,8 @@ struct RunOptions {
   std::uint64_t seed = 0;
   std::shared_ptr<const ColorTable> colors;  ///< the scenario's, for level image; may be empty at the others
   LawCatalog laws = builtin_laws();          ///< among which the scenario's law is
+  std::shared_ptr<RobotBody> body;           ///< instead of the scenario's drive; may be empty
+  TakePicture take_picture;                  ///< instead of rendering; may be empty
   ReachedRule rule;
   /// Receives each camera frame's picture (with what was measured drawn in), the record and the sonars'
   /// firings so far, for videos; frames are rendered for it at any level of perception. May be empty.
@@ -48,6 +50,8 @@ struct RunOptions {
   /// Says after each control step what is done to the run before the next. Empty: nothing, ever; else the run
   /// goes on when the ball is reached, as with one that moves.
   std::function<std::vector<Touch>(const RunView& now)> touch;
+  /// Called after each control step. May be empty.
+  std::function<void(const StepRecord& now)> on_step;
   /// Called at each control step with the run's time; the run stops as `interrupted` where it says false.
   std::function<bool(double time_s)> go_on;
 };

@@ -7,9 +7,11 @@
 namespace ballservo {
 
 SimulatedCamera::SimulatedCamera(const Scenario& scenario, std::uint64_t seed, bool with_pictures,
-                                 RobotAt robot)
+                                 RobotAt robot, TakePicture take_picture)
     : scenario_(scenario), seed_(seed), robot_(std::move(robot)), faults_(scenario.camera.faults, seed) {
-  if (with_pictures) {
+  if (with_pictures && take_picture) {
+    take_picture_ = std::move(take_picture);
+  } else if (with_pictures) {
     renderer_ =
         std::make_unique<CameraRenderer>(scenario.camera.camera, scenario.world, scenario.camera.sensor);
   }
@@ -54,6 +56,7 @@ std::optional<CameraFrame> SimulatedCamera::expose(const RobotTruth& robot) {
   const bool dropped = faults_.drops(frame.time_s);
   if (!dropped) {
     truth_.target = ball_truth(camera.camera, scenario_.world, truth_.view, scenario_.target);
+    if (take_picture_) frame.bgr = take_picture_(truth_.view);
     if (renderer_) {
       SensorOptions sensor = camera.sensor;
       sensor.gain *= truth_.level;

@@ -24,6 +24,9 @@ struct ExposureTruth {
   double level = 1;  ///< factor that a fault puts on the light
 };
 
+/// The picture that a camera takes of what it sees in the middle of the exposure, of the camera's size.
+using TakePicture = std::function<cv::Mat(const CameraView& view)>;
+
 /// Frame k is exposed from k / rate on. The same scenario, seed and poses give the same frames. On the wall
 /// clock, frames that should have begun while the one before was still being rendered are left out.
 class SimulatedCamera final : public FrameSource {
@@ -31,8 +34,9 @@ class SimulatedCamera final : public FrameSource {
   /// Where the robot is at a time, or shortly after it.
   using RobotAt = std::function<RobotTruth(double time_s)>;
 
-  /// `scenario` must outlive the camera.
-  SimulatedCamera(const Scenario& scenario, std::uint64_t seed, bool with_pictures, RobotAt robot);
+  /// `scenario` must outlive the camera. Pictures are rendered unless `take_picture` takes them.
+  SimulatedCamera(const Scenario& scenario, std::uint64_t seed, bool with_pictures, RobotAt robot,
+                  TakePicture take_picture = {});
 
   std::optional<CameraFrame> take(Clock& clock, double until_s) override;
 
@@ -62,7 +66,8 @@ class SimulatedCamera final : public FrameSource {
   const Scenario& scenario_;
   std::uint64_t seed_;
   RobotAt robot_;
-  std::unique_ptr<CameraRenderer> renderer_;  // where pictures are needed
+  TakePicture take_picture_;                  // where pictures are needed and not rendered
+  std::unique_ptr<CameraRenderer> renderer_;  // where they are rendered
   CameraFaults faults_;
   std::vector<Instant> instants_;
   long frame_ = 0, skipped_ = 0;

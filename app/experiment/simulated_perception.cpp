@@ -185,6 +185,7 @@ std::unique_ptr<SimulatedPerception> make_rendered(const Scenario& scenario, std
   detector.radii[*target_class - 1u].radius_m = believed_radius_m(scenario);
   TrackerOptions tracker;
   tracker.fixed_colors = scenario.fixed_colors;
+  tracker.seek_light = false;  // a robot searches for its ball rather than drive to what may be one
   const ServoGoal goal = scenario.goal();
   const TargetOptions selected{*target_class, goal.mount, goal.desired_p_RB().z(),
                                target.heights_m().second - target.position_m.z()};

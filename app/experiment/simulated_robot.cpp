@@ -13,24 +13,44 @@ UnicycleLimits true_limits(const RobotSettings& robot) {
   return limits;
 }
 
+class UnicycleBody final : public RobotBody {
+ public:
+  explicit UnicycleBody(const RobotSettings& robot)
+      : drive_(robot.pose, true_limits(robot), robot.actuation_delay_s) {}
+  void command(const Twist2& twist) override { drive_.command(twist); }
+  RobotMotion advance_to(double time_s) override {
+    drive_.advance_to(time_s);
+    return {drive_.pose(), drive_.twist()};
+  }
+  void put(const Pose2& pose) override { drive_.put(pose); }
+
+ private:
+  UnicycleRobot drive_;
+};
+
 }  // namespace
 
-SimulatedRobot::SimulatedRobot(const World& world, const RobotSettings& settings, std::uint64_t seed)
-    : drive_(settings.pose, true_limits(settings), settings.actuation_delay_s),
+SimulatedRobot::SimulatedRobot(const World& world, const RobotSettings& settings, std::uint64_t seed,
+                               std::shared_ptr<RobotBody> body)
+    : body_(body ? std::move(body) : std::make_shared<UnicycleBody>(settings)),
       odometry_(settings.odometry, settings.pose, seed) {
+  const RobotMotion start = body_->advance_to(0);
+  now_ = {0, start.pose, start.twist};
+  odometry_.put(start.pose);
   if (settings.sonar) sonar_.emplace(world, *settings.sonar, settings.sonar_faults, seed);
 }
 
 /// The mutex is held.
 void SimulatedRobot::move_on(double now_s) {
   const auto move_to = [this](double time_s) {
-    drive_.advance_to(time_s);
-    odometry_.move(drive_.pose());
+    const RobotMotion motion = body_->advance_to(time_s);
+    now_ = {time_s, motion.pose, motion.twist};
+    odometry_.move(now_.pose);
   };
-  now_s = std::max(now_s, drive_.time_s());
+  now_s = std::max(now_s, now_.time_s);
   while (sonar_ && sonar_->next_s() <= now_s) {
     move_to(sonar_->next_s());
-    if (const auto firing = sonar_->fire(drive_.pose())) firings_.push_back(*firing);
+    if (const auto firing = sonar_->fire(now_.pose)) firings_.push_back(*firing);
   }
   move_to(now_s);
 }
@@ -38,26 +58,27 @@ void SimulatedRobot::move_on(double now_s) {
 RobotTruth SimulatedRobot::at(double now_s) {
   const std::lock_guard<std::mutex> lock(mutex_);
   move_on(now_s);
-  return {drive_.time_s(), drive_.pose(), drive_.twist()};
+  return now_;
 }
 
 RobotState SimulatedRobot::read(double now_s) {
   const std::lock_guard<std::mutex> lock(mutex_);
   move_on(now_s);
-  when_read_ = {drive_.time_s(), drive_.pose(), drive_.twist()};
-  return {drive_.time_s(), odometry_.pose(), odometry_.measure(drive_.twist())};
+  when_read_ = now_;
+  return {now_.time_s, odometry_.pose(), odometry_.measure(now_.twist)};
 }
 
 void SimulatedRobot::command(const Twist2& twist, double now_s) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (now_s > drive_.time_s()) move_on(now_s);
-  drive_.command(twist);
-  commands_.push_back({drive_.time_s(), twist});
+  if (now_s > now_.time_s) move_on(now_s);
+  body_->command(twist);
+  commands_.push_back({now_.time_s, twist});
 }
 
 void SimulatedRobot::put(const Pose2& pose) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  drive_.put(pose);
+  body_->put(pose);
+  now_.pose = pose;
   odometry_.put(pose);
 }
 
@@ -68,7 +89,7 @@ void SimulatedRobot::look_around() {
 
 void SimulatedRobot::listen(const std::function<void(const SonarReading&)>& hear) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (sonar_) sonar_->deliver(drive_.time_s(), hear);
+  if (sonar_) sonar_->deliver(now_.time_s, hear);
 }
 
 }  // namespace ballservo

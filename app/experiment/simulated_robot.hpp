@@ -1,6 +1,7 @@
 // A scenario's robot: its drive, what its odometry makes of the way, and its sonars.
 #pragma once
 
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -19,12 +20,25 @@ struct RobotTruth {
   Twist2 twist;
 };
 
+/// What is driven: where it truly is, and how it answers commands. Called by one thread at a time.
+class RobotBody {
+ public:
+  virtual ~RobotBody() = default;
+  /// A command given now.
+  virtual void command(const Twist2& twist) = 0;
+  /// Moves on to a time not before now; where it is then, and how it moves.
+  virtual RobotMotion advance_to(double time_s) = 0;
+  /// Somebody puts it there.
+  virtual void put(const Pose2& pose) = 0;
+};
+
 /// Whoever looks at it moves it on to then, its sonars fire on the way. Loop and camera may do so from two
 /// threads.
 class SimulatedRobot final : public Robot {
  public:
-  /// `world` must outlive the robot.
-  SimulatedRobot(const World& world, const RobotSettings& settings, std::uint64_t seed);
+  /// `world` must outlive the robot. Without `body` it is a UnicycleRobot.
+  SimulatedRobot(const World& world, const RobotSettings& settings, std::uint64_t seed,
+                 std::shared_ptr<RobotBody> body = nullptr);
 
   RobotState read(double now_s) override;
   void command(const Twist2& twist, double now_s) override;
@@ -40,9 +54,8 @@ class SimulatedRobot final : public Robot {
   RobotTruth at(double now_s);
   /// What was true at the last `read`; for its thread.
   const RobotTruth& when_read() const { return when_read_; }
-  /// The drive; not while other threads may look at the robot.
-  const UnicycleRobot& drive() const { return drive_; }
-
+  /// The truth when anybody last looked; not while other threads may look at the robot.
+  const RobotTruth& now() const { return now_; }
   /// All that the sonars have said, and all that the drive was told; not while other threads may look at the
   /// robot.
   const std::vector<SonarFiring>& firings() const { return firings_; }
@@ -52,7 +65,8 @@ class SimulatedRobot final : public Robot {
   void move_on(double now_s);
 
   std::mutex mutex_;
-  UnicycleRobot drive_;
+  std::shared_ptr<RobotBody> body_;
+  RobotTruth now_;
   Odometry odometry_;
   std::optional<SonarRing> sonar_;
   RobotTruth when_read_;

@@ -84,6 +84,8 @@ std::unique_lock<std::recursive_mutex> hold_interrupt_deadline() {
 
 bool interrupt_requested() { return requested.load(); }
 
+void request_interrupt(bool wanted) { requested.store(wanted); }
+
 void throw_if_interrupted() {
   if (interrupt_requested()) throw Interrupted();
 }

@@ -27,6 +27,9 @@ void tidy_when_stopped(std::function<void()> tidy);
 /// True once the user has asked to stop.
 bool interrupt_requested();
 
+/// Asks to stop, as a program does that has no handler of these here; or takes it back.
+void request_interrupt(bool wanted);
+
 /// Throws Interrupted if the user has asked to stop.
 void throw_if_interrupted();
 

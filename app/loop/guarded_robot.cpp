@@ -18,7 +18,8 @@ void GuardedRobot::listen(const std::function<void(const SonarReading&)>& hear) 
 void GuardedRobot::command(const Twist2& twist, double now_s) {
   const std::lock_guard<std::mutex> lock(mutex_);
   stamps_ = ports_.controller.stamps();
-  if (!passes(twist, now_s)) return rest(now_s);
+  // What the guard has overtaken rests on a motion that is no longer the robot's.
+  if (rested_s_ || !passes(twist, now_s)) return rest(now_s);
   ports_.robot.command(twist, now_s);
   followed_ = twist;
 }

@@ -14,10 +14,9 @@ struct Feasibility {
   std::string reason;  ///< why not, for people; empty where it is
 };
 
-/// Feasible: PathPlanner brings the robot (its holding disc and `margin_m` around it) from its start to a
-/// place from which it sees the ball at the desired distance; for a ball that moves, at every second of the
-/// run. A sufficient proof: what it calls infeasible may still be possible.
-Feasibility check_feasible(const Scenario& scenario, double margin_m = 0.10);
+/// Infeasible: PathPlanner proves that the robot cannot get from its start to a place from which it sees the
+/// ball at the desired distance; for a ball that moves, at some full second of the run.
+Feasibility check_feasible(const Scenario& scenario);
 
 /// The shortest time (s) in which a speed-limited, acceleration-limited axis moves by `way` from rest to
 /// rest: up, level where the limit is reached, down (trapezoid; Biagiotti and Melchiorri, "Trajectory

@@ -34,7 +34,7 @@ struct Scatter {
   std::string shape, name;
   DrawnRange count{1, 1}, size_m{0.2, 0.6}, height_m{0.3, 1.0}, bottom_m{0, 0};
   DrawnRange x_m, y_m;  ///< of the centres (world)
-  double gap_m = 0.1, start_gap_m = 0.6, ball_gap_m = 0.2;
+  double gap_m = 0.1, start_gap_m = 0.75, ball_gap_m = 0.2;
   std::string color = "any";
 };
 void declare(OptionVisitor& v, Scatter& scatter);

@@ -381,10 +381,16 @@ double CircleEvidence::sphere() const {
   return shading * std::min(1.0, relief / 0.15) * std::min(1.0, rim / whole_rim);
 }
 
-// A perfect circle may be a disc: beyond some certainty its roundness counts as far as it is shaded.
+constexpr double vivid = 2;
+
 double CircleEvidence::log_odds() const {
-  return -4 + std::clamp(8 * contour, -8.0, 9 + 7 * sphere()) + 8 * sphere() - 4.5 +
-         std::clamp(4 * std::log(std::max(1.0, color.tail<2>().norm()) / 25), -6.0, 2.0) +
+  const double chroma = std::max(1.0, color.tail<2>().norm());
+  return log_odds_of_known_color() - vivid + std::clamp(4 * std::log(chroma / 25), -6.0, vivid);
+}
+
+// A perfect circle may be a disc: beyond some certainty its roundness counts as far as it is shaded.
+double CircleEvidence::log_odds_of_known_color() const {
+  return -4 + std::clamp(8 * contour, -8.0, 9 + 7 * sphere()) + 8 * sphere() - 4.5 + vivid +
          std::clamp(std::log(std::max(1.0, edge) / 12), -1.5, 1.5) +
          std::clamp(6 * (distinct - 0.7), -2.0, 2.0) +
          std::max(-8.0, std::min(0.0, 4 * std::log(std::max(1e-3, rim) / whole_rim))) -

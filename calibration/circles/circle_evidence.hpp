@@ -30,8 +30,10 @@ struct CircleEvidence {
 
   /// How much it is shaded as a sphere, 0 to 1.
   double sphere() const;
-  /// Logarithm of the odds that it is a ball.
+  /// Logarithm of the odds that it is a ball, whatever its colour: few balls are dull.
   double log_odds() const;
+  /// The same of a colour that is known to be a ball's, as vivid as it is.
+  double log_odds_of_known_color() const;
 };
 
 /// Measures in a picture (L, a, b) around `outline`, of what has `color` (L, a, b) in whatever light.

@@ -17,6 +17,8 @@ namespace ballservo {
 inline constexpr double min_ball_radius_px = 3;
 /// What suffices for a ball that nothing else speaks for.
 inline constexpr double min_ball_quality = 0.36;
+/// Below, it is doubtful, and worth a second look where nothing says that a ball is there.
+inline constexpr double doubtful_quality = 0.8;
 
 struct JudgeOptions {
   /// Of a ball's rim so much may have its colour; but of a small one's only so much: some circle fits into a

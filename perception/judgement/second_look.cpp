@@ -42,7 +42,7 @@ double SecondLook::log_odds(const cv::Mat& bgr, const ColoredPixels& colored, co
   if (count < least_pixels) return 0;
   const cv::Mat3f lab(size.height, size.width, lab_.data());
   const Eigen::Vector2d at((center.x() - box.x) / stride, (center.y() - box.y) / stride);
-  return circle_evidence(lab, {at, outline.radius_px / stride}, sum / count).log_odds();
+  return circle_evidence(lab, {at, outline.radius_px / stride}, sum / count).log_odds_of_known_color();
 }
 
 }  // namespace ballservo

@@ -12,7 +12,8 @@ namespace ballservo {
 /// What the pictures said of one track.
 class BallEvidence {
  public:
-  void see(const BallObservation& ball);
+  /// `log_odds` of a second look at it (see Detector::log_odds); 0 where there was none.
+  void see(const BallObservation& ball, double log_odds = 0);
   void miss();  ///< it was not in this picture
 
   /// Whether it is believed, `look_alikes` being the number of others of its class and size that were in a
@@ -33,8 +34,8 @@ class BallEvidence {
   double usual_look_alikes() const;
 
   int pictures_ = 0;
-  double again_ = 0;                    // log likelihood ratio of a ball and noise, by its coming again
-  double quality_ = 0, radius_px_ = 0;  // means
+  double again_ = 0;  // log likelihood ratio of a ball and noise, by its coming again
+  double quality_ = 0, radius_px_ = 0, log_odds_ = 0;  // means
 };
 
 /// How many things a picture showed, in the mean of the last few, that were like a ball and not believed.

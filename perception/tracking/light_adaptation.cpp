@@ -230,7 +230,14 @@ void LightAdaptation::begin(const cv::Mat& bgr) {
   jumped_ = false;
 }
 
+void LightAdaptation::assume(const AssumedLight& light) {
+  assumed_ = light;
+  believe(LogGain::Zero());
+  serve_light();
+}
+
 bool LightAdaptation::may_be_taught_light() const {
+  if (!assumed_.is_taught()) return true;
   const SurfaceColor change = picture_.change_since(then_);
   double along = 0, whole = 0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -302,11 +309,6 @@ void LightAdaptation::learn(const cv::Mat& bgr, const BallObservation& ball, Bal
   ++votes_.balls;
 }
 
-void LightAdaptation::return_to_taught() {
-  believe(LogGain::Zero());
-  serve_light();
-}
-
 void LightAdaptation::finish(double time_s) {
   const double passed_s = std::clamp(time_s - time_s_, 0.0, 1.0);
   time_s_ = time_s;
@@ -320,7 +322,9 @@ void LightAdaptation::finish(double time_s) {
     then_ = picture_;
     learnt_s_ = time_s;
   } else {
-    believe(time_s - learnt_s_ > forget_s ? LogGain(LogGain::Zero()) : belief_.gain);
+    const bool forgets = time_s - learnt_s_ > forget_s;
+    if (forgets) assumed_ = {};
+    believe(forgets ? LogGain(LogGain::Zero()) : belief_.gain);
   }
   serve_light();
 }
@@ -338,6 +342,6 @@ LogGain LightAdaptation::table_gain() {
   return significant_ ? gain : LogGain(LogGain::Zero());
 }
 
-void LightAdaptation::serve_light() { cells_ = cells_in({table_gain()}); }
+void LightAdaptation::serve_light() { cells_ = cells_in({assumed_.gain + table_gain(), assumed_.power}); }
 
 }  // namespace ballservo

@@ -38,6 +38,7 @@ LogGain gain_of(const Eigen::Array3d& coordinates);
 struct AssumedLight {
   LogGain gain = LogGain::Zero();
   double power = 1;  ///< above or below: one of the two cameras shows light in proportion, the other as sRGB
+  bool is_taught() const { return power == 1 && (gain == 0).all(); }
 };
 
 /// How the taught table is to be looked up in that light: what the taught light would have shown, clipped as
@@ -99,10 +100,14 @@ class LightAdaptation {
   const LightCells& cells() const { return cells_; }
   const LogGain& gain() const { return belief_.gain; }
 
+  /// From now on the light is followed from this one, as from the taught one otherwise.
+  void assume(const AssumedLight& light);
+  const AssumedLight& assumed() const { return assumed_; }
+
   // For each picture, in this order:
   void begin(const cv::Mat& bgr);
-  /// Whether the picture has changed, since a ball was last learnt from, more towards the taught light than
-  /// not: without a ball to ask, that table is worth a look too.
+  /// Whether the light was assumed, or the picture has changed, since a ball was last learnt from, more
+  /// towards the taught light than not: without a ball to ask, that table is worth a look too.
   bool may_be_taught_light() const;
   /// For a confirmed ball that is missing: if the whole picture changed since a ball was last learnt from,
   /// colours are looked up for that light and the picture is worth another look; `settle_change` then says
@@ -111,8 +116,6 @@ class LightAdaptation {
   void settle_change(bool found);
   /// Learns from a confirmed ball that was seen.
   void learn(const cv::Mat& bgr, const BallObservation& ball, BallLight& light);
-  /// A ball was found under the taught light.
-  void return_to_taught();
   void finish(double time_s);
 
  private:
@@ -134,6 +137,7 @@ class LightAdaptation {
     int balls = 0;
   };
 
+  AssumedLight assumed_;  // what all gains are against
   LightCells cells_ = LightCells::as_taught();
   Belief belief_;
   LogGain before_jump_ = LogGain::Zero();

@@ -86,22 +86,27 @@ LightSearch::LightSearch(const Detector& detector)
   });
 }
 
-std::optional<AssumedLight> LightSearch::find(const cv::Mat& bgr) {
+void LightSearch::begin() {
+  next_trial_ = 0;
+  best_ = {};
+}
+
+std::optional<AssumedLight> LightSearch::go_on(const cv::Mat& bgr, std::size_t lights) {
   const LogGain greys = greys_of(bgr);
-  Guess best;
-  for (const Trial& trial : trials_) {
-    if (best.log_odds >= sure_log_odds) break;
+  for (; lights > 0 && !is_done(); --lights, ++next_trial_) {
+    const Trial& trial = trials_[next_trial_];
     Eigen::Array3d by_greys = light_coordinates(trial.power * greys - taught_greys_);
     by_greys[2] = 0;
     const AssumedLight light{gain_of(by_greys + trial.off) / trial.power, trial.power};
     const Guess guess = look(bgr, light, by_greys);
-    if (guess.log_odds <= best.log_odds) continue;
+    if (guess.log_odds <= best_.log_odds) continue;
     // Under the light that shows the ball's colour as it was taught, if that shows it still.
     const Guess again = look(bgr, guess.light, by_greys);
-    best = again.log_odds > guess.log_odds - 1 ? again : Guess{light, guess.log_odds};
+    best_ = again.log_odds > guess.log_odds - 1 ? again : Guess{light, guess.log_odds};
+    if (best_.log_odds >= sure_log_odds) next_trial_ = trials_.size() - 1;
   }
-  if (best.log_odds < least_log_odds) return std::nullopt;
-  return best.light;
+  if (!is_done() || best_.log_odds < least_log_odds) return std::nullopt;
+  return best_.light;
 }
 
 bool LightSearch::shows_light() const {

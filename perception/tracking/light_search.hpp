@@ -20,7 +20,15 @@ class LightSearch {
 
   /// The light under which the picture shows what is most probably a ball. Nothing where no light does that
   /// is probable by the picture's greys: the surfaces of two pictures are of about the same grey on average.
-  std::optional<AssumedLight> find(const cv::Mat& bgr);
+  std::optional<AssumedLight> find(const cv::Mat& bgr) {
+    begin();
+    return go_on(bgr, trials_.size());
+  }
+
+  /// The same in turns over the pictures of one light, `lights` of them a picture: nothing before the end.
+  void begin();
+  std::optional<AssumedLight> go_on(const cv::Mat& bgr, std::size_t lights);
+  bool is_done() const { return next_trial_ == trials_.size(); }
 
  private:
   struct Trial {
@@ -35,8 +43,10 @@ class LightSearch {
   bool shows_light() const;  // in proportion: the picture that was looked at last
   AssumedLight refined_by(const cv::Mat& bgr, const BallObservation& ball, const AssumedLight& light) const;
 
-  Detector detector_;                   // whose beliefs are its own
-  std::vector<Trial> trials_;           // the likeliest first
+  Detector detector_;          // whose beliefs are its own
+  std::vector<Trial> trials_;  // the likeliest first
+  std::size_t next_trial_ = 0;
+  Guess best_;
   std::vector<SurfaceColor> of_class_;  // in the taught light
   LogGain taught_greys_;
 };

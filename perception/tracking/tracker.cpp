@@ -23,6 +23,7 @@ constexpr double jump_radii = 6;
 constexpr double reach_px = 5, reach_radii = 0.15, spread_radii = 0.6;
 // A ball that moves less between two pictures, or whose edge is less blurred, is not smeared.
 constexpr double least_streak_radii = 0.7, sharp_edge_radii = 0.05;
+constexpr std::size_t lights_a_picture = 3, all_lights = 1000;
 // Suffices for a ball where a confirmed track expects it.
 constexpr double expected_quality = 0.17;
 // Tolerance of the distance's logarithm for a detection that is not clear.
@@ -65,12 +66,13 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   }
 
   look(bgr, stages);
+  if (light_ && options_.seek_light) seek_light(bgr);
   match();
   if (light_) look_under_another_light(bgr);
   correct_matched();
   continue_jumps();
   for (Followed& followed : followed_)
-    if (followed.detection) followed.evidence.see(seen_[*followed.detection]);
+    if (followed.detection) gather_evidence(bgr, followed);
   rejoin_newcomers();
 
   for (Followed& followed : followed_) {
@@ -91,7 +93,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
                       time_s,
                       time_s};
     newcomer.detection = i;
-    newcomer.evidence.see(seen_[i]);
+    gather_evidence(bgr, newcomer);
     see(newcomer, seen_[i], time_s);
     followed_.push_back(newcomer);
   }
@@ -103,6 +105,13 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   for (const Followed& followed : followed_)
     if (is_shown(followed)) tracks_.push_back(followed.track);
   return tracks_;
+}
+
+// What is not clear is looked at again until it is believed.
+void Tracker::gather_evidence(const cv::Mat& bgr, Followed& followed) {
+  const BallObservation& ball = seen_[*followed.detection];
+  const bool doubtful = followed.track.state == TrackState::tentative && ball.quality < doubtful_quality;
+  followed.evidence.see(ball, doubtful ? detector_.log_odds(bgr, ball) : 0);
 }
 
 // A known ball's place has no other ball in it: what is seen there in another size is the known one, in part.
@@ -117,11 +126,62 @@ bool Tracker::is_shown(const Followed& followed) const {
 // Where no ball is known, the light may be the one that was last seen or, if the picture says so, the taught
 // one again: they take turns until one of them shows a ball.
 void Tracker::choose_light() {
-  if (followed_.empty()) taught_light_ = !taught_light_ && light_->may_be_taught_light();
+  if (followed_.empty()) {
+    if (!is_light_believed_) light_->assume({});  // what was found in it was no ball
+    taught_light_ = !taught_light_ && light_->may_be_taught_light();
+  }
   set_light();
 }
 
 void Tracker::set_light() { detector_.set_light(taught_light_ ? LightCells::as_taught() : light_->cells()); }
+
+std::optional<AssumedLight> Tracker::assumed_light() const {
+  const bool is_other = is_light_believed_ && light_ && !light_->assumed().is_taught();
+  return is_other ? std::optional(light_->assumed()) : std::nullopt;
+}
+
+// The colours may have been taught in another light than that of the pictures, which then shows no sure ball.
+// That takes as long as dozens of looks: at first it is sought at once, later a few lights a picture, and the
+// longer no ball is known, the rarer.
+void Tracker::seek_light(const cv::Mat& bgr) {
+  const bool knows_ball = std::any_of(followed_.begin(), followed_.end(), [](const Followed& followed) {
+    return followed.track.state != TrackState::tentative;
+  });
+  if (knows_ball) {
+    knew_ball_ = pictures_;
+    next_light_search_ = pictures_ + options_.newcomers_every;
+  }
+  if (pictures_ < next_light_search_) return;
+  if (!other_lights_) other_lights_.emplace(detector_);
+  if (pictures_ == next_light_search_) {
+    if (see_sure_balls(bgr)) return put_off_light_search();
+    other_lights_->begin();
+  }
+  const std::optional<AssumedLight> light =
+      other_lights_->go_on(bgr, pictures_ == 0 ? all_lights : lights_a_picture);
+  if (other_lights_->is_done()) put_off_light_search();
+  if (!light) return;
+  light_->assume(*light);
+  is_light_believed_ = false;
+  set_light();
+  detector_.doubt_response();
+  seen_.clear();
+  see_sure_balls(bgr);
+}
+
+void Tracker::put_off_light_search() {
+  next_light_search_ = pictures_ + std::max<long>(options_.newcomers_every, pictures_ - knew_ball_);
+}
+
+bool Tracker::see_sure_balls(const cv::Mat& bgr) {
+  bool any = false;
+  for (const BallObservation& ball : detector_.detect(bgr)) {
+    if (detector_.log_odds(bgr, ball) < LightSearch::least_log_odds) continue;
+    add_new(ball);
+    any = true;
+  }
+  return any;
+}
 
 // A confirmed ball is missing: perhaps the light has changed at once.
 void Tracker::look_under_another_light(const cv::Mat& bgr) {
@@ -153,7 +213,7 @@ void Tracker::learn_colors(const cv::Mat& bgr) {
         followed.light.last = middle_color(bgr, ball.outline);
       continue;
     }
-    if (std::exchange(taught_light_, false)) light_->return_to_taught();
+    if (std::exchange(taught_light_, false)) light_->assume({});
     light_->learn(bgr, ball, followed.light);
   }
 }
@@ -353,6 +413,7 @@ void Tracker::see(Followed& followed, const BallObservation& ball, double time_s
   followed.track.ball = ball;
   if (followed.track.state != TrackState::tentative || is_believed(followed))
     followed.track.state = TrackState::confirmed;
+  is_light_believed_ |= followed.track.state == TrackState::confirmed;
 }
 
 // A tentative ball that is missed more often than seen was none; a confirmed one is predicted for a while, as

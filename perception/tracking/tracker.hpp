@@ -9,6 +9,7 @@
 #include "perception/detector.hpp"
 #include "perception/tracking/ball_evidence.hpp"
 #include "perception/tracking/light_adaptation.hpp"
+#include "perception/tracking/light_search.hpp"
 #include "perception/tracking/track_filter.hpp"
 
 namespace ballservo {
@@ -18,6 +19,7 @@ struct TrackerOptions {
   double clear_quality = 0.5;  ///< below, a detection continues a track only in the size that is expected
   double sigma_floor_radii = 0.03;  ///< see features_of
   bool fixed_colors = false;        ///< looks with the taught colours alone, whatever the light does
+  bool seek_light = true;           ///< while no ball is known, also under other lights than the taught one
 
   void validate() const;  ///< throws InputError naming every value that makes no sense
 };
@@ -44,6 +46,8 @@ class Tracker {
   const LeftOut& left_out() const { return left_out_; }
   /// The light that is believed now, against the taught one.
   LogGain light() const { return light_ ? light_->gain() : LogGain::Zero(); }
+  /// The light that was assumed when the last ball was found, if it is another than the taught one.
+  std::optional<AssumedLight> assumed_light() const;
 
  private:
   struct Followed {
@@ -63,6 +67,9 @@ class Tracker {
   void choose_light();
   void set_light();
   void look_under_another_light(const cv::Mat& bgr);
+  void seek_light(const cv::Mat& bgr);
+  void put_off_light_search();
+  bool see_sure_balls(const cv::Mat& bgr);
   void learn_colors(const cv::Mat& bgr);
   bool is_taken(std::size_t seen) const;
   bool is_shown(const Followed& followed) const;
@@ -73,6 +80,7 @@ class Tracker {
   void look_for_streak(const cv::Mat& bgr, const Followed& followed, const OutlineEllipse& expected);
   void detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality, DetectionStages* stages);
   void add_new(const BallObservation& ball);
+  void gather_evidence(const cv::Mat& bgr, Followed& followed);
   bool is_seen(const Followed& followed) const;
   BallFeatures features(const BallObservation& ball) const {
     return features_of(ball, options_.sigma_floor_radii);
@@ -89,7 +97,10 @@ class Tracker {
   Detector detector_;
   TrackerOptions options_;
   std::optional<LightAdaptation> light_;
-  bool taught_light_ = false;  // looks under the taught light, though another is believed
+  std::optional<LightSearch> other_lights_;
+  bool is_light_believed_ = false;              // the one that is assumed: it showed a confirmed ball
+  long next_light_search_ = 0, knew_ball_ = 0;  // in pictures
+  bool taught_light_ = false;                   // looks under the taught light, though another is believed
   std::vector<Followed> followed_;
   LookAlikes look_alikes_;
   LeftOut left_out_;                   // of this picture

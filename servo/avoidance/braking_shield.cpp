@@ -18,34 +18,47 @@ bool finite(const Twist2& twist) { return std::isfinite(twist.v_mps) && std::isf
 Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                       const ShieldOptions& options, FloorCell* blocked) {
   const double margin_m = drive_model_m + 0.5 * spacing_m;
-  const double corner = options.footprint.reach_m();
-
-  // The command's period, then the brake: both speeds fall in proportion, so the robot stays on one arc.
-  const Twist2 from = when_it_acts.twist;
-  const Twist2 after = limit_acceleration(from, command, options.limits, options.period_s);
-  const Twist2 mean = mean_twist(from, after);
-  const Pose2 start = integrate(when_it_acts.pose, mean, options.period_s);
-  const auto places_on = [corner](const Twist2& twist, double time_s) {
-    const double way_m = time_s * (std::abs(twist.v_mps) + std::abs(twist.w_radps) * corner);
-    return std::max(1, static_cast<int>(std::ceil(way_m / spacing_m)));
+  const double corner_m = options.footprint.reach_m();
+  const auto rate_mps = [corner_m](const Twist2& twist) {
+    return std::abs(twist.v_mps) + std::abs(twist.w_radps) * corner_m;
   };
-  const double brake_s = std::max(std::abs(after.v_mps) / options.limits.a_max_mps2,
-                                  std::abs(after.w_radps) / options.limits.alpha_max_radps2);
-  const int driven = places_on(mean, options.period_s), braked = places_on(after, 0.5 * brake_s);
+  const int steps = static_cast<int>(std::ceil(options.period_s / drive_step_s));
+  const double step_s = options.period_s / steps;
+  RobotMotion after;  // the command's period
+
+  // No place along the way is further than half the spacing from one that is looked at.
   const auto clear = [&](OccupancyGrid::Drift drift, const Pose2* standing) {
-    for (int k = 1; k <= driven + braked; ++k) {
-      const Pose2 pose = k <= driven ? integrate(when_it_acts.pose, mean, options.period_s * k / driven)
-                                     : integrate(start, after, 0.5 * brake_s * (k - driven) / braked);
-      if (!grid.covers(options.footprint, pose, margin_m, drift, blocked, standing)) return false;
+    const auto covers = [&](const Pose2& pose) {
+      return grid.covers(options.footprint, pose, margin_m, drift, blocked, standing);
+    };
+    after = when_it_acts;
+    double to_next_m = 0.5 * spacing_m;
+    for (int k = 0; k < steps; ++k) {
+      const RobotMotion next = drive(after, command, options.limits, step_s, 1);
+      const double step_m = step_s * rate_mps(mean_twist(after.twist, next.twist));
+      if (!(step_m < to_next_m)) {
+        if (!(step_m < spacing_m) || !covers(after.pose)) return false;
+        to_next_m = spacing_m;
+      }
+      to_next_m -= step_m;
+      after = next;
     }
-    return true;
+    // The brake: both speeds fall in proportion, so the robot stays on one arc.
+    const double brake_s = std::max(std::abs(after.twist.v_mps) / options.limits.a_max_mps2,
+                                    std::abs(after.twist.w_radps) / options.limits.alpha_max_radps2);
+    const double way_m = 0.5 * brake_s * rate_mps(after.twist);
+    double at_m = to_next_m;
+    for (; at_m < way_m; at_m += spacing_m) {
+      if (!covers(integrate(after.pose, after.twist, 0.5 * brake_s * at_m / way_m))) return false;
+    }
+    return at_m - way_m > 0.5 * spacing_m || covers(integrate(after.pose, after.twist, 0.5 * brake_s));
   };
   // What was seen lately needs less clearance around the robot than what is half forgotten.
   if (clear(OccupancyGrid::Drift::allowed, nullptr) || clear(OccupancyGrid::Drift::close, nullptr))
     return Brake::free;
   // Where space close to the robot has been forgotten, it may creep away from it.
-  const bool creeps = options.creep && std::abs(after.v_mps) <= creeping_mps &&
-                      std::abs(after.w_radps) <= creeping_radps &&
+  const bool creeps = options.creep && std::abs(after.twist.v_mps) <= creeping_mps &&
+                      std::abs(after.twist.w_radps) <= creeping_radps &&
                       (clear(OccupancyGrid::Drift::allowed, &when_it_acts.pose) ||
                        clear(OccupancyGrid::Drift::close, &when_it_acts.pose));
   return creeps ? Brake::creeping : Brake::blocked;

@@ -271,7 +271,7 @@ void OccupancyGrid::look(const SonarReading& reading, const Pose2& pose_then) {
   const bool heard_before = std::abs(reading.range_m - last_range_m) < same_echo_m;
   last_range_m = reading.range_m;
   const double radius_m = std::min(both_m - options_.range_error_m, options_.look_range_m);
-  if (radius_m > cell_m) {
+  if (both_m > options_.beam.min_range_m && radius_m > cell_m) {  // no nearer echo can be told apart
     const double half = options_.beam.half_angle_rad - angle_error_rad;
     const double right = transducer.yaw_rad - half, left = transducer.yaw_rad + half;
     Region cone;

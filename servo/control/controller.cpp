@@ -124,7 +124,8 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
       avoidance_->see_frame(ball_.frame_arrived_s());
       avoidance_->update(time_s, odometry, poses_);
     }
-    const RobotMotion now{odometry, odometry_twist};
+    const RobotMotion now{odometry,
+                          predictor_.twist_at(time_s, odometry_twist, options_.avoidance.grid.odometry)};
     const RobotMotion when_it_acts = predictor_.predict(time_s, now);
     const std::optional<Target> target = predict_target(time_s, when_it_acts);
 

@@ -10,31 +10,37 @@ std::optional<Pose2> pose_at(const PoseHistory& poses, double time_s) {
     if (age == 0) return std::nullopt;
     const auto& [after_s, after] = poses[age - 1];
     const double share = (time_s - before_s) / (after_s - before_s);
-    return Pose2{before.x_m + share * (after.x_m - before.x_m), before.y_m + share * (after.y_m - before.y_m),
-                 before.yaw_rad + share * wrap_angle(after.yaw_rad - before.yaw_rad)};
+    const double x_m = after.x_m - before.x_m, y_m = after.y_m - before.y_m;
+    const double turn_rad = wrap_angle(after.yaw_rad - before.yaw_rad);
+    const double aside = 0.5 * share * (1.0 - share) * turn_rad;  // the arc's way off its chord, over it
+    return Pose2{before.x_m + share * x_m + aside * y_m, before.y_m + share * y_m - aside * x_m,
+                 before.yaw_rad + share * turn_rad};
   }
   return std::nullopt;
 }
 
-RobotMotion MotionPredictor::predict(double now_s, const RobotMotion& now) const {
-  constexpr double max_step_s = 0.002;
-  RobotMotion robot = now;
+RobotMotion MotionPredictor::follow(RobotMotion robot, double from_s, double until_s) const {
   const auto hold = [&](const Twist2& command, double dt_s) {
-    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / max_step_s)));
+    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / drive_step_s)));
     robot = drive(robot, command, limits_, dt_s, steps);
   };
-  const double end_s = now_s + delay_s_;
-  double at_s = now_s;
   // From the oldest command to the newest: each drives until the next takes effect.
   for (std::size_t age = commands_.size(); age-- > 0;) {
-    const double until_s = age == 0 ? end_s : std::min(end_s, commands_[age - 1].time_s + delay_s_);
-    const double from_s = std::max(at_s, commands_[age].time_s + delay_s_);
-    if (until_s <= from_s) continue;
-    if (from_s > at_s) hold({}, from_s - at_s);  // before the first command: at rest
-    hold(commands_[age].value, until_s - from_s);
-    at_s = until_s;
+    const double next_s = age == 0 ? until_s : std::min(until_s, commands_[age - 1].time_s + delay_s_);
+    const double first_s = std::max(from_s, commands_[age].time_s + delay_s_);
+    if (next_s <= first_s) continue;
+    if (first_s > from_s) hold({}, first_s - from_s);  // before the first command: at rest
+    hold(commands_[age].value, next_s - first_s);
+    from_s = next_s;
   }
   return robot;
+}
+
+Twist2 MotionPredictor::twist_at(double now_s, const Twist2& measured, const OdometryBound& bound) {
+  const Twist2 expected =
+      last_twist_ ? follow({{}, last_twist_->value}, last_twist_->time_s, now_s).twist : measured;
+  last_twist_ = {now_s, bound.nearest_true(measured, expected)};
+  return last_twist_->value;
 }
 
 }  // namespace ballservo

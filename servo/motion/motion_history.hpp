@@ -43,7 +43,7 @@ class History {
 /// The odometry's last poses, their times rising.
 using PoseHistory = History<Pose2>;
 
-/// The pose at a time between the oldest and the newest kept, linear in between; nothing outside.
+/// The pose at a time between the oldest and the newest kept, along an arc in between; nothing outside.
 std::optional<Pose2> pose_at(const PoseHistory& poses, double time_s);
 
 /// Remembers the commands given and moves the robot's model (limits of speed and acceleration, exact arcs)
@@ -58,12 +58,21 @@ class MotionPredictor {
   void add_command(double time_s, const Twist2& command) { commands_.add(time_s, command); }
 
   /// The robot at now_s + actuation_delay_s, when a command given at now_s takes effect.
-  RobotMotion predict(double now_s, const RobotMotion& now) const;
+  RobotMotion predict(double now_s, const RobotMotion& now) const {
+    return follow(now, now_s, now_s + delay_s_);
+  }
+
+  /// How the wheels turn now: as the commands have made them since the last call, which is better known than
+  /// what odometry measures, but no further from that than its bound. Times must rise.
+  Twist2 twist_at(double now_s, const Twist2& measured, const OdometryBound& bound);
 
  private:
+  RobotMotion follow(RobotMotion robot, double from_s, double until_s) const;
+
   UnicycleLimits limits_;
   double delay_s_;
   History<Twist2> commands_;
+  std::optional<History<Twist2>::Entry> last_twist_;
 };
 
 }  // namespace ballservo

@@ -62,7 +62,8 @@ struct CameraMount {
 void declare(OptionVisitor& v, CameraMount& mount);
 
 /// How wrong dead reckoning may be: the bound that the robot's makers state and everybody else relies on.
-/// Between two moments, with the path length s and the turned angle |turn| both summed without sign:
+/// Between two moments, with the true path length s and the true turned angle |turn|, both summed without
+/// sign; the twist errs by no more than the same bounds per second:
 ///   error of the path's length  <= distance_share * s
 ///   error of the heading        <= turn_share * |turn| + turn_per_m * s
 struct OdometryBound {
@@ -70,13 +71,25 @@ struct OdometryBound {
   double turn_share = 0;        ///< rad per rad
   double turn_per_m_radpm = 0;  ///< rad per m
 
-  /// Bound (m) on the error of where a resting point stands relative to the robot, after the path and turn
-  /// since it was seen; `distance_m` is the point's distance from the axle now. The point's place in the
-  /// robot frame changes by v and w x p, so its error grows by at most |dv| + |dw| |p|, and |p| was never
+  /// The errors of path or speed and of turn or turning rate, at most, where so much was *measured*.
+  Twist2 error_of(double path, double turn) const {
+    const double true_path = path / (1.0 - distance_share);  // at most
+    return {distance_share * true_path,
+            (turn_share * turn + turn_per_m_radpm * true_path) / (1.0 - turn_share)};
+  }
+  /// Bound (m) on the error of where a resting point stands relative to the robot, after the measured path
+  /// and turn since it was seen; `distance_m` is the point's distance from the axle now. Where the robot
+  /// believes it, p, changes by v and w x p, so its error grows by at most |dv| + |dw| |p|, and |p| was never
   /// more than distance_m + path_m.
   double point_error_m(double path_m, double turn_rad, double distance_m) const {
-    return distance_share * path_m +
-           (turn_share * turn_rad + turn_per_m_radpm * path_m) * (distance_m + path_m);
+    const Twist2 error = error_of(path_m, turn_rad);
+    return error.v_mps + error.w_radps * (distance_m + path_m);
+  }
+  /// Of the twists that may have been measured so, the one nearest to `expected`.
+  Twist2 nearest_true(const Twist2& measured, const Twist2& expected) const {
+    const Twist2 error = error_of(std::abs(measured.v_mps), std::abs(measured.w_radps));
+    return {std::clamp(expected.v_mps, measured.v_mps - error.v_mps, measured.v_mps + error.v_mps),
+            std::clamp(expected.w_radps, measured.w_radps - error.w_radps, measured.w_radps + error.w_radps)};
   }
 };
 void declare(OptionVisitor& v, OdometryBound& bound);
@@ -109,6 +122,9 @@ struct RobotMotion {
 inline Twist2 mean_twist(const Twist2& a, const Twist2& b) {
   return {0.5 * (a.v_mps + b.v_mps), 0.5 * (a.w_radps + b.w_radps)};
 }
+
+/// A drive's model goes in steps of at most this.
+inline constexpr double drive_step_s = 0.002;
 
 /// The robot after one command was held for dt_s. The twist changes over it, so in so many steps, each an arc
 /// of its mean twist.

@@ -60,6 +60,17 @@ TEST(CircleEvidence, TheShadingOfASphereSpeaksForABall) {
   EXPECT_GT(round.log_odds(), flat.log_odds() + 4);
 }
 
+TEST(CircleEvidence, ADullBallIsAsLikelyWhereItsColourIsKnown) {
+  const auto ball_of = [](const Eigen::Vector3d& paint) {
+    cv::Mat ball = grey_picture();
+    draw_shaded_ball(ball, 160, 120, 25, paint);
+    return evidence_at(ball, 25);
+  };
+  const CircleEvidence dull = ball_of({0.1, 0.16, 0.1}), vivid = ball_of(green_paint);
+  EXPECT_LT(dull.log_odds(), vivid.log_odds() - 3);
+  EXPECT_GT(dull.log_odds_of_known_color(), vivid.log_odds_of_known_color() - 1.5);
+}
+
 TEST(CircleEvidence, ARoughCircleIsDrawnToTheRim) {
   cv::Mat ball = grey_picture();
   draw_shaded_ball(ball, 163.3, 117.6, 25, green_paint);

@@ -1,4 +1,5 @@
 // Whole runs among obstacles, without pictures.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "app/scenario/feasibility.hpp"
@@ -81,6 +82,39 @@ TEST(Feasibility, AWallAcrossTheRoomIsNot) {
   const Scenario open = obstacles(0, {"obstacles=[{type: box, name: wall, position: {x_m: 1.6, y_m: 0}, "
                                       "size: {x_m: 0.2, y_m: 4.5, z_m: 1}}]"});
   EXPECT_TRUE(check_feasible(open).feasible) << check_feasible(open).reason;
+}
+
+TEST(Feasibility, AGapIsJudgedByTheFootprint) {
+  const auto with_gap = [](double gap_m) {
+    const std::string size = "size: {x_m: 0.2, y_m: 3, z_m: 1}";
+    const auto wall = [&](int side) {
+      return fmt::format("{{type: box, name: wall{}, position: {{x_m: 1.6, y_m: {}}}, {}}}", side,
+                         side * (0.5 * gap_m + 1.5), size);
+    };
+    return check_feasible(obstacles(
+        0, {fmt::format("obstacles=[{}, {}]", wall(-1), wall(1)), "room.y_min_m=-3.2", "room.y_max_m=3.2"}));
+  };
+  EXPECT_FALSE(with_gap(0.30).feasible) << "the robot is 0.425 m wide";
+  EXPECT_TRUE(with_gap(0.45).feasible) << with_gap(0.45).reason;
+}
+
+TEST(Feasibility, APedestalDoesNotHideItsOwnBallButAWallAroundDoes) {
+  const std::vector<std::string> ball{"balls.0.position.x_m=4", "balls.0.position.y_m=0"};
+  std::vector<std::string> pedestal = ball, well = ball;
+  pedestal.push_back("balls.0.position.z_m=0.36");
+  pedestal.push_back(
+      "obstacles=[{type: cylinder, name: pedestal, position: {x_m: 4, y_m: 0}, radius_m: 0.1, height_m: "
+      "0.3}]");
+  EXPECT_TRUE(check_feasible(obstacles(0, pedestal)).feasible);
+  const auto wall = [](double x_m, double y_m, double along_x_m, double along_y_m) {
+    return fmt::format(
+        "{{type: box, name: wall_{}_{}, position: {{x_m: {}, y_m: {}}}, size: {{x_m: {}, y_m: {}, z_m: "
+        "0.6}}}}",
+        x_m, y_m, x_m, y_m, along_x_m, along_y_m);
+  };
+  well.push_back(fmt::format("obstacles=[{}, {}, {}, {}]", wall(3.6, 0, 0.05, 0.85), wall(4.4, 0, 0.05, 0.85),
+                             wall(4, 0.4, 0.85, 0.05), wall(4, -0.4, 0.85, 0.05)));
+  EXPECT_FALSE(check_feasible(obstacles(0, well)).feasible);
 }
 
 TEST(Obstacles, TheSameSeedGivesTheSameBytes) {

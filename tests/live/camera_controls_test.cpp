@@ -127,7 +127,10 @@ TEST(CameraInThePage, IsSetAndHeldAndSetAgainWhenItComesBack) {
     exchange.put({what, [&](const Json& said) { answer.set_value(said); }});
     return answer.get_future().get();
   };
-  const auto state = [&] { return Json::parse(exchange.newest()->state); };
+  const auto state = [&] {
+    while (!exchange.newest()) std::this_thread::sleep_for(1ms);
+    return Json::parse(exchange.newest()->state);
+  };
   EXPECT_EQ(ask({{"do", "camera"}})["controls"].size(), 5u);
   EXPECT_EQ(state()["camera"], true);
   EXPECT_THAT(ask({{"do", "camera"}, {"name", "exposure"}, {"value", 90}})["ignored"],

@@ -128,9 +128,14 @@ TEST_F(ThreadedLoop, NoCommandPassesTheGuardWhereSensorsAreSilent) {
   EXPECT_EQ(rests.count, 1);
 
   // A step, and a frame that it heard of: now the controller is alive.
-  const double now_s = clock.now_s();
-  controller.see(perception.look({0, now_s}).ball, now_s);
-  controller.step(now_s, {}, {});
+  const auto step = [this] {
+    const double now_s = clock.now_s();
+    controller.see(perception.look({0, now_s}).ball, now_s);
+    controller.step(now_s, {}, {});
+    return now_s;
+  };
+  guarded.read(clock.now_s());
+  const double now_s = step();
   guarded.command({0.3, 0.1}, clock.now_s());
   EXPECT_EQ(robot.told.back().v_mps, 0.3);
   EXPECT_EQ(rests.count, 1);
@@ -139,6 +144,14 @@ TEST_F(ThreadedLoop, NoCommandPassesTheGuardWhereSensorsAreSilent) {
   guarded.guard_now();
   EXPECT_TRUE(robot.rests());
   EXPECT_EQ(rests.count, 2);
+
+  step();
+  guarded.command({0.3, 0.1}, clock.now_s());
+  EXPECT_TRUE(robot.rests()) << "the command was made for a robot that the guard had not yet stopped";
+  guarded.read(clock.now_s());
+  step();
+  guarded.command({0.3, 0.1}, clock.now_s());
+  EXPECT_EQ(robot.told.back().v_mps, 0.3);
 }
 
 }  // namespace

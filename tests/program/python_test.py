@@ -6,11 +6,14 @@ import json
 import os
 import random
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
+import warnings
 from pathlib import Path
 
 import cv2
@@ -21,10 +24,29 @@ PROGRAM, PACKAGE = os.environ["BALLSERVO_PROGRAM"], os.environ["BALLSERVO_PYTHON
 sys.dont_write_bytecode = True
 sys.path.insert(0, PACKAGE)
 import ballservo  # noqa: E402
+import ballservo.tables  # noqa: E402
 
 COLORS, CAMERA = str(ROOT / "data/colors/red.colors"), str(ROOT / "data/cameras/wide.yaml")
 SCENARIO = str(ROOT / "data/scenarios/static_ball.yaml")
 METRIC = {"colors": COLORS, "camera": CAMERA, "diameter": "0.12+-0.0003"}
+
+
+class Unhurried:
+    """Does at once what it is told, but no faster than at 0.2 m/s."""
+
+    def __init__(self, pose):
+        self.x, self.y, self.yaw = pose
+        self.time_s, self.v, self.w = 0.0, 0.0, 0.0
+
+    def command(self, v, w):
+        self.v, self.w = np.clip(v, -0.2, 0.2), w
+
+    def advance(self, time_s):
+        dt, self.time_s = time_s - self.time_s, time_s
+        self.x += self.v * np.cos(self.yaw) * dt
+        self.y += self.v * np.sin(self.yaw) * dt
+        self.yaw += self.w * dt
+        return self.x, self.y, self.yaw, self.v, self.w
 
 
 class PythonTest(unittest.TestCase):
@@ -74,6 +96,193 @@ class PythonTest(unittest.TestCase):
         self.assertEqual(run.tracks_csv, (self.place / "run/tracks.csv").read_text())
         summary = json.loads((self.place / "run/summary.json").read_text())
         self.assertEqual({**run.summary, "timing": 0}, {**summary, "timing": 0})
+
+    def test_a_law_of_ones_own_drives_to_the_ball(self):
+        scenario = ballservo.Scenario(SCENARIO, seed=2)
+        steps = []
+
+        def law(p_CB, v_CB):
+            p_RB = scenario.X_RC[:3, :3] @ p_CB + scenario.X_RC[:3, 3]
+            return 1.5 * (np.hypot(*p_RB[:2]) - scenario.goal_p_RB[0]), 3 * np.arctan2(p_RB[1], p_RB[0])
+
+        run = ballservo.simulate(scenario, law=law, on_step=steps.append)
+        self.assertEqual(run.summary["outcome"], "reached")
+        self.assertLess(abs(run.log["range_m"][-50:] - 0.8).max(), 0.01)
+        self.assertEqual([step.time_s for step in steps], run.log["time_s"].tolist())
+        self.assertEqual([step.pose[0] for step in steps], run.log["x_m"].tolist())
+        self.assertNotEqual(run.log_csv, ballservo.simulate(scenario).log_csv)
+        self.assertEqual(ballservo.simulate(scenario, law=lambda p, v: None).summary["outcome"], "timeout")
+
+    def test_a_look_is_the_first_rendered_picture(self):
+        scenario = ballservo.Scenario(SCENARIO)
+        np.testing.assert_array_equal(scenario.look(), self.pictures[0])
+        self.assertGreater(abs(scenario.look((0, 0, 0.3)).astype(int) - self.pictures[0]).mean(), 3)
+
+    def test_a_robot_of_ones_own_is_driven(self):
+        scenario = ballservo.Scenario(SCENARIO, ["duration_s=60"])
+        robot, steps = Unhurried(scenario.pose), []
+        run = ballservo.simulate(scenario, robot=robot, on_step=steps.append)
+        self.assertEqual(run.summary["outcome"], "reached")
+        self.assertGreater(run.summary["settled_s"], (steps[0].range_error_m - 0.1) / 0.2)
+        self.assertEqual((run.log["x_m"][-1], run.log["y_m"][-1]), (robot.x, robot.y))
+
+    def test_a_camera_of_ones_own_is_looked_through(self):
+        scenario = ballservo.Scenario(SCENARIO, ["duration_s=4"])
+        times = []
+
+        def camera(X_WC, time_s):
+            times.append(time_s)
+            bgr = np.full((480, 640, 3), 110, np.uint8)
+            p_CB = np.linalg.inv(X_WC) @ [*scenario.p_WB(time_s), 1]
+            (x, y), = scenario.camera.project(p_CB[None, :3])
+            radius = 480 * 0.06 / p_CB[2]
+            cv2.circle(bgr, (round(x * 16), round(y * 16)), round(radius * 16), (40, 30, 190), -1, cv2.LINE_AA, 4)
+            return bgr
+
+        run = ballservo.simulate(scenario, "image", camera=camera)
+        self.assertAlmostEqual(np.diff(times).mean(), 1 / 30, 6)
+        self.assertIn("confirmed", run.tracks["state"])
+        self.assertLess(run.log["range_m"][-1], run.log["range_m"][0] - 0.5)
+        for wrong in np.zeros((479, 640, 3), np.uint8), np.zeros((480, 640), np.uint8), None:
+            with self.assertRaises(ballservo.InputError):
+                ballservo.simulate(scenario, "image", camera=lambda X_WC, time_s, wrong=wrong: wrong)
+        with self.assertRaisesRegex(ballservo.InputError, "perception"):
+            ballservo.simulate(scenario, camera=camera)
+
+    def test_what_callbacks_raise_comes_out(self):
+        scenario = ballservo.Scenario(SCENARIO)
+
+        class Own(Exception):
+            pass
+
+        class Broken(Unhurried):
+            def __init__(self, after):
+                super().__init__(scenario.pose)
+                self.after = after
+
+            def command(self, v, w):
+                if self.time_s >= self.after:
+                    raise Own("command")
+
+            def advance(self, time_s):
+                return [super().advance(time_s), "x", (1, 2), [np.nan] * 5][self.after]
+
+        def fails(*_):
+            raise Own("failed")
+
+        for port in {"law": fails}, {"robot": Broken(0)}, {"on_step": fails}:
+            with self.assertRaises(Own):
+                ballservo.simulate(scenario, **port)
+        with self.assertRaises(Own):
+            ballservo.simulate(scenario, "image", camera=fails)
+        for after in 1, 2, 3:
+            with self.assertRaisesRegex(ballservo.InputError, "robot.advance"):
+                ballservo.simulate(scenario, robot=Broken(after))
+        for said in 3, "ab", (1, 2, 3), ("a", 1), object():
+            with self.assertRaisesRegex(ballservo.InputError, "law"):
+                ballservo.simulate(scenario, law=lambda p, v, said=said: said)
+        with self.assertRaises(AttributeError):
+            ballservo.simulate(scenario, robot=object())
+
+    def test_ctrl_c_is_heard(self):
+        obstacles = str(ROOT / "data/scenarios/obstacles.yaml")
+        for work in (f"simulate(ballservo.Scenario({SCENARIO!r}, ['law.gain_per_s=0.01', 'duration_s=3600']))",
+                     f"sweep({obstacles!r}, 100000)", f"compare({str(ROOT / 'data/comparisons/full.yaml')!r})"):
+            child = subprocess.Popen([sys.executable, "-c", "import ballservo; print(flush=True); ballservo." + work],
+                                     env={**os.environ, "PYTHONPATH": PACKAGE}, stdout=subprocess.PIPE,
+                                     stderr=subprocess.PIPE, text=True)
+            child.stdout.readline()
+            time.sleep(1)
+            self.assertIsNone(child.poll(), work)
+            child.send_signal(signal.SIGINT)
+            self.assertIn("KeyboardInterrupt", child.communicate(timeout=60)[1], work)
+
+    def test_a_sweep_is_the_command_lines(self):
+        self.program("sweep", SCENARIO, "-o", "grid", "--trials", 3, "--vary", "law.gain_per_s=0.5,2", "--vary",
+                     "law.name=cone,visp", "--seed", 5, "--set", "duration_s=20")
+        sweep = ballservo.sweep(SCENARIO, 3, {"law.gain_per_s": [0.5, np.int64(2)], "law.name": ["cone", "visp"]},
+                                ["duration_s=20"], seed=5)
+        for table, columns in ("trials", sweep.trials), ("grid", sweep.grid):
+            rows = list(csv.DictReader((self.place / f"grid/{table}.csv").read_text().splitlines()))
+            self.assertEqual(list(rows[0]), list(columns))
+            for name, column in columns.items():
+                for row, value in zip(rows, column, strict=True):
+                    self.assertTrue(row[name] == str(value) or row[name] == "" and np.isnan(value)
+                                    or float(row[name]) == value, (name, row[name], value))
+        self.assertEqual(sweep.summary, json.loads((self.place / "grid/summary.json").read_text()))
+        alone = ballservo.sweep(SCENARIO, 2)
+        self.assertEqual((alone.summary["reached"], alone.grid), (2, None))
+        with self.assertRaisesRegex(ballservo.InputError, "(?s)gain.*-1"):
+            ballservo.sweep(SCENARIO, 2, {"law.gain_per_s": [1, -1]})
+
+    def test_a_comparison_is_the_command_lines(self):
+        plan = self.place / "plan.yaml"
+        plan.write_text("""seed: 1
+frames: 4
+methods: [vote, paper_one_step, sphere_converged]
+defaults: {camera: {focal_px: 857, width_px: 640, height_px: 480}, ball: {color: red, diameter_m: 0.07}, depth_m: 1.0}
+conditions: [{name: base}, {name: noisy, noise: {read: 10}}]
+""")
+        self.program("compare", plan, "-o", "comparison", "--seed", 3)
+        tables = ballservo.compare(plan, seed=3)
+        self.assertLessEqual({"compare", "fits", "frames", "pairs", "tests"}, set(tables))
+        for name in "compare", "fits", "frames":
+            text = (self.place / f"comparison/{name}.csv").read_text()
+            for column, values in ballservo.tables.columns(text).items():
+                np.testing.assert_array_equal(tables[name][column], values, column)
+
+    def test_a_camera_calibration_is_the_command_lines(self):
+        square_px = 40
+        board = np.full((9 * square_px, 12 * square_px), 255, np.uint8)
+        for x, y in itertools.product(range(10), range(7)):
+            if (x + y) % 2:
+                board[(y + 1) * square_px:(y + 2) * square_px, (x + 1) * square_px:(x + 2) * square_px] = 0
+        boards = []
+        for k in range(8):  # through a pinhole of 500 px
+            R = cv2.Rodrigues(np.array([0.5 * np.sin(k), 0.5 * np.cos(2.1 * k), 0.1 * k]))[0]
+            t = np.array([0.05 * np.sin(3 * k), 0.04 * np.cos(k), 0.5 + 0.03 * k]) - R @ [0.15, 0.1125, 0]
+            K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1]])
+            H = K @ np.column_stack([R[:, 0] * 0.025 / square_px, R[:, 1] * 0.025 / square_px, t])
+            boards.append(self.place / f"board_{k}.png")
+            cv2.imwrite(str(boards[-1]), cv2.warpPerspective(board, H, (640, 480), borderValue=128, flags=cv2.INTER_AREA))
+        self.program("calibrate", "camera", *boards, "--board", "chessboard:9x6", "--square", "0.025", "-o", "left.yaml",
+                     "--json", "left.json")
+        done = ballservo.calibrate_camera(boards, "chessboard:9x6", 0.025)
+        self.assertAlmostEqual(done.camera.parameters["fx_px"], 500, delta=2)
+        (self.place / "own").mkdir()
+        done.camera.save(self.place / "own/left.yaml")
+        for name in "left.yaml", "left.yaml.covariance.json":
+            self.assertEqual((self.place / "own" / name).read_bytes(), (self.place / name).read_bytes())
+        self.assertEqual(json.dumps(done.summary, sort_keys=True),
+                         json.dumps(json.loads((self.place / "left.json").read_text()), sort_keys=True))
+        np.testing.assert_array_equal(ballservo.Camera.load(self.place / "left.yaml").covariance, done.camera.covariance)
+        with self.assertRaisesRegex(ballservo.InputError, "nowhere"):
+            ballservo.calibrate_camera([self.place / "nowhere.png"], "chessboard:9x6", 0.025)
+
+    def test_objects_are_as_good_as_their_files(self):
+        camera, colors = ballservo.Camera.load(METRIC["camera"]), ballservo.Colors.load(Path(COLORS))
+        of_files = ballservo.Detector(**METRIC).detect(self.pictures[0])
+        of_objects = ballservo.Detector(colors, camera, METRIC["diameter"]).detect(self.pictures[0])
+        np.testing.assert_array_equal(of_objects[0].covariance_m2, of_files[0].covariance_m2)
+        followed = ballservo.Tracker(colors, camera, 0.12).update(self.pictures[0], 0)
+        np.testing.assert_array_equal(followed[0].p_m, of_files[0].p_m)
+        self.assertEqual(camera.covariance.shape, (9, 9))
+        self.assertEqual(camera.parameters["fx_px"], 480)
+
+    def test_learning_is_the_command_lines(self):
+        ball = ballservo.Detector(COLORS).detect(self.pictures[0])[0].outline_px
+        off = self.pictures[0].copy()
+        cv2.circle(off, tuple(map(round, ball[:2])), round(ball[2] * 1.5), (120, 120, 120), -1)
+        cv2.imwrite(str(self.place / "off.png"), off)
+        self.program("calibrate", "colors", "--class", "red=pictures/frame_0000.png", "--at",
+                     "red=" + ",".join(map(repr, ball.tolist())), "--background", "off.png", "-o", "taught.colors")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            colors = ballservo.Colors.learn({"red": [self.pictures[0]]}, at={"red": ball}, background=[off])
+        colors.save(self.place / "own.colors")
+        self.assertEqual((self.place / "own.colors").read_bytes(), (self.place / "taught.colors").read_bytes())
+        with self.assertRaisesRegex(ballservo.InputError, "blue"):
+            ballservo.Colors.learn({"red": [self.pictures[0]]}, at={"blue": (1, 2, 3)})
 
     def test_a_view_is_looked_at_where_it_lies(self):
         bgr = self.pictures[0]
@@ -153,7 +362,7 @@ class PythonTest(unittest.TestCase):
 
     def test_the_stubs_are_the_module(self):
         # What pybind11 has of its own: a metaclass, and constructors that refuse.
-        (self.place / "pybind11").write_text("ballservo._ballservo.[A-Z][a-z]+\nballservo._ballservo.(Ball|Camera|Colors|Run).__init__\n")
+        (self.place / "pybind11").write_text("ballservo._ballservo.[A-Z][A-Za-z]+\nballservo._ballservo.(Ball|Camera|CameraCalibration|Colors|Run|Step|Sweep).__init__\n")
         done = subprocess.run([sys.executable, "-m", "mypy.stubtest", "ballservo._ballservo", "--ignore-positional-only",
                                "--allowlist", "pybind11", "--ignore-unused-allowlist"],
                               cwd=self.place, env={**os.environ, "MYPYPATH": PACKAGE, "PYTHONPATH": PACKAGE},

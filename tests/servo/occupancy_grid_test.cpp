@@ -27,6 +27,17 @@ TEST(OccupancyGrid, UnknownIsNotFree) {
   }
 }
 
+TEST(OccupancyGrid, ARangeAtTheLeastFreesNothing) {
+  for (const double over_m : {0.0, 0.01}) {
+    OccupancyGridOptions options = without_start();
+    options.beam.min_range_m = 0.4;
+    OccupancyGrid grid(options);
+    grid.move(0, {});
+    look_twice(grid, 3, 0.4 + over_m, 0);
+    EXPECT_EQ(grid.is_free(OccupancyGrid::cell_at(0.45, 0.07)), over_m > 0) << "what is nearer reads so, too";
+  }
+}
+
 TEST(OccupancyGrid, ACellIsFreeExactlyWhenTheConeHoldsAllOfIt) {
   for (std::size_t k = 0; k < sonar_count; ++k) {
     for (const double yaw : {0.4, -2.2}) {

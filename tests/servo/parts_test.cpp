@@ -59,18 +59,49 @@ TEST(PoseHistory, InterpolatesAcrossTheWrapAndKnowsItsEnds) {
   PoseHistory history(4);
   EXPECT_FALSE(pose_at(history, 0));
   history.add(1.0, {0, 0, 3.1});
-  history.add(2.0, {1, 2, -3.1});
+  history.add(2.0, {0, 0, -3.1});
   history.add(1.5, {9, 9, 9});  // backward: ignored
   ASSERT_TRUE(pose_at(history, 1.5));
-  EXPECT_DOUBLE_EQ(pose_at(history, 1.5)->x_m, 0.5);
   EXPECT_NEAR(std::abs(wrap_angle(pose_at(history, 1.5)->yaw_rad)), M_PI, 1e-9);
-  EXPECT_DOUBLE_EQ(pose_at(history, 2.0)->y_m, 2);
+  EXPECT_DOUBLE_EQ(pose_at(history, 2.0)->yaw_rad, -3.1);
   EXPECT_FALSE(pose_at(history, 2.1));
   EXPECT_FALSE(pose_at(history, 0.9));
   EXPECT_FALSE(pose_at(history, std::numeric_limits<double>::quiet_NaN()));
   for (int i = 3; i < 7; ++i) history.add(i, {});
   EXPECT_FALSE(pose_at(history, 2.0));  // pushed out
   EXPECT_TRUE(pose_at(history, 3.0));
+}
+
+TEST(PoseHistory, InterpolatesAlongAnArc) {
+  PoseHistory history(4);
+  const Pose2 start{0.3, -0.2, 3.0};
+  const Twist2 twist{2.0, 3.0};
+  for (const double time_s : {0.0, 0.125}) history.add(time_s, integrate(start, twist, time_s));
+  for (const double time_s : {0.02, 0.06, 0.11}) {
+    const Pose2 truth = integrate(start, twist, time_s), pose = *pose_at(history, time_s);
+    EXPECT_LT(std::hypot(pose.x_m - truth.x_m, pose.y_m - truth.y_m), 2e-3) << "11 mm along the chord";
+  }
+}
+
+TEST(MotionPredictor, KnowsTheTwistFromTheCommandsAndOdometryWithinItsBound) {
+  const OdometryBound bound{0.2, 0.1, 0};
+  MotionPredictor predictor(limits, 0.1, 64);
+  RobotMotion truth;
+  Twist2 command;
+  for (int k = 0; k < 100; ++k) {
+    const double now_s = 0.02 * k;
+    const Twist2 measured{0.8 * truth.twist.v_mps, 1.1 * truth.twist.w_radps};
+    const Twist2 twist = predictor.twist_at(now_s, measured, bound);
+    ASSERT_NEAR(twist.v_mps, truth.twist.v_mps, 1e-9) << k;
+    ASSERT_NEAR(twist.w_radps, truth.twist.w_radps, 1e-9) << k;
+    if (k == 20) command = {0.5, 0.1};
+    if (k == 70) command = {};
+    predictor.add_command(now_s, command);
+    // It acts after five steps.
+    truth = drive(truth, k < 25 || k >= 75 ? Twist2{} : Twist2{0.5, 0.1}, limits, 0.02, 10);
+  }
+  const Twist2 slipping = predictor.twist_at(2.0, {0.6, 0.0}, bound);
+  EXPECT_NEAR(slipping.v_mps, 0.6 - 0.6 * 0.2 / 0.8, 1e-9) << "it does not go as the commands say";
 }
 
 TEST(MotionPredictor, IsTheRobotItselfThroughTheCommandsInFlight) {

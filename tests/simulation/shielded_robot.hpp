@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
 
 #include "app/experiment/simulated_robot.hpp"
 #include "calibration/base/random.hpp"
@@ -44,7 +45,8 @@ class ShieldedRobot {
   ShieldedRobot(const World& world, double actuation_delay_s, std::uint64_t seed)
       : world_(world),
         actuation_delay_s_(actuation_delay_s),
-        robot_(world, settings(actuation_delay_s), seed),
+        body_(std::make_shared<Body>(settings(actuation_delay_s), actuation_delay_s)),
+        robot_(world, settings(actuation_delay_s), seed, body_),
         avoidance_(avoidance(), limits, period_s),
         poses_(300),
         predictor_(limits, actuation_delay_s, 300) {}
@@ -56,7 +58,8 @@ class ShieldedRobot {
     robot_.listen([this](const SonarReading& reading) { avoidance_.hear(reading); });
     avoidance_.see_frame(now.time_s);
     avoidance_.update(now.time_s, now.odometry, poses_);
-    const RobotMotion acts = predictor_.predict(now.time_s, {now.odometry, now.twist});
+    const RobotMotion acts = predictor_.predict(
+        now.time_s, {now.odometry, predictor_.twist_at(now.time_s, now.twist, stated_bound)});
     const ShieldVerdict verdict = avoidance_.check(now.time_s, command, acts);
     predictor_.add_command(now.time_s, verdict.command);
     robot_.command(verdict.command, now.time_s);
@@ -66,7 +69,7 @@ class ShieldedRobot {
   /// Whether the true robot, if it is told to stand still from the next step on, comes to rest without
   /// touching anything; and whether it does now.
   bool brakes_clear() const {
-    UnicycleRobot copy = robot_.drive();
+    UnicycleRobot copy = body_->drive;
     const double next_s = copy.time_s() + period_s;
     copy.advance_to(next_s);
     copy.command({});
@@ -79,13 +82,24 @@ class ShieldedRobot {
     }
   }
 
-  const Pose2& pose() const { return robot_.drive().pose(); }
-  const Twist2& twist() const { return robot_.drive().twist(); }
+  const Pose2& pose() const { return robot_.now().pose; }
+  const Twist2& twist() const { return robot_.now().twist; }
 
   static constexpr UnicycleLimits limits{};
   static constexpr double period_s = 0.02;
 
  private:
+  /// A drive of which a copy shows what would come.
+  struct Body final : RobotBody {
+    Body(const RobotSettings& robot, double delay_s) : drive(robot.pose, robot.limits, delay_s) {}
+    void command(const Twist2& twist) override { drive.command(twist); }
+    RobotMotion advance_to(double time_s) override {
+      drive.advance_to(time_s);
+      return {drive.pose(), drive.twist()};
+    }
+    void put(const Pose2& pose) override { drive.put(pose); }
+    UnicycleRobot drive;
+  };
   static RobotSettings settings(double actuation_delay_s) {
     RobotSettings settings;
     settings.actuation_delay_s = actuation_delay_s;
@@ -101,6 +115,7 @@ class ShieldedRobot {
 
   const World& world_;
   double actuation_delay_s_;
+  std::shared_ptr<Body> body_;
   SimulatedRobot robot_;
   Avoidance avoidance_;
   PoseHistory poses_;

@@ -13,6 +13,7 @@
 #include "app/comparison/estimators/peer_tuning.hpp"
 #include "app/comparison/estimators/position_bound.hpp"
 #include "app/comparison/pictures/painters.hpp"
+#include "app/io/interrupt.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 
@@ -139,6 +140,7 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
   std::map<std::vector<double>, std::shared_ptr<const RayTable>> cameras;
   for (std::size_t c = 0; c < setups_.size(); ++c) {
     if (!needed[c]) continue;
+    throw_if_interrupted();
     const ComparisonCondition& condition = plan_.conditions[c];
     const bool lab = condition.painter == Painter::lab;
     auto& table = tables[{lab, condition.ball_color, condition.ball_pattern, condition.sensor.gain,
@@ -156,6 +158,7 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
     const ComparisonCondition& condition = plan_.conditions[c];
     std::vector<TuningPicture> pictures;
     for (int k = 0; k < tuning_frames; ++k) {
+      throw_if_interrupted();
       // Frames of another seed: never those that are measured.
       RenderedFrame rendered = render_comparison_frame(condition, plan_.seed ^ 0x70656572736574ull, k);
       FrameTruth truth;

@@ -6,7 +6,8 @@
         print(ball.track_id, ball.p_m, ball.covariance_m2)
 """
 
-__all__ = ["Ball", "Camera", "Colors", "Detector", "InputError", "Run", "Scenario", "Tracker", "simulate"]
+__all__ = ["Ball", "Camera", "CameraCalibration", "Colors", "Detector", "InputError", "Run", "Scenario",
+           "Step", "Sweep", "Tracker", "calibrate_camera", "compare", "simulate", "sweep"]
 
 
 def __getattr__(name):  # the pages are drawn without loading the library

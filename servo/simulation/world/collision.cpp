@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <queue>
 #include <utility>
 
 namespace ballservo {
@@ -86,54 +87,94 @@ ContactReport find_contacts(const World& world, const Footprint& footprint, cons
   return report;
 }
 
-PathPlanner::PathPlanner(const World& world, const Footprint& footprint, double margin_m, const Pose2& start)
-    : world_(world), disc_radius_m_(footprint.reach_m() + margin_m) {
+PathPlanner::PathPlanner(const World& world, const Footprint& footprint, const Pose2& start)
+    : world_(world), footprint_(footprint), start_(start) {
+  const double moves_m = std::hypot(0.5, 0.5) * cell_m_ + footprint.reach_m() * M_PI / headings_;
+  inner_ = {footprint.front_m - moves_m, footprint.rear_m - moves_m, footprint.half_width_m - moves_m};
   const Room& room = world.room;
-  columns_ = static_cast<std::size_t>(std::ceil((room.x_max_m - room.x_min_m) / cell_m_));
-  rows_ = static_cast<std::size_t>(std::ceil((room.y_max_m - room.y_min_m) / cell_m_));
-  reached_.assign(columns_ * rows_, false);
-  std::vector<Eigen::Vector2d> open{{start.x_m, start.y_m}};
+  columns_ = static_cast<int>(std::ceil((room.x_max_m - room.x_min_m) / cell_m_));
+  rows_ = static_cast<int>(std::ceil((room.y_max_m - room.y_min_m) / cell_m_));
+  clearance_m_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), -1.0F);
+}
+
+Eigen::Vector2d PathPlanner::center_m(std::size_t cell) const {
+  const auto columns = static_cast<std::size_t>(columns_);
+  return {world_.room.x_min_m + (static_cast<double>(cell % columns) + 0.5) * cell_m_,
+          world_.room.y_min_m + (static_cast<double>(cell / columns) + 0.5) * cell_m_};
+}
+
+bool PathPlanner::is_open(std::size_t cell, int heading) {
+  const Eigen::Vector2d p = center_m(cell);
+  float& clearance_m = clearance_m_[cell];
+  if (clearance_m < 0) clearance_m = static_cast<float>(std::max(0.0, floor_clearance_m(world_, p)));
+  if (clearance_m > footprint_.reach_m()) return true;
+  if (clearance_m < std::min({inner_.front_m, inner_.rear_m, inner_.half_width_m})) return false;
+  return !find_contacts(world_, inner_, {p.x(), p.y(), 2 * M_PI * heading / headings_}, 0).collision();
+}
+
+bool PathPlanner::may_reach_view_of(const Eigen::Vector3d& p_WB, double ball_radius_m, double distance_m,
+                                    double eye_m) {
+  struct Box {
+    double to_go_m;
+    std::size_t cell;
+    int heading;
+    bool operator<(const Box& other) const { return to_go_m > other.to_go_m; }
+  };
+  std::priority_queue<Box> open;  // the nearest to the goal first
+  std::vector<bool> known(clearance_m_.size() * headings_, false);
+  const auto put = [&](int column, int row, int heading) {
+    if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return;
+    const auto cell =
+        static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+    heading = (heading + headings_) % headings_;
+    const std::size_t box = cell * headings_ + static_cast<std::size_t>(heading);
+    if (known[box]) return;
+    known[box] = true;
+    if (is_open(cell, heading))
+      open.push({std::abs((center_m(cell) - p_WB.head<2>()).norm() - distance_m), cell, heading});
+  };
+  put(static_cast<int>(std::floor((start_.x_m - world_.room.x_min_m) / cell_m_)),
+      static_cast<int>(std::floor((start_.y_m - world_.room.y_min_m) / cell_m_)),
+      static_cast<int>(std::lround(wrap_angle(start_.yaw_rad) * headings_ / (2 * M_PI))));
   while (!open.empty()) {
-    const auto cell = cell_at(open.back());
-    open.pop_back();
-    if (!cell || reached_[*cell]) continue;
-    const Eigen::Vector2d center(room.x_min_m + (static_cast<double>(*cell % columns_) + 0.5) * cell_m_,
-                                 room.y_min_m + (static_cast<double>(*cell / columns_) + 0.5) * cell_m_);
-    if (floor_clearance_m(world_, center) < disc_radius_m_ + 0.5 * cell_m_) continue;
-    reached_[*cell] = true;
-    for (const auto& [x, y] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)})
-      open.emplace_back(center.x() + x * cell_m_, center.y() + y * cell_m_);
-  }
-}
-
-std::optional<std::size_t> PathPlanner::cell_at(const Eigen::Vector2d& p_W) const {
-  const double column = std::floor((p_W.x() - world_.room.x_min_m) / cell_m_);
-  const double row = std::floor((p_W.y() - world_.room.y_min_m) / cell_m_);
-  if (!(column >= 0 && row >= 0)) return std::nullopt;
-  const auto c = static_cast<std::size_t>(column), r = static_cast<std::size_t>(row);
-  return c < columns_ && r < rows_ ? std::make_optional(r * columns_ + c) : std::nullopt;
-}
-
-bool PathPlanner::sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double ball_radius_m) const {
-  const int steps = std::max(1, static_cast<int>(std::ceil((to - from).norm() / 0.02)));
-  for (int k = 0; k < steps; ++k) {
-    const Eigen::Vector2d p = from + (to - from) * (static_cast<double>(k) / steps);
-    for (const Obstacle& obstacle : world_.obstacles) {
-      if (obstacle.bottom_m() < robot_height_m && floor_outline(obstacle).distance_m(p) < ball_radius_m)
-        return false;
+    const Box box = open.top();
+    open.pop();
+    const Eigen::Vector2d p = center_m(box.cell), to_ball = p_WB.head<2>() - p;
+    const double aside =
+        wrap_angle(std::atan2(to_ball.y(), to_ball.x()) - 2 * M_PI * box.heading / headings_);
+    if (box.to_go_m <= cell_m_ && std::abs(aside) <= M_PI / headings_ + cell_m_ / distance_m &&
+        sees(p, p_WB, ball_radius_m, eye_m))
+      return true;
+    const int column = static_cast<int>(box.cell) % columns_, row = static_cast<int>(box.cell) / columns_;
+    for (const int by : {-1, 1}) {
+      put(column + by, row, box.heading);
+      put(column, row + by, box.heading);
+      put(column, row, box.heading + by);
     }
   }
-  return true;
+  return false;
 }
 
-bool PathPlanner::reaches_view_of(const Eigen::Vector2d& p_WB, double distance_m,
-                                  double ball_radius_m) const {
-  const int directions = std::max(16, static_cast<int>(std::ceil(2 * M_PI * distance_m / cell_m_)));
-  for (int k = 0; k < directions; ++k) {
-    const double angle = 2 * M_PI * k / directions;
-    const Eigen::Vector2d place = p_WB + distance_m * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    const auto cell = cell_at(place);
-    if (cell && reached_[*cell] && sees(place, p_WB, ball_radius_m)) return true;
+/// Whether the sight to some point across the ball, or over it, is free.
+bool PathPlanner::sees(const Eigen::Vector2d& from, const Eigen::Vector3d& p_WB, double ball_radius_m,
+                       double eye_m) const {
+  const Eigen::Vector3d eye(from.x(), from.y(), eye_m);
+  const Eigen::Vector3d across = (p_WB - eye).cross(Eigen::Vector3d::UnitZ()).normalized() * ball_radius_m;
+  const Eigen::Vector3d over(0, 0, ball_radius_m);
+  const auto hidden = [&](const Eigen::Vector3d& to) {
+    const int steps = std::max(1, static_cast<int>(std::ceil((to - eye).norm() / 0.02)));
+    return std::any_of(world_.obstacles.begin(), world_.obstacles.end(), [&](const Obstacle& obstacle) {
+      const FloorOutline outline = floor_outline(obstacle);
+      for (int k = 0; k < steps; ++k) {
+        const Eigen::Vector3d p = eye + (to - eye) * (static_cast<double>(k) / steps);
+        if (p.z() > obstacle.bottom_m() && p.z() < obstacle.top_m() && outline.distance_m(p.head<2>()) <= 0)
+          return true;
+      }
+      return false;
+    });
+  };
+  for (const double side : {0.0, -0.9, 0.9}) {
+    if (!hidden(p_WB + side * across) || !hidden(p_WB + side * over)) return true;
   }
   return false;
 }

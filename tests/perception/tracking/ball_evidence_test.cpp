@@ -9,12 +9,12 @@
 namespace ballservo {
 namespace {
 
-BallEvidence seen(double radius_px, double quality, int pictures) {
+BallEvidence seen(double radius_px, double quality, int pictures, double log_odds = 0) {
   BallObservation ball;
   ball.outline.radius_px = radius_px;
   ball.quality = quality;
   BallEvidence evidence;
-  for (int k = 0; k < pictures; ++k) evidence.see(ball);
+  for (int k = 0; k < pictures; ++k) evidence.see(ball, log_odds);
   return evidence;
 }
 
@@ -29,6 +29,11 @@ TEST(BallEvidence, OfWhatIsSmallAndUnclearMorePicturesAreAsked) {
   EXPECT_FALSE(seen(4, 0.6, 20).suffices(0));
   EXPECT_TRUE(seen(9, 0.65, 4).suffices(0)) << "a ball far away";
   EXPECT_TRUE(seen(25, 0.6, 3).suffices(0));
+}
+
+TEST(BallEvidence, ASecondLookSpeaksAgainstWhatIsLargeToo) {
+  EXPECT_FALSE(seen(35, 0.5, 100, -8).suffices(0));
+  EXPECT_TRUE(seen(35, 0.5, 10, -1).suffices(0));
 }
 
 TEST(BallEvidence, AmongLookAlikesHowLongItStaysSaysNothing) {

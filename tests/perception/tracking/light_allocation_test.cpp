@@ -31,7 +31,7 @@ TEST(LightAllocation, FollowingTheLightTakesNoMemory) {
     adaptation.may_be_taught_light();
     adaptation.finish(time_s += 0.03);
   }
-  adaptation.return_to_taught();
+  adaptation.assume({});
   EXPECT_EQ(test::allocations() - before, 0);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calibration/base/random.hpp"
+#include "perception/tracking/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 
 namespace ballservo {
@@ -55,9 +56,7 @@ void expect_the_ball(const cv::Mat& bgr) {
   EXPECT_NEAR(balls[0].outline.radius_px, radius_px, 0.3);
 }
 
-TEST(LightSearch, FindsABallThatALampHides) {
-  expect_the_ball(picture(test::red, gain_of({-0.3, 0.9, 0})));
-}
+TEST(LightSearch, FindsABallThatALampHides) { expect_the_ball(picture(test::red, gain_of({-0.3, 0.9, 0}))); }
 
 TEST(LightSearch, FindsABallThatTheDarkHides) {
   expect_the_ball(picture(test::red, LogGain::Constant(std::log(0.2))));
@@ -72,6 +71,32 @@ TEST(LightSearch, WithoutABallThereIsNoLight) {
   cv::Mat bgr = picture(test::red, gain_of({0, 0.8, 0}));
   bgr.colRange(200, 280).copyTo(bgr.colRange(90, 170));
   EXPECT_TRUE(balls_in(bgr).empty());
+}
+
+TEST(LightSearch, ATrackBeginsInAnotherLightAndFollowsItFromThere) {
+  Tracker tracker(make_detector());
+  const LogGain lamp = gain_of({-0.3, 0.9, 0});
+  for (int k = 0; k < 60; ++k) {
+    tracker.update(picture(test::red, lamp - 0.01 * k), k / 30.0);
+    if (k < 4) continue;
+    ASSERT_EQ(tracker.update({}, 0).size(), 1u) << k;
+    EXPECT_EQ(tracker.update({}, 0)[0].state, TrackState::confirmed) << k;
+  }
+  ASSERT_TRUE(tracker.assumed_light());
+  EXPECT_LT((tracker.assumed_light()->gain - lamp).abs().maxCoeff(), 0.3);
+  EXPECT_LT((tracker.light() + 0.59).abs().maxCoeff(), 0.1);
+}
+
+TEST(LightSearch, WhenItsBallIsGoneTheTaughtLightIsAskedAgain) {
+  for (const int pictures : {2, 5}) {  // which is not believed, and is
+    Tracker tracker(make_detector());
+    for (int k = 0; k < pictures; ++k) tracker.update(picture(test::red, gain_of({-0.3, 0.9, 0})), k / 30.0);
+    EXPECT_EQ(tracker.assumed_light().has_value(), pictures == 5);
+    for (int k = pictures; k < 60; ++k) tracker.update(test::grey_picture(), k / 30.0);
+    for (int k = 60; k < 66; ++k) tracker.update(picture(test::red, LogGain::Zero()), k / 30.0);
+    EXPECT_EQ(tracker.update({}, 0).size(), 1u);
+    EXPECT_FALSE(tracker.assumed_light());
+  }
 }
 
 TEST(LightCells, APowerTurnsLinearLevelsIntoSrgb) {

@@ -1,0 +1,47 @@
+// A camera from pictures of a board, for the command and for Python.
+#pragma once
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/commands/command.hpp"
+#include "app/io/board_pictures.hpp"
+#include "calibration/boards/board_calibration.hpp"
+#include "calibration/camera/files/camera_file.hpp"
+
+namespace ballservo {
+
+struct CalibrateCameraOptions {
+  CommonOptions common;
+  std::vector<std::string> sources;
+  std::string board_text;
+  double square_m = std::nan("");
+  std::string model = "auto";
+  std::filesystem::path output;
+  std::string format;
+  std::filesystem::path report;
+};
+
+/// The pictures that are used, and what was found in them.
+struct Boards {
+  BoardPictures pictures;
+  std::vector<const BoardPicture*> used;
+  std::vector<BoardView> views;
+};
+
+struct CameraCalibration {
+  Boards boards;
+  BoardCalibration result;
+};
+
+/// Looks for the board in the sources and fits a camera of a model that the format holds. Throws InputError,
+/// Refusal and Interrupted.
+CameraCalibration calibrate_camera(const CalibrateCameraOptions& options, const CameraFileFormat& format);
+
+/// What --json writes of it.
+nlohmann::json results_json(const CameraCalibration& calibration);
+
+}  // namespace ballservo

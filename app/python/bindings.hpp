@@ -1,0 +1,56 @@
+// What the parts of the module share.
+#pragma once
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <chrono>
+#include <future>
+#include <opencv2/core.hpp>
+#include <string>
+#include <utility>
+
+#include "app/io/interrupt.hpp"
+
+namespace ballservo {
+
+namespace py = pybind11;
+using Path = std::filesystem::path;
+
+/// Camera, Colors, Ball, Detector, Tracker.
+void add_seeing(py::module_& module);
+/// Scenario, simulate and what is plugged into it.
+void add_driving(py::module_& module);
+/// calibrate_camera, sweep, compare.
+void add_studies(py::module_& module);
+
+/// The picture where it lies. A view that OpenCV cannot look at is refused: nothing is copied unasked.
+cv::Mat picture_of(const py::array& bgr);
+
+py::object python_of(const std::string& json);
+/// A CSV file's columns by name (tables.py).
+py::object columns_of(const std::string& csv);
+
+/// Does the work on a thread of its own, without the interpreter: this thread hears Ctrl-C meanwhile, if it
+/// is Python's main thread, and interrupts the work (interrupt.hpp).
+template <class Work>
+auto hearing_ctrl_c(Work&& work) {
+  const py::gil_scoped_release released;
+  auto done = std::async(std::launch::async, std::forward<Work>(work));
+  while (done.wait_for(std::chrono::milliseconds(20)) == std::future_status::timeout) {
+    const py::gil_scoped_acquire held;
+    if (PyErr_CheckSignals() == 0) continue;
+    py::error_already_set heard;
+    const py::gil_scoped_release waiting;
+    request_interrupt(true);
+    done.wait();
+    request_interrupt(false);
+    throw heard;
+  }
+  return done.get();
+}
+
+}  // namespace ballservo

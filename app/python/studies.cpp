@@ -1,0 +1,162 @@
+// Calibrations, sweeps and comparisons, as the commands do them.
+#include <nlohmann/json.hpp>
+
+#include "app/commands/ball_options.hpp"
+#include "app/commands/calibrate_camera.hpp"
+#include "app/comparison/comparison.hpp"
+#include "app/comparison/pictures/plan_pictures.hpp"
+#include "app/python/bindings.hpp"
+#include "app/sweep/grid.hpp"
+#include "app/sweep/sweep_statistics.hpp"
+#include "calibration/base/fault.hpp"
+
+namespace ballservo {
+namespace {
+
+/// A journal of its own for a job that nobody resumes.
+class Notes {
+ public:
+  Notes() {
+    std::string name = (std::filesystem::temp_directory_path() / "ballservo_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw InputError(name, "no folder can be made", "a writable folder");
+    folder_ = name;
+    journal_.emplace(folder_ / "notes", "python", [](auto&&...) { return true; });
+  }
+  ~Notes() {
+    journal_.reset();
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  Notes(const Notes&) = delete;
+  Notes& operator=(const Notes&) = delete;
+  Journal& journal() { return *journal_; }
+
+ private:
+  Path folder_;
+  std::optional<Journal> journal_;
+};
+
+struct FinishedCalibration {
+  KnownCamera camera;
+  std::string summary_json;
+};
+
+FinishedCalibration calibrate(const std::vector<Path>& sources, const std::string& board, double square_m,
+                              const std::string& model, const std::string& format, int threads) {
+  return hearing_ctrl_c([&] {
+    CalibrateCameraOptions options;
+    for (const Path& source : sources) options.sources.push_back(source.string());
+    options.board_text = board;
+    options.square_m = square_m;
+    options.model = model;
+    options.common.threads = threads;
+    options.common.quiet = true;
+    const CameraCalibration done = calibrate_camera(options, camera_file_format(format, ""));
+    const Camera& camera = done.result.camera;
+    return FinishedCalibration{{camera, CameraCovariance{parameter_names(camera.parameters().model),
+                                                         done.result.covariance.parameters}},
+                               results_json(done).dump()};
+  });
+}
+
+struct FinishedSweep {
+  std::string summary_json, trials_csv, grid_csv;
+};
+
+FinishedSweep sweep(const Path& scenario, long trials, const py::dict& vary,
+                    const std::vector<std::string>& sets, const std::string& perception, std::uint64_t seed,
+                    int threads) {
+  SweepOptions options;
+  options.scenario = scenario;
+  options.sets = sets;
+  options.perception = parse_perception_level(perception);
+  options.first_seed = seed;
+  options.trials = trials;
+  options.threads = threads;
+  if (trials < 1) throw InputError("trials", std::to_string(trials), "at least 1");
+  const py::object dumps = py::module_::import("json").attr("dumps");
+  const py::object item = py::module_::import("operator").attr("methodcaller")("item");
+  std::vector<std::string> varied;
+  for (const auto& [key, values] : vary) {
+    std::string text = py::str(key).cast<std::string>() + "=";
+    for (const py::handle value : values)
+      text += (text.back() == '=' ? "" : ",") +
+              py::str(py::isinstance<py::str>(value) ? value : dumps(value, py::arg("default") = item))
+                  .cast<std::string>();
+    varied.push_back(text);
+  }
+  return hearing_ctrl_c([&]() -> FinishedSweep {
+    const bool grid = !varied.empty();
+    const std::vector<SweepWork> works =
+        grid ? plan_grid(options, varied) : std::vector<SweepWork>{{options, sweep_description(options), ""}};
+    Notes notes;
+    const std::vector<Sweep> done = run_sweeps(
+        works, notes.journal(), [] { return !interrupt_requested(); }, [](long, long) {});
+    throw_if_interrupted();
+    if (!grid)
+      return {sweep_summary_json(done.front(), {}, false, nullptr).dump(), done.front().trials_csv, ""};
+    const nlohmann::json job = grid_description(works, varied);
+    return {grid_summary_json(job, done, {}, false).dump(), grid_trials_csv(done), grid_csv(job, done)};
+  });
+}
+
+/// The tables by their names.
+std::map<std::string, py::object> compare(const Path& plan_file, std::uint64_t seed, int threads) {
+  const auto tables = hearing_ctrl_c([&] {
+    ComparisonPlan plan = read_comparison_plan(plan_file);
+    plan.seed += seed;
+    PlanPictures source(plan);
+    const std::vector<ComparisonUnit> units = comparison_units(source.conditions());
+    Notes notes;
+    run_units(source, plan.methods, units, notes.journal(), threads, [](long) { throw_if_interrupted(); });
+    std::map<std::string, std::string> files;
+    ComparisonResults results =
+        collect_results(source.conditions(), plan.methods, units, notes.journal(), plan.seed,
+                        [&](const std::string& name, std::string_view rows) { files[name] += rows; });
+    files.merge(results.files);
+    files.merge(results.timing_files);
+    return files;
+  });
+  std::map<std::string, py::object> columns;
+  for (const auto& [name, text] : tables)
+    if (const Path file = name; file.extension() == ".csv") columns[file.stem().string()] = columns_of(text);
+  return columns;
+}
+
+}  // namespace
+
+void add_studies(py::module_& module) {
+  py::class_<FinishedCalibration>(module, "CameraCalibration", "A camera from pictures of a board.")
+      .def_readonly("camera", &FinishedCalibration::camera, "With its covariance.")
+      .def_property_readonly(
+          "summary", [](const FinishedCalibration& c) { return python_of(c.summary_json); },
+          "As `calibrate camera --json`: errors (px), pictures used and not, models tried, warnings, "
+          "advice.");
+  module.def("calibrate_camera", &calibrate, py::arg("sources"), py::arg("board"), py::arg("square_m"),
+             py::arg("model") = "auto", py::arg("format") = "ros", py::arg("threads") = 0,
+             "A camera from pictures, folders of them or videos of a board, as `ballservo calibrate camera`: "
+             "board chessboard:9x6 (inner corners), circles:6x6 or acircles:4x11; model auto is the simplest "
+             "that files of the format (visp, ros, opencv, kalibr) hold and that does.");
+  py::class_<FinishedSweep>(module, "Sweep", "Runs of a scenario, one a seed.")
+      .def_property_readonly(
+          "summary", [](const FinishedSweep& s) { return python_of(s.summary_json); }, "As summary.json.")
+      .def_property_readonly(
+          "trials", [](const FinishedSweep& s) { return columns_of(s.trials_csv); },
+          "trials.csv as an array a column: a trial a row.")
+      .def_property_readonly(
+          "grid",
+          [](const FinishedSweep& s) { return s.grid_csv.empty() ? py::none() : columns_of(s.grid_csv); },
+          "grid.csv as an array a column, a cell a row, the last key's values changing fastest; None without "
+          "vary.");
+  module.def("sweep", &sweep, py::arg("scenario"), py::arg("trials"), py::arg("vary") = py::dict(),
+             py::arg("sets") = std::vector<std::string>{}, py::arg("perception") = "geometric",
+             py::arg("seed") = 0, py::arg("threads") = 0,
+             "Runs a scenario's file many times, trial k with seed + k, as `ballservo sweep`; "
+             "vary={\"law.gain_per_s\": [0.5, 1, 2]} for every combination of values, "
+             "the last key's changing fastest.");
+  module.def("compare", &compare, py::arg("plan"), py::arg("seed") = 0, py::arg("threads") = 0,
+             "Runs every estimator on the pictures of a plan's file, as `ballservo compare`: its tables by "
+             "name (compare, fits, frames, pairs, tests ...), each an array a column.");
+}
+
+}  // namespace ballservo
