@@ -148,8 +148,8 @@ void add_track_command(CLI::App& program, Action& action) {
   ballservo track throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 -o tracks.csv --video throw_tracked.mp4
 
 Each video, folder or camera is a sequence of its own; single image files together form one, in the order given.
-The colours follow the light, slow or sudden, by what changes on balls that are being tracked. Until the first ball
-is known, one is sought in the lights that lamps and cameras make, too; which was assumed is said on stderr and, as
+The colours follow the light, slow or sudden, by what changes on balls that are being tracked. While no ball is
+known, one is sought in the lights that lamps and cameras make, too; which was assumed is said on stderr and, as
 `lights`, in --json. --fixed-colors looks with the colours as they were taught, whatever the light does.
 --stream sends a line of JSON for every picture as soon as it is followed (data/stream.schema.json):
 

@@ -23,7 +23,9 @@ constexpr double jump_radii = 6;
 constexpr double reach_px = 5, reach_radii = 0.15, spread_radii = 0.6;
 // A ball that moves less between two pictures, or whose edge is less blurred, is not smeared.
 constexpr double least_streak_radii = 0.7, sharp_edge_radii = 0.05;
+// Another light is sought so many lights a picture, and again after so many pictures at the most.
 constexpr std::size_t lights_a_picture = 3, all_lights = 1000;
+constexpr long most_between_searches = 300;
 // Suffices for a ball where a confirmed track expects it.
 constexpr double expected_quality = 0.17;
 // Tolerance of the distance's logarithm for a detection that is not clear.
@@ -162,7 +164,7 @@ void Tracker::seek_light(const cv::Mat& bgr) {
   if (other_lights_->is_done()) put_off_light_search();
   if (!light) return;
   light_->assume(*light);
-  is_light_believed_ = false;
+  is_light_believed_ = taught_light_ = false;
   set_light();
   detector_.doubt_response();
   seen_.clear();
@@ -170,7 +172,8 @@ void Tracker::seek_light(const cv::Mat& bgr) {
 }
 
 void Tracker::put_off_light_search() {
-  next_light_search_ = pictures_ + std::max<long>(options_.newcomers_every, pictures_ - knew_ball_);
+  const long unknown = std::min(pictures_ - knew_ball_, most_between_searches);
+  next_light_search_ = pictures_ + std::max<long>(options_.newcomers_every, unknown);
 }
 
 bool Tracker::see_sure_balls(const cv::Mat& bgr) {

@@ -44,7 +44,7 @@ class Tracker {
   const Detector& detector() const { return detector_; }
   /// What the looks at the last picture left out.
   const LeftOut& left_out() const { return left_out_; }
-  /// The light that is believed now, against the taught one.
+  /// The light that is believed now, against the taught one, or the one that was assumed.
   LogGain light() const { return light_ ? light_->gain() : LogGain::Zero(); }
   /// The light that was assumed when the last ball was found, if it is another than the taught one.
   std::optional<AssumedLight> assumed_light() const;
