@@ -66,7 +66,10 @@ class Detector {
   const RayTable& rays() const { return *rays_; }
   const ColorTable& colors() const { return colors_.colors(); }
   /// Looks colours up for another light than the taught one.
-  void set_light(const LightCells& light) { colors_.set_light(light); }
+  void set_light(const LightCells& light) {
+    colors_.set_light(light);
+    search_.verifier().set_light(light);
+  }
   /// What there was too much of for the last `detect` to look at.
   const LeftOut& left_out() const { return left_out_; }
 

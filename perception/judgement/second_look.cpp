@@ -12,8 +12,17 @@ namespace {
 constexpr double fine_radius_px = 24;  // larger balls are looked at as if they were about that large
 constexpr double reach_radii = 1.7, margin_px = 4;
 constexpr int least_pixels = 6, least_side_px = 4;
+constexpr double most_brightening = 4;
 
 }  // namespace
+
+void SecondLook::set_light(const LightCells& light) {
+  constexpr auto cell = static_cast<std::size_t>(ColorTable::side /
+                                                 most_brightening);  // even four times as bright, not clipped
+  double sum = 0;
+  for (const auto& channel : light.taught_cell) sum += channel[cell] / static_cast<double>(cell);
+  brightening_ = std::clamp(sum / 3, 1.0, most_brightening);
+}
 
 double SecondLook::log_odds(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline) {
   const Eigen::Vector2d& center = outline.center_px;
@@ -27,11 +36,14 @@ double SecondLook::log_odds(const cv::Mat& bgr, const ColoredPixels& colored, co
   lab_.resize(static_cast<std::size_t>(size.area()));
   Eigen::Vector3d sum(0, 0, 0);
   int count = 0;
+  const auto brightened = [&](int level) {
+    return static_cast<std::uint8_t>(std::min(255.0, brightening_ * level + 0.5));
+  };
   for (int row = 0; row < size.height; ++row) {
     for (int column = 0; column < size.width; ++column) {
       const int u = box.x + stride * column, v = box.y + stride * row;
       const cv::Vec3b& c = bgr.at<cv::Vec3b>(v, u);
-      const Eigen::Vector3d lab = lab_from_bgr(c[0], c[1], c[2]);
+      const Eigen::Vector3d lab = lab_from_bgr(brightened(c[0]), brightened(c[1]), brightened(c[2]));
       lab_[static_cast<std::size_t>(row * size.width + column)] = cv::Vec3d(lab[0], lab[1], lab[2]);
       const bool inside = (Eigen::Vector2d(u, v) - center).norm() < outline.radius_px;
       if (!inside || !colored.knows(u, v) || !colored.at(u, v)) continue;

@@ -7,16 +7,22 @@
 
 #include "calibration/camera/sphere_outline.hpp"
 #include "perception/segmentation/bit_picture.hpp"
+#include "perception/segmentation/color_lookup.hpp"
 
 namespace ballservo {
 
 class SecondLook {
  public:
+  /// In a dimmer light than the taught one, pixels are looked at as bright as that would have shown them:
+  /// their contrast is judged by what it is in a picture of ordinary brightness.
+  void set_light(const LightCells& light);
+
   /// The logarithm of the odds that it is a ball (see CircleEvidence). 0, no answer, where hardly any pixel
   /// inside the outline has the ball's colour or lies in the picture.
   double log_odds(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline);
 
  private:
+  double brightening_ = 1;      // factor on grey levels
   std::vector<cv::Vec3f> lab_;  // of the ball and what is around it
 };
 

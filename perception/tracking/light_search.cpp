@@ -15,6 +15,8 @@ const Eigen::Array3d step(0.5, 0.22, 0.12);
 constexpr double srgb_power = 2.2, log_other_response = -4, log_seen_linear = 2;
 // That something is a ball does not say which: its light must be probable beside.
 constexpr double least_log_prior = -3.5;
+// Lights that are less probable than that by the greys alone are not tried.
+constexpr double least_log_prior_tried = -2.5;
 // So surely that no other light need be asked.
 constexpr double sure_log_odds = 16;
 
@@ -75,8 +77,10 @@ LightSearch::LightSearch(const Detector& detector)
   const auto add = [&](double power, int levels, int temperatures, int tints) {
     for (int level = -levels; level <= levels; ++level)
       for (int temperature = -temperatures; temperature <= temperatures; ++temperature)
-        for (int tint = -tints; tint <= tints; ++tint)
-          trials_.push_back({step * Eigen::Array3d(level, temperature, tint), power});
+        for (int tint = -tints; tint <= tints; ++tint) {
+          const Eigen::Array3d off = step * Eigen::Array3d(level, temperature, tint);
+          if (log_prior(off, 1) >= least_log_prior_tried) trials_.push_back({off, power});
+        }
   };
   add(1, 4, 2, 1);
   add(1 / srgb_power, 1, 1, 0);
@@ -86,8 +90,9 @@ LightSearch::LightSearch(const Detector& detector)
   });
 }
 
-void LightSearch::begin() {
+void LightSearch::begin(std::size_t likeliest) {
   next_trial_ = 0;
+  end_ = std::min(likeliest, trials_.size());
   best_ = {};
 }
 
@@ -103,7 +108,7 @@ std::optional<AssumedLight> LightSearch::go_on(const cv::Mat& bgr, std::size_t l
     // Under the light that shows the ball's colour as it was taught, if that shows it still.
     const Guess again = look(bgr, guess.light, by_greys);
     best_ = again.log_odds > guess.log_odds - 1 ? again : Guess{light, guess.log_odds};
-    if (best_.log_odds >= sure_log_odds) next_trial_ = trials_.size() - 1;
+    if (best_.log_odds >= sure_log_odds) next_trial_ = end_ - 1;
   }
   if (!is_done() || best_.log_odds < least_log_odds) return std::nullopt;
   return best_.light;

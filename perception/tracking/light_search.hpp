@@ -15,6 +15,7 @@ class LightSearch {
  public:
   /// Of the odds that something is a ball: what is less sure is none where the light is not known either.
   static constexpr double least_log_odds = 6;
+  static constexpr std::size_t all_lights = 1000;
 
   explicit LightSearch(const Detector& detector);
 
@@ -25,10 +26,11 @@ class LightSearch {
     return go_on(bgr, trials_.size());
   }
 
-  /// The same in turns over the pictures of one light, `lights` of them a picture: nothing before the end.
-  void begin();
+  /// The same in turns over the pictures of one light, `lights` of them a picture: nothing before the end. Of
+  /// all lights, or of the `likeliest` by the greys of each picture.
+  void begin(std::size_t likeliest = all_lights);
   std::optional<AssumedLight> go_on(const cv::Mat& bgr, std::size_t lights);
-  bool is_done() const { return next_trial_ == trials_.size(); }
+  bool is_done() const { return next_trial_ == end_; }
 
  private:
   struct Trial {
@@ -45,7 +47,7 @@ class LightSearch {
 
   Detector detector_;          // whose beliefs are its own
   std::vector<Trial> trials_;  // the likeliest first
-  std::size_t next_trial_ = 0;
+  std::size_t next_trial_ = 0, end_ = 0;
   Guess best_;
   std::vector<SurfaceColor> of_class_;  // in the taught light
   LogGain taught_greys_;

@@ -23,9 +23,9 @@ constexpr double jump_radii = 6;
 constexpr double reach_px = 5, reach_radii = 0.15, spread_radii = 0.6;
 // A ball that moves less between two pictures, or whose edge is less blurred, is not smeared.
 constexpr double least_streak_radii = 0.7, sharp_edge_radii = 0.05;
-// Another light is sought so many lights a picture, and again after so many pictures at the most.
-constexpr std::size_t lights_a_picture = 3, all_lights = 1000;
-constexpr long most_between_searches = 300;
+// Another light is sought so many lights a picture: often the likeliest ones, after so many pictures all.
+constexpr std::size_t lights_a_picture = 3, likeliest_lights = 12;
+constexpr long between_searches_of_all = 300;
 // Suffices for a ball where a confirmed track expects it.
 constexpr double expected_quality = 0.17;
 // Tolerance of the distance's logarithm for a detection that is not clear.
@@ -143,24 +143,25 @@ std::optional<AssumedLight> Tracker::assumed_light() const {
 }
 
 // The colours may have been taught in another light than that of the pictures, which then shows no sure ball.
-// That takes as long as dozens of looks: at first it is sought at once, later a few lights a picture, and the
-// longer no ball is known, the rarer.
+// That takes as long as dozens of looks: at first it is sought at once, later a few lights a picture.
 void Tracker::seek_light(const cv::Mat& bgr) {
   const bool knows_ball = std::any_of(followed_.begin(), followed_.end(), [](const Followed& followed) {
     return followed.track.state != TrackState::tentative;
   });
   if (knows_ball) {
-    knew_ball_ = pictures_;
     next_light_search_ = pictures_ + options_.newcomers_every;
+    next_search_of_all_ = pictures_ + between_searches_of_all;
   }
   if (pictures_ < next_light_search_) return;
   if (!other_lights_) other_lights_.emplace(detector_);
   if (pictures_ == next_light_search_) {
     if (see_sure_balls(bgr)) return put_off_light_search();
-    other_lights_->begin();
+    const bool all = pictures_ >= next_search_of_all_;
+    other_lights_->begin(all ? LightSearch::all_lights : likeliest_lights);
+    if (all) next_search_of_all_ = pictures_ + between_searches_of_all;
   }
   const std::optional<AssumedLight> light =
-      other_lights_->go_on(bgr, pictures_ == 0 ? all_lights : lights_a_picture);
+      other_lights_->go_on(bgr, pictures_ == 0 ? LightSearch::all_lights : lights_a_picture);
   if (other_lights_->is_done()) put_off_light_search();
   if (!light) return;
   light_->assume(*light);
@@ -171,10 +172,7 @@ void Tracker::seek_light(const cv::Mat& bgr) {
   see_sure_balls(bgr);
 }
 
-void Tracker::put_off_light_search() {
-  const long unknown = std::min(pictures_ - knew_ball_, most_between_searches);
-  next_light_search_ = pictures_ + std::max<long>(options_.newcomers_every, unknown);
-}
+void Tracker::put_off_light_search() { next_light_search_ = pictures_ + options_.newcomers_every; }
 
 bool Tracker::see_sure_balls(const cv::Mat& bgr) {
   bool any = false;

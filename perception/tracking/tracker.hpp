@@ -98,9 +98,9 @@ class Tracker {
   TrackerOptions options_;
   std::optional<LightAdaptation> light_;
   std::optional<LightSearch> other_lights_;
-  bool is_light_believed_ = false;              // the one that is assumed: it showed a confirmed ball
-  long next_light_search_ = 0, knew_ball_ = 0;  // in pictures
-  bool taught_light_ = false;                   // looks under the taught light, though another is believed
+  bool is_light_believed_ = false;  // the one that is assumed: it showed a confirmed ball
+  long next_light_search_ = 0, next_search_of_all_ = 0;  // in pictures
+  bool taught_light_ = false;  // looks under the taught light, though another is believed
   std::vector<Followed> followed_;
   LookAlikes look_alikes_;
   LeftOut left_out_;                   // of this picture

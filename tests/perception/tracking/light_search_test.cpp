@@ -99,6 +99,32 @@ TEST(LightSearch, WhenItsBallIsGoneTheTaughtLightIsAskedAgain) {
   }
 }
 
+TEST(LightSearch, ABallThatComesIntoViewLateIsFoundInItsLight) {
+  const LogGain dark = LogGain::Constant(std::log(0.2));
+  const cv::Mat with_ball = picture(test::red, dark);
+  cv::Mat without = with_ball.clone();
+  without.colRange(200, 280).copyTo(without.colRange(90, 170));
+  Tracker tracker(make_detector());
+  for (int k = 0; k < 100; ++k) tracker.update(without, k / 30.0);
+  int k = 100;
+  while (k < 140 && !tracker.assumed_light()) tracker.update(with_ball, k++ / 30.0);
+  EXPECT_LT(k, 125);
+}
+
+TEST(LightSearch, ABallInTheDarkIsAsMuchABall) {
+  const auto log_odds = [](double factor) {
+    Detector detector = make_detector();
+    const LogGain gain = LogGain::Constant(std::log(factor));
+    detector.set_light(cells_in({gain}));
+    const cv::Mat bgr = picture(test::red, gain);
+    BallObservation ball;
+    ball.color_class = 1;
+    ball.outline = {center_px, radius_px};
+    return detector.log_odds(bgr, ball);
+  };
+  EXPECT_NEAR(log_odds(0.35), log_odds(1), 0.8);
+}
+
 TEST(LightCells, APowerTurnsLinearLevelsIntoSrgb) {
   const LightCells cells = cells_in({LogGain::Zero(), 1 / 2.2});
   for (const int level : {20, 60, 120, 220}) {
