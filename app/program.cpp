@@ -130,8 +130,8 @@ int run(int argc, char** argv) {
   } catch (const Refusal& refusal) {
     print_message("ballservo: {}\n", refusal.what());
     return exit_answer_is_no;
-  } catch (const Interrupted&) {
-    print_message("ballservo: interrupted\n");
+  } catch (const Interrupted& interrupted) {
+    print_message("ballservo: {}\n", interrupted.what());
     return exit_interrupted;
   } catch (const std::exception& error) {
     if (is_of_memory(error))

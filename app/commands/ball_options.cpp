@@ -30,11 +30,11 @@ BallRadius parse_diameter(const std::string& text, FaultList& faults) {
   const auto diameter_m = parse_number(text.substr(0, separator));
   const auto sigma_m =
       separator == std::string::npos ? std::optional<double>(0) : parse_number(text.substr(separator + 2));
-  const bool good =
-      diameter_m && *diameter_m > 0 && *diameter_m < 10 && sigma_m && *sigma_m >= 0 && *sigma_m < *diameter_m;
+  const bool good = diameter_m && *diameter_m >= 1e-3 && *diameter_m < 10 && sigma_m && *sigma_m >= 0 &&
+                    *sigma_m < *diameter_m;
   if (good) return {*diameter_m / 2, *sigma_m / 2};
   faults.add("--diameter", "'" + text + "'",
-             "the ball's diameter in metres, above 0 and below 10, with its sigma where known: 0.07 or "
+             "the ball's diameter in metres, from 0.001 and below 10, with its sigma where known: 0.07 or "
              "0.07+-0.0003");
   return {};
 }
@@ -75,6 +75,9 @@ CameraUncertainty uncertainty_of_fov(double fov_rad, double sigma_rad) {
 }  // namespace
 
 void add_ball_options(CLI::App& command, BallOptions& options) {
+  const auto not_empty = [](const std::string& text) {
+    return std::string(text.empty() ? "found an empty value" : "");
+  };
   command.add_option("--colors", options.colors, "The colours file that `calibrate colors` wrote")
       ->required(options.taught)
       ->type_name("FILE");
@@ -83,17 +86,20 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
           "--camera", options.camera,
           "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several; "
           "FILE@WxH for its pictures scaled to that size)")
+      ->check(not_empty)
       ->type_name("FILE");
   command
       .add_option(
           "--fov", options.fov,
           "Without --camera: the angle that a picture's width spans, with its sigma (default a tenth): "
           "directions and ranges are approximate")
+      ->check(not_empty)
       ->type_name("DEG[+-SIGMA]");
   command
       .add_option(
           "--diameter", options.diameter,
           "The balls' diameter, METRES[+-SIGMA] or NAME=METRES,...: with --camera it gives positions in 3-D")
+      ->check(not_empty)
       ->type_name("METRES");
   command
       .add_option("--fit", options.fit,
@@ -184,6 +190,11 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
                             : "--camera",
                  camera ? "--diameter" : "--camera");
   if (!doubt_.empty()) spdlog::warn("{}", doubt_);
+  for (const BallRadius& radius : options_.radii) {
+    if (radius.radius_m == 0 || (radius.radius_m > 0.005 && radius.radius_m < 0.5)) continue;
+    spdlog::warn("--diameter: a ball {} m across? It is given in metres", 2 * radius.radius_m);
+    break;
+  }
   if (!camera) {  // without a camera there is no 3-D, and a ball may be an oval
     options_.radii.clear();
     options_.oval_fraction = 0.04;

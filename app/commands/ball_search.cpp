@@ -111,8 +111,7 @@ void BallSearch::add_row(const Frame& frame, std::optional<int> track_id, ClassI
 
 void BallSearch::write_stages(const std::string& name, const Frame& frame, const DetectionStages& stages,
                               const Detector& detector) const {
-  write_image(stages_->path() / (name + "_stages.png"),
-              labelled_grid(stage_pictures(frame.bgr, stages, detector), 3));
+  write_image(*stages_, name + "_stages.png", labelled_grid(stage_pictures(frame.bgr, stages, detector), 3));
 }
 
 void BallSearch::end() {

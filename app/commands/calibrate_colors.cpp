@@ -113,9 +113,8 @@ struct ColorsOptions {
 /// The panels and their figure as files whose names begin with `prefix`.
 void write_panels(const OutputFolder& folder, const std::string& prefix,
                   const std::vector<PreviewPanel>& panels) {
-  for (const PreviewPanel& panel : panels)
-    write_image(folder.path() / (prefix + panel.name + ".png"), panel.picture);
-  write_image(folder.path() / (prefix + "figure.png"), preview_figure(panels));
+  for (const PreviewPanel& panel : panels) write_image(folder, prefix + panel.name + ".png", panel.picture);
+  write_image(folder, prefix + "figure.png", preview_figure(panels));
 }
 
 /// What was learnt, and how to draw it.

@@ -152,7 +152,7 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
           },
           "Seed of everything random (default 0)")
       ->type_name("N");
-  add_integer_option(command, "--threads", options.threads, 0, 1024,
+  add_integer_option(command, "--threads", options.threads, 0, max_threads,
                      "Threads to work with; the results are the same with any number (default 0: one a "
                      "processor; for the pixels of detect and track, one)");
   add_number_option(command, "--max-pixels", options.max_pixels, NumberRange::at_least(1, "pixels"),

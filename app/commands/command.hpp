@@ -33,6 +33,8 @@ enum ExitCode : int {
   exit_interrupted = 130
 };
 
+inline constexpr int max_threads = 1024;
+
 /// The options that every command has.
 struct CommonOptions {
   std::filesystem::path json;  ///< empty: no JSON

@@ -105,7 +105,7 @@ int run_detect(const DetectOptions& options) {
       if (overlay_folder) {
         cv::Mat picture = frame->bgr.clone();
         draw_balls(picture, balls, detector);
-        write_image(overlay_folder->path() / (name + ".png"), picture);
+        write_image(*overlay_folder, name + ".png", picture);
       }
       if (search.shows_stages()) search.write_stages(name, *frame, stages, detector);
       balls_found += static_cast<long>(balls.size());

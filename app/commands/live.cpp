@@ -47,9 +47,9 @@ int serve(const LiveOptions& options, LiveExchange& exchange, Session& session, 
 /// Each run into a folder of its own: the one that was named, and others beside it.
 void keep_run(const LiveOptions& options, const Scenario& scenario, const RunRecord& run,
               const Touches& touches, long number) {
-  std::filesystem::path folder_path = options.footage.record;
-  if (number > 1) folder_path += fmt::format("_{}", number);
-  OutputFolder folder(folder_path, number > 1 ? Overwrite::allow : options.common.overwrite(folder_path));
+  const std::filesystem::path& first = options.footage.record;
+  OutputFolder folder(number > 1 ? unused_path(first) : first,
+                      number > 1 ? Overwrite::refuse : options.common.overwrite(first));
   write_run(folder, run, scenario, {options.perception, options.common.seed, false});
   folder.write("touches.yaml", touches_yaml(touches));
   folder.commit();
@@ -82,14 +82,12 @@ int run_live(LiveOptions& options) {
   if (is_scenario(footage.source)) return run_scenario(options);
   if (!options.sets.empty())
     throw InputError("--set", "with a source that is no scenario", "a scenario (YAML)");
-  if (!(footage.fps > 0 && footage.fps <= 1000))
-    throw InputError("--fps", number_text(footage.fps), "a number above 0 and up to 1000 (Hz)");
   footage.max_pixels = options.common.max_pixels;
   if (!footage.colors_output.empty())
     footage.overwrite_colors = options.common.overwrite(footage.colors_output);
   if (!footage.record.empty()) footage.overwrite_recording = options.common.overwrite(footage.record);
   if (!(footage.last_s >= 0 && footage.last_s <= 600))
-    throw InputError("--last", number_text(footage.last_s), "0 to 600 (s)");
+    throw InputError("--last", fmt::format("{}", footage.last_s), "0 to 600 (s)");
   if (footage.last_s > 0 && footage.record.empty())
     throw InputError("--last", "without --record", "--record DIR, where they are written");
   if (footage.stream == standard_output && options.common.json == standard_output)
@@ -128,8 +126,8 @@ and avoidance. --record keeps each run with what was done to it: servo --touches
   add_ball_options(*command, options->balls);
   command->add_flag("--fixed-colors", options->footage.fixed_colors,
                     "Do not let the colours follow the light");
-  command->add_option("--fps", options->footage.fps, "Times pictures that carry no time of their own (Hz)")
-      ->capture_default_str();
+  add_number_option(*command, "--fps", options->footage.fps, fps_range(),
+                    "Times pictures that carry no time of their own (default 30 Hz)");
   add_integer_option(*command, "--port", options->server.port, 0, 65535,
                      "The page's port (default 0: any free one)");
   command
@@ -140,7 +138,8 @@ and avoidance. --record keeps each run with what was done to it: servo --touches
   add_output_option(*command, "-o,--output", options->footage.colors_output, "FILE.colors",
                     "Where the page's Save writes the colours; without it, it downloads them");
   add_output_option(*command, "--record", options->footage.record, "DIR",
-                    "Keep pictures, times and tracks here");
+                    "Keep pictures, times and tracks here; what is recorded after that in DIR_2, DIR_3 ..., "
+                    "whichever is free");
   command
       ->add_option(
           "--last", options->footage.last_s,

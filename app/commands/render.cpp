@@ -79,7 +79,7 @@ int run_render(const RenderOptions& options) {
     progress.step(camera.next_frame());
     if (!frame) continue;
     const std::string source = fmt::format("frame_{:04}.png", frame->number);
-    write_image(folder.path() / source, frame->bgr);
+    write_image(folder, source, frame->bgr);
     for (const BallTruth& truth : ball_truth(scenario.camera.camera, scenario.world, camera.truth().view))
       rows += truth_row(source, truth);
     ++pictures;

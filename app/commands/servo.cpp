@@ -205,7 +205,7 @@ as the machine can: what comes late is said.
 does again what was done to a run in the page of `ballservo live`, with the --perception, --set and --seed of that run:
 the same log.csv and tracks.csv. Such a run ends when the file says, and has reached its ball as one has that moves.
 Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 interrupted
-(the run so far is written, its outcome is interrupted).)");
+(the run so far is written without a page, its outcome is interrupted; an earlier result stays instead).)");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML)")->required();
   add_output_option(*command, "-o,--output", options->output, "DIR",
                     "Folder for the results; with --teach the file to write")

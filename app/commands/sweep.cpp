@@ -19,8 +19,6 @@
 namespace ballservo {
 namespace {
 
-constexpr int max_trials = 1000000;
-
 struct SweepCommandOptions {
   CommonOptions common;
   WorkOptions work;
@@ -222,7 +220,7 @@ so on; all cells run the same seeds. grid.csv has a row a cell, and the page a c
 Exit: 0 done (whatever was found), 2 bad input, 130 interrupted (what was finished is written; --resume).)");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML); required")->type_name("SCENARIO");
   add_work_options(*command, options->work);
-  add_integer_option(*command, "--trials", options->trials, 1, max_trials,
+  add_integer_option(*command, "--trials", options->trials, 1, SweepOptions::max_trials,
                      "How many runs, over all parts; required");
   add_set_option(*command, options->sets);
   command

@@ -63,9 +63,6 @@ void check_same_size(const ImageSize& size, const ImageSize& first, const Frame&
 }
 
 int run_track(const TrackOptions& options) {
-  if (!(options.fps > 0 && options.fps <= 10000)) {
-    throw InputError("--fps", number_text(options.fps), "a number above 0 and up to 10000 (Hz)");
-  }
   std::optional<DisplayWindow> window;
   if (options.display) window.emplace("ballservo track");
   BallSearch search(options, "track");
@@ -166,8 +163,8 @@ Exit: 0 saw at least one ball, 1 saw none, 2 bad input.)");
       "Rows of all tracks (CSV)",
       fmt::format("A picture of all stages for every {}th picture", pictures_between_stages));
   command->add_flag("--fixed-colors", options->fixed_colors, "Do not let the colours follow the light");
-  command->add_option("--fps", options->fps, "Times pictures that carry no time of their own (Hz)")
-      ->capture_default_str();
+  add_number_option(*command, "--fps", options->fps, fps_range(),
+                    "Times pictures that carry no time of their own (default 30 Hz)");
   add_output_option(*command, "--video", options->video, "FILE",
                     "The pictures with the tracks drawn: .mp4 (H.264) or .mkv (exact)");
   command

@@ -284,7 +284,7 @@ bool has_image_name(const fs::path& file) {
 std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::string>& texts, double fps,
                                                          double max_pixels) {
   FaultList faults;
-  if (!(fps > 0) || !std::isfinite(fps)) faults.add("--fps", number_text(fps), "a number above 0 (Hz)");
+  if (!fps_range().contains(fps)) faults.add("--fps", fmt::format("{}", fps), fps_range().to_text());
   const std::vector<Source> sources = classify_all(texts, max_pixels, faults);
   std::vector<std::unique_ptr<FrameSequence>> sequences;
   std::vector<fs::path> single_files;

@@ -11,6 +11,7 @@
 
 #include "app/io/camera_controls.hpp"
 #include "calibration/base/image_size.hpp"
+#include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {
 
@@ -42,6 +43,9 @@ class FrameSequence {
 
 /// Whether a folder's file counts as one of its pictures: .png, .jpg and so on.
 bool has_image_name(const std::filesystem::path& file);
+
+/// Of times that pictures do not carry.
+inline NumberRange fps_range() { return NumberRange::within(1e-3, 1e4, "Hz"); }
 
 /// Opens the sources, in order, checking all of them first (every fault at once). Each video, folder or
 /// camera is a sequence of its own; single image files together form one. `fps` times pictures that carry no

@@ -10,7 +10,7 @@ namespace ballservo {
 /// Thrown where an interrupted command has nothing whole to keep; the program exits with 130.
 class Interrupted : public std::runtime_error {
  public:
-  Interrupted() : std::runtime_error("interrupted") {}
+  explicit Interrupted(const std::string& what = "interrupted") : std::runtime_error(what) {}
 };
 
 /// Installs the handler of SIGINT, SIGTERM and SIGHUP. A command that has not stopped 0.8 s after the first

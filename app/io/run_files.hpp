@@ -41,7 +41,8 @@ class RunFiles {
   void commit(Outputs&... outputs) {
     if (!placing_.owns_lock()) {
       placing_ = hold_interrupt_deadline();
-      if (replaces_) throw_if_interrupted();
+      if (replaces_ && interrupt_requested())
+        throw Interrupted("interrupted; what was there stays, and nothing of this run is written");
     }
     (commit_one(outputs), ...);
   }

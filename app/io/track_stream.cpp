@@ -87,8 +87,11 @@ TrackStream::TrackStream(const std::string& to) {
 
 bool TrackStream::send(const std::string& line) {
   if (!socket_) {
+    errno = 0;
     write_json(line);
-    return !stdout_failed();
+    if (!stdout_failed()) return true;
+    if (errno == EPIPE) return false;
+    throw InputError("stdout", system_error_text(errno), "a place that can be written");
   }
   ++sent_;
   if (sendto(socket_->number(), line.data(), line.size(), MSG_NOSIGNAL,

@@ -1,6 +1,7 @@
 #include "app/live/footage_session.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -312,12 +313,9 @@ FootageSession::Json FootageSession::state(const DetectionStages* stages) const 
 
 /// The folder that was named, and after it others beside it.
 std::filesystem::path FootageSession::take_folder() {
-  std::filesystem::path folder = options_.record;
-  std::error_code error;
-  for (int n = 2; folders_ > 0 && std::filesystem::exists(folder, error); ++n)
-    folder = options_.record.string() + fmt::format("_{}", n);
-  if (folders_++ > 0) options_.overwrite_recording = Overwrite::refuse;
-  return folder;
+  if (folders_++ == 0) return options_.record;
+  options_.overwrite_recording = Overwrite::refuse;
+  return unused_path(options_.record);
 }
 
 /// The tracks begin anew, so that the recording gives the same.
@@ -361,7 +359,10 @@ void FootageSession::record(Clock::time_point taken) {
     rows += ball_row({recording_->next_name(), 0, time_s, track.id,
                       factory_.colors().name_of(track.color_class), track_state_name(track.state)},
                      track.ball);
-  recording_->put(shown_->bgr, time_s, unix_s(taken), std::move(rows));
+  if (recording_->put(shown_->bgr, time_s, unix_s(taken), std::move(rows)) || recording_->lost() > 1) return;
+  const std::string fault = recording_->fault();
+  spdlog::warn("{}: pictures are lost: {}", recording_->folder().string(),
+               fault.empty() ? "the disk is too slow" : fault);
 }
 
 void FootageSession::obey(LiveCommand command) {

@@ -1,4 +1,6 @@
 // What `import ballservo` brings: the library's parts over numpy arrays.
+#include <regex>
+
 #include "app/python/bindings.hpp"
 #include "calibration/base/fault.hpp"
 
@@ -29,15 +31,24 @@ py::object columns_of(const std::string& csv) {
   return py::module_::import("ballservo.tables").attr("columns")(csv);
 }
 
+/// A message of the command line, its options named as arguments of Python are.
+std::string as_arguments(const std::string& message) {
+  const std::string forced = std::regex_replace(message, std::regex("--force\\b"), "overwrite=True");
+  return std::regex_replace(forced, std::regex("(^|[^-[:alnum:]])--([a-z])"), "$1$2");
+}
+
 PYBIND11_MODULE(_ballservo, module) {
   module.doc() =
       "The library's parts over numpy arrays. Metres, seconds, radians and pixels; camera frame x right, y "
       "down, z forward.";
-  py::register_exception<InputError>(module, "InputError", PyExc_ValueError).attr("__doc__") =
+  static py::exception<InputError> input_error(module, "InputError", PyExc_ValueError);
+  input_error.attr("__doc__") =
       "Bad input: every fault, one a line, with its place, what was found and what is allowed.";
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
+    } catch (const InputError& error) {
+      input_error(as_arguments(error.what()).c_str());
     } catch (const Refusal& refusal) {
       PyErr_SetString(PyExc_RuntimeError, refusal.what());
     } catch (const Interrupted&) {

@@ -1,4 +1,6 @@
 // Closed-loop runs of scenarios.
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "app/commands/ball_options.hpp"
@@ -65,6 +67,10 @@ struct FinishedRun {
 
 /// The camera's first picture where the robot stands at a pose.
 py::array_t<std::uint8_t> look(const Scenario& scenario, const std::optional<Eigen::Vector3d>& pose) {
+  constexpr double reach_m = 1e4;
+  if (pose && !(pose->allFinite() && pose->cwiseAbs().maxCoeff() <= reach_m))
+    throw InputError("pose", fmt::format("({}, {}, {})", pose->x(), pose->y(), pose->z()),
+                     fmt::format("x_m, y_m, yaw_rad, each from {} to {}", -reach_m, reach_m));
   const Pose2 there = pose ? Pose2{pose->x(), pose->y(), pose->z()} : scenario.robot.pose;
   const CameraFrame frame = hearing_ctrl_c([&] {
     SimulatedCamera camera(scenario, scenario.seed, true, [&](double time_s) {

@@ -139,7 +139,7 @@ class PyTracker : public Looks {
   }
   std::vector<SeenBall> update(const py::array& bgr, double time_s) {
     const cv::Mat picture = picture_of(bgr);
-    if (!std::isfinite(time_s)) throw InputError("time_s", number_text(time_s), "a finite number (s)");
+    if (!std::isfinite(time_s)) throw InputError("time_s", fmt::format("{}", time_s), "a finite number (s)");
     const py::gil_scoped_release released;
     const std::lock_guard lock(mutex_);
     if (!tracker_) tracker_.emplace(factory_.make({picture.cols, picture.rows}, "bgr"), options_);
@@ -156,6 +156,15 @@ class PyTracker : public Looks {
 
 using Pictures = std::vector<py::array>;
 
+Pictures pictures_of(const py::handle& value, const std::string& name) {
+  try {
+    return value.cast<Pictures>();
+  } catch (const py::cast_error&) {
+    throw InputError("pictures of " + name, py::repr(py::type::of(value)).cast<std::string>(),
+                     "a list of pictures, uint8 (height, width, 3)");
+  }
+}
+
 /// A class of each name from its pictures; under no name, one of every round colour.
 std::shared_ptr<ColorTable> learn(const py::dict& pictures, const std::map<std::string, Eigen::Vector3d>& at,
                                   const Pictures& background) {
@@ -167,8 +176,10 @@ std::shared_ptr<ColorTable> learn(const py::dict& pictures, const std::map<std::
   };
   FaultList faults;
   for (const auto& [key, value] : pictures) {
+    if (!py::isinstance<py::str>(key))
+      throw InputError("pictures", py::repr(key).cast<std::string>(), "names of classes, str");
     const auto name = key.cast<std::string>();
-    const auto arrays = value.cast<Pictures>();
+    const Pictures arrays = pictures_of(value, name);
     ClassRequest& request = requests.emplace_back();
     request.name = name;
     for (std::size_t k = 0; k < arrays.size(); ++k) request.pictures.push_back(seen.size() + k);

@@ -9,6 +9,7 @@
 #include "app/sweep/grid.hpp"
 #include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/range_check.hpp"
 
 namespace ballservo {
 namespace {
@@ -36,6 +37,17 @@ class Notes {
   std::optional<Journal> journal_;
 };
 
+void check_threads(FaultList& faults, int threads) {
+  check_range(faults, "threads", threads, 0, max_threads);
+}
+
+int checked_threads(int threads) {
+  FaultList faults;
+  check_threads(faults, threads);
+  faults.throw_if_any();
+  return threads;
+}
+
 struct FinishedCalibration {
   KnownCamera camera;
   std::string summary_json;
@@ -43,6 +55,7 @@ struct FinishedCalibration {
 
 FinishedCalibration calibrate(const std::vector<Path>& sources, const std::string& board, double square_m,
                               const std::string& model, const std::string& format, int threads) {
+  checked_threads(threads);
   return hearing_ctrl_c([&] {
     CalibrateCameraOptions options;
     for (const Path& source : sources) options.sources.push_back(source.string());
@@ -59,6 +72,24 @@ FinishedCalibration calibrate(const std::vector<Path>& sources, const std::strin
   });
 }
 
+/// As --vary takes it: "law.gain_per_s=0.5,1,2".
+std::string vary_text(const py::handle& key, const py::handle& values) {
+  const py::object dumps = py::module_::import("json").attr("dumps");
+  const py::object item = py::module_::import("operator").attr("methodcaller")("item");
+  std::string text = py::str(key).cast<std::string>() + "=";
+  try {
+    if (py::isinstance<py::str>(values)) throw py::type_error("a word is no list");
+    for (const py::handle value : values)
+      text += (text.back() == '=' ? "" : ",") +
+              py::str(py::isinstance<py::str>(value) ? value : dumps(value, py::arg("default") = item))
+                  .cast<std::string>();
+  } catch (const std::exception&) {
+    throw InputError("vary: " + py::str(key).cast<std::string>(), py::repr(values).cast<std::string>(),
+                     "a list of values, each as a scenario has it");
+  }
+  return text;
+}
+
 struct FinishedSweep {
   std::string summary_json, trials_csv, grid_csv;
 };
@@ -73,18 +104,12 @@ FinishedSweep sweep(const Path& scenario, long trials, const py::dict& vary,
   options.first_seed = seed;
   options.trials = trials;
   options.threads = threads;
-  if (trials < 1) throw InputError("trials", std::to_string(trials), "at least 1");
-  const py::object dumps = py::module_::import("json").attr("dumps");
-  const py::object item = py::module_::import("operator").attr("methodcaller")("item");
+  FaultList faults;
+  check_range(faults, "trials", static_cast<double>(trials), 1, SweepOptions::max_trials);
+  check_threads(faults, threads);
+  faults.throw_if_any();
   std::vector<std::string> varied;
-  for (const auto& [key, values] : vary) {
-    std::string text = py::str(key).cast<std::string>() + "=";
-    for (const py::handle value : values)
-      text += (text.back() == '=' ? "" : ",") +
-              py::str(py::isinstance<py::str>(value) ? value : dumps(value, py::arg("default") = item))
-                  .cast<std::string>();
-    varied.push_back(text);
-  }
+  for (const auto& [key, values] : vary) varied.push_back(vary_text(key, values));
   return hearing_ctrl_c([&]() -> FinishedSweep {
     const bool grid = !varied.empty();
     const std::vector<SweepWork> works =
@@ -102,6 +127,7 @@ FinishedSweep sweep(const Path& scenario, long trials, const py::dict& vary,
 
 /// The tables by their names.
 std::map<std::string, py::object> compare(const Path& plan_file, std::uint64_t seed, int threads) {
+  checked_threads(threads);
   const auto tables = hearing_ctrl_c([&] {
     ComparisonPlan plan = read_comparison_plan(plan_file);
     plan.seed += seed;

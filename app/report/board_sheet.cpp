@@ -102,13 +102,13 @@ void draw_footer(Page& page, const Board& board, const std::string& board_text, 
   page.rectangle(x_m, y_m, length_m, line_m);
   for (long tick = 0; tick <= std::lround(length_m / tick_step_m); ++tick)
     page.rectangle(x_m + tick_step_m * static_cast<double>(tick) - line_m / 2, y_m, line_m, tick_m);
-  page.text(
-      x_m, y_m + 0.005,
-      fmt::format("{} between the ends of this line, else print again at 100 %. {} of {}: --board {} "
-                  "--square {}",
-                  fmt::format("{:.0f} mm", 1000 * length_m),
-                  board.pattern == BoardPattern::chessboard ? "Squares" : "Steps",
-                  fmt::format("{:.6g} mm", 1000 * board.square_m), board_text, number_text(board.square_m)));
+  page.text(x_m, y_m + 0.005,
+            fmt::format("{} between the ends of this line, else print again at 100 %. {} of {}: --board {} "
+                        "--square {}",
+                        fmt::format("{:.0f} mm", 1000 * length_m),
+                        board.pattern == BoardPattern::chessboard ? "Squares" : "Steps",
+                        fmt::format("{:.6g} mm", 1000 * board.square_m), board_text,
+                        fmt::format("{}", board.square_m)));
 }
 
 }  // namespace
@@ -119,7 +119,7 @@ BoardSheet draw_board_sheet(const Board& board, const std::string& board_text) {
   const double margin_m = std::max(printers_margin_m, board.square_m / 4);
   const Size needed{black.width_m + 2 * margin_m, black.height_m + 2 * margin_m + footer_m};
   if (board.square_m < least_square_m || std::max(needed.width_m, needed.height_m) > largest_page_m)
-    throw InputError("--square", number_text(board.square_m),
+    throw InputError("--square", fmt::format("{}", board.square_m),
                      fmt::format("at least {} m, and a sheet of at most {:.2f} m (now {:.3g} x {:.3g} m)",
                                  least_square_m, largest_page_m, needed.width_m, needed.height_m));
   BoardSheet sheet{"", "a page of its own size", std::max(needed.width_m, ruler_step_m + 2 * margin_m),

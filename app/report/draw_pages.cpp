@@ -117,6 +117,7 @@ std::string draw_pages(const std::vector<fs::path>& folders, bool quiet) {
 }
 
 void draw_page_or_warn(const fs::path& folder, const std::string& name, bool quiet) {
+  if (interrupt_requested()) return;
   const std::string why = draw_pages({folder}, quiet);
   if (!why.empty())
     spdlog::warn("report.html not drawn: {}; `ballservo report {}` draws it later", why, name);

@@ -20,6 +20,7 @@ struct SweepOptions {
   std::vector<std::string> sets;  ///< "key.path=value" each
   PerceptionLevel perception = PerceptionLevel::geometric;
   std::uint64_t first_seed = 0;
+  static constexpr int max_trials = 1000000;
   long trials = 0;  ///< over all shards; trial k has seed first_seed + k
   Shard shard;
   int threads = 0;                             ///< 0: as many as the machine has

@@ -133,6 +133,14 @@ void write_file(const fs::path& target, std::string_view contents, Overwrite ove
   file.commit();
 }
 
+fs::path unused_path(const fs::path& name) {
+  std::error_code ignored;
+  for (int number = 2;; ++number) {
+    const fs::path other = name.string() + "_" + std::to_string(number);
+    if (!fs::exists(fs::symlink_status(other, ignored))) return other;
+  }
+}
+
 void remove_unfinished(const fs::path& target, Unfinished whose) {
   const fs::path plain = without_trailing_separator(target);
   const std::string prefix = staging_prefix(plain);
@@ -211,7 +219,8 @@ void OutputFolder::commit() {
     std::vector<fs::path> earlier;
     for (const auto& entry : fs::directory_iterator(target_)) {
       const fs::path name = entry.path().filename();
-      if (is_earlier_ && entry.is_regular_file() && is_earlier_(name.string()) &&
+      std::error_code ignored;  // what cannot be looked at is none
+      if (is_earlier_ && is_earlier_(name.string()) && entry.is_regular_file(ignored) &&
           !fs::exists(staging_ / name))
         earlier.push_back(entry.path());
     }

@@ -41,6 +41,9 @@ class OutputFile {
 /// Writes one file whole: `OutputFile`, `write`, `commit`.
 void write_file(const std::filesystem::path& target, std::string_view contents, Overwrite overwrite);
 
+/// The name with _2, _3 ... behind it: the first that nothing has.
+std::filesystem::path unused_path(const std::filesystem::path& name);
+
 /// Whose outputs were begun and not finished.
 enum class Unfinished { of_this_process, of_ended_processes };
 /// Removes what such processes have left of outputs at `target`: beside it, and in it where it is a folder.

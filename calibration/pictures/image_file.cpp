@@ -62,7 +62,10 @@ cv::Mat upright(const cv::Mat& image, int orientation) {
   return flipped;
 }
 
-void write_image(const std::filesystem::path& file, const cv::Mat& image) {
+namespace {
+
+/// The file's bytes in the format that its name tells.
+std::string encoded_image(const std::filesystem::path& file, const cv::Mat& image) {
   std::vector<unsigned char> bytes;
   bool encoded = false;
   try {
@@ -74,7 +77,17 @@ void write_image(const std::filesystem::path& file, const cv::Mat& image) {
     throw InputError(file.string(), fmt::format("a name that ends in \"{}\"", file.extension().string()),
                      "the name of a picture: .png, .jpg, .bmp, .ppm, .tiff or .webp");
   }
-  write_bytes(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, file.string());
+  return {bytes.begin(), bytes.end()};
+}
+
+}  // namespace
+
+void write_image(const std::filesystem::path& file, const cv::Mat& image) {
+  write_bytes(file, encoded_image(file, image), file.string());
+}
+
+void write_image(const OutputFolder& folder, const std::string& name, const cv::Mat& image) {
+  folder.write(name, encoded_image(name, image));
 }
 
 }  // namespace ballservo

@@ -188,18 +188,27 @@ TEST_F(Output, ExistingFolderKeepsWhatIsTheUsers) {
 TEST_F(Output, WhatAnEarlierRunLeftGoesWithTheNewOnesArrival) {
   fs::create_directories(dir / "out/old");
   for (const char* const name : {"old_0", "old_1", "mine", "old/old_2"}) put(dir / "out" / name, "1");
+  fs::create_symlink("old_loop", dir / "out/old_loop");
   const auto is_earlier = [](const std::string& name) { return name.rfind("old", 0) == 0; };
   {
     OutputFolder abandoned(dir / "out", Overwrite::allow);
     abandoned.supersede(is_earlier);
   }
-  EXPECT_EQ(names(dir / "out"), (std::set<std::string>{"mine", "old", "old/old_2", "old_0", "old_1"}));
+  EXPECT_EQ(names(dir / "out"),
+            (std::set<std::string>{"mine", "old", "old/old_2", "old_0", "old_1", "old_loop"}));
   OutputFolder folder(dir / "out", Overwrite::allow);
   folder.supersede(is_earlier);
   folder.write("old_0", "2");
   folder.commit();
-  EXPECT_EQ(names(dir / "out"), (std::set<std::string>{"mine", "old", "old/old_2", "old_0"}));
+  EXPECT_EQ(names(dir / "out"), (std::set<std::string>{"mine", "old", "old/old_2", "old_0", "old_loop"}));
   EXPECT_EQ(contents(dir / "out/old_0"), "2");
+}
+
+TEST_F(Output, AnUnusedNameIsNobodysNotEvenALinks) {
+  EXPECT_EQ(unused_path(dir / "run"), dir / "run_2");
+  put(dir / "run_2", "mine");
+  fs::create_symlink("nowhere", dir / "run_3");
+  EXPECT_EQ(unused_path(dir / "run"), dir / "run_4");
 }
 
 TEST_F(Output, NamesTakenByAnotherKindMoveNothing) {

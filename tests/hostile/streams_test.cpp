@@ -15,7 +15,6 @@ namespace ballservo {
 namespace {
 
 using Streams = test::Hostile;
-using test::Ending;
 
 TEST_F(Streams, NoMessageEndsACommand) {
   const std::vector<std::string> all = commands();
@@ -32,6 +31,16 @@ TEST_F(Streams, NoMessageEndsACommand) {
 TEST_F(Streams, ABrokenPipeEndsNothingBySignal) {
   run("servo --keys", R"(bash -c '{ sleep 0.3; "$0" "$@"; echo $? >code; } | true')");
   EXPECT_EQ(contents("code"), "2\n");
+}
+
+TEST_F(Streams, AFullDiskIsNoReaderThatLeft) {
+  write_image(dir / "grey.png", cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(90)));
+  const std::string track = "track grey.png --stream - --colors '" +
+                            (test::project_data_dir() / "colors/red.colors").string() + "' ";
+  EXPECT_EQ(run(track + ">/dev/full 2>said #").code, 2);
+  EXPECT_THAT(contents("said"), testing::HasSubstr("stdout: found No space left on device"));
+  run(track + "#", R"(bash -c '{ sleep 0.3; "$0" "$@"; echo $? >code; } | true')");
+  EXPECT_EQ(contents("code"), "130\n");
 }
 
 TEST_F(Streams, AJournalHoldsNoMessageWhereStderrIsClosed) {

@@ -54,6 +54,7 @@ TEST_F(CameraCommands, WhatCannotBeCompared) {
   }
   EXPECT_THAT(run("calibrate diff a.yaml wide.yaml").messages,
               HasSubstr("wide.yaml: found a camera of 800 x 480"));
+  EXPECT_THAT(run("calibrate diff a.yaml a.yaml@0x0").messages, HasSubstr("found the size '0x0'"));
   EXPECT_EQ(names().count("d.json"), 0u);
   EXPECT_EQ(run("calibrate diff a.yaml a.yaml:cam0 --json a.yaml --force").code, 2);
   EXPECT_EQ(contents("a.yaml"), camera_text(600));

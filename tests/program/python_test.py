@@ -192,7 +192,7 @@ class PythonTest(unittest.TestCase):
                                      env={**os.environ, "PYTHONPATH": PACKAGE}, stdout=subprocess.PIPE,
                                      stderr=subprocess.PIPE, text=True)
             child.stdout.readline()
-            time.sleep(1)
+            time.sleep(0.3)
             self.assertIsNone(child.poll(), work)
             child.send_signal(signal.SIGINT)
             self.assertIn("KeyboardInterrupt", child.communicate(timeout=60)[1], work)
@@ -321,6 +321,31 @@ conditions: [{name: base}, {name: noisy, noise: {read: 10}}]
                     refusals += 1
         self.assertGreater(answers, 50)
         self.assertGreater(refusals, 3000)
+
+    def test_whatever_arguments_come_their_names_are_told(self):
+        scenario = ballservo.Scenario(SCENARIO)
+        sweep = ballservo.sweep
+        picture = np.zeros((48, 64, 3), np.uint8)
+        saved = self.place / "saved.yaml"
+        camera = ballservo.Camera.load(CAMERA)
+        camera.save(saved)
+        for call, said in (
+                (lambda: scenario.look((np.nan, 0, 0)), "pose: found .nan, 0, 0."),
+                (lambda: scenario.look((0, 1e308, 0)), "pose"),
+                (lambda: sweep(SCENARIO, 1, threads=10**9), "threads: found 1000000000; allowed: 0 to 1024"),
+                (lambda: sweep(SCENARIO, 2**40), "trials: found 1099511627776; allowed: 1 to 1000000"),
+                (lambda: sweep(SCENARIO, 1, {"law.gain_per_s": [object()]}), "vary: law.gain_per_s"),
+                (lambda: sweep(SCENARIO, 1, {"law.gain_per_s": None}), "vary: law.gain_per_s: found None"),
+                (lambda: sweep(SCENARIO, 1, {"law.name": "cone"}), "allowed: a list of values"),
+                (lambda: ballservo.compare("plan.yaml", threads=-1), "threads"),
+                (lambda: ballservo.calibrate_camera(["x"], "chessboard:9x6", 0.1, threads=10**9), "threads"),
+                (lambda: ballservo.Colors.learn({"red": ["x.png"]}), "pictures of red: found <class 'list'>"),
+                (lambda: ballservo.Colors.learn({1: [picture]}), "pictures: found 1; allowed: names"),
+                (lambda: ballservo.Tracker(COLORS).update(picture, np.nan), "time_s: found nan"),
+                (lambda: camera.save(saved), "or overwrite=True to replace it"),
+                (lambda: ballservo.Detector(COLORS, CAMERA, "x"), "^diameter: found 'x'")):
+            with self.assertRaisesRegex(ballservo.InputError, said):
+                call()
 
     def test_cameras_and_colours(self):
         camera = ballservo.Camera.load(CAMERA)

@@ -174,6 +174,15 @@ class ReportCommand(PageTest):
             with self.assertRaisesRegex(SystemExit, "install python3-matplotlib python3-jinja2"):
                 main([self.copy(REACHED)])
 
+    def test_says_which_file_is_none(self):
+        for name, text, said in (
+                ("log.csv", "", "log.csv: found an empty file"), ("log.csv", "a\r\rb", "log.csv: found no CSV"),
+                ("summary.json", "null", "summary.json: found no object"),
+                ("report.json", "[" * 100000, "report.json: found no JSON"), ("report.json", "{}", "no 'page'")):
+            folder = self.copy(REACHED)
+            (folder / name).write_text(text)
+            self.assertIn(f"not as ballservo writes it: {said}", program("report", folder, code=2).stderr, text[:9])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,5 +1,6 @@
 """The page of a sweep."""
 import json
+import os
 import re
 import unittest
 
@@ -101,6 +102,12 @@ class SweepPage(PageTest):
             folder = self.copy(PART)
             (folder / "traces.jsonl").write_text(bad + "\n")
             self.assertIn("not as ballservo writes it", program("report", folder, code=2).stderr, bad[:20])
+
+    def test_refuses_to_wait_for_a_pipe(self):
+        folder = self.copy(WHOLE)
+        (folder / "trials.csv").unlink()
+        os.mkfifo(folder / "trials.csv")
+        self.assertIn("trials.csv: found no regular file", program("report", folder, code=2).stderr)
 
 
 if __name__ == "__main__":

@@ -115,8 +115,11 @@ std::optional<CameraCovariance> read_camera_covariance(const std::string& camera
     scale(1) = scale(3) = static_cast<double>(camera.size().height_px) / own.size().height_px;
     known->covariance = (scale.asDiagonal() * known->covariance * scale.asDiagonal()).eval();
     return known;
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(place, error.what(), "a covariance as `calibrate camera` writes it");
+  } catch (const nlohmann::json::parse_error& error) {
+    throw InputError(place, fmt::format("no JSON at byte {}", error.byte),
+                     "a covariance as `calibrate camera` writes it");
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(place, "JSON of another kind", "a covariance as `calibrate camera` writes it");
   }
 }
 

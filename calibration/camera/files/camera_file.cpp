@@ -84,6 +84,9 @@ CameraFileName split_camera_name(const std::string& camera_file) {
     }
   }
   const auto colon = camera_file.rfind(':');
+  if (const auto at = camera_file.rfind('@'); at != std::string::npos && exists(camera_file.substr(0, at)))
+    throw InputError(camera_file, "the size '" + camera_file.substr(at + 1) + "'",
+                     "FILE@WxH, each from 1 to 65536 px");
   if (colon == std::string::npos || !exists(camera_file.substr(0, colon))) return {camera_file, "", {}};
   return {camera_file.substr(0, colon), camera_file.substr(colon + 1), {}};
 }

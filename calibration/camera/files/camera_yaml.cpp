@@ -35,7 +35,8 @@ void set_brown(CameraParameters& parameters, const std::vector<double>& coeffici
 
 void set_camera_matrix(YamlNode& node, const std::string& key, const std::vector<double>& matrix,
                        CameraParameters& parameters) {
-  if (matrix.size() != 9) return;
+  const bool is_read = std::any_of(matrix.begin(), matrix.end(), [](double value) { return value != 0; });
+  if (matrix.size() != 9 || !is_read) return;  // a fault that is told already, or no camera
   parameters.fx_px = matrix[0], parameters.cx_px = matrix[2];
   parameters.fy_px = matrix[4], parameters.cy_px = matrix[5];
   if (matrix[1] != 0 || matrix[3] != 0 || matrix[6] != 0 || matrix[7] != 0 || matrix[8] != 1)

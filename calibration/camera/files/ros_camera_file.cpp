@@ -53,7 +53,7 @@ void read_distortion(YamlNode& root, CameraParameters& parameters) {
   const auto data = node.numbers("data", NumberRange::any(""), 0);
   const auto ros = std::find_if(ros_models().begin(), ros_models().end(),
                                 [&](const RosModel& candidate) { return candidate.name == name; });
-  if (ros == ros_models().end()) return;
+  if (ros == ros_models().end() || data.empty()) return;
   if (std::find(ros->counts.begin(), ros->counts.end(), data.size()) == ros->counts.end() ||
       count != static_cast<long long>(data.size())) {
     root.fault("distortion_coefficients", fmt::format("{} numbers, cols {}", data.size(), count),

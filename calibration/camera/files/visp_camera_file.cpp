@@ -229,7 +229,7 @@ void check_kud(const CameraParameters& p, double kud, const std::string& place) 
 bool recognises(std::string_view text) {
   if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);
   const auto start = text.find_first_not_of(" \t\r\n");
-  return start != std::string_view::npos && text[start] == '<' &&
+  return start != std::string_view::npos && text[start] == '<' && text.substr(start, 2) != "<<" &&
          text.find("<opencv_storage") == std::string_view::npos;
 }
 

@@ -10,6 +10,9 @@ PAGES = ("run", "sweep", "grid", "comparison", "camera", "difference", "demo")
 def draw(folder):
     """Draws one folder's page; each file is there whole or as it was."""
     from . import page
+    for file in sorted(folder.iterdir()):
+        if file.suffix in (".csv", ".json") and not file.is_file():
+            raise ValueError(f"{file.name}: found no regular file")
     name = page.read_json(folder / "report.json")["page"]
     if name not in PAGES:
         raise ValueError(f"page: found {name}; allowed: {', '.join(PAGES)}")
@@ -31,10 +34,11 @@ def main(folders):
     except ImportError as error:
         sys.exit(f"{error}: install python3-matplotlib python3-jinja2")
     except OSError as error:
-        print(f"{error.filename}: {error.strerror}", file=sys.stderr)
+        print(f"{error.filename or folder}: {error.strerror or error}", file=sys.stderr)
         return 2
-    except (ValueError, KeyError, TypeError, IndexError) as error:
-        print(f"{folder}: not as ballservo writes it: {type(error).__name__}: {error}", file=sys.stderr)
+    except (ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
+        what = f"no {error}" if isinstance(error, KeyError) else str(error)
+        print(f"{folder}: not as ballservo writes it: {what}", file=sys.stderr)
         return 2
     return 0
 

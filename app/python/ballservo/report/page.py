@@ -53,12 +53,25 @@ def read_text(path):
 
 
 def read_json(path):
-    return clean(json.loads(read_text(path)))
+    """A JSON file's object."""
+    try:
+        value = json.loads(read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path.name}: found no JSON ({error})") from None
+    if not isinstance(value, dict):
+        raise ValueError(f"{path.name}: found no object")
+    return clean(value)
 
 
 def read_rows(path):
     """A CSV file's rows as dictionaries of text."""
-    return [clean(row) for row in csv.DictReader(io.StringIO(read_text(path)))]
+    try:
+        table = csv.DictReader(io.StringIO(read_text(path)))
+        if not table.fieldnames:
+            raise ValueError(f"{path.name}: found an empty file")
+        return [clean(row) for row in table]
+    except csv.Error:
+        raise ValueError(f"{path.name}: found no CSV") from None
 
 
 def number(text):
