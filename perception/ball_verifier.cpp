@@ -20,6 +20,11 @@ constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill =
 constexpr double looked_at_again_px = 12, least_log_odds = 3;
 constexpr double least_large_log_odds = 0;
 
+// A lens may depart from the one that was stated, so that balls are ovals by about so much. That it does is
+// believed where it makes a doubtful ball so much clearer, and a second look is sure of that ball; but what
+// is less than this to the stated lens is an oval to any other.
+constexpr double lens_oval_fraction = 0.004, clearer_by = 0.1, least_of_stated_lens = 0.45;
+
 constexpr const char* no_edge = "no edge along the circle";
 
 void forget(VerifiedCandidate& candidate) {
@@ -39,7 +44,10 @@ BallObservation VerifiedCandidate::observation(ClassIndex color_class,
 }
 
 BallVerifier::BallVerifier(std::shared_ptr<const RayTable> rays, const DetectorOptions& options)
-    : rays_(std::move(rays)), options_(options), fitter_(rays_, options.oval_fraction) {
+    : rays_(std::move(rays)),
+      options_(options),
+      fitter_(rays_, options.oval_fraction),
+      oval_fitter_(rays_, lens_oval_fraction) {
   scouted_.points.reserve(most_outline_sectors);
 }
 
@@ -64,8 +72,24 @@ const VerifiedCandidate& BallVerifier::verify(const ClassView& view, const Voted
       verdict = judge(view).of(candidate.fit, points);
     else
       verdict.reason = no_edge;
+    allow_oval(view, circle, rough, points, candidate);
   }
   return looked_at_again(view, candidate);
+}
+
+void BallVerifier::allow_oval(const ClassView& view, const VotedCircle& circle, const TangentCone& rough,
+                              const std::vector<BoundaryPoint>& points, VerifiedCandidate& candidate) {
+  if (options_.fit != BallFit::sphere || options_.oval_fraction > 0 || !candidate.is_ball() ||
+      candidate.verdict.quality >= doubtful_quality || candidate.verdict.quality < least_of_stated_lens)
+    return;
+  forget(oval_);
+  oval_.is_fitted = fit_sphere(oval_fitter_, lens_oval_fraction, view.bgr, view.response, circle, rough,
+                               points, radius(view), oval_.fit);
+  if (!oval_.is_fitted) return;
+  oval_.verdict = judge(view).of(oval_.fit, points);
+  if (oval_.is_ball() && oval_.verdict.quality >= candidate.verdict.quality + clearer_by &&
+      second_look_.log_odds(view.bgr, view.colored, oval_.fit.ball.outline) >= least_log_odds)
+    std::swap(candidate, oval_);
 }
 
 // Where a ball is expected, less suffices, and nothing is looked at again.
@@ -80,13 +104,13 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
   return candidate;
 }
 
-bool BallVerifier::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const VotedCircle& circle,
+bool BallVerifier::fit_sphere(BallFitter& fitter, double oval_fraction, const cv::Mat& bgr,
+                              const CameraResponse& response, const VotedCircle& circle,
                               const TangentCone& rough, const std::vector<BoundaryPoint>& points,
                               const BallRadius& radius, OutlineFit& fit) {
   const TangentCone start =
-      boundary_cone_.robust(rough, points, rays_->camera().focal_px(), options_.oval_fraction)
-          .value_or(*circle.cone);
-  if (!fitter_.fit_sphere(bgr, response, start, radius, fit)) return false;
+      boundary_cone_.robust(rough, points, rays_->camera().focal_px(), oval_fraction).value_or(*circle.cone);
+  if (!fitter.fit_sphere(bgr, response, start, radius, fit)) return false;
   fit.ball.start = circle.start();
   return true;
 }

@@ -66,7 +66,9 @@ class BallVerifier {
   /// The exact fit of a circle that has a cone, and its points, as of every candidate.
   bool fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const VotedCircle& circle,
                   const TangentCone& rough, const std::vector<BoundaryPoint>& points,
-                  const BallRadius& radius, OutlineFit& fit);
+                  const BallRadius& radius, OutlineFit& fit) {
+    return fit_sphere(fitter_, options_.oval_fraction, bgr, response, circle, rough, points, radius, fit);
+  }
   TangentCone rough_cone(const VotedCircle& circle, const std::vector<BoundaryPoint>& points) {
     return boundary_cone_.rough(*circle.cone, points, rays_->camera().focal_px());
   }
@@ -78,6 +80,11 @@ class BallVerifier {
   }
 
  private:
+  bool fit_sphere(BallFitter& fitter, double oval_fraction, const cv::Mat& bgr,
+                  const CameraResponse& response, const VotedCircle& circle, const TangentCone& rough,
+                  const std::vector<BoundaryPoint>& points, const BallRadius& radius, OutlineFit& fit);
+  void allow_oval(const ClassView& view, const VotedCircle& circle, const TangentCone& rough,
+                  const std::vector<BoundaryPoint>& points, VerifiedCandidate& candidate);
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
                 VerifiedCandidate& candidate, const KnownAngle& known = {});
   const VerifiedCandidate& looked_at_again(const ClassView& view, VerifiedCandidate& candidate);
@@ -87,10 +94,10 @@ class BallVerifier {
   std::shared_ptr<const RayTable> rays_;
   DetectorOptions options_;
   BoundaryCone boundary_cone_;
-  BallFitter fitter_;
+  BallFitter fitter_, oval_fitter_;
   ScoutedOutline scouted_;
   SecondLook second_look_;
-  VerifiedCandidate voted_, around_;
+  VerifiedCandidate voted_, around_, oval_;
 };
 
 }  // namespace ballservo

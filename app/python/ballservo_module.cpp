@@ -1,6 +1,4 @@
 // What `import ballservo` brings: the library's parts over numpy arrays.
-#include <regex>
-
 #include "app/python/bindings.hpp"
 #include "calibration/base/fault.hpp"
 
@@ -32,9 +30,18 @@ py::object columns_of(const std::string& csv) {
 }
 
 /// A message of the command line, its options named as arguments of Python are.
-std::string as_arguments(const std::string& message) {
-  const std::string forced = std::regex_replace(message, std::regex("--force\\b"), "overwrite=True");
-  return std::regex_replace(forced, std::regex("(^|[^-[:alnum:]])--([a-z])"), "$1$2");
+std::string as_arguments(std::string message) {
+  const std::string force = "--force";
+  for (std::size_t at = 0; (at = message.find("--", at)) != std::string::npos;) {
+    const bool names = at + 2 < message.size() && std::islower(static_cast<unsigned char>(message[at + 2]));
+    if (message.compare(at, force.size(), force) == 0)
+      message.replace(at, force.size(), "overwrite=True");
+    else if (names)
+      message.erase(at, 2);
+    else
+      at += 2;
+  }
+  return message;
 }
 
 PYBIND11_MODULE(_ballservo, module) {

@@ -370,5 +370,32 @@ TEST(DetectorOptions, NameTheFaultsOfTheirPartsToo) {
   expect_fault("threads", [](auto& o) { o.threads = DetectorOptions::most_threads + 1; });
 }
 
+/// A shaded ball in a picture that was made so much narrower.
+cv::Mat narrowed_ball(double radius_px, double factor) {
+  cv::Mat bgr = test::grey_picture(static_cast<int>(320 * factor));
+  test::paint_shaded_disc(bgr, {150 * factor, 110}, radius_px, test::red);
+  cv::Mat narrowed;
+  cv::resize(bgr, narrowed, {320, 240}, 0, 0, cv::INTER_AREA);
+  return narrowed;
+}
+
+TEST(Detector, ALensThatIsNotQuiteTheStatedOneMakesNoBallDoubtful) {
+  for (const double radius_px : {25.0, 50.0}) {
+    Detector detector = test::detector_for(test::pinhole({320, 240}, 400), 0.05);
+    const auto& balls = detector.detect(narrowed_ball(radius_px, 1.06));
+    ASSERT_EQ(balls.size(), 1u);
+    EXPECT_GT(balls[0].quality, 0.9) << radius_px;
+    EXPECT_NEAR(balls[0].outline.radius_px, radius_px / std::sqrt(1.06), 0.01 * radius_px);
+  }
+}
+
+TEST(Detector, NoLensMakesABallOfAnOval) {
+  for (const double factor : {1.12, 1.2}) {
+    Detector detector = test::detector_for(test::pinhole({320, 240}, 400), 0.05);
+    for (const BallObservation& ball : detector.detect(narrowed_ball(50, factor)))
+      EXPECT_LT(ball.quality, 0.8) << factor;
+  }
+}
+
 }  // namespace
 }  // namespace ballservo
