@@ -198,9 +198,8 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
   if (!camera) {  // without a camera there is no 3-D, and a ball may be an oval
     options_.radii.clear();
     options_.oval_fraction = 0.04;
-  } else {
-    diameter_ = options.diameter;
   }
+  diameter_ = options.diameter;
   options_.fit = options.fit == "paper" ? BallFit::paper : BallFit::sphere;
   options_.response = options.response == "linear" ? ResponseChoice::linear
                       : options.response == "srgb" ? ResponseChoice::srgb
@@ -210,8 +209,20 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
 }
 
 void DetectorFactory::set_colors(std::shared_ptr<const ColorTable> colors) {
-  options_.radii = parse_diameters(diameter_, *colors, false);
+  if (rays_ || fov_rad_) options_.radii = parse_diameters(diameter_, *colors, false);
   colors_ = std::move(colors);
+}
+
+void DetectorFactory::set_camera(const KnownCamera& known, const std::string& diameter) {
+  const std::string& taken = diameter.empty() ? diameter_ : diameter;
+  options_.radii = parse_diameters(taken, *colors_, false);
+  diameter_ = taken;
+  options_.oval_fraction = DetectorOptions().oval_fraction;
+  rays_ = std::make_shared<const RayTable>(known.camera);
+  camera_uncertainty_.reset();
+  if (known.covariance) camera_uncertainty_.emplace(known.camera, known.covariance->covariance);
+  fov_rad_.reset();
+  doubt_.clear();
 }
 
 Detector DetectorFactory::make(ImageSize size, const std::string& place) const {

@@ -58,6 +58,11 @@ class DetectorFactory {
   const std::string& doubt() const { return doubt_; }  ///< about an approximate camera; empty: none
   /// Makes detectors of other colours from now on.
   void set_colors(std::shared_ptr<const ColorTable> colors);
+  /// Of this camera from now on, and in place of --diameter of balls so large, unless that is empty. Throws
+  /// InputError for a diameter that is none.
+  void set_camera(const KnownCamera& known, const std::string& diameter);
+  /// As --diameter has it; empty: not known.
+  const std::string& diameter() const { return diameter_; }
 
   /// The same ball with the camera's own uncertainty in its position's covariance, where the parameters'
   /// covariance was found beside the camera's file.

@@ -1,6 +1,7 @@
 // ballservo live: a page in the browser on what a camera or a recording shows.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 
 #include "app/commands/ball_options.hpp"
@@ -13,6 +14,7 @@
 #include "app/live/scenario_session.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/boards/board.hpp"
 
 namespace ballservo {
 namespace {
@@ -23,7 +25,8 @@ struct LiveOptions {
   FootageOptions footage;
   LiveServerOptions server;
   std::vector<std::string> sets;
-  std::string perception = "image";
+  std::string perception = "image", board;
+  double square_m = std::nan("");
 };
 
 bool is_scenario(const std::string& source) {
@@ -58,9 +61,12 @@ void keep_run(const LiveOptions& options, const Scenario& scenario, const RunRec
 int run_scenario(const LiveOptions& options) {
   const BallOptions& balls = options.balls;
   if (!balls.colors.empty() || !balls.camera.empty() || !balls.diameter.empty() || !balls.fov.empty() ||
-      options.footage.last_s > 0 || !options.footage.colors_output.empty() || !options.footage.stream.empty())
-    throw InputError("--colors, --camera, --fov, --diameter, --last, --output, --stream", "with a scenario",
-                     "none of them: a scenario names its own, --set sets them");
+      options.footage.last_s > 0 || !options.footage.colors_output.empty() ||
+      !options.footage.stream.empty() || !options.board.empty() || !std::isnan(options.square_m) ||
+      !options.footage.camera_output.empty())
+    throw InputError(
+        "--colors, --camera, --fov, --diameter, --last, --output, --stream, --board, --square, --save-camera",
+        "with a scenario", "none of them: a scenario names its own, --set sets them");
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.footage.source, options.sets, options.common.seed);
   admit(scenario, options.common, 1);
@@ -85,6 +91,11 @@ int run_live(LiveOptions& options) {
   footage.max_pixels = options.common.max_pixels;
   if (!footage.colors_output.empty())
     footage.overwrite_colors = options.common.overwrite(footage.colors_output);
+  if (!footage.camera_output.empty())
+    footage.overwrite_camera = options.common.overwrite(footage.camera_output);
+  if (!options.board.empty()) footage.board = options.board;
+  if (!std::isnan(options.square_m)) footage.square_m = options.square_m;
+  parse_board(footage.board, footage.square_m > 0 ? footage.square_m : 1);  // said now, if it is none
   if (!footage.record.empty()) footage.overwrite_recording = options.common.overwrite(footage.record);
   if (!(footage.last_s >= 0 && footage.last_s <= 600))
     throw InputError("--last", fmt::format("{}", footage.last_s), "0 to 600 (s)");
@@ -106,6 +117,7 @@ void add_live_command(CLI::App& program, Action& action) {
       "live", "A page in the browser: teach colours by clicking, follow balls, see why; touch a run");
   command->footer(R"(Examples:
   ballservo live camera:0 -o my.colors
+  ballservo live camera:0 --board chessboard:9x6 --square 0.025 --diameter 0.07 --save-camera camera.yaml
   ballservo live throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 --record out/throw
   ballservo live data/scenarios/obstacles.yaml --perception geometric --record out/touched
 
@@ -113,6 +125,8 @@ Prints the page's address, and serves it until Ctrl-C (130) or the page's End (0
 colour; with Teach off, a click says why something is no ball. A video runs at its own pace, and again.
 A camera's exposure, gain, white balance and focus are set, and held as they are, in the page; Save keeps them with
 the colours, and --colors sets the camera so again. What it did not obey is said.
+Calibrate fits the camera from a board that is held before it, as `calibrate camera` does: a picture is taken by itself
+once the board is still, the page says where to hold it next, and Save camera goes on with that camera.
 Only this machine reaches the page, unless --listen names another address of it: then the page's address holds
 a secret, and who knows it can do what the page can.
 --record keeps every picture (PNG) with its time, and the tracks: the folder is a SOURCE for detect, track and
@@ -137,6 +151,14 @@ and avoidance. --record keeps each run with what was done to it: servo --touches
       ->capture_default_str();
   add_output_option(*command, "-o,--output", options->footage.colors_output, "FILE.colors",
                     "Where the page's Save writes the colours; without it, it downloads them");
+  command
+      ->add_option("--board", options->board,
+                   "The board that the page proposes to calibrate with: chessboard:9x6, circles:6x6 ...")
+      ->type_name("BOARD");
+  add_number_option(*command, "--square", options->square_m, NumberRange::above(0, "m"),
+                    "Side of its squares, or distance of its circles, in metres");
+  add_output_option(*command, "--save-camera", options->footage.camera_output, "FILE",
+                    "Where the page's Save camera writes (.xml: ViSP, .yaml: ROS); without it, it downloads");
   add_output_option(*command, "--record", options->footage.record, "DIR",
                     "Keep pictures, times and tracks here; what is recorded after that in DIR_2, DIR_3 ..., "
                     "whichever is free");

@@ -47,13 +47,6 @@ void search_in(BoardPicture& picture, const BoardSearch& search) {
     add_remark(picture, fmt::format("{} of the board's {} corners are seen", picture.view->size(), all));
 }
 
-double mean_motion_px(const BoardView& a, const BoardView& b) {
-  const std::size_t count = std::min(a.size(), b.size());
-  double sum = 0;
-  for (std::size_t i = 0; i < count; ++i) sum += (a.corners_px[i] - b.corners_px[i]).norm();
-  return sum / static_cast<double>(count);
-}
-
 /// The sizes of all pictures before any is decoded; every file that cannot be read is a fault.
 std::vector<BoardPicture> list_pictures(const std::vector<std::string>& sources, const BoardSearch& search) {
   std::vector<BoardPicture> pictures;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/report/overlay.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/color/color_names.hpp"
@@ -142,6 +143,31 @@ void ColorLessons::learn() {
   ClassFindings findings = judge_classes(*table_, reports_);
   if (!findings.refusals.empty()) throw Refusal(findings.refusals.front());
   warnings_ = std::move(findings.warnings);
+}
+
+nlohmann::json classes_json(const ColorLessons& colors) {
+  nlohmann::json listed = nlohmann::json::array();
+  const ColorTable& table = *colors.table();
+  for (std::size_t k = 0; k < table.classes.size(); ++k) {
+    const ClassReport& report = colors.reports()[k];
+    const cv::Scalar color = class_display_color(table, static_cast<ClassIndex>(k + 1));
+    nlohmann::json overlap = nlohmann::json::object();
+    for (const auto& [other, fraction] : report.overlap) {
+      if (fraction >= 0.01) overlap[other] = fraction;
+    }
+    listed.push_back({{"name", table.classes[k].name},
+                      {"color", fmt::format("#{:02x}{:02x}{:02x}", static_cast<int>(color[2]),
+                                            static_cast<int>(color[1]), static_cast<int>(color[0]))},
+                      {"samples", table.classes[k].samples},
+                      {"kept_fraction", report.kept_fraction},
+                      {"background_fraction", report.background_fraction},
+                      {"overlap", overlap},
+                      {"level_low", report.light.level_low},
+                      {"level_high", report.light.level_high},
+                      {"warmest_k", report.light.warmest_k},
+                      {"coolest_k", report.light.coolest_k}});
+  }
+  return listed;
 }
 
 }  // namespace ballservo

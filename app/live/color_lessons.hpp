@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -51,5 +52,8 @@ class ColorLessons {
   std::vector<ClassReport> reports_;
   std::vector<std::string> warnings_;
 };
+
+/// The classes as the page lists them: see README.md.
+nlohmann::json classes_json(const ColorLessons& colors);
 
 }  // namespace ballservo

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -16,6 +15,9 @@
 #include "app/live/remedies.hpp"
 #include "app/report/overlay.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/numbers.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
+#include "calibration/camera/files/camera_file.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "calibration/color/color_file.hpp"
 
@@ -27,7 +29,6 @@ using namespace std::chrono_literals;
 constexpr std::size_t kept_bytes = std::size_t{64} << 20;  // of pictures that a click may still mean
 constexpr std::size_t most_undone = 32, pictures_for_rate = 30;
 constexpr auto idle = 100ms, retry = 1000ms;
-constexpr double z_95 = 1.959963984540054;
 
 double to_seconds(std::chrono::steady_clock::duration time) {
   return std::chrono::duration<double>(time).count();
@@ -43,26 +44,29 @@ double unix_s(std::chrono::steady_clock::time_point time) {
   return unix_time_s() - to_seconds(std::chrono::steady_clock::now() - time);
 }
 
-/// "1.002 m +- 1.1 mm": the range with its 95 % half-width, and the widest one across.
-std::string position_text(const BallPosition& position) {
-  const Eigen::Vector3d ray = position.p_C.normalized();
-  const double along_m = std::sqrt(std::max(0.0, ray.dot(position.covariance_m2 * ray)));
-  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(across * position.covariance_m2 * across,
-                                                            Eigen::EigenvaluesOnly);
-  const double across_m = std::sqrt(std::max(0.0, axes.eigenvalues().maxCoeff()));
-  return fmt::format("{:.3f} m +- {:.1f} mm, across +- {:.1f} mm", position.p_C.norm(), 1000 * z_95 * along_m,
-                     1000 * z_95 * across_m);
+/// Whose name says in which format the camera is written.
+std::filesystem::path camera_file(const FootageOptions& options) {
+  return options.camera_output.empty() ? "camera.yaml" : options.camera_output;
 }
 
 }  // namespace
 
 FootageSession::FootageSession(FootageOptions options, DetectorFactory factory, LiveExchange& exchange)
-    : options_(std::move(options)), factory_(std::move(factory)), exchange_(exchange) {
+    : options_(std::move(options)),
+      factory_(std::move(factory)),
+      exchange_(exchange),
+      boards_(camera_file_format("", camera_file(options_)).models, [this] {
+        boards_changed_ = true;
+        exchange_.wake();
+      }) {
   colors_ = factory_.colors().classes.empty() ? ColorLessons() : ColorLessons(factory_.colors());
   want_settings_of(factory_.colors());
   open_again();
   if (!options_.colors_output.empty()) OutputFile(options_.colors_output, options_.overwrite_colors);
+  if (!options_.camera_output.empty()) {
+    OutputFile(options_.camera_output, options_.overwrite_camera);
+    OutputFile(covariance_file_name(options_.camera_output.string()), options_.overwrite_camera);
+  }
   if (options_.last_s > 0) {
     OutputFolder(options_.record, options_.overwrite_recording);  // said now, if it can't be
     recent_.emplace(options_.last_s);
@@ -87,6 +91,7 @@ void FootageSession::run() {
     while (auto command = exchange_.next_command()) obey(std::move(*command));
     finish_lesson();
     if (ended_) break;
+    if (boards_changed_.exchange(false) && paused_) look_again();
     if (paused_ && !step_) {
       exchange_.wait_until(Clock::now() + idle);
     } else if (!advance()) {
@@ -113,6 +118,7 @@ bool FootageSession::advance() {
   step_ = false;
   ++pictures_;
   show(taken);
+  boards_.show(shown_->bgr, taken);
   try {
     if (is_recording_) record(taken);
     if (recent_) recent_->put(shown_->bgr, shown_->time_s, unix_s(taken));
@@ -245,29 +251,13 @@ FootageSession::Json FootageSession::balls() const {
   return listed;
 }
 
-FootageSession::Json FootageSession::classes() const {
-  Json listed = Json::array();
-  const ColorTable& table = *colors_.table();
-  for (std::size_t k = 0; k < table.classes.size(); ++k) {
-    const ClassReport& report = colors_.reports()[k];
-    const cv::Scalar color = class_display_color(table, static_cast<ClassIndex>(k + 1));
-    Json overlap = Json::object();
-    for (const auto& [other, fraction] : report.overlap) {
-      if (fraction >= 0.01) overlap[other] = fraction;
-    }
-    listed.push_back({{"name", table.classes[k].name},
-                      {"color", fmt::format("#{:02x}{:02x}{:02x}", static_cast<int>(color[2]),
-                                            static_cast<int>(color[1]), static_cast<int>(color[0]))},
-                      {"samples", table.classes[k].samples},
-                      {"kept_fraction", report.kept_fraction},
-                      {"background_fraction", report.background_fraction},
-                      {"overlap", overlap},
-                      {"level_low", report.light.level_low},
-                      {"level_high", report.light.level_high},
-                      {"warmest_k", report.light.warmest_k},
-                      {"coolest_k", report.light.coolest_k}});
-  }
-  return listed;
+/// What `boards_` has come to, and what the page proposes.
+FootageSession::Json FootageSession::calibration() const {
+  Json said = boards_.state();
+  said["proposed"] = {{"board", options_.board}, {"square_m", options_.square_m}};
+  said["output"] = options_.camera_output.filename().string();
+  said["diameter"] = factory_.diameter();
+  return said;
 }
 
 FootageSession::Json FootageSession::state(const DetectionStages* stages) const {
@@ -294,7 +284,8 @@ FootageSession::Json FootageSession::state(const DetectionStages* stages) const 
                {"camera", sequence_ != nullptr && sequence_->controls() != nullptr},
                {"ignored", ignored_},
                {"balls", balls()},
-               {"classes", classes()},
+               {"classes", classes_json(colors_)},
+               {"calibration", calibration()},
                {"warnings", warnings},
                {"colors_output", options_.colors_output.filename().string()},
                {"views", views},
@@ -390,7 +381,15 @@ FootageSession::Json FootageSession::done(const std::string& verb, const Json& w
   if (verb == "camera" || verb == "hold") return camera(what);
   if (verb == "save") return save();
   if (verb == "load") return load(what);
-  if (verb == "undo") {
+  if (verb == "save_camera") return save_camera(what);
+  if (verb.rfind("calibrate", 0) == 0) boards_changed_ = true;
+  if (verb == "calibrate") {
+    boards_.start(BoardLessons(text_at(what, "board"), number_at(what, "square_m", std::nan(""))));
+  } else if (verb == "calibrate_stop") {
+    boards_.stop();
+  } else if (verb == "calibrate_undo") {
+    boards_.undo();
+  } else if (verb == "undo") {
     if (undone_to_.empty()) throw Refusal("there is nothing to undo");
     ColorLessons before = std::move(undone_to_.back());
     undone_to_.pop_back();
@@ -558,6 +557,29 @@ FootageSession::Json FootageSession::load(const Json& what) {
   if (sequence_ && sequence_->controls() != nullptr) ignored_ = sequence_->controls()->set(wanted_);
   learn(std::move(colors));
   return {{"classes", colors_.table()->classes.size()}};
+}
+
+/// Of the boards that were held before it; and goes on with it.
+FootageSession::Json FootageSession::save_camera(const Json& what) {
+  const BoardCalibration found = boards_.calibration();
+  const std::filesystem::path file = camera_file(options_);
+  const std::string text = camera_file_text(found.camera, camera_file_format("", file), file.stem().string());
+  const std::string beside = camera_covariance_text(found.camera, found.covariance.parameters);
+  const std::string beside_file = covariance_file_name(file.string());
+  const double diameter_m = number_at(what, "diameter_m", 0);
+  const CameraCovariance covariance{parameter_names(found.camera.parameters().model),
+                                    found.covariance.parameters};
+  factory_.set_camera({found.camera, covariance}, diameter_m != 0 ? number_text(diameter_m) : "");
+  restart_tracks();
+  look_again();
+  if (options_.camera_output.empty())
+    return {{"files",
+             {{{"download", file.string()}, {"base64", base64(text)}},
+              {{"download", beside_file}, {"base64", base64(beside)}}}}};
+  write_file(file, text, options_.overwrite_camera);
+  write_file(beside_file, beside, options_.overwrite_camera);
+  options_.overwrite_camera = Overwrite::allow;  // its own file
+  return {{"saved", file.string()}};
 }
 
 }  // namespace ballservo

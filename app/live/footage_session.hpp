@@ -18,6 +18,7 @@
 #include "app/io/image_source.hpp"
 #include "app/io/recording.hpp"
 #include "app/io/track_stream.hpp"
+#include "app/live/board_worker.hpp"
 #include "app/live/color_lessons.hpp"
 #include "app/live/live_exchange.hpp"
 #include "perception/tracking/tracker.hpp"
@@ -34,6 +35,10 @@ struct FootageOptions {
   double last_s = 0;                    ///< above 0: nothing is recorded until asked for; so much is at hand
   std::string stream;                   ///< see TrackStream; empty: none
   Overwrite overwrite_colors = Overwrite::refuse, overwrite_recording = Overwrite::refuse;
+  std::string board = "chessboard:9x6";  ///< which the page proposes to calibrate with
+  double square_m = 0;                   ///< of that board; 0: not known
+  std::filesystem::path camera_output;   ///< where `save_camera` writes; empty: nowhere, the page downloads
+  Overwrite overwrite_camera = Overwrite::refuse;
 };
 
 /// Runs on the caller's thread; clients' commands are done between two pictures.
@@ -78,7 +83,7 @@ class FootageSession {
   Json state(const DetectionStages* stages) const;
   Json balls() const;
   Json rim_of(const BallObservation& ball) const;
-  Json classes() const;
+  Json calibration() const;
   void record(Clock::time_point taken);
   void start_recording();
   std::filesystem::path take_folder();
@@ -96,6 +101,7 @@ class FootageSession {
   void want_settings_of(const ColorTable& colors);
   Json save();
   Json load(const Json& what);
+  Json save_camera(const Json& what);
   const cv::Mat& picture_of(const Json& what) const;
 
   FootageOptions options_;
@@ -110,6 +116,8 @@ class FootageSession {
   std::vector<ColorLessons> undone_to_;  // what `undo` goes back to, the last one last
   std::optional<Lesson> lesson_;
   std::atomic<bool> stop_lesson_{false};
+  std::atomic<bool> boards_changed_{false};
+  BoardWorker boards_;
   std::optional<RecordingWriter> recording_;
   std::optional<RecentPictures> recent_;
   std::future<void> keeping_;

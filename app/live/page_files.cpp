@@ -12,6 +12,7 @@
 BALLSERVO_EMBED(ballservo_page_html, BALLSERVO_PAGE "/index.html")
 BALLSERVO_EMBED(ballservo_page_css, BALLSERVO_PAGE "/live.css")
 BALLSERVO_EMBED(ballservo_page_js, BALLSERVO_PAGE "/live.js")
+BALLSERVO_EMBED(ballservo_calibrate_js, BALLSERVO_PAGE "/calibrate.js")
 BALLSERVO_EMBED(ballservo_room_js, BALLSERVO_PAGE "/room.js")
 BALLSERVO_EMBED(ballservo_chart_js, BALLSERVO_CHARTS "/chart.min.js")
 
@@ -25,6 +26,8 @@ std::optional<PageFile> page_file(std::string_view name) {
       file("", "text/html; charset=utf-8", ballservo_page_html, ballservo_page_html_end),
       file("live.css", "text/css; charset=utf-8", ballservo_page_css, ballservo_page_css_end),
       file("live.js", "text/javascript; charset=utf-8", ballservo_page_js, ballservo_page_js_end),
+      file("calibrate.js", "text/javascript; charset=utf-8", ballservo_calibrate_js,
+           ballservo_calibrate_js_end),
       file("room.js", "text/javascript; charset=utf-8", ballservo_room_js, ballservo_room_js_end),
       file("chart.js", "text/javascript; charset=utf-8", ballservo_chart_js, ballservo_chart_js_end)};
   const auto* const found =

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -15,6 +16,7 @@ namespace {
 using Candidate = DetectionStages::Candidate;
 
 constexpr std::size_t most_candidates = 60;
+constexpr double z_95 = 1.959963984540054;
 
 /// Dark but where a pixel has a class: there in the class' colour.
 cv::Mat taught_picture(const cv::Mat& bgr, const ColorTable& colors) {
@@ -136,6 +138,17 @@ nlohmann::json why_no_ball(const cv::Mat& bgr, const Eigen::Vector2d& point_px, 
                                        circle.center_px.y(), circle.radius_px);
   if (best->accepted) return answer(true, what + ": this is a ball", figures_of(*best), "");
   return answer(false, what + ": " + best->reason, figures_of(*best), remedy_of(best->reason));
+}
+
+std::string position_text(const BallPosition& position) {
+  const Eigen::Vector3d ray = position.p_C.normalized();
+  const double along_m = std::sqrt(std::max(0.0, ray.dot(position.covariance_m2 * ray)));
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(across * position.covariance_m2 * across,
+                                                            Eigen::EigenvaluesOnly);
+  const double across_m = std::sqrt(std::max(0.0, axes.eigenvalues().maxCoeff()));
+  return fmt::format("{:.3f} m +- {:.1f} mm, across +- {:.1f} mm", position.p_C.norm(), 1000 * z_95 * along_m,
+                     1000 * z_95 * across_m);
 }
 
 }  // namespace ballservo

@@ -29,4 +29,7 @@ nlohmann::json candidates_json(const DetectionStages& stages, const ColorTable& 
 /// "figures": of it, "remedy": what helps}.
 nlohmann::json why_no_ball(const cv::Mat& bgr, const Eigen::Vector2d& point_px, Detector& detector);
 
+/// "1.002 m +- 1.1 mm": the range with its 95 % half-width, and the widest one across.
+std::string position_text(const BallPosition& position);
+
 }  // namespace ballservo

@@ -123,7 +123,7 @@ std::string pixels_text(double value_px) {
   return std::isfinite(value_px) ? fmt::format("{:.3f} px", value_px) : "unknown";
 }
 
-std::vector<std::string> calibration_advice(const BoardCalibration& calibration) {
+std::vector<std::string> calibration_lacks(const BoardCalibration& calibration) {
   std::vector<std::string> advice;
   constexpr double wide_enough = 0.7, tight_correlation = 0.99, good_ball_mm = 1;
   constexpr std::size_t enough_boards = 10;
@@ -155,6 +155,11 @@ std::vector<std::string> calibration_advice(const BoardCalibration& calibration)
     advice.push_back(
         "Boards that were held out fit clearly worse than those used: the pictures are too few for this lens "
         "model.");
+  return advice;
+}
+
+std::vector<std::string> calibration_advice(const BoardCalibration& calibration) {
+  std::vector<std::string> advice = calibration_lacks(calibration);
   if (advice.empty())
     advice.push_back(calibration.warnings.empty() ? "Nothing: this calibration can be used as it is."
                                                   : "See to the warnings.");

@@ -33,6 +33,9 @@ cv::Mat board_overlay(const cv::Mat& picture, const BoardView& view, const Corne
 /// "0.177 px", or "unknown" for NaN.
 std::string pixels_text(double value_px);
 
+/// What a calibration lacks to be used as it is, and what to do about it, in plain words; empty: nothing.
+std::vector<std::string> calibration_lacks(const BoardCalibration& calibration);
+
 /// What to do next, in plain words; one sentence an item.
 std::vector<std::string> calibration_advice(const BoardCalibration& calibration);
 

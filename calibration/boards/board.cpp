@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
@@ -29,6 +33,25 @@ std::vector<Eigen::Vector3d> Board::points() const {
       result.emplace_back(square_m * (pattern == BoardPattern::acircles ? 2 * column + row % 2 : column),
                           square_m * row, 0);
   return result;
+}
+
+double mean_motion_px(const BoardView& a, const BoardView& b) {
+  std::map<std::pair<double, double>, Eigen::Vector2d> places_px;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    places_px[{a.points_m[i].x(), a.points_m[i].y()}] = a.corners_px[i];
+  double sum_px = 0, turned_sum_px = 0;
+  int common = 0;
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    const auto place = places_px.find({b.points_m[i].x(), b.points_m[i].y()});
+    if (place == places_px.end()) continue;
+    sum_px += (place->second - b.corners_px[i]).norm();
+    ++common;
+  }
+  if (common == 0) return std::numeric_limits<double>::infinity();
+  if (a.points_m != b.points_m) return sum_px / common;
+  for (std::size_t i = 0; i < b.size(); ++i)
+    turned_sum_px += (a.corners_px[b.size() - 1 - i] - b.corners_px[i]).norm();
+  return std::min(sum_px, turned_sum_px) / common;
 }
 
 Board parse_board(const std::string& text, double square_m) {

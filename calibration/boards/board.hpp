@@ -28,6 +28,10 @@ struct BoardView {
   std::size_t size() const { return corners_px.size(); }
 };
 
+/// The mean distance (px) between where two pictures show the same points, in the order in which it is less:
+/// of a symmetric board the finder may begin at the other end. Infinite where they have no point in common.
+double mean_motion_px(const BoardView& a, const BoardView& b);
+
 /// "chessboard:9x6", "circles:6x6", "acircles:4x11" with the square's side in metres. InputError naming every
 /// fault: an unknown pattern, fewer than 2 or more than 100 points a side (chessboards: 3, and OpenCV's
 /// finder wants more than 2), a side that is not finite and above 0.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
@@ -199,8 +200,13 @@ BoardFinding find_chessboard(const cv::Mat& gray, const Board& board) {
     unscale(*grid, scale);
     BoardView view = refined_corners(gray, std::move(*grid), board);
     if (gives_a_pose(view, board)) return {std::move(view), "", finding.seen};
+    finding.reason = fmt::format(
+        "the board is seen, but only {} of its corners are sharp and clear of the border: it is too "
+        "small, out of focus or cut off",
+        view.size());
   }
-  finding.reason = "the board was not found in it, or less than a third of it is seen";
+  if (finding.reason.empty())
+    finding.reason = "the board was not found in it, or less than a third of it is seen";
   return finding;
 }
 
@@ -225,6 +231,29 @@ BoardFinding find_circles(const cv::Mat& gray, const Board& board) {
   return {std::nullopt, "not all circles of the board were found in it", std::nullopt};
 }
 
+/// The grey level below which 99 % of the pixels are.
+int bright_level(const cv::Mat& gray) {
+  std::array<long, 256> counts{};
+  for (int v = 0; v < gray.rows; ++v)
+    for (int u = 0; u < gray.cols; ++u) ++counts[gray.at<std::uint8_t>(v, u)];
+  int level = 255;
+  for (long brighter = 0; level > 0; --level) {
+    brighter += counts[static_cast<std::size_t>(level)];
+    if (100 * brighter > static_cast<long>(gray.total())) break;
+  }
+  return level;
+}
+
+BoardFinding find_pattern(const cv::Mat& gray, const Board& board) {
+  try {
+    return board.pattern == BoardPattern::chessboard ? find_chessboard(gray, board)
+                                                     : find_circles(gray, board);
+  } catch (const cv::Exception&) {
+    // OpenCV's finders assert on some pictures that hold no board.
+    return {std::nullopt, "the board was not found in it", std::nullopt};
+  }
+}
+
 }  // namespace
 
 BoardFinding find_board(const cv::Mat& picture, const Board& board) {
@@ -234,13 +263,12 @@ BoardFinding find_board(const cv::Mat& picture, const Board& board) {
   // OpenCV's finders draw from the thread's own random numbers (trees of neighbours, clustering): whatever
   // came before, a picture gives the same corners.
   cv::setRNGSeed(0);
-  try {
-    return board.pattern == BoardPattern::chessboard ? find_chessboard(gray, board)
-                                                     : find_circles(gray, board);
-  } catch (const cv::Exception&) {
-    // OpenCV's finders assert on some pictures that hold no board.
-    return {std::nullopt, "the board was not found in it", std::nullopt};
-  }
+  BoardFinding finding = find_pattern(gray, board);
+  constexpr int dark_level = 50;
+  if (!finding.view && bright_level(gray) < dark_level)
+    finding.reason +=
+        fmt::format("; it is dark: hardly a pixel is above grey level {} of 255", bright_level(gray));
+  return finding;
 }
 
 }  // namespace ballservo

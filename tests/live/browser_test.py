@@ -4,9 +4,10 @@
 The live page in Debian's Chromium, at the widths of a desk and of a phone: a sweet is taught by a click, taken back,
 taught again and saved, and is still there after a reload; a thing that is no ball says why. A ball that flies is taught
 in a picture that stands still, and followed. A scenario's ball is dragged, and the robot drives there; the run is kept,
-and its touches give the same bytes again. --keep keeps screenshots.
+and its touches give the same bytes again. A camera is calibrated from a board that is held still in a folder's
+pictures, and saved. --keep keeps screenshots.
 """
-import argparse, contextlib, os, pathlib, signal, subprocess, sys, tempfile, time
+import argparse, contextlib, os, pathlib, re, signal, subprocess, sys, tempfile, time
 
 SWEET, NO_BALL = (269, 117), (6, 6)  # of smarties.png (px)
 FLYING, FLYING_AT, PICTURES = 12, (451, 396), 43  # which picture of green_ball.mp4, where its ball is (px), of how many
@@ -19,6 +20,15 @@ def smarties(project):
             return picture
     print("OpenCV's example pictures are not here")
     sys.exit(77)
+
+
+def held_boards(examples, folder):
+    """A folder in which a board stands still for three seconds in each of six places, as a camera would see it."""
+    folder.mkdir()
+    for number in range(1, 7):
+        for repeat in range(90):
+            (folder / f"{number}_{repeat:02}.jpg").symlink_to(examples / f"left{number:02}.jpg")
+    return folder
 
 
 def thrown_ball(project):
@@ -178,6 +188,38 @@ def touch(page, name):
     assert not page.complaints(), page.complaints()
 
 
+def calibrate(page, name, saved):
+    """The board is found, taken by itself, given back and taken again; a camera is fitted, shown and saved."""
+    taken = lambda: int((re.match(r"\d+", page.text("count")) or ["0"])[0])
+    page.js("const b = document.getElementById('board'); b.value = 'chessboard:9'")
+    page.press("search")
+    until(lambda: "allowed" in page.text("calibrated"))
+    page.js("const b = document.getElementById('board'); b.value = 'chessboard:9x6'")
+    page.press("search")
+    until(lambda: taken() == 2, 120)
+    assert "Hold the board" in page.text("next"), page.text("next")
+    page.shot(f"{name}_board")
+    page.press("back")
+    until(lambda: taken() == 1)
+    until(lambda: taken() == 6 and "6 boards give a camera" in page.text("fitted"), 120)
+    assert "there a ball at 1 m is uncertain by" in page.text("next"), page.text("next")
+    page.shot(f"{name}_map")
+    page.js("document.getElementById('calibration').scrollIntoView()")
+    if page.keep:
+        page.browser.save_screenshot(str(page.keep / f"{name}_calibration.png"))
+    wide = page.js("return [document.documentElement.scrollWidth, window.innerWidth]")
+    assert wide[0] <= wide[1], f"wider than the window: {wide}"
+    page.press("search")
+    until(lambda: page.text("search") == "Start")
+    page.press("save_camera")
+    until(lambda: "Saved as" in page.text("calibrated"))
+    if saved:
+        assert saved.exists() and saved.with_name(saved.name + ".covariance.json").exists()
+    else:
+        assert "camera.yaml and camera.yaml.covariance.json" in page.text("calibrated")
+    assert not page.complaints(), page.complaints()
+
+
 def replayed(program, scenario, kept, again):
     """What was done to the run that was kept is done again, and gives the same bytes."""
     subprocess.run([program, "servo", scenario, "-o", again, "--perception", "geometric", "--touches", kept / "touches.yaml", "--quiet"], capture_output=True)
@@ -217,6 +259,7 @@ def main():
         sys.exit(77)
     picture, video = smarties(options.project), thrown_ball(options.project)
     with tempfile.TemporaryDirectory() as folder:
+        boards = held_boards(picture.parent, pathlib.Path(folder) / "boards")
         flags = webdriver.ChromeOptions()
         for flag in ("headless", "no-sandbox", "disable-gpu", "disable-background-networking", "disable-component-update",
                      "disable-sync", "no-first-run", "disable-dev-shm-usage", f"user-data-dir={folder}/profile"):
@@ -238,6 +281,12 @@ def main():
                     touch(page, str(width))
                     page.press("end")
                 replayed(options.program, scenario, kept, kept.parent / f"again_{width}")
+                camera = pathlib.Path(folder) / "camera.yaml" if width > 800 else None
+                options_of_boards = "--board", "chessboard:9x6", "--square", 0.025, *(("--save-camera", camera) if camera else ())
+                with served(options.program, boards, *options_of_boards) as url:
+                    page = Page(browser, url, options.keep)
+                    calibrate(page, str(width), camera)
+                    page.press("end")
                 if video:
                     with served(options.program, video, interrupt=True) as url:
                         follow(Page(browser, url, options.keep), str(width))

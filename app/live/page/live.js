@@ -1,4 +1,5 @@
 // The page of `ballservo live`. README.md beside it describes the messages.
+import {calibrationAnswered, connectCalibration, drawCalibration, showCalibration} from './calibrate.js';
 import {connectRoom, drop, showRoom} from './room.js';
 
 const at = (id) => document.getElementById(id);
@@ -46,6 +47,7 @@ async function arrived(data) {
 function answered(answer) {
   if (answer.answer === 'why') return explain(answer);
   if (answer.controls) return showControls(answer.controls);
+  if (answer.answer.startsWith('calibrate') || answer.answer === 'save_camera') return calibrationAnswered(answer, download);
   if (answer.answer === 'teach') mark = null;
   if (answer.refused) return say(answer.refused, true);
   if (answer.answer === 'found') {
@@ -61,7 +63,8 @@ function answered(answer) {
   } else if (answer.answer === 'rename') {
     say(`It is called ${answer.class} now.`);
   } else if (answer.answer === 'save') {
-    answer.download ? download(answer) : say(`Saved as ${answer.saved}`);
+    if (answer.download) download(answer);
+    say(answer.download ? `Saved as ${answer.download}, where the browser puts downloads.` : `Saved as ${answer.saved}`);
   } else if (answer.answer === 'keep') {
     say(`${answer.pictures} pictures are kept in ${answer.folder}`);
   } else if (answer.answer === 'load') {
@@ -79,7 +82,6 @@ function download(answer) {
   link.download = answer.download;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-  say(`Saved as ${answer.download}, where the browser puts downloads.`);
 }
 
 // ---- the picture
@@ -93,6 +95,7 @@ function paint() {
   pen.drawImage(bitmap, 0, 0, width, height);
   if (state.kind === 'footage' && (view === 'picture' || view === 'taught')) state.balls.forEach(drawBall);
   pen.font = `600 ${13 * pixel()}px system-ui, sans-serif`;
+  if (state.kind === 'footage' && view === 'picture') drawCalibration(pen, state.width_px, state.height_px, {onCanvas, pixel, trace, write});
   if (countdown) drawSquare();
   for (const circle of [drag, mark && mark.until > performance.now() ? mark : null]) {
     if (circle) trace(Array.from({length: 49}, (_, k) => [circle.u + circle.r * Math.cos(k * Math.PI / 24), circle.v + circle.r * Math.sin(k * Math.PI / 24)]), '#fff');
@@ -208,6 +211,10 @@ at('shot').onclick = () => {
 };
 
 connectRoom(send);
+connectCalibration((what) => {
+  if (what.do === 'calibrate' && teaching) setTeaching(false);
+  send(what);
+});
 const presses = {keep: {do: 'keep'}, hold: {do: 'hold'}, reset: {do: 'reset'}, undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}, end: {do: 'end'}};
 for (const [id, what] of Object.entries(presses)) at(id).onclick = () => send(what);
 at('teach').onclick = () => setTeaching(!teaching);
@@ -342,6 +349,7 @@ function showFootage(message) {
     (one.accepted ? 'a ball' : one.reason + (one.remedy && ` (${one.remedy})`)))));
   build('classes', state.classes, (all) => all.flatMap(classItem));
   build('names', state.classes.map((one) => one.name), (names) => names.map((name) => Object.assign(document.createElement('option'), {value: name})));
+  showCalibration(state.calibration);
   build('warnings', state.warnings, (all) => all.map((text) => element('li', text)));
   at('balls').replaceChildren(...state.balls.map((ball) => {
     const row = document.createElement('tr');

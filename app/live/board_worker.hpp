@@ -1,0 +1,68 @@
+// Calibration while pictures run: the newest is searched for a board, and a camera is fitted to those taken,
+// each on a thread of its own.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "app/live/board_lessons.hpp"
+
+namespace ballservo {
+
+/// Nothing here waits for a search or a fit but the end of it. Thread-safe.
+class BoardWorker {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Among `models` the fit chooses. `changed` is called on a thread of the worker's.
+  BoardWorker(std::vector<LensModel> models, std::function<void()> changed);
+  ~BoardWorker();
+  BoardWorker(const BoardWorker&) = delete;
+  BoardWorker& operator=(const BoardWorker&) = delete;
+
+  /// Begins anew.
+  void start(BoardLessons lessons);
+  /// Searches no further; what was taken stays.
+  void stop();
+  /// Throws Refusal where nothing has been taken.
+  void undo();
+  /// The newest picture; one that has not been looked at yet is not any more.
+  void show(const cv::Mat& bgr, Clock::time_point taken);
+  /// What the page shows: see README.md.
+  nlohmann::json state() const;
+  /// The camera of all that was taken. Throws Refusal where there is none, or it is still being fitted.
+  BoardCalibration calibration() const;
+
+ private:
+  struct Picture {
+    cv::Mat bgr;
+    Clock::time_point taken;
+  };
+  void search();
+  void fit();
+  void want_fit();
+
+  const std::vector<LensModel> models_;
+  const std::function<void()> changed_;
+  mutable std::mutex mutex_;
+  std::condition_variable work_;
+  bool ended_ = false, searches_ = false, wants_fit_ = false, fits_ = false;
+  std::uint64_t run_ = 0;  // `start` counts it: what comes of an earlier one is dropped
+  long searched_ = 0;       // pictures of this run
+  std::optional<BoardLessons> lessons_;
+  std::optional<Picture> newest_;
+  std::shared_ptr<const BoardFit> fit_;
+  std::thread search_thread_, fit_thread_;
+};
+
+}  // namespace ballservo

@@ -1,0 +1,121 @@
+// The camera is calibrated: a board is held before it, and the page says where to hold it next.
+const at = (id) => document.getElementById(id);
+const good_mm = 1, bad_mm = 10; // of the map's colours
+let state = null, ask = null, proposed = false;
+
+export function connectCalibration(send) {
+  ask = send;
+  at('search').onclick = () => {
+    say('');
+    ask(state?.on ? {do: 'calibrate_stop'} : {do: 'calibrate', board: at('board').value.trim(), square_m: Number(at('square').value) / 1000});
+  };
+  at('back').onclick = () => ask({do: 'calibrate_undo'});
+  at('save_camera').onclick = () => {
+    say('Saving ...');
+    ask({do: 'save_camera', diameter_m: Number(at('diameter').value) / 1000});
+  };
+}
+
+function say(text, bad = false) {
+  at('calibrated').textContent = text;
+  at('calibrated').classList.toggle('bad', bad);
+}
+
+export function calibrationAnswered(answer, download) {
+  if (answer.refused) return say(answer.refused, true);
+  if (answer.answer === 'calibrate') return say('');
+  if (answer.answer === 'calibrate_undo') return say('Taken back.');
+  if (answer.answer !== 'save_camera') return;
+  answer.files?.forEach(download);
+  say((answer.saved ? `Saved as ${answer.saved}` : `Saved as ${answer.files.map((file) => file.download).join(' and ')}, where the browser puts downloads`) +
+    '; from now on the balls are placed with this camera.');
+}
+
+const millimetres = (value) => value === null ? 'unknown' : `${value.toFixed(2)} mm`;
+
+function fitWords(fit) {
+  if (!fit) return '';
+  if (fit.refused) return `No camera yet: ${fit.refused}`;
+  return `${fit.boards} boards give a camera (${fit.model}): residual ${fit.rms_px.toFixed(3)} px. It places a 70 mm ball at 1 m to ` +
+    `${millimetres(fit.covered_ball_sigma_mm)} (1 sigma) typically where boards were, ${millimetres(fit.ball_sigma_mm)} at worst.`;
+}
+
+export function showCalibration(now) {
+  state = now;
+  if (!proposed) {
+    proposed = true;
+    at('board').value = state.board ?? state.proposed.board;
+    at('square').value = 1000 * (state.square_m ?? state.proposed.square_m) || '';
+  }
+  const {on, fit, taken = 0} = state;
+  at('search').textContent = on ? 'Stop' : 'Start';
+  at('search').setAttribute('aria-pressed', on);
+  at('search').title = on ? 'What was taken stays' : 'Begins anew';
+  for (const id of ['board', 'square']) at(id).disabled = on;
+  at('back').disabled = !taken;
+  at('save_camera').disabled = state.fitting || !fit?.model;
+  at('save_camera').title = state.output ? `Into ${state.output}` : 'As a download';
+  at('ball').hidden = Boolean(state.diameter);
+  at('count').textContent = taken || on ? `${taken} ${taken === 1 ? 'picture' : 'pictures'} taken` + (state.fitting ? ', fitting ...' : '') : '';
+  const least = taken < state.needed ? ` (a camera is fitted from ${state.needed} on)` : '';
+  at('next').textContent = on && !fit?.enough ? (state.next?.words ?? '') + least : '';
+  at('enough').hidden = !fit?.enough;
+  at('seen').textContent = state.said ?? '';
+  at('seen').classList.toggle('bad', Boolean(on && state.said && !state.seen));
+  at('fitted').textContent = fitWords(fit);
+  at('fitted').classList.toggle('bad', Boolean(fit?.refused));
+  at('legend').hidden = !(on && fit?.map);
+  at('better').hidden = !fit?.lacks?.length;
+  at('better').textContent = fit?.enough ? 'Better still:' : 'What it lacks:';
+  const lines = [...fit?.lacks ?? [], ...fit?.warnings ?? []], list = at('lacking');
+  if (list.dataset.lines !== JSON.stringify(lines)) {
+    list.dataset.lines = JSON.stringify(lines);
+    list.replaceChildren(...lines.map((line) => Object.assign(document.createElement('li'), {textContent: line})));
+  }
+}
+
+// ---- over the picture
+
+// From green at what is good to red at what is not.
+function ink(sigma_mm) {
+  const part = Math.min(1, Math.max(0, Math.log(sigma_mm / good_mm) / Math.log(bad_mm / good_mm)));
+  return `hsl(${120 * (1 - part)} 90% 45% / 0.3)`;
+}
+
+// `tools`: onCanvas, pixel, trace and write of live.js.
+export function drawCalibration(pen, width_px, height_px, tools) {
+  if (!state?.on) return;
+  const {map} = state.fit ?? {}, {next} = state;
+  const step = map && [(width_px - 1) / (map.columns - 1), (height_px - 1) / (map.rows - 1)];
+  map?.sigma_mm.forEach((sigma, place) => {
+    if (sigma === null) return;
+    const u = (place % map.columns - 0.5) * step[0], v = (Math.floor(place / map.columns) - 0.5) * step[1];
+    const [left, top] = tools.onCanvas([u, v]), [right, bottom] = tools.onCanvas([u + step[0], v + step[1]]);
+    pen.fillStyle = ink(sigma);
+    pen.fillRect(left, top, right - left, bottom - top);
+  });
+  if (next && !state.fit?.enough) {
+    const [u, v] = next.place_px, half = step ? step.map((side) => side / 2) : [width_px / 16, height_px / 16];
+    tools.trace([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [u + x * half[0], v + y * half[1]]), '#fff', [6, 4]);
+    const [x, y] = tools.onCanvas([u, v]);
+    const words = pen.measureText('board here').width / 2 + 4 * tools.pixel();
+    tools.write('board here', Math.min(Math.max(x, words), pen.canvas.width - words), y + 4 * tools.pixel());
+  }
+  drawCorners(pen, tools);
+  if (state.said) tools.write(state.said.split(':')[0], pen.canvas.width / 2, 20 * tools.pixel());
+}
+
+function drawCorners(pen, tools) {
+  const points = state.corners_px.map(tools.onCanvas);
+  pen.beginPath();
+  for (const [x, y] of points) pen.lineTo(x, y);
+  pen.lineWidth = 1 * tools.pixel();
+  pen.strokeStyle = '#00d0ff';
+  pen.stroke();
+  points.forEach(([x, y], place) => {
+    pen.beginPath();
+    pen.arc(x, y, (place ? 2.5 : 5) * tools.pixel(), 0, 2 * Math.PI);
+    pen.fillStyle = place ? '#00ff5e' : '#ffd500';
+    pen.fill();
+  });
+}
