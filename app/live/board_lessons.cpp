@@ -14,7 +14,6 @@
 namespace ballservo {
 namespace {
 
-constexpr int map_columns = 13, map_rows = 9;
 constexpr int thirds = 3;             // of the picture, each way
 constexpr double tilt_sine = 0.34;    // 20 degrees
 constexpr double filling = 0.5;       // of the picture's width or height, that one board at least is to span
@@ -172,7 +171,7 @@ BoardFit fit_boards(ImageSize size, const std::vector<BoardView>& views,
     fit.calibration = calibrate_from_boards(size, views, models);
     fit.lacks = calibration_lacks(*fit.calibration);
     fit.map = ball_sigma_map(fit.calibration->camera, fit.calibration->covariance.parameters,
-                             BoardFit::diameter_m, BoardFit::range_m, map_columns, map_rows);
+                             BoardFit::diameter_m, BoardFit::range_m);
   } catch (const std::exception& error) {  // Refusal, mostly
     fit.calibration.reset();
     fit.refused = error.what();

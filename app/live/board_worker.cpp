@@ -20,13 +20,13 @@ void give_way() {
   setpriority(PRIO_PROCESS, 0, niceness);  // in Linux of this thread
 }
 
-double tenths(double value) { return std::round(10 * value) / 10; }
+double rounded(double value, double parts = 10) { return std::round(parts * value) / parts; }
 
 Json known(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 Json map_json(const BallSigmaMap& map) {
   Json sigma_mm = Json::array();
-  for (const auto& sigma : map.sigma_mm) sigma_mm.push_back(sigma ? Json(*sigma) : Json());
+  for (const auto& sigma : map.sigma_mm) sigma_mm.push_back(sigma ? Json(rounded(*sigma, 100)) : Json());
   return {{"columns", map.columns}, {"rows", map.rows}, {"sigma_mm", sigma_mm}};
 }
 
@@ -155,7 +155,7 @@ Json BoardWorker::state() const {
   Json corners_px = Json::array();
   if (searches_ && lessons_->newest()) {
     for (const Eigen::Vector2d& corner : lessons_->newest()->corners_px)
-      corners_px.push_back({tenths(corner.x()), tenths(corner.y())});
+      corners_px.push_back({rounded(corner.x()), rounded(corner.y())});
   }
   const std::vector<BoardView>& taken = lessons_->taken();
   Json said = {{"on", searches_},
@@ -172,7 +172,7 @@ Json BoardWorker::state() const {
                {"next", nullptr}};
   if (searches_ && lessons_->size().width_px > 0) {
     const BoardHint hint = next_board(lessons_->size(), taken, fit_.get());
-    said["next"] = {{"place_px", {tenths(hint.place_px.x()), tenths(hint.place_px.y())}},
+    said["next"] = {{"place_px", {rounded(hint.place_px.x()), rounded(hint.place_px.y())}},
                     {"words", hint.words}};
   }
   return said;

@@ -1,5 +1,6 @@
 // Board calibration: synthetic boards give back the camera that made them, to what the covariance promises;
 // real ones give the known figures.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -201,6 +202,20 @@ TEST(BoardDetector, PicturesWithoutABoard) {
       EXPECT_FALSE(
           find_board(cv::Mat(size, CV_8UC1, cv::Scalar::all(grey)), parse_board("circles:6x6", 0.03)).view);
     }
+  const auto reason = [](int grey) {
+    return find_board(cv::Mat(480, 640, CV_8UC1, cv::Scalar(grey)), chessboard).reason;
+  };
+  EXPECT_THAT(reason(30), testing::HasSubstr("it is dark: hardly a pixel is above grey level 30"));
+  EXPECT_THAT(reason(128), testing::Not(testing::HasSubstr("dark")));
+}
+
+TEST(BoardDetector, ABoardThatIsTooSmallIsSaidToBe) {
+  const Camera camera(test::camera_parameters(LensModel::pinhole, 520, {}));
+  RandomEngine engine = random_stream(0, "small");
+  const test::PlacedBoard placed{Eigen::Matrix3d::Identity(), {-0.1, -0.06, 2.675}};
+  const auto painted = test::painted_chessboard(camera, chessboard, placed);
+  EXPECT_THAT(find_board(test::photographed(painted, 1, engine), chessboard).reason,
+              testing::HasSubstr("too small"));
 }
 
 /// The distances (px) of the corners found in a painted picture from the true ones, each from the nearest.

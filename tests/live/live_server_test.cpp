@@ -117,7 +117,7 @@ class PageClient {
 };
 
 TEST_F(LiveServerTest, ThePageLiesInTheProgram) {
-  for (const char* file : {"", "live.css", "live.js", "chart.js"})
+  for (const char* file : {"", "live.css", "live.js", "calibrate.js", "room.js", "chart.js"})
     EXPECT_THAT(get("/" + std::string(file), host), StartsWith("HTTP/1.1 200")) << file;
   EXPECT_THAT(get("/", host), HasSubstr("id=\"picture\""));
   EXPECT_THAT(get("/", "localhost:" + std::to_string(port)), StartsWith("HTTP/1.1 200"));

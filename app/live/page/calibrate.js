@@ -1,7 +1,7 @@
 // The camera is calibrated: a board is held before it, and the page says where to hold it next.
 const at = (id) => document.getElementById(id);
 const good_mm = 1, bad_mm = 10; // of the map's colours
-let state = null, ask = null, proposed = false;
+let state = null, ask = null, proposed = false, counted = 0;
 
 export function connectCalibration(send) {
   ask = send;
@@ -48,6 +48,8 @@ export function showCalibration(now) {
     at('square').value = 1000 * (state.square_m ?? state.proposed.square_m) || '';
   }
   const {on, fit, taken = 0} = state;
+  if (taken > counted) say('');
+  counted = taken;
   at('search').textContent = on ? 'Stop' : 'Start';
   at('search').setAttribute('aria-pressed', on);
   at('search').title = on ? 'What was taken stays' : 'Begins anew';
@@ -70,7 +72,7 @@ export function showCalibration(now) {
   const lines = [...fit?.lacks ?? [], ...fit?.warnings ?? []], list = at('lacking');
   if (list.dataset.lines !== JSON.stringify(lines)) {
     list.dataset.lines = JSON.stringify(lines);
-    list.replaceChildren(...lines.map((line) => Object.assign(document.createElement('li'), {textContent: line})));
+    list.replaceChildren(...lines.map((line) => Object.assign(document.createElement('li'), {textContent: line[0].toUpperCase() + line.slice(1)})));
   }
 }
 
@@ -95,14 +97,17 @@ export function drawCalibration(pen, width_px, height_px, tools) {
     pen.fillRect(left, top, right - left, bottom - top);
   });
   if (next && !state.fit?.enough) {
-    const [u, v] = next.place_px, half = step ? step.map((side) => side / 2) : [width_px / 16, height_px / 16];
+    const [u, v] = next.place_px, half = [width_px / 16, height_px / 16];
     tools.trace([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [u + x * half[0], v + y * half[1]]), '#fff', [6, 4]);
     const [x, y] = tools.onCanvas([u, v]);
     const words = pen.measureText('board here').width / 2 + 4 * tools.pixel();
     tools.write('board here', Math.min(Math.max(x, words), pen.canvas.width - words), y + 4 * tools.pixel());
   }
   drawCorners(pen, tools);
-  if (state.said) tools.write(state.said.split(':')[0], pen.canvas.width / 2, 20 * tools.pixel());
+  const font = pen.font;
+  pen.font = `600 ${20 * tools.pixel()}px system-ui, sans-serif`;  // is read from where the board is held
+  tools.write(state.said.split(/[:.]/)[0], pen.canvas.width / 2, 26 * tools.pixel());
+  pen.font = font;
 }
 
 function drawCorners(pen, tools) {
