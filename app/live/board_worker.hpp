@@ -58,7 +58,7 @@ class BoardWorker {
   std::condition_variable work_;
   bool ended_ = false, searches_ = false, wants_fit_ = false, fits_ = false;
   std::uint64_t run_ = 0;  // `start` counts it: what comes of an earlier one is dropped
-  long searched_ = 0;       // pictures of this run
+  long searched_ = 0;      // pictures of this run
   std::optional<BoardLessons> lessons_;
   std::optional<Picture> newest_;
   std::shared_ptr<const BoardFit> fit_;
