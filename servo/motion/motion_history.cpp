@@ -20,15 +20,16 @@ std::optional<Pose2> pose_at(const PoseHistory& poses, double time_s) {
 }
 
 RobotMotion MotionPredictor::follow(RobotMotion robot, double from_s, double until_s) const {
+  constexpr double most_steps = 1e5;  // by then every drive has settled, whatever a clock says
   const auto hold = [&](const Twist2& command, double dt_s) {
-    const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / drive_step_s)));
-    robot = drive(robot, command, limits_, dt_s, steps);
+    const double steps = std::clamp(std::ceil(dt_s / drive_step_s), 1.0, most_steps);
+    robot = drive(robot, command, limits_, dt_s, static_cast<int>(steps));
   };
   // From the oldest command to the newest: each drives until the next takes effect.
   for (std::size_t age = commands_.size(); age-- > 0;) {
     const double next_s = age == 0 ? until_s : std::min(until_s, commands_[age - 1].time_s + delay_s_);
     const double first_s = std::max(from_s, commands_[age].time_s + delay_s_);
-    if (next_s <= first_s) continue;
+    if (!(next_s > first_s)) continue;
     if (first_s > from_s) hold({}, first_s - from_s);  // before the first command: at rest
     hold(commands_[age].value, next_s - first_s);
     from_s = next_s;
