@@ -21,7 +21,7 @@ std::atomic<long long> first_signal_s{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<long long>::is_always_lock_free);
 
 sem_t heard;
-constexpr std::chrono::milliseconds time_to_stop(800);
+constexpr std::chrono::milliseconds time_to_stop(600);
 
 struct Deadline {
   std::recursive_mutex mutex;

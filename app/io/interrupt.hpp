@@ -13,7 +13,7 @@ class Interrupted : public std::runtime_error {
   explicit Interrupted(const std::string& what = "interrupted") : std::runtime_error(what) {}
 };
 
-/// Installs the handler of SIGINT, SIGTERM and SIGHUP. A command that has not stopped 0.8 s after the first
+/// Installs the handler of SIGINT, SIGTERM and SIGHUP. A command that has not stopped 0.6 s after the first
 /// signal is stopped with exit code 130; a second signal, two seconds later or more, ends the program at
 /// once.
 void install_interrupt_handler();

@@ -3,7 +3,9 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -60,10 +62,15 @@ std::vector<fs::path> entries_below(const fs::path& folder) {
   return entries;
 }
 
+/// A summary says that the files beside it are one run's.
+bool is_summary(const fs::path& entry) { return !entry.has_parent_path() && entry.extension() == ".json"; }
+
 /// Moves what `staging` holds into `target`; nothing is moved if any name is taken by something of another
-/// kind.
+/// kind. Summaries go first and come last: a folder in which two runs are mixed, since the process was killed
+/// here, has none.
 void merge_folder(const fs::path& staging, const fs::path& target) {
-  const std::vector<fs::path> entries = entries_below(staging);
+  std::vector<fs::path> entries = entries_below(staging);
+  const auto summaries = std::stable_partition(entries.begin(), entries.end(), std::not_fn(is_summary));
   FaultList faults;
   for (const fs::path& entry : entries) {
     std::error_code ignored;
@@ -77,6 +84,7 @@ void merge_folder(const fs::path& staging, const fs::path& target) {
     }
   }
   faults.throw_if_any();
+  for (auto summary = summaries; summary != entries.end(); ++summary) fs::remove(target / *summary);
   for (const fs::path& entry : entries) {
     if (fs::is_directory(staging / entry)) {
       make_new_folder(target / entry, (target / entry).string());

@@ -52,8 +52,8 @@ void remove_unfinished(const std::filesystem::path& target, Unfinished whose);
 /// A folder of results. The constructor refuses an existing folder that is not empty unless `overwrite`
 /// allows it, and a target whose own folder does not exist. Files are written to `path()`, a hidden staging
 /// folder: beside a new target, which `commit` then makes appear whole by one rename; inside an existing one,
-/// into which `commit` moves the files one by one, leaving other files of the user's there alone. Without
-/// `commit` nothing is left behind.
+/// into which `commit` moves the files one by one, leaving other files of the user's there alone; old
+/// summaries (*.json) go before that and new ones come last. Without `commit` nothing is left behind.
 class OutputFolder {
  public:
   OutputFolder(std::filesystem::path target, Overwrite overwrite);

@@ -1,11 +1,13 @@
 #include "calibration/base/output.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <fstream>
 #include <functional>
@@ -202,6 +204,28 @@ TEST_F(Output, WhatAnEarlierRunLeftGoesWithTheNewOnesArrival) {
   folder.commit();
   EXPECT_EQ(names(dir / "out"), (std::set<std::string>{"mine", "old", "old/old_2", "old_0", "old_loop"}));
   EXPECT_EQ(contents(dir / "out/old_0"), "2");
+}
+
+TEST_F(Output, ASummaryIsGoneBeforeAndComesLast) {
+  fs::create_directory(dir / "out");
+  for (const char* const name : {"a.csv", "report.json", "z.csv"}) put(dir / (std::string("out/") + name), "1");
+  const int watch = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  ASSERT_GE(::inotify_add_watch(watch, (dir / "out").c_str(), IN_DELETE | IN_MOVED_TO), 0);
+  OutputFolder folder(dir / "out", Overwrite::allow);
+  for (const char* const name : {"a.csv", "report.json", "z.csv"}) folder.write(name, "2");
+  folder.commit();
+  alignas(inotify_event) std::array<char, 4096> buffer{};
+  const ssize_t read = ::read(watch, buffer.data(), buffer.size());
+  ::close(watch);
+  std::vector<std::string> events;
+  for (ssize_t at = 0; at < read;) {
+    const auto* const event = reinterpret_cast<const inotify_event*>(buffer.data() + at);
+    if (event->name[0] != '.') events.push_back(std::string(event->mask & IN_DELETE ? "-" : "+") + event->name);
+    at += static_cast<ssize_t>(sizeof(inotify_event)) + event->len;
+  }
+  ASSERT_EQ(events.size(), 4u);
+  EXPECT_EQ(events.front(), "-report.json");
+  EXPECT_EQ(events.back(), "+report.json");
 }
 
 TEST_F(Output, AnUnusedNameIsNobodysNotEvenALinks) {
