@@ -148,8 +148,11 @@ int run_sweep_command(const SweepCommandOptions& options) {
   const int pictures = sweep.perception == PerceptionLevel::image ? threads_of(options.common) : 0;
   sweep.admit = [&options, pictures](const Scenario& scenario) { admit(scenario, options.common, pictures); };
   const bool grid = !options.vary.empty();
-  const std::vector<SweepWork> works =
-      grid ? plan_grid(sweep, options.vary) : std::vector<SweepWork>{{sweep, sweep_description(sweep), ""}};
+  std::vector<SweepWork> works;
+  if (grid)
+    works = plan_grid(sweep, options.vary);
+  else
+    works.push_back({sweep, sweep_description(sweep), ""});
   const nlohmann::json description = grid ? grid_description(works, options.vary) : works.front().description;
   const std::string gain = works.front().description.at("gain_warning");
   if (!gain.empty() && !grid) spdlog::warn(gain);

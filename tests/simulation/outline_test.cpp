@@ -8,6 +8,7 @@
 
 #include "calibration/camera/sphere_outline.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
+#include "servo/simulation/rendering/edge_pixel.hpp"
 #include "tests/simulation/dark_room.hpp"
 
 namespace ballservo {

@@ -1,10 +1,12 @@
-// Four rays at once against one at a time.
+// Many rays at once against one at a time.
 #include "servo/simulation/rendering/scene.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
+#include <set>
+#include <vector>
 
 #include "calibration/base/random.hpp"
 
@@ -30,71 +32,139 @@ Eigen::Vector3d random_direction(RandomEngine& engine) {
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
-TEST(Scene, FourRaysMeetTheRoomWhereEachDoes) {
-  const Scene scene(room_of(Pattern::plain), 0);
+/// A box, a cylinder and a disc besides, turned.
+World furnished_room_of(Pattern pattern) {
+  World world = room_of(pattern);
+  Obstacle obstacle;
+  obstacle.material.texture = {pattern, {0.3, 0.36, 0.5}, {0.5, 0.2, 0.3}, 0.05};
+  obstacle.shape = BoxShape{{0.4, 0.3, 0.5}};
+  obstacle.center_m = {2.2, 0.9, 0.25};
+  obstacle.yaw_rad = 0.5;
+  world.obstacles.push_back(obstacle);
+  obstacle.shape = CylinderShape{0.15, 0.4};
+  obstacle.center_m = {1.6, -1.3, 0.2};
+  world.obstacles.push_back(obstacle);
+  obstacle.shape = DiscShape{0.3};
+  obstacle.center_m = {0.2, -0.2, 0.4};
+  world.obstacles.push_back(obstacle);
+  return world;
+}
+
+struct ManyRays {
+  Triples together{};
+  std::array<Eigen::Vector3d, lanes> each;
+
+  void set(int k, const Eigen::Vector3d& d) {
+    each[static_cast<std::size_t>(k)] = d;
+    together.x[k] = static_cast<float>(d.x());
+    together.y[k] = static_cast<float>(d.y());
+    together.z[k] = static_cast<float>(d.z());
+  }
+};
+
+const std::vector<int> all_solids{0, 1, 2};
+
+TEST(Scene, ManyRaysMeetWhatEachDoes) {
+  const World world = furnished_room_of(Pattern::plain);
+  const Scene scene(world, 0);
   RandomEngine engine = random_stream(1, "scene_test");
   const Eigen::Vector3d origin(1.0, -0.5, 0.3);
-  for (int n = 0; n < 2000; ++n) {
-    Triple4 rays{};
-    std::array<Eigen::Vector3d, 4> directions;
-    for (int k = 0; k < 4; ++k) {
+  std::set<int> met;
+  int beside_an_edge = 0;
+  for (int n = 0; n < 4000; ++n) {
+    ManyRays rays;
+    for (int k = 0; k < lanes; ++k) {
       Eigen::Vector3d d = random_direction(engine);
-      if (n < 3) d = Eigen::Vector3d::Unit((n + k) % 3) * (k < 2 ? 1 : -1);  // along the axes
-      directions[static_cast<std::size_t>(k)] = d;
-      rays.x[k] = static_cast<float>(d.x());
-      rays.y[k] = static_cast<float>(d.y());
-      rays.z[k] = static_cast<float>(d.z());
+      if (n < 3) d = Eigen::Vector3d::Unit((n + k) % 3) * (k < lanes / 2 ? 1 : -1);  // along the axes
+      if (n % 2 == 1) {                                                              // at a solid
+        const Eigen::Vector3d& center_m = world.obstacles[static_cast<std::size_t>(n / 2 % 3)].center_m;
+        d = (center_m + 0.35 * d - origin).normalized();
+      }
+      rays.set(k, d);
     }
-    const RoomHits hits = scene.hit_room(origin, rays);
-    for (int k = 0; k < 4; ++k) {
-      const SurfaceHit hit = scene.hit_surface(origin, directions[static_cast<std::size_t>(k)], {});
-      EXPECT_EQ(hits.surface[k], hit.surface);
-      EXPECT_NEAR(hits.t[k], hit.t, 1e-5 * hit.t);
+    const SurfaceHits hits = scene.hit_surfaces(origin, rays.together, all_solids);
+    for (int k = 0; k < lanes; ++k) {
+      const SurfaceHit hit = scene.hit_surface(origin, rays.each[static_cast<std::size_t>(k)], all_solids);
+      met.insert(hit.surface);
+      if (hits.surface[k] != hit.surface)
+        ++beside_an_edge;
+      else
+        EXPECT_NEAR(hits.t[k], hit.t, 1e-5 * hit.t) << hit.surface;
     }
+  }
+  EXPECT_LT(beside_an_edge, 5);
+  // The room, four faces of the box (it stands on the floor, and two are turned away), the cylinder's side
+  // and top, the disc's one side.
+  EXPECT_GE(met.size(), 6u + 2u + 1u + 1u);
+}
+
+TEST(Scene, TheAngleIsThatOfTheQuadrant) {
+  for (double angle = -3.14; angle < 3.14; angle += 0.0137) {
+    const Floats found = angle_of(spread(0.3 * std::sin(angle)), spread(0.3 * std::cos(angle)));
+    EXPECT_NEAR(found[0], angle, 5e-6);
+  }
+}
+
+/// Lambert's cosine over the small disc that the ball covers.
+TEST(Scene, ABallKeepsOffLightThatComesFromEverywhere) {
+  World world;
+  world.balls = {Ball{}};
+  world.balls[0].diameter_m = 0.12;
+  world.balls[0].position_m = {2, 0, 0.06};
+  World without = world;
+  without.balls.clear();
+  const Eigen::Vector3d origin(0, 0, 0.3);
+  for (const double beside_m : {0.1, 0.2, 0.4, 0.6}) {
+    const Eigen::Vector3d direction = (Eigen::Vector3d(2, beside_m, 0) - origin).normalized();
+    const auto light = [&](const World& seen) {
+      const Scene scene(seen, 0);
+      return scene.shade_surface(scene.hit_surface(origin, direction, {}), origin, direction, 0.002).sum();
+    };
+    const double square = beside_m * beside_m + 0.06 * 0.06;
+    const double covered = square > 0.48 * 0.48 ? 0 : 0.06 / std::sqrt(square) * 0.06 * 0.06 / square;
+    EXPECT_NEAR(light(world) / light(without), 1 - covered, 1e-4) << beside_m;
   }
 }
 
 /// By the lamps themselves, without a light map, in double precision but for the texture.
-TEST(Scene, FourPointsAreShadedAsEachIsByTheLampsThemselves) {
+TEST(Scene, ManyPointsAreShadedAsEachIsByTheLampsThemselves) {
   for (const Pattern pattern : all_patterns) {
-    const World world = room_of(pattern);
+    const World world = furnished_room_of(pattern);
     const LightMap light_map(world);
     const Scene mapped(world, 0, &light_map), plain(world, 0);
     RandomEngine engine = random_stream(2, "scene_test");
     const Eigen::Vector3d origin(1.0, -0.5, 0.3);
-    int shaded = 0, beside_a_ball = 0;
+    int on_room = 0, on_solids = 0, beside_a_ball = 0, off_room = 0, off_solids = 0;
     for (int n = 0; n < 4000; ++n) {
-      const Eigen::Vector3d first = random_direction(engine);
-      Triple4 rays{};
-      std::array<SurfaceHit, 4> hits;
-      std::array<Eigen::Vector3d, 4> directions;
-      for (int k = 0; k < 4; ++k) {
-        const Eigen::Vector3d d = (first + 0.03 * k * Eigen::Vector3d(0.3, -0.5, 0.4)).normalized();
-        hits[static_cast<std::size_t>(k)] = plain.hit_surface(origin, d, {});
-        directions[static_cast<std::size_t>(k)] = d;
-        rays.x[k] = static_cast<float>(d.x());
-        rays.y[k] = static_cast<float>(d.y());
-        rays.z[k] = static_cast<float>(d.z());
-      }
-      const RoomHits room_hits = mapped.hit_room(origin, rays);
-      const int surface = hits[0].surface;
-      if (!all(room_hits.surface == surface)) continue;
-      Triple4 colors{};
-      if (!mapped.shade_room(surface, room_hits.t, origin, rays, 0.002, colors)) {
-        ++beside_a_ball;
-        continue;
-      }
-      ++shaded;
-      for (std::size_t k = 0; k < 4; ++k) {
-        const Rgb expected = plain.shade_surface(hits[k], origin, directions[k], 0.002);
-        const int i = static_cast<int>(k);
-        const Rgb color(colors.x[i], colors.y[i], colors.z[i]);
-        EXPECT_LT((color - expected).cwiseAbs().maxCoeff(), 0.012 * (0.1 + expected.maxCoeff()))
-            << pattern_name(pattern) << " " << surface;
+      Eigen::Vector3d first = random_direction(engine);
+      if (n % 2 == 1)
+        first = (world.obstacles[static_cast<std::size_t>(n / 2 % 3)].center_m + 0.3 * first - origin)
+                    .normalized();
+      ManyRays rays;
+      for (int k = 0; k < lanes; ++k)
+        rays.set(k, (first + 0.02 * k * Eigen::Vector3d(0.3, -0.5, 0.4)).normalized());
+      const SurfaceHits hits = mapped.hit_surfaces(origin, rays.together, all_solids);
+      Triples colors{};
+      Ints shaded;
+      mapped.shade_surfaces(hits, origin, rays.together, 0.002, colors, shaded);
+      for (int k = 0; k < lanes; ++k) {
+        const Eigen::Vector3d& direction = rays.each[static_cast<std::size_t>(k)];
+        const SurfaceHit hit = plain.hit_surface(origin, direction, all_solids);
+        if (shaded[k] == 0) ++beside_a_ball;
+        if (shaded[k] == 0 || hit.surface != hits.surface[k]) continue;
+        ++(hit.surface < 8 ? on_room : on_solids);
+        const Rgb expected = plain.shade_surface(hit, origin, direction, 0.002);
+        const Rgb color(colors.x[k], colors.y[k], colors.z[k]);
+        if ((color - expected).cwiseAbs().maxCoeff() > 0.012 * (0.1 + expected.maxCoeff()))
+          ++(hit.surface < 8 ? off_room : off_solids);
       }
     }
-    EXPECT_GT(shaded, 2000);
+    EXPECT_GT(on_room, 10000);
+    EXPECT_GT(on_solids, 3000);
     EXPECT_GT(beside_a_ball, 5);
+    // The map blurs sharp shadows, and the feet of what stands there, over one of its cells.
+    EXPECT_LT(off_room, 0.015 * on_room) << pattern_name(pattern);
+    EXPECT_LT(off_solids, 0.01 * on_solids) << pattern_name(pattern);
   }
 }
 

@@ -1,10 +1,9 @@
 // Pictures of the simulated room through any calibrated lens.
 //
-// One ray per pixel where a pixel shows one surface (four neighbours at once where they show the same of the
-// room), 16 where edges cross it; a ball's outline is never
-// sampled: each pixel that it crosses is cut into 64 squares, whose share inside the tangent cone is an exact
-// area under a straight line (with the cone's own distance and slope in each square). So the outline errs by
-// less than 0.01 px anywhere and its mean radius by less than 0.0005 px.
+// One ray per pixel where a pixel shows one surface, 16 where edges cross it, eight rays at once; a ball's
+// outline is never sampled: each pixel that it crosses is cut into 64 squares, whose share inside the tangent
+// cone is an exact area under a straight line (with the cone's own distance and slope in each square). So the
+// outline errs by less than 0.01 px anywhere and its mean radius by less than 0.0005 px.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,16 +12,12 @@
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
+#include "servo/simulation/rendering/lens_rays.hpp"
 #include "servo/simulation/rendering/scene.hpp"
 #include "servo/simulation/rendering/sensor.hpp"
 #include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
-
-/// How the renderer counts a ball's outline: the share (0 to 1) of a square that lies on the inner side of a
-/// straight line. `inside` is the signed distance of the square's centre from the line, positive inside;
-/// (slope_x, slope_y) the line's unit normal, either way round; lengths in the unit of `side`.
-double half_plane_share(double inside, double slope_x, double slope_y, double side);
 
 /// Where the camera is at one instant of an exposure.
 struct CameraView {
@@ -56,14 +51,10 @@ class CameraRenderer {
   cv::Mat view_radiance(const CameraView& view) const;
 
   Camera camera_;
+  LensRays rays_;
   World world_;
   LightMap light_map_;
   SensorOptions sensor_;
-  std::vector<Eigen::Vector3f>
-      corner_rays_;  // (width + 1) x (height + 1), of (-0.5, -0.5) first; NaN: no ray
-  /// Unit rays of the pixels' centres, rows filled up with NaN to whole fours.
-  std::vector<Triple4> center_rays_;
-  double widest_pixel_rad_ = 0;  // the largest angle between neighbouring corners
 };
 
 }  // namespace ballservo

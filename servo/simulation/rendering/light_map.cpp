@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "servo/simulation/rendering/scene.hpp"
 
@@ -10,7 +12,59 @@ namespace ballservo {
 namespace {
 
 constexpr double cell_m = 0.04;
-constexpr int most_cells = 400;  // along a side
+constexpr int most_cells = 400;   // along a side
+constexpr int around_cells = 64;  // at least, around a cylinder
+
+/// A surface to be lit.
+struct LitSurface {
+  Eigen::Vector2d low_m{0, 0}, high_m{0, 0};  // in surface coordinates
+  Eigen::Vector2i least_cells{1, 1};
+  int solid = -1;
+  /// The point and the normal there.
+  std::function<std::pair<Eigen::Vector3d, Eigen::Vector3d>(const Eigen::Vector2d& uv_m)> place;
+};
+
+LitSurface lit_surface(const Room& room, int surface) {
+  const SurfaceAxes& axes = surface_axes[static_cast<std::size_t>(surface / 2)];
+  const Eigen::Vector3d low = room.low_m(), high = room.high_m();
+  const bool high_end = surface % 2 == 1;
+  const Eigen::Vector3d normal = Eigen::Vector3d::Unit(axes.normal) * (high_end ? -1.0 : 1.0);
+  const double level_m = (high_end ? high : low)[axes.normal];
+  LitSurface lit;
+  lit.low_m = {low[axes.u], low[axes.v]};
+  lit.high_m = {high[axes.u], high[axes.v]};
+  lit.place = [axes, normal, level_m](const Eigen::Vector2d& uv_m) {
+    Eigen::Vector3d p;
+    p[axes.u] = uv_m.x();
+    p[axes.v] = uv_m.y();
+    p[axes.normal] = level_m;
+    return std::pair(p, normal);
+  };
+  return lit;
+}
+
+LitSurface lit_surface(const SceneSolid& solid, int index, int face) {
+  const Eigen::Vector2d half_m = half_extent_of_face(solid, face);
+  LitSurface lit;
+  lit.low_m = -half_m;
+  lit.high_m = half_m;
+  lit.solid = index;
+  if (solid.kind == SceneSolid::Kind::cylinder && face == 0) lit.least_cells.x() = around_cells;
+  lit.place = [&solid, face](const Eigen::Vector2d& uv_m) { return place_on_face(solid, face, uv_m); };
+  return lit;
+}
+
+bool has_face(const SceneSolid& solid, int face) {
+  switch (solid.kind) {
+    case SceneSolid::Kind::box:
+      return true;
+    case SceneSolid::Kind::cylinder:
+      return face == 0 || face >= 4;
+    case SceneSolid::Kind::disc:
+      return face < 2;
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -18,65 +72,67 @@ LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
   World still = world;
   still.balls.clear();
   const Scene scene(still, 0);
-  const Eigen::Vector3d room_low = world.room.low_m(), room_high = world.room.high_m();
-  for (std::size_t surface = 0; surface < grids_.size(); ++surface) {
-    const Material& material = surface == 0   ? world.room.floor
-                               : surface == 1 ? world.room.ceiling
-                                              : world.room.wall;
-    if (material.luminous || lamps_ == 0) continue;
-    const SurfaceAxes& axes = surface_axes[surface / 2];
-    const bool high_end = surface % 2 == 1;
-    const Eigen::Vector3d normal = Eigen::Vector3d::Unit(axes.normal) * (high_end ? -1.0 : 1.0);
-    Grid& grid = grids_[surface];
-    grid.origin_m = {room_low[axes.u], room_low[axes.v]};
-    const Eigen::Vector2d extent = Eigen::Vector2d(room_high[axes.u], room_high[axes.v]) - grid.origin_m;
-    const auto count = [](double length) {
-      return std::clamp(static_cast<int>(std::ceil(length / cell_m)), 1, most_cells) + 1;
+  grids_.resize(8 * (1 + scene.solids().size()));
+  if (lamps_ == 0) return;
+  const auto light_up = [&](Grid& grid, const LitSurface& lit) {
+    grid.origin_m = lit.low_m;
+    const Eigen::Vector2d extent = lit.high_m - lit.low_m;
+    const auto count = [](double length, int least) {
+      return std::clamp(static_cast<int>(std::ceil(length / cell_m)), least, most_cells) + 1;
     };
-    grid.columns = count(extent.x());
-    grid.rows = count(extent.y());
+    grid.columns = count(extent.x(), lit.least_cells.x());
+    grid.rows = count(extent.y(), lit.least_cells.y());
     grid.cells_per_m = {(grid.columns - 1) / extent.x(), (grid.rows - 1) / extent.y()};
     grid.values.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows) * lamps_);
     tbb::parallel_for(0, grid.rows, [&](int row) {
+      float* share =
+          &grid.values[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) * lamps_];
       for (int column = 0; column < grid.columns; ++column) {
-        Eigen::Vector3d p;
-        p[axes.u] = grid.origin_m.x() + column / grid.cells_per_m.x();
-        p[axes.v] = grid.origin_m.y() + row / grid.cells_per_m.y();
-        p[axes.normal] = (high_end ? room_high : room_low)[axes.normal];
-        float* const shares =
-            &grid.values[(static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
-                          static_cast<std::size_t>(column)) *
-                         lamps_];
+        const auto [p, normal] =
+            lit.place(grid.origin_m + Eigen::Vector2d(column, row).cwiseQuotient(grid.cells_per_m));
         for (std::size_t k = 0; k < lamps_; ++k)
-          shares[k] = static_cast<float>(scene.lamp_share(k, p, normal));
+          *share++ = static_cast<float>(scene.lamp_share(k, p, normal, lit.solid));
       }
     });
+  };
+  for (int surface = 0; surface < 6; ++surface)
+    light_up(grids_[static_cast<std::size_t>(surface)], lit_surface(world.room, surface));
+  for (std::size_t k = 0; k < scene.solids().size(); ++k) {
+    const SceneSolid& solid = scene.solids()[k];
+    for (int face = 0; face < 6; ++face) {
+      if (has_face(solid, face))
+        light_up(grids_[8 * (k + 1) + static_cast<std::size_t>(face)],
+                 lit_surface(solid, static_cast<int>(k), face));
+    }
   }
 }
 
-Triple4 LightMap::light(int surface, const Pair4& uv_m, const std::vector<Light>& lights) const {
+BALLSERVO_WIDE Triples LightMap::light(int surface, const Pairs& uv_m,
+                                       const std::vector<Light>& lights) const {
   const Grid& grid = grids_[static_cast<std::size_t>(surface)];
-  Triple4 sum{};
+  Triples sum{};
   if (grid.columns == 0 || lamps_ == 0) return sum;
-  const auto place = [](Float4 at_m, double origin_m, double cells_per_m, int count) {
-    return max(four(0.0f), min(four(count - 1.0001),
-                               (at_m - static_cast<float>(origin_m)) * static_cast<float>(cells_per_m)));
+  const auto place = [](Floats at_m, double origin_m, double cells_per_m, int count) {
+    return max(spread(0.0f), min(spread(count - 1.0001),
+                                 (at_m - static_cast<float>(origin_m)) * static_cast<float>(cells_per_m)));
   };
-  const Float4 x = place(uv_m.u, grid.origin_m.x(), grid.cells_per_m.x(), grid.columns);
-  const Float4 y = place(uv_m.v, grid.origin_m.y(), grid.cells_per_m.y(), grid.rows);
-  const Int4 column = floor_index(x), row = floor_index(y);
-  const Float4 fx = x - to_float(column), fy = y - to_float(row);
+  const Floats x = place(uv_m.u, grid.origin_m.x(), grid.cells_per_m.x(), grid.columns);
+  const Floats y = place(uv_m.v, grid.origin_m.y(), grid.cells_per_m.y(), grid.rows);
+  const Ints column = floor_index(x), row = floor_index(y);
+  const Floats fx = x - to_float(column), fy = y - to_float(row);
   const std::size_t stride = static_cast<std::size_t>(grid.columns) * lamps_;
-  std::array<const float*, 4> low{};
-  for (int i = 0; i < 4; ++i) {
+  std::array<const float*, lanes> low{};
+  for (int i = 0; i < lanes; ++i) {
     low[static_cast<std::size_t>(i)] = grid.values.data() + static_cast<std::size_t>(row[i]) * stride +
                                        static_cast<std::size_t>(column[i]) * lamps_;
   }
   for (std::size_t k = 0; k < lamps_; ++k) {
     const auto corner = [&](std::size_t at) {
-      return Float4{low[0][at], low[1][at], low[2][at], low[3][at]};
+      Floats values{};
+      for (int i = 0; i < lanes; ++i) values[i] = low[static_cast<std::size_t>(i)][at];
+      return values;
     };
-    const Float4 share = (1 - fy) * ((1 - fx) * corner(k) + fx * corner(k + lamps_)) +
+    const Floats share = (1 - fy) * ((1 - fx) * corner(k) + fx * corner(k + lamps_)) +
                          fy * ((1 - fx) * corner(k + stride) + fx * corner(k + stride + lamps_));
     sum.x += share * static_cast<float>(lights[k].intensity[0]);
     sum.y += share * static_cast<float>(lights[k].intensity[1]);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace ballservo {
 
@@ -59,18 +60,14 @@ SceneSolid scene_solid(const Obstacle& obstacle) {
 }
 
 /// Corners get less of the light that comes from everywhere; a smooth stand-in for it.
-Float4 corner_light(Float4 distance) { return 1.0f - 0.28f / (1.0f + 25.0f * distance * distance); }
+Floats corner_light(Floats distance) { return 1.0f - 0.28f / (1.0f + 25.0f * distance * distance); }
 
-Float4 dot(const Triple4& a, const Triple4& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Triple4 difference(const Triple4& a, const Triple4& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-template <typename Scalar>
-Triple4 spread(const Eigen::Matrix<Scalar, 3, 1>& v) {
-  return {four(v.x()), four(v.y()), four(v.z())};
-}
+Floats dot(const Triples& a, const Triples& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Triples difference(const Triples& a, const Triples& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 
 /// What of the light from everywhere comes to points of a surface of the room.
-Float4 room_openness(const Room& room, int surface, const Triple4& p) {
-  const auto between = [](Float4 x, double low, double high) {
+Floats room_openness(const Room& room, int surface, const Triples& p) {
+  const auto between = [](Floats x, double low, double high) {
     return min(x - static_cast<float>(low), static_cast<float>(high) - x);
   };
   return corner_light(
@@ -81,9 +78,9 @@ Float4 room_openness(const Room& room, int surface, const Triple4& p) {
 /// The sides of the patches that pixels see of a surface: longer in the direction of view, the flatter the
 /// rays meet it. `across_m`: how wide the pixels are there; the rest: the direction's parts along the normal
 /// and along the surface's axes.
-Pair4 seen_patches(Float4 across_m, Float4 along_normal, Float4 along_u, Float4 along_v) {
-  const Float4 stretch = 1.0f / max(abs(along_normal), four(1e-3f)) - 1.0f;
-  const Float4 per_flat2 = stretch / max(along_u * along_u + along_v * along_v, four(1e-12f));
+Pairs seen_patches(Floats across_m, Floats along_normal, Floats along_u, Floats along_v) {
+  const Floats stretch = 1.0f / max(abs(along_normal), spread(1e-3f)) - 1.0f;
+  const Floats per_flat2 = stretch / max(along_u * along_u + along_v * along_v, spread(1e-12f));
   return {across_m * (1.0f + per_flat2 * along_u * along_u),
           across_m * (1.0f + per_flat2 * along_v * along_v)};
 }
@@ -225,109 +222,130 @@ Rgb Scene::reflected(const Material& material, const Rgb& albedo, const Eigen::V
   return albedo.cwiseProduct(diffuse) + material.specular * highlight;
 }
 
-double Scene::lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
-  const auto light = lamp_light(lights_[lamp], p, normal, -1, -1);
+double Scene::lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
+                         int own_solid) const {
+  const auto light = lamp_light(lights_[lamp], p, normal, -1, own_solid);
   return light ? light->facing * light->visible / light->square_m2 : 0.0;
 }
 
 /// Whether a ball could keep light of some lamp from points: they lie in its cone of half shadow.
-Int4 Scene::shaded_by_ball(const Triple4& p) const {
-  Int4 shaded{};
+Ints Scene::shaded_by_ball(const Triples& p) const {
+  Ints shaded{};
   for (const ShadeCone& cone : shade_cones_) {
-    const Triple4 to_p = difference(p, spread(cone.lamp));
-    const Float4 along = dot(to_p, spread(cone.axis));
-    const Float4 reach = cone.radius + max(along - cone.ball_m, four(0.0f)) * cone.growth;
+    const Triples to_p = difference(p, spread(cone.lamp));
+    const Floats along = dot(to_p, spread(cone.axis));
+    const Floats reach = cone.radius + max(along - cone.ball_m, spread(0.0f)) * cone.growth;
     shaded |= (along >= cone.from_m) & (dot(to_p, to_p) - along * along < reach * reach);
   }
   return shaded;
 }
 
-Int4 Scene::ball_takes_light(const Triple4& p) const {
-  Int4 takes = shaded_by_ball(p);
+/// A ball keeps off the light that comes from everywhere (Lambert's cosine over the small disc that it
+/// covers).
+Floats Scene::openness_beside_balls(const Triples& p, const Triples& normal) const {
+  Floats open = spread(1.0f);
   for (const SceneBall& ball : balls_) {
-    const Triple4 away = difference(spread(ball.center), p);
-    const auto far_m = static_cast<float>(openness_radii * ball.radius);
-    takes |= dot(away, away) <= far_m * far_m;
+    const Triples away = difference(spread(ball.center), p);
+    const auto radius2 = static_cast<float>(ball.radius * ball.radius);
+    const Floats square = max(dot(away, away), spread(radius2));
+    const Ints near = square <= static_cast<float>(openness_radii * openness_radii) * radius2;
+    if (!any(near)) continue;
+    const Floats covered = max(dot(normal, away), spread(0.0f)) / square_root(square) * radius2 / square;
+    open *= near ? 1.0f - min(covered, spread(1.0f)) : spread(1.0f);
   }
-  return takes;
+  return open;
 }
 
-const Material& Scene::room_material(int surface) const {
+const Material& Scene::material_of(int surface) const {
+  if (surface >= 8) return solids_[static_cast<std::size_t>(surface / 8 - 1)].material;
   return surface == 0 ? room_.floor : surface == 1 ? room_.ceiling : room_.wall;
 }
 
 bool Scene::light_is_mapped(int surface) const {
-  const Material& material = room_material(surface);
+  const Material& material = material_of(surface);
   return light_map_ != nullptr && material.specular == 0.0 && !material.luminous;
 }
 
-RoomHits Scene::hit_room(const Eigen::Vector3d& origin, const Triple4& directions) const {
-  const auto leave = [](Float4 direction, double low_m, double high_m) {
-    return (direction > 0.0f ? four(high_m) : four(low_m)) / abs(direction);
+BALLSERVO_WIDE SurfaceHits Scene::hit_surfaces(const Eigen::Vector3d& origin, const Triples& directions,
+                                               const std::vector<int>& candidates) const {
+  const auto leave = [](Floats direction, double low_m, double high_m) {
+    return (direction > 0.0f ? spread(high_m) : spread(low_m)) / abs(direction);
   };
-  const Float4 tx = leave(directions.x, origin.x() - room_.x_min_m, room_.x_max_m - origin.x());
-  const Float4 ty = leave(directions.y, origin.y() - room_.y_min_m, room_.y_max_m - origin.y());
-  const Float4 tz = leave(directions.z, origin.z(), room_.height_m - origin.z());
-  RoomHits hits;
+  const Floats tx = leave(directions.x, origin.x() - room_.x_min_m, room_.x_max_m - origin.x());
+  const Floats ty = leave(directions.y, origin.y() - room_.y_min_m, room_.y_max_m - origin.y());
+  const Floats tz = leave(directions.z, origin.z(), room_.height_m - origin.z());
+  SurfaceHits hits;
   hits.t = min(min(tx, ty), tz);
-  const Int4 zero{};
-  const auto side = [&](Float4 direction, int low) { return zero + low - (direction > 0.0f); };
+  const Ints zero{};
+  const auto side = [&](Floats direction, int low) { return zero + low - (direction > 0.0f); };
   hits.surface =
       hits.t == tz ? side(directions.z, 0) : (hits.t == tx ? side(directions.x, 2) : side(directions.y, 4));
+  for (const int k : candidates) hit_solid(solids_[static_cast<std::size_t>(k)], k, origin, directions, hits);
   return hits;
 }
 
-bool Scene::shade_room(int surface, Float4 t, const Eigen::Vector3d& origin, const Triple4& directions,
-                       double pixel_rad, Triple4& colors) const {
-  const Triple4 o = spread(origin);
-  const Triple4 p{o.x + t * directions.x, o.y + t * directions.y, o.z + t * directions.z};
-  if (any(ball_takes_light(p))) return false;
-  const Material& material = room_material(surface);
-  const Float4 across_m = t * static_cast<float>(pixel_rad);
+SurfacePoints Scene::points_of(int surface, const Floats& t, const Eigen::Vector3d& origin,
+                               const Triples& directions) const {
+  if (surface >= 8)
+    return points_of_face(solids_[static_cast<std::size_t>(surface / 8 - 1)], surface % 8, origin, t,
+                          directions);
   const SurfaceAxes& axes = surface_axes[static_cast<std::size_t>(surface / 2)];
-  const Float4 places[] = {p.x, p.y, p.z}, ways[] = {directions.x, directions.y, directions.z};
-  const Pair4 uv_m{places[axes.u], places[axes.v]};
-  const Pair4 patch_m = seen_patches(across_m, ways[axes.normal], ways[axes.u], ways[axes.v]);
-  const Triple4 albedo = texture_colors(material.texture, uv_m, patch_m);
-  const Triple4 lamps = light_map_->light(surface, uv_m, lights_), ambient = spread(ambient_);
-  const Float4 openness = room_openness(room_, surface, p);
-  colors = {albedo.x * (ambient.x * openness + lamps.x), albedo.y * (ambient.y * openness + lamps.y),
-            albedo.z * (ambient.z * openness + lamps.z)};
-  return true;
+  const Floats ways[] = {directions.x, directions.y, directions.z};
+  const auto place = [&](int axis) { return static_cast<float>(origin[axis]) + t * ways[axis]; };
+  const Eigen::Vector3d normal = Eigen::Vector3d::Unit(axes.normal) * (surface % 2 == 1 ? -1.0 : 1.0);
+  return {{place(axes.u), place(axes.v)}, ways[axes.normal], ways[axes.u], ways[axes.v], spread(normal)};
+}
+
+Triples Scene::shade_mapped(int surface, const Floats& t, const Eigen::Vector3d& origin,
+                            const Triples& directions, const Triples& p, double pixel_rad) const {
+  const SurfacePoints points = points_of(surface, t, origin, directions);
+  const Pairs patch_m =
+      seen_patches(t * static_cast<float>(pixel_rad), points.along_normal, points.along_u, points.along_v);
+  const Triples albedo = texture_colors(material_of(surface).texture, points.uv_m, patch_m);
+  const Triples lamps = light_map_->light(surface, points.uv_m, lights_), ambient = spread(ambient_);
+  const Floats openness = (surface < 8 ? room_openness(room_, surface, p) : spread(1.0f)) *
+                          openness_beside_balls(p, points.normal);
+  return {albedo.x * (ambient.x * openness + lamps.x), albedo.y * (ambient.y * openness + lamps.y),
+          albedo.z * (ambient.z * openness + lamps.z)};
+}
+
+BALLSERVO_WIDE void Scene::shade_surfaces(const SurfaceHits& hits, const Eigen::Vector3d& origin,
+                                          const Triples& directions, double pixel_rad, Triples& colors,
+                                          Ints& shaded) const {
+  const Triples o = spread(origin);
+  const Triples p{o.x + hits.t * directions.x, o.y + hits.t * directions.y, o.z + hits.t * directions.z};
+  Ints rest = (hits.t < std::numeric_limits<float>::max()) & ~shaded_by_ball(p);
+  shaded = Ints{};
+  for (int k = 0; k < lanes; ++k) {
+    if (rest[k] == 0) continue;
+    const int surface = hits.surface[k];
+    const Ints same = rest & (hits.surface == surface);
+    rest &= ~same;
+    if (!light_is_mapped(surface)) continue;
+    const Triples shown = shade_mapped(surface, hits.t, origin, directions, p, pixel_rad);
+    colors = {same ? shown.x : colors.x, same ? shown.y : colors.y, same ? shown.z : colors.z};
+    shaded |= same;
+  }
 }
 
 Rgb Scene::shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin,
                          const Eigen::Vector3d& direction, double pixel_rad) const {
   const bool of_room = hit.surface < 8;
   const Eigen::Vector3d p = origin + hit.t * direction;
-  Triple4 colors;
-  if (of_room && light_is_mapped(hit.surface) &&
-      shade_room(hit.surface, four(hit.t), origin, spread(direction), pixel_rad, colors)) {
-    return {colors.x[0], colors.y[0], colors.z[0]};
-  }
+  Triples colors;
+  Ints shaded;
+  shade_surfaces({spread(hit.t), Ints{} + hit.surface}, origin, spread(direction), pixel_rad, colors, shaded);
+  if (any(shaded)) return {colors.x[0], colors.y[0], colors.z[0]};
   const int own_solid = of_room ? -1 : (hit.surface - 8) / 8;
-  const Material& material =
-      of_room ? room_material(hit.surface) : solids_[static_cast<std::size_t>(own_solid)].material;
-  const Pair4 patch_m = seen_patches(four(pixel_rad * hit.t), four(hit.normal.dot(direction)),
-                                     four(direction.dot(hit.u_axis)), four(direction.dot(hit.v_axis)));
+  const Material& material = material_of(hit.surface);
+  const Pairs patch_m = seen_patches(spread(pixel_rad * hit.t), spread(hit.normal.dot(direction)),
+                                     spread(direction.dot(hit.u_axis)), spread(direction.dot(hit.v_axis)));
   const Rgb albedo = texture_color(material.texture, hit.uv_m, {patch_m.u[0], patch_m.v[0]});
   if (material.luminous) return albedo;
 
-  double openness = of_room ? static_cast<double>(room_openness(room_, hit.surface, spread(p))[0]) : 1.0;
-  // A ball keeps off the light that comes from everywhere (Lambert's cosine over the small disc that it
-  // covers).
-  for (const SceneBall& ball : balls_) {
-    const Eigen::Vector3d away = ball.center - p;
-    const double square = std::max(away.squaredNorm(), ball.radius * ball.radius);
-    if (square > openness_radii * openness_radii * ball.radius * ball.radius) continue;
-    const double covered =
-        std::max(hit.normal.dot(away), 0.0) / std::sqrt(square) * ball.radius * ball.radius / square;
-    openness *= 1.0 - std::min(covered, 1.0);
-  }
-  if (of_room && light_is_mapped(hit.surface) && !any(shaded_by_ball(spread(p)))) {
-    const Triple4 lamps = light_map_->light(hit.surface, {four(hit.uv_m.x()), four(hit.uv_m.y())}, lights_);
-    return albedo.cwiseProduct(ambient_ * openness + Rgb(lamps.x[0], lamps.y[0], lamps.z[0]));
-  }
+  const Floats corner = of_room ? room_openness(room_, hit.surface, spread(p)) : spread(1.0f);
+  const auto openness =
+      static_cast<double>((corner * openness_beside_balls(spread(p), spread(hit.normal)))[0]);
   return reflected(material, albedo, p, hit.normal, -direction, ambient_ * openness, -1, own_solid);
 }
 

@@ -7,9 +7,10 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
-#include "servo/simulation/world/float4.hpp"
+#include "servo/simulation/world/lanes.hpp"
 #include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
@@ -41,11 +42,23 @@ struct SurfaceHit {
   Eigen::Vector3d u_axis{1, 0, 0}, v_axis{0, 1, 0};
 };
 
-/// Where four rays meet the room.
-struct RoomHits {
-  Float4 t;
-  Int4 surface;  ///< 0 to 5
+/// Where rays meet the nearest surfaces, one a lane: `t` beyond every float where a ray has no direction.
+struct SurfaceHits {
+  Floats t;
+  Ints surface;  ///< as in SurfaceHit
 };
+
+/// Points of one surface as rays of unit length meet them.
+struct SurfacePoints {
+  Pairs uv_m;                             ///< as in SurfaceHit
+  Floats along_normal, along_u, along_v;  ///< the directions' parts
+  Triples normal;
+};
+
+template <typename Scalar>
+Triples spread(const Eigen::Matrix<Scalar, 3, 1>& v) {
+  return {spread(v.x()), spread(v.y()), spread(v.z())};
+}
 
 /// Of the room's surfaces 2 k and 2 k + 1 (at the low and the high end of the normal): the world's axes along
 /// which the surface coordinates u and v run, and the axis of the normal.
@@ -64,16 +77,30 @@ double hit_solid(const SceneSolid& solid, const Eigen::Vector3d& origin, const E
 void describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& direction,
                   SurfaceHit& hit, int& face);
 
-/// Lamps and solids stand still, so this is worked out once: what floor, ceiling and walls get of each lamp,
-/// in the shade of the solids but not of the balls, on a grid of 4 cm (coarser where a surface is longer than
-/// 16 m), interpolated in between.
+/// Of many rays: `nearest` becomes solid `index` where they meet it first.
+void hit_solid(const SceneSolid& solid, int index, const Eigen::Vector3d& origin, const Triples& directions,
+               SurfaceHits& nearest);
+
+/// Points of one face of the solid, which lie at t along the rays.
+SurfacePoints points_of_face(const SceneSolid& solid, int face, const Eigen::Vector3d& origin,
+                             const Floats& t, const Triples& directions);
+
+/// A face's extent in surface coordinates, from -half to +half.
+Eigen::Vector2d half_extent_of_face(const SceneSolid& solid, int face);
+/// The point (world) and the normal there of a face's surface coordinates.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> place_on_face(const SceneSolid& solid, int face,
+                                                          const Eigen::Vector2d& uv_m);
+
+/// Lamps and solids stand still, so this is worked out once: what every surface gets of each lamp, in the
+/// shade of the solids but not of the balls, on a grid of 4 cm (coarser where a surface is longer than 16 m,
+/// finer around a cylinder), interpolated in between.
 class LightMap {
  public:
   explicit LightMap(const World& world);
 
-  /// The light of all lamps on four points, each lamp as bright as `lights` says (the world's, in its order).
-  /// `surface` from 0 to 5 and `uv_m` as in SurfaceHit.
-  Triple4 light(int surface, const Pair4& uv_m, const std::vector<Light>& lights) const;
+  /// The light of all lamps on points, each lamp as bright as `lights` says (the world's, in its order).
+  /// `surface` and `uv_m` as in SurfaceHit.
+  Triples light(int surface, const Pairs& uv_m, const std::vector<Light>& lights) const;
 
  private:
   struct Grid {
@@ -83,7 +110,7 @@ class LightMap {
     std::vector<float> values;  // lamps fastest, then columns
   };
   std::size_t lamps_ = 0;
-  std::array<Grid, 6> grids_;
+  std::vector<Grid> grids_;  // by surface
 };
 
 class Scene {
@@ -99,8 +126,9 @@ class Scene {
   SurfaceHit hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                          const std::vector<int>& candidates) const;
 
-  /// Where rays of unit length meet the room, behind all that stands in it.
-  RoomHits hit_room(const Eigen::Vector3d& origin, const Triple4& directions) const;
+  /// The same of many rays of unit length.
+  SurfaceHits hit_surfaces(const Eigen::Vector3d& origin, const Triples& directions,
+                           const std::vector<int>& candidates) const;
 
   /// Distance to the first solid (room and balls apart) before t_max along the ray, or t_max.
   double hit_solids(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double t_max) const;
@@ -110,24 +138,29 @@ class Scene {
   Rgb shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                     double pixel_rad) const;
 
-  /// The same of four points of one surface of the room whose light is mapped; false where a ball may keep
-  /// some of it off.
-  bool shade_room(int surface, Float4 t, const Eigen::Vector3d& origin, const Triple4& directions,
-                  double pixel_rad, Triple4& colors) const;
-  /// Whether the light map knows all the light on a surface of the room, but for the balls' shadows.
-  bool light_is_mapped(int surface) const;
+  /// The same of many points; only of those whose light is mapped and no ball keeps off: `shaded` tells which
+  /// they are.
+  void shade_surfaces(const SurfaceHits& hits, const Eigen::Vector3d& origin, const Triples& directions,
+                      double pixel_rad, Triples& colors, Ints& shaded) const;
 
   /// What the ball sends towards the viewer from the point that the ray meets, or where it misses the point
   /// of the ball nearest to the ray.
   Rgb shade_ball(int ball, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 
-  /// What a surface point that belongs to no ball or solid gets of a lamp, as a share of its intensity.
-  double lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const;
+  /// What a point of the room (own_solid -1) or of a solid gets of a lamp, as a share of its intensity.
+  double lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
+                    int own_solid) const;
 
  private:
-  const Material& room_material(int surface) const;
-  Int4 shaded_by_ball(const Triple4& p) const;
-  Int4 ball_takes_light(const Triple4& p) const;
+  const Material& material_of(int surface) const;
+  SurfacePoints points_of(int surface, const Floats& t, const Eigen::Vector3d& origin,
+                          const Triples& directions) const;
+  /// Whether the light map knows all the light on a surface, but for the balls' shadows.
+  bool light_is_mapped(int surface) const;
+  Triples shade_mapped(int surface, const Floats& t, const Eigen::Vector3d& origin, const Triples& directions,
+                       const Triples& p, double pixel_rad) const;
+  Ints shaded_by_ball(const Triples& p) const;
+  Floats openness_beside_balls(const Triples& p, const Triples& normal) const;
   /// What of a lamp's light comes to a point of a surface.
   struct LampLight {
     Eigen::Vector3d to_light;

@@ -25,11 +25,13 @@ class CellGrid {
     for (std::size_t k = 0; k < values_.size(); ++k)
       values_[k] = static_cast<float>(cell_value(static_cast<std::int64_t>(k), -7));
   }
-  Float4 operator()(Int4 i, Int4 j) const {
-    const Int4 at = (i & (side - 1)) * side + (j & (side - 1));
+  Floats operator()(Ints i, Ints j) const {
+    const Ints at = (i & (side - 1)) * side + (j & (side - 1));
     const auto value = [this](std::int32_t k) { return values_[static_cast<std::size_t>(k)]; };
-    if (all(at == at[0])) return four(value(at[0]));  // neighbours mostly see one cell
-    return Float4{value(at[0]), value(at[1]), value(at[2]), value(at[3])};
+    if (all(at == at[0])) return spread(value(at[0]));  // neighbours mostly see one cell
+    Floats values{};
+    for (int k = 0; k < lanes; ++k) values[k] = value(at[k]);
+    return values;
   }
 
  private:
@@ -40,6 +42,7 @@ class CellGrid {
 /// Three octaves of smooth value noise on a fine grid, side by side, so that one look-up serves them all.
 class NoiseGrid {
  public:
+  using Octaves = float __attribute__((vector_size(16)));
   static constexpr int octaves = 3;
   static constexpr int period = 32;  // in units of the first octave
   static constexpr int samples = 8;  // a unit
@@ -48,7 +51,7 @@ class NoiseGrid {
   NoiseGrid() : values_(static_cast<std::size_t>(side * side)) {
     for (int j = 0; j < side; ++j) {
       for (int i = 0; i < side; ++i) {
-        Float4& value = values_[static_cast<std::size_t>(j * side + i)];
+        Octaves& value = values_[static_cast<std::size_t>(j * side + i)];
         for (int k = 0; k < octaves; ++k) {
           const double frequency = static_cast<double>(1 << k) / samples;
           value[k] = static_cast<float>(smooth(i * frequency, j * frequency, period << k, k));
@@ -58,18 +61,18 @@ class NoiseGrid {
     }
   }
 
-  /// The octaves at four points, each from -0.5 to 0.5, summed with the points' weights.
-  Float4 operator()(Float4 x, Float4 y, const Float4 (&weights)[octaves]) const {
-    const Float4 sx = x * samples, sy = y * samples;
-    const Int4 fx = floor_index(sx), fy = floor_index(sy);
-    const Int4 i = fx & (side - 1), j = fy & (side - 1), i1 = (fx + 1) & (side - 1),
+  /// The octaves at the points, each from -0.5 to 0.5, summed with the points' weights.
+  Floats operator()(Floats x, Floats y, const Floats (&weights)[octaves]) const {
+    const Floats sx = x * samples, sy = y * samples;
+    const Ints fx = floor_index(sx), fy = floor_index(sy);
+    const Ints i = fx & (side - 1), j = fy & (side - 1), i1 = (fx + 1) & (side - 1),
                j1 = (fy + 1) & (side - 1);
-    const Float4 tx = sx - to_float(fx), ty = sy - to_float(fy);
-    Float4 sum;
-    for (int k = 0; k < 4; ++k) {
-      const Float4 low = at(i[k], j[k]) + tx[k] * (at(i1[k], j[k]) - at(i[k], j[k]));
-      const Float4 high = at(i[k], j1[k]) + tx[k] * (at(i1[k], j1[k]) - at(i[k], j1[k]));
-      const Float4 value = low + ty[k] * (high - low);
+    const Floats tx = sx - to_float(fx), ty = sy - to_float(fy);
+    Floats sum;
+    for (int k = 0; k < lanes; ++k) {
+      const Octaves low = at(i[k], j[k]) + tx[k] * (at(i1[k], j[k]) - at(i[k], j[k]));
+      const Octaves high = at(i[k], j1[k]) + tx[k] * (at(i1[k], j1[k]) - at(i[k], j1[k]));
+      const Octaves value = low + ty[k] * (high - low);
       sum[k] = weights[0][k] * value[0] + weights[1][k] * value[1] + weights[2][k] * value[2];
     }
     return sum;
@@ -87,99 +90,99 @@ class NoiseGrid {
     return low + wy * (high - low) - 0.5;
   }
 
-  const Float4& at(int i, int j) const { return values_[static_cast<std::size_t>(j * side + i)]; }
-  std::vector<Float4> values_;
+  const Octaves& at(int i, int j) const { return values_[static_cast<std::size_t>(j * side + i)]; }
+  std::vector<Octaves> values_;
 };
 
 /// How much of a wave of unit wavelength is left after averaging over a patch of this size (in wavelengths).
-Float4 remaining(Float4 patch) {
-  const Float4 q = patch * patch;
+Floats remaining(Floats patch) {
+  const Floats q = patch * patch;
   return 1.0f / (1.0f + 4.0f * q + 8.0f * q * q);
 }
 
 /// Octaves of noise, each fading as the patch grows beyond its grains; about -0.5 to 0.5.
-Float4 fading_noise(Float4 x, Float4 y, Float4 patch) {
-  const Float4 first = 0.55f * remaining(patch);
-  const Int4 shows = first >= 0.02f;  // a grey level or two
-  if (!any(shows)) return four(0.0f);
+Floats fading_noise(Floats x, Floats y, Floats patch) {
+  const Floats first = 0.55f * remaining(patch);
+  const Ints shows = first >= 0.02f;  // a grey level or two
+  if (!any(shows)) return spread(0.0f);
   static const NoiseGrid grid;
-  const Float4 noise =
+  const Floats noise =
       grid(x, y, {first, 0.275f * remaining(2.0f * patch), 0.1375f * remaining(4.0f * patch)});
-  return shows ? noise : four(0.0f);
+  return shows ? noise : spread(0.0f);
 }
 
 /// Mean over [x - w/2, x + w/2] of the square wave of period 2 that is 1 in [0, 1) and -1 in [1, 2).
-Float4 mean_square_wave(Float4 x, Float4 w) {
-  const auto triangle = [](Float4 t) { return abs(t / 2 - floor(t / 2 + 0.5f)) * 2; };
+Floats mean_square_wave(Floats x, Floats w) {
+  const auto triangle = [](Floats t) { return abs(t / 2 - floor(t / 2 + 0.5f)) * 2; };
   return (triangle(x + w / 2) - triangle(x - w / 2)) / w;
 }
 
 /// Fraction of [x - w/2, x + w/2] that lies in [k, k + line) for an integer k.
-Float4 line_share(Float4 x, Float4 w, float line) {
-  const auto sum = [line](Float4 t) {
-    const Float4 below = floor(t);
-    return below * line + min(t - below, four(line));
+Floats line_share(Floats x, Floats w, float line) {
+  const auto sum = [line](Floats t) {
+    const Floats below = floor(t);
+    return below * line + min(t - below, spread(line));
   };
-  return max(four(0.0f), min(four(1.0f), (sum(x + w / 2) - sum(x - w / 2)) / w));
+  return max(spread(0.0f), min(spread(1.0f), (sum(x + w / 2) - sum(x - w / 2)) / w));
 }
 
 /// Mean of a value per cell of unit length over [x - w/2, x + w/2], fading to 0.5 for windows beyond a cell.
 template <typename ValueOfCell>
-Float4 mean_of_cells(Float4 x, Float4 w, const ValueOfCell& value) {
-  const Float4 fade = max(four(0.0f), min(four(1.0f), 2.0f - w));
-  if (all(fade == 0.0f)) return four(0.5f);
-  const Float4 shown = min(w, four(1.0f));
-  const Int4 first = floor_index(x - shown / 2), last = floor_index(x + shown / 2);
-  Float4 mean = value(first);
+Floats mean_of_cells(Floats x, Floats w, const ValueOfCell& value) {
+  const Floats fade = max(spread(0.0f), min(spread(1.0f), 2.0f - w));
+  if (all(fade == 0.0f)) return spread(0.5f);
+  const Floats shown = min(w, spread(1.0f));
+  const Ints first = floor_index(x - shown / 2), last = floor_index(x + shown / 2);
+  Floats mean = value(first);
   if (any(first != last)) {
-    const Float4 share = first == last ? four(0.0f) : (x + shown / 2 - to_float(last)) / shown;
+    const Floats share = first == last ? spread(0.0f) : (x + shown / 2 - to_float(last)) / shown;
     mean += share * (value(last) - mean);
   }
   return 0.5f + (mean - 0.5f) * fade;
 }
 
-Triple4 mixed(const Rgb& color, const Rgb& color_2, Float4 share_2) {
+Triples mixed(const Rgb& color, const Rgb& color_2, Floats share_2) {
   const auto channel = [&](int c) {
     return static_cast<float>(color[c]) + share_2 * static_cast<float>(color_2[c] - color[c]);
   };
   return {channel(0), channel(1), channel(2)};
 }
 
-Triple4 wood_colors(const Texture& texture, const Pair4& at, const Pair4& patch) {
+Triples wood_colors(const Texture& texture, const Pairs& at, const Pairs& patch) {
   constexpr float board_length = 8;  // in board widths
   static const CellGrid cells;
-  const auto row_shift = [](Int4 row) { return cells(row, row * 0 - 7); };
-  const Float4 shift = row_shift(floor_index(at.v));
-  const Float4 along = at.u / board_length, along_patch = patch.u / board_length;
-  const Float4 tone = mean_of_cells(at.v, patch.v, [&](Int4 row) {
+  const auto row_shift = [](Ints row) { return cells(row, row * 0 - 7); };
+  const Floats shift = row_shift(floor_index(at.v));
+  const Floats along = at.u / board_length, along_patch = patch.u / board_length;
+  const Floats tone = mean_of_cells(at.v, patch.v, [&](Ints row) {
     return mean_of_cells(along + row_shift(row), along_patch,
-                         [row](Int4 board) { return cells(row, board); });
+                         [row](Ints board) { return cells(row, board); });
   });
-  const Float4 grain =
+  const Floats grain =
       fading_noise(at.u * 0.5f + 40.0f * shift, at.v * 7.0f, max(patch.u * 0.5f, patch.v * 7.0f));
-  const Float4 joint = line_share(at.v, patch.v, 0.025f);
-  const Float4 butt = patch.v < 0.7f ? line_share(along + shift, along_patch, 0.003f) : four(0.0f);
-  const Float4 dark = max(four(0.0f), min(four(1.0f), 0.35f + 0.55f * (tone - 0.5f) + 0.8f * grain));
-  const Triple4 board = mixed(texture.color, texture.color_2, dark);
-  const Float4 light = 1.0f - 0.65f * max(joint, butt);
+  const Floats joint = line_share(at.v, patch.v, 0.025f);
+  const Floats butt = patch.v < 0.7f ? line_share(along + shift, along_patch, 0.003f) : spread(0.0f);
+  const Floats dark = max(spread(0.0f), min(spread(1.0f), 0.35f + 0.55f * (tone - 0.5f) + 0.8f * grain));
+  const Triples board = mixed(texture.color, texture.color_2, dark);
+  const Floats light = 1.0f - 0.65f * max(joint, butt);
   return {board.x * light, board.y * light, board.z * light};
 }
 
 }  // namespace
 
-Triple4 texture_colors(const Texture& texture, const Pair4& uv_m, const Pair4& patch_m) {
+BALLSERVO_WIDE Triples texture_colors(const Texture& texture, const Pairs& uv_m, const Pairs& patch_m) {
   const auto per_m = static_cast<float>(1.0 / texture.scale_m);
-  const Pair4 at{uv_m.u * per_m, uv_m.v * per_m};
-  const Pair4 side{max(patch_m.u * per_m, four(least_patch)), max(patch_m.v * per_m, four(least_patch))};
-  const Float4 longer = max(side.u, side.v);
-  Float4 share = four(0.0f);  // of color_2
+  const Pairs at{uv_m.u * per_m, uv_m.v * per_m};
+  const Pairs side{max(patch_m.u * per_m, spread(least_patch)), max(patch_m.v * per_m, spread(least_patch))};
+  const Floats longer = max(side.u, side.v);
+  Floats share = spread(0.0f);  // of color_2
   switch (texture.pattern) {
     case Pattern::checks:
       share = 0.5f - 0.5f * mean_square_wave(at.u, side.u) * mean_square_wave(at.v, side.v) +
               0.15f * fading_noise(at.u * 3, at.v * 3, longer * 3);
       break;
     case Pattern::tiles: {
-      const Float4 joint_u = line_share(at.u, side.u, 0.04f), joint_v = line_share(at.v, side.v, 0.04f);
+      const Floats joint_u = line_share(at.u, side.u, 0.04f), joint_v = line_share(at.v, side.v, 0.04f);
       share =
           1.0f - (1.0f - joint_u) * (1.0f - joint_v) + 0.2f * fading_noise(at.u * 4, at.v * 4, longer * 4);
       break;
@@ -192,12 +195,12 @@ Triple4 texture_colors(const Texture& texture, const Pair4& uv_m, const Pair4& p
     case Pattern::plain:
       break;
   }
-  return mixed(texture.color, texture.color_2, max(four(0.0f), min(four(1.0f), share)));
+  return mixed(texture.color, texture.color_2, max(spread(0.0f), min(spread(1.0f), share)));
 }
 
 Rgb texture_color(const Texture& texture, const Eigen::Vector2d& uv_m, const Eigen::Vector2d& patch_m) {
-  const Triple4 colors =
-      texture_colors(texture, {four(uv_m.x()), four(uv_m.y())}, {four(patch_m.x()), four(patch_m.y())});
+  const Triples colors = texture_colors(texture, {spread(uv_m.x()), spread(uv_m.y())},
+                                        {spread(patch_m.x()), spread(patch_m.y())});
   return {colors.x[0], colors.y[0], colors.z[0]};
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "servo/simulation/world/float4.hpp"
+#include "servo/simulation/world/lanes.hpp"
 
 namespace ballservo {
 
@@ -35,10 +35,10 @@ struct Texture {
   double scale_m = 0.3;
 };
 
-/// The texture's mean colours (linear, from 0 to 1 where the two colours are) over four patches of the
-/// surface: centres (m, surface coordinates) and the patches' sides along u and v (m). Patches that are
-/// larger than the pattern give its mean. Periodic noise of fixed seed.
-Triple4 texture_colors(const Texture& texture, const Pair4& uv_m, const Pair4& patch_m);
+/// The texture's mean colours (linear, from 0 to 1 where the two colours are) over patches of the
+/// surface, one a lane: centres (m, surface coordinates) and the patches' sides along u and v (m). Patches
+/// that are larger than the pattern give its mean. Periodic noise of fixed seed.
+Triples texture_colors(const Texture& texture, const Pairs& uv_m, const Pairs& patch_m);
 
 /// The same of one patch.
 Rgb texture_color(const Texture& texture, const Eigen::Vector2d& uv_m, const Eigen::Vector2d& patch_m);
