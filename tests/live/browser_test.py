@@ -196,7 +196,7 @@ def calibrate(page, name, saved):
     until(lambda: "allowed" in page.text("calibrated"))
     page.js("const b = document.getElementById('board'); b.value = 'chessboard:9x6'")
     page.press("search")
-    until(lambda: taken() >= 2, 120)
+    until(lambda: taken() >= 2, 300)
     assert "Hold the board" in page.text("next"), page.text("next")
     page.shot(f"{name}_board")
     page.press("pause")
