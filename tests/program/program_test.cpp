@@ -204,7 +204,7 @@ TEST_F(Display, AKeyEndsAsAnInterruptDoes) {
     const Ending ending =
         run(track() + " --force",
             on_virtual_display(
-                R"(window=$(timeout 30 xdotool search --sync --name "ballservo track" | tail -n 1); )"
+                R"(window=$(timeout 120 xdotool search --sync --name "ballservo track" | tail -n 1); )"
                 R"(xdotool windowfocus --sync $window key )" +
                 key + R"( || kill -KILL $program; )"));
     EXPECT_EQ(ending.code, 130) << key << ending.messages;
