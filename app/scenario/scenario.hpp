@@ -15,7 +15,6 @@
 #include "servo/control/law.hpp"
 #include "servo/features/builtin_laws.hpp"
 #include "servo/motion/unicycle.hpp"
-#include "servo/simulation/rendering/camera_renderer.hpp"
 #include "servo/simulation/rendering/sensor.hpp"
 #include "servo/simulation/robot/camera_faults.hpp"
 #include "servo/simulation/robot/geometric_sensors.hpp"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calibration/base/random.hpp"
+#include "servo/simulation/rendering/scene.hpp"
 #include "tests/simulation/dark_room.hpp"
 
 namespace ballservo {

@@ -12,18 +12,13 @@
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
+#include "servo/simulation/rendering/camera_view.hpp"
 #include "servo/simulation/rendering/lens_rays.hpp"
 #include "servo/simulation/rendering/scene.hpp"
 #include "servo/simulation/rendering/sensor.hpp"
 #include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
-
-/// Where the camera is at one instant of an exposure.
-struct CameraView {
-  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
-  double time_s = 0;
-};
 
 class CameraRenderer {
  public:

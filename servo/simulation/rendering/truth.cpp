@@ -1,5 +1,7 @@
 #include "servo/simulation/rendering/truth.hpp"
 
+#include "servo/simulation/rendering/scene.hpp"
+
 namespace ballservo {
 
 namespace {

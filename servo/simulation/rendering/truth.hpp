@@ -1,14 +1,19 @@
 // What is exactly true of every ball in a frame.
 #pragma once
 
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calibration/camera/camera.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "servo/simulation/rendering/camera_renderer.hpp"
+#include "servo/simulation/rendering/camera_view.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
+
+class Scene;
 
 struct BallTruth {
   std::string name, class_name;

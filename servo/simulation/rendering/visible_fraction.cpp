@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibration/camera/sphere_outline.hpp"
+#include "servo/simulation/rendering/scene.hpp"
 #include "servo/simulation/rendering/truth.hpp"
 
 namespace ballservo {
