@@ -60,6 +60,24 @@ TEST(Renderer, SameBytesAtAnyNumberOfThreads) {
   EXPECT_FALSE(same_bytes(pictures[0], renderer.render({standing()}, 8, 3)));
 }
 
+/// Rows whose last rays are fewer than are followed at once, and corners without any.
+TEST(Renderer, WidthsAndDarkCornersChangeNoOtherPixel) {
+  CameraParameters parameters = test::lens(LensModel::kannala_brandt).parameters();
+  parameters.size = {320, 200};
+  parameters.fx_px = parameters.fy_px = 60;
+  parameters.coefficients = {-0.1, 0, 0, 0};  // no ray beyond 73 px
+  parameters.cx_px = 140;
+  parameters.cy_px = 95;
+  const cv::Mat whole = CameraRenderer(Camera(parameters), furnished_room(), {}).radiance({standing()});
+  EXPECT_EQ(whole.at<cv::Vec3f>(0, 0), cv::Vec3f(0, 0, 0));
+  for (const int width : {313, 157, 1}) {
+    parameters.size.width_px = width;
+    const cv::Mat cut = CameraRenderer(Camera(parameters), furnished_room(), {}).radiance({standing()});
+    const cv::Rect inside(0, 0, std::max(width - 1, 1), 200);  // at the border fewer neighbours tell an edge
+    EXPECT_LT(cv::norm(cut(inside), whole(inside), cv::NORM_INF), 1e-6) << width;
+  }
+}
+
 TEST(Renderer, ANearerSolidHidesTheBall) {
   World world = test::dark_room();
   world.balls = {test::white_ball({3, 0, 250}, 0.2)};

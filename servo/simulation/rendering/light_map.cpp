@@ -112,9 +112,10 @@ BALLSERVO_WIDE Triples LightMap::light(int surface, const Pairs& uv_m,
   const Grid& grid = grids_[static_cast<std::size_t>(surface)];
   Triples sum{};
   if (grid.columns == 0 || lamps_ == 0) return sum;
+  // Inside the grid wherever it is asked for, and what is no number too: lanes may hold anything.
   const auto place = [](Floats at_m, double origin_m, double cells_per_m, int count) {
-    return max(spread(0.0f), min(spread(count - 1.0001),
-                                 (at_m - static_cast<float>(origin_m)) * static_cast<float>(cells_per_m)));
+    const Floats cell = (at_m - static_cast<float>(origin_m)) * static_cast<float>(cells_per_m);
+    return min(max(cell, spread(0.0f)), spread(count - 1.0001));
   };
   const Floats x = place(uv_m.u, grid.origin_m.x(), grid.cells_per_m.x(), grid.columns);
   const Floats y = place(uv_m.v, grid.origin_m.y(), grid.cells_per_m.y(), grid.rows);
