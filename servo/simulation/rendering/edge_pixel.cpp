@@ -39,12 +39,6 @@ constexpr std::array<std::array<double, 2>, cells* cells> cell_offsets = [] {
   return offsets;
 }();
 
-/// A ball whose cone reaches into a pixel, and whether the pixel lies all inside it.
-struct NearBall {
-  const BallCone* cone;
-  bool whole;
-};
-
 void find_near_balls(const std::vector<BallCone>& cones, const PixelRays& rays, double reach_rad,
                      std::vector<NearBall>& found) {
   found.clear();
@@ -152,10 +146,9 @@ double half_plane_share(double inside, double slope_x, double slope_y, double si
 }
 
 Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<int>& solids, double reach_rad,
-               double pixel_rad) {
+               double pixel_rad, std::vector<NearBall>& near_balls) {
   static_assert(cells * cells % lanes == 0);
-  thread_local std::vector<NearBall> balls;
-  find_near_balls(view.cones, rays, reach_rad, balls);
+  find_near_balls(view.cones, rays, reach_rad, near_balls);
   PixelSurfaces surfaces(view, solids, pixel_rad);
   Rgb sum = Rgb::Zero();
   for (int first = 0; first < cells * cells; first += lanes) {
@@ -165,7 +158,7 @@ Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<i
       const int i = (first + k) % cells, j = (first + k) / cells;
       const Eigen::Vector3d direction(directions.x[k], directions.y[k], directions.z[k]);
       double rest = 1.0;
-      for (const auto& [near_cone, whole] : balls) {
+      for (const auto& [near_cone, whole] : near_balls) {
         const BallCone& cone = *near_cone;
         if (cone.tangent_distance >= static_cast<double>(hits.t[k])) continue;
         double share = whole ? squares * squares : 0;

@@ -49,9 +49,15 @@ struct PixelRays {
 /// (slope_x, slope_y) the line's unit normal, either way round; lengths in the unit of `side`.
 double half_plane_share(double inside, double slope_x, double slope_y, double side);
 
-/// `solids` are those that the pixel's rays could meet; a ball's outline runs through the pixel where it
-/// comes within `reach_rad` of its centre. `pixel_rad`: the angle that a pixel spans.
+/// A ball whose cone reaches into a pixel, and whether the pixel lies all inside it.
+struct NearBall {
+  const BallCone* cone;
+  bool whole;
+};
+
+/// `solids` are those that the pixel's rays could meet; a ball's outline runs through the pixel where it comes
+/// within `reach_rad` of its centre. `pixel_rad`: the angle that a pixel spans. `near_balls` is room to work.
 Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<int>& solids, double reach_rad,
-               double pixel_rad);
+               double pixel_rad, std::vector<NearBall>& near_balls);
 
 }  // namespace ballservo

@@ -50,7 +50,8 @@ cv::Mat ViewPainter::paint() {
   });
   tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
     std::vector<int> near_solids;
-    for (int row = rows.begin(); row < rows.end(); ++row) paint_edges(row, near_solids);
+    std::vector<NearBall> near_balls;
+    for (int row = rows.begin(); row < rows.end(); ++row) paint_edges(row, near_solids, near_balls);
   });
   return colors_;
 }
@@ -67,7 +68,7 @@ void ViewPainter::paint_centers(int top, std::vector<int>& near_solids) {
         Triples shown{};
         Ints known;
         scene_.shade_surfaces(hits, view_.origin, directions, rays_.pixel_rad(), shown, known);
-        if (near_ball) known &= ~near_balls(directions);
+        if (near_ball) known &= ~beside_balls(directions);
         for (int k = 0; k < std::min(lanes, right - column); ++k) {
           Rgb color(shown.x[k], shown.y[k], shown.z[k]);
           surfaces(row)[column + k] =
@@ -79,7 +80,7 @@ void ViewPainter::paint_centers(int top, std::vector<int>& near_solids) {
   }
 }
 
-void ViewPainter::paint_edges(int row, std::vector<int>& near_solids) {
+void ViewPainter::paint_edges(int row, std::vector<int>& near_solids, std::vector<NearBall>& near_balls) {
   const int width = rays_.width_px();
   const int* const here = surfaces(row);
   const int* const above = surfaces(std::max(row - 1, 0));
@@ -112,7 +113,7 @@ void ViewPainter::paint_edges(int row, std::vector<int>& near_solids) {
     for (std::size_t k = 0; k < solids_.size(); ++k) {
       if (middle.dot(solids_[k].axis) >= solids_[k].min_cosine) near_solids.push_back(static_cast<int>(k));
     }
-    set_color(row, column, edge_pixel(view_, rays, near_solids, reach_rad_, rays_.pixel_rad()));
+    set_color(row, column, edge_pixel(view_, rays, near_solids, reach_rad_, rays_.pixel_rad(), near_balls));
   }
 }
 
@@ -168,7 +169,7 @@ double ViewPainter::near_cosine(const BallCone& cone) const {
   return cone.cos_alpha - 2 * reach_rad_ * (cone.sin_alpha + reach_rad_);
 }
 
-Ints ViewPainter::near_balls(const Triples& directions) const {
+Ints ViewPainter::beside_balls(const Triples& directions) const {
   constexpr double rounding = 1e-6;
   Ints near{};
   for (const BallCone& cone : view_.cones) {

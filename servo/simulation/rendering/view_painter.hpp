@@ -26,14 +26,14 @@ class ViewPainter {
   };
 
   void paint_centers(int top, std::vector<int>& near_solids);
-  void paint_edges(int row, std::vector<int>& near_solids);
+  void paint_edges(int row, std::vector<int>& near_solids, std::vector<NearBall>& near_balls);
   bool look_into_tile(int row, int column, int rows, int columns, std::vector<int>& found) const;
   int show_center(int row, int column, const std::vector<int>& near_solids, Rgb& color) const;
 
   Eigen::Vector3d corner(int row, int column) const;
   Eigen::Vector3d center_ray(int row, int column) const;
   Triples center_rays(int row, int column) const;
-  Ints near_balls(const Triples& directions) const;
+  Ints beside_balls(const Triples& directions) const;
   /// The cosine to a ball's middle above which a pixel may lie in the ball or on its outline.
   double near_cosine(const BallCone& cone) const;
   int* surfaces(int row) { return surfaces_.data() + static_cast<std::ptrdiff_t>(row) * rays_.width_px(); }
