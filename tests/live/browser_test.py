@@ -196,7 +196,7 @@ def calibrate(page, name, saved):
     until(lambda: "allowed" in page.text("calibrated"))
     page.js("const b = document.getElementById('board'); b.value = 'chessboard:9x6'")
     page.press("search")
-    until(lambda: taken() >= 2, 300)
+    until(lambda: taken() >= 2, 120)
     assert "Hold the board" in page.text("next"), page.text("next")
     page.shot(f"{name}_board")
     page.press("pause")
@@ -250,6 +250,7 @@ def main():
     parser.add_argument("program")
     parser.add_argument("project", type=lambda text: pathlib.Path(text).resolve())
     parser.add_argument("--keep", type=pathlib.Path)
+    parser.add_argument("--without-board", action="store_true", help="for a program too slow to find one while it is held")
     options = parser.parse_args()
     try:
         from selenium import webdriver
@@ -286,10 +287,11 @@ def main():
                 replayed(options.program, scenario, kept, kept.parent / f"again_{width}")
                 camera = pathlib.Path(folder) / "camera.yaml" if width > 800 else None
                 options_of_boards = "--board", "chessboard:9x6", "--square", 0.025, *(("--save-camera", camera) if camera else ())
-                with served(options.program, boards, *options_of_boards) as url:
-                    page = Page(browser, url, options.keep)
-                    calibrate(page, str(width), camera)
-                    page.press("end")
+                if not options.without_board:
+                    with served(options.program, boards, *options_of_boards) as url:
+                        page = Page(browser, url, options.keep)
+                        calibrate(page, str(width), camera)
+                        page.press("end")
                 if video:
                     with served(options.program, video, interrupt=True) as url:
                         follow(Page(browser, url, options.keep), str(width))
