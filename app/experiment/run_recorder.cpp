@@ -104,8 +104,8 @@ void RunRecorder::guard_looked(double time_s) {
   guard_looked_s_ = time_s;
 }
 
-RunRecord RunRecorder::finish(bool interrupted, bool realtime) {
-  run_.summary = judge_.summary(run_.steps, interrupted && !judge_.over());
+RunRecord RunRecorder::finish(bool realtime) {
+  run_.summary = judge_.summary(run_.steps, !judge_.over());
   run_.summary.time_optimal_s =
       time_optimal_s(scenario_.robot.pose, scenario_.target_ball().p_WB(0).head<2>(),
                      scenario_.target_distance_m, scenario_.robot.limits);

@@ -29,9 +29,9 @@ class RunRecorder final : public LoopObserver {
   /// Its frames are the camera's thread's, its steps the control thread's.
   const RunRecord& record() const { return run_; }
 
-  /// The record with its summary, which leaves this empty; `timing.realtime` only for a run on the wall
-  /// clock.
-  RunRecord finish(bool interrupted, bool realtime);
+  /// The record with its summary, `interrupted` where it is not over, which leaves this empty;
+  /// `timing.realtime` only for a run on the wall clock.
+  RunRecord finish(bool realtime);
 
  private:
   StepRecord observe(const StepEvent& event) const;

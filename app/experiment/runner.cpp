@@ -62,21 +62,21 @@ class SimulatedRun {
           if (options_.on_picture) options_.on_picture(picture, recorder_.record(), robot_.firings());
         }) {}
 
-  /// `loop` runs the ports until it is told to stop.
-  template <typename RunLoop>
-  RunRecord run(bool realtime, const RunLoop& loop) {
-    bool interrupted = false;
-    loop(LoopPorts{camera_, *perception_, robot_, controller_, {&recorder_, &pictures_}}, [&](double time_s) {
-      if (options_.touch && !recorder_.over()) {
-        for (const Touch& touch :
-             options_.touch({scenario_, recorder_.record(), robot_.firings(), controller_}))
-          feel(touch);
-      }
-      if (options_.on_step) options_.on_step(recorder_.record().steps.back());
-      interrupted = options_.go_on && !options_.go_on(time_s);
-      return !interrupted && !recorder_.over();
-    });
-    RunRecord run = recorder_.finish(interrupted, realtime);
+  LoopPorts ports() { return {camera_, *perception_, robot_, controller_, {&recorder_, &pictures_}}; }
+  const RunRecord& so_far() const { return recorder_.record(); }
+
+  /// After each control step.
+  bool goes_on(double time_s) {
+    if (options_.touch && !recorder_.over()) {
+      for (const Touch& touch : options_.touch({scenario_, so_far(), robot_.firings(), controller_}))
+        feel(touch);
+    }
+    const bool interrupted = options_.go_on && !options_.go_on(time_s);
+    return !interrupted && !recorder_.over();
+  }
+
+  RunRecord finish(bool realtime) {
+    RunRecord run = recorder_.finish(realtime);
     run.tracks_csv = perception_->tracks_csv();
     run.key_frames = pictures_.finish();
     return run;
@@ -114,12 +114,39 @@ std::function<std::vector<Touch>(const RunView& now)> replay(Touches touches) {
   };
 }
 
+struct SteppedRun::Parts {
+  SimulatedRun run;
+  LoopPorts ports{run.ports()};
+  SteppedClock clock{};
+  Loop loop{ports, clock};
+  std::unique_ptr<RestAtEnd> rest = std::make_unique<RestAtEnd>(ports.robot, clock);  // until it is over
+};
+
+SteppedRun::SteppedRun(const Scenario& scenario, const RunOptions& options)
+    : parts_(new Parts{{scenario, options, controller_options(scenario)}}) {}
+
+SteppedRun::~SteppedRun() = default;
+
+bool SteppedRun::step() {
+  if (over()) return false;
+  auto rest = std::move(parts_->rest);
+  if (!parts_->run.goes_on(parts_->loop.advance())) return false;
+  parts_->rest = std::move(rest);
+  return true;
+}
+
+bool SteppedRun::over() const { return !parts_->rest; }
+const RunRecord& SteppedRun::so_far() const { return parts_->run.so_far(); }
+RunRecord SteppedRun::finish() {
+  parts_->rest.reset();
+  return parts_->run.finish(false);
+}
+
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
-  return SimulatedRun(scenario, options, controller_options(scenario))
-      .run(false, [](const LoopPorts& ports, const GoOn& go_on) {
-        SteppedClock clock;
-        run_loop(ports, clock, go_on);
-      });
+  SteppedRun run(scenario, options);
+  while (run.step()) {
+  }
+  return run.finish();
 }
 
 RunRecord run_realtime(const Scenario& scenario, const RunOptions& options) {
@@ -127,11 +154,10 @@ RunRecord run_realtime(const Scenario& scenario, const RunOptions& options) {
   if (options.on_picture) {
     throw InputError("on_picture", "a film on the wall clock", "none: drawing it would hold the camera up");
   }
-  return SimulatedRun(scenario, options, for_threads(controller_options(scenario)))
-      .run(true, [](const LoopPorts& ports, const GoOn& go_on) {
-        WallClock clock;
-        run_threaded_loop(ports, clock, go_on);
-      });
+  SimulatedRun run(scenario, options, for_threads(controller_options(scenario)));
+  WallClock clock;
+  run_threaded_loop(run.ports(), clock, [&](double time_s) { return run.goes_on(time_s); });
+  return run.finish(true);
 }
 
 namespace {

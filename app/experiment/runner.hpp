@@ -50,8 +50,6 @@ struct RunOptions {
   /// Says after each control step what is done to the run before the next. Empty: nothing, ever; else the run
   /// goes on when the ball is reached, as with one that moves.
   std::function<std::vector<Touch>(const RunView& now)> touch;
-  /// Called after each control step. May be empty.
-  std::function<void(const StepRecord& now)> on_step;
   /// Called at each control step with the run's time; the run stops as `interrupted` where it says false.
   std::function<bool(double time_s)> go_on;
 };
@@ -64,6 +62,24 @@ std::function<std::vector<Touch>(const RunView& now)> replay(Touches touches);
 /// apart, at any number of threads. Throws InputError where the options do not fit the scenario (level image
 /// without colours, or without the target's class among them).
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options);
+
+/// The same, a control step at a time.
+class SteppedRun {
+ public:
+  /// Both must outlive it.
+  SteppedRun(const Scenario& scenario, const RunOptions& options);
+  ~SteppedRun();
+  /// Does the next step, the frames that are due before it included; false: the run is over. What it throws
+  /// ends the run, too. Whatever ends it, the robot is told to rest.
+  bool step();
+  bool over() const;
+  const RunRecord& so_far() const;  ///< steps and frames
+  RunRecord finish();               ///< the whole record, `interrupted` where the run is not over
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
 
 /// The same on the wall clock, by run_threaded_loop: the camera's thread renders (where there are pictures)
 /// and looks, and what it saw arrives when the camera's latency has passed, or later where it took longer.

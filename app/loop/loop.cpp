@@ -23,12 +23,8 @@ double thread_cpu_s() {
 void run_loop(const LoopPorts& ports, Clock& clock, const GoOn& go_on) {
   Loop loop(ports, clock);
   const RestAtEnd rest(ports.robot, clock);
-  loop.run(go_on, [&](double step_s) {
-    while (loop.see(step_s) && clock.now_s() < step_s) {
-    }
-    clock.sleep_until(step_s);
-    return true;
-  });
+  while (go_on(loop.advance())) {
+  }
 }
 
 Loop::Loop(const LoopPorts& ports, Clock& clock)
@@ -52,13 +48,22 @@ bool Loop::see(double until_s) {
   return true;
 }
 
-void Loop::run(const GoOn& go_on, const std::function<bool(double step_s)>& until_step) {
+std::optional<double> Loop::step(const std::function<bool(double step_s)>& until_step) {
   const double rate_hz = ports_.controller.options().rate_hz;
-  for (long tick = 0, last = -1;; last = tick++) {
-    // What could not be done in time is left out.
-    tick = std::max(tick, static_cast<long>(std::floor(clock_.now_s() * rate_hz)));
-    if (!until_step(static_cast<double>(tick) / rate_hz) || !go_on(step(tick - last - 1))) return;
-  }
+  const long last = tick_;
+  // What could not be done in time is left out.
+  tick_ = std::max(last + 1, static_cast<long>(std::floor(clock_.now_s() * rate_hz)));
+  if (!until_step(static_cast<double>(tick_) / rate_hz)) return std::nullopt;
+  return control(tick_ - last - 1);
+}
+
+double Loop::advance() {
+  return *step([this](double step_s) {
+    while (see(step_s) && clock_.now_s() < step_s) {
+    }
+    clock_.sleep_until(step_s);
+    return true;
+  });
 }
 
 /// Processor time of perception for the newest frame; NaN where none has arrived.
@@ -73,8 +78,8 @@ double Loop::hear(double now_s) {
   return perception_s;
 }
 
-/// The controller's half: hears of what has arrived, decides, commands. The time of the step.
-double Loop::step(long skipped) {
+/// Hears of what has arrived, decides, commands. The time of the step.
+double Loop::control(long skipped) {
   const RobotState robot = ports_.robot.read(clock_.now_s());
   const double perception_s = hear(robot.time_s);
   const double before_s = thread_cpu_s();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "app/loop/clock.hpp"
@@ -39,22 +40,25 @@ class Loop {
   /// the controller. False: there was none.
   bool see(double until_s);
 
-  /// The controller's half: steps at its rate until `go_on` says no, or `until_step`, which waits for a
-  /// step's time.
-  void run(const GoOn& go_on, const std::function<bool(double step_s)>& until_step);
+  /// The controller's half: its next step once `until_step` has waited for the step's time, which is
+  /// returned; nothing where that says no.
+  std::optional<double> step(const std::function<bool(double step_s)>& until_step);
+
+  /// Both halves: the frames that are due before the next control step, then that. Its time.
+  double advance();
 
  private:
   struct Seen {
     Percept percept;
     double arrived_s = 0, perception_s = 0;
   };
-  double step(long skipped);
+  double control(long skipped);
   double hear(double now_s);
 
   const LoopPorts& ports_;
   Clock& clock_;
   Mailbox<Seen> on_the_way_;
-  long steps_ = 0;
+  long tick_ = -1, steps_ = 0;
   ControlState state_ = ControlState::search;
 };
 

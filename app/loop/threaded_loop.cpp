@@ -103,10 +103,11 @@ void run_threaded_loop(const LoopPorts& ports, Clock& clock, const GoOn& go_on,
       robot.guard_now();
       for (LoopObserver* each : ports.observers) each->guard_looked(clock.now_s());
     });
-    loop.run(go_on, [&](double step_s) {
+    const auto until_step = [&](double step_s) {
       clock.sleep_until(step_s);
       return !crew.over();
-    });
+    };
+    for (auto time_s = loop.step(until_step); time_s && go_on(*time_s);) time_s = loop.step(until_step);
   }
   crew.end();
   crew.rethrow();

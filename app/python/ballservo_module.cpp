@@ -64,6 +64,7 @@ PYBIND11_MODULE(_ballservo, module) {
   });
 
   add_seeing(module);
+  add_scenarios(module);
   add_driving(module);
   add_studies(module);
 }

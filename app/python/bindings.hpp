@@ -22,7 +22,9 @@ using Path = std::filesystem::path;
 
 /// Camera, Colors, Ball, Detector, Tracker.
 void add_seeing(py::module_& module);
-/// Scenario, simulate and what is plugged into it.
+/// Scenario.
+void add_scenarios(py::module_& module);
+/// Run, simulate and what they give.
 void add_driving(py::module_& module);
 /// calibrate_camera, sweep, compare.
 void add_studies(py::module_& module);

@@ -1,7 +1,9 @@
-// Closed-loop runs of scenarios.
+// Closed-loop runs, and what is plugged into them.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/commands/ball_options.hpp"
 #include "app/experiment/run_log.hpp"
@@ -61,123 +63,219 @@ class PyRobot final : public RobotBody {
   const py::object& robot_;
 };
 
-struct FinishedRun {
-  std::string summary_json, log_csv, tracks_csv;
+struct PyStep {
+  StepRecord now;
+  std::optional<FrameRecord> frame;
 };
 
-/// The camera's first picture where the robot stands at a pose.
-py::array_t<std::uint8_t> look(const Scenario& scenario, const std::optional<Eigen::Vector3d>& pose) {
-  constexpr double reach_m = 1e4;
-  if (pose && !(pose->allFinite() && pose->cwiseAbs().maxCoeff() <= reach_m))
-    throw InputError("pose", fmt::format("({}, {}, {})", pose->x(), pose->y(), pose->z()),
-                     fmt::format("x_m, y_m, yaw_rad, each from {} to {}", -reach_m, reach_m));
-  const Pose2 there = pose ? Pose2{pose->x(), pose->y(), pose->z()} : scenario.robot.pose;
-  const CameraFrame frame = hearing_ctrl_c([&] {
-    SimulatedCamera camera(scenario, scenario.seed, true, [&](double time_s) {
-      return RobotTruth{time_s, there, {}};
-    });
-    SteppedClock clock;
-    for (;;)
-      if (auto taken = camera.take(clock, camera.next_start_s() + scenario.camera.exposure_s)) return *taken;
-  });
-  return py::array_t<std::uint8_t>({frame.bgr.rows, frame.bgr.cols, 3}, frame.bgr.data);
-}
-
 /// What is None is the scenario's own.
-FinishedRun simulate(const Scenario& scenario, const std::string& perception, const py::object& law,
-                     const py::object& robot, const py::object& camera, const py::object& on_step) {
-  const py::gil_scoped_release released;
-  RunOptions options;
-  options.perception = parse_perception_level(perception);
-  options.seed = scenario.seed;
-  options.colors = colors_of(scenario, options.perception);
-  if (!law.is_none())
-    options.laws.add(scenario.law.name,
-                     [&](const LawOptions&, const ServoGoal&) { return std::make_unique<PyLaw>(law); });
-  if (!robot.is_none()) options.body = std::make_shared<PyRobot>(robot);
-  if (!camera.is_none() && options.perception != PerceptionLevel::image)
-    throw InputError("camera", "perception " + perception, "perception image, which looks at pictures");
-  if (!camera.is_none())
-    options.take_picture = [&](const CameraView& view) {
-      const py::gil_scoped_acquire held;
-      const py::array bgr(camera(view.X_WC.matrix(), view.time_s));
-      const cv::Mat picture = picture_of(bgr);
-      check_camera_fits(scenario.camera.camera, {picture.cols, picture.rows}, "camera");
-      return picture.clone();  // the array is Python's
-    };
-  if (!on_step.is_none())
-    options.on_step = [&](const StepRecord& now) {
-      const py::gil_scoped_acquire held;
-      on_step(now);
-    };
-  options.go_on = [](double) {
-    const py::gil_scoped_acquire held;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    return true;
+class PyRun {
+ public:
+  PyRun(const Scenario& scenario, const std::string& perception, py::object law, py::object robot,
+        py::object camera)
+      : goes_on_(new Parts{scenario, {}, std::move(law), std::move(robot), std::move(camera), std::nullopt}) {
+    Parts& parts = *goes_on_;
+    RunOptions& options = parts.options;
+    options.perception = parse_perception_level(perception);
+    options.seed = scenario.seed;
+    if (!parts.law.is_none())
+      options.laws.add(scenario.law.name, [&](const LawOptions&, const ServoGoal&) {
+        return std::make_unique<PyLaw>(parts.law);
+      });
+    if (!parts.robot.is_none()) options.body = std::make_shared<PyRobot>(parts.robot);
+    if (!parts.camera.is_none() && options.perception != PerceptionLevel::image)
+      throw InputError("camera", "perception " + perception, "perception image, which looks at pictures");
+    if (!parts.camera.is_none())
+      options.take_picture = [&](const CameraView& view) {
+        const py::gil_scoped_acquire held;
+        const py::array bgr(parts.camera(view.X_WC.matrix(), view.time_s));
+        const cv::Mat picture = picture_of(bgr);
+        check_camera_fits(parts.scenario.camera.camera, {picture.cols, picture.rows}, "camera");
+        return picture.clone();  // the array is Python's
+      };
+    const py::gil_scoped_release released;
+    options.colors = colors_of(parts.scenario, options.perception);
+    parts.run.emplace(parts.scenario, options);
+  }
+
+  std::optional<PyStep> step() {
+    const Turn turn(busy_);
+    if (!goes_on_) return std::nullopt;
+    SteppedRun& run = *goes_on_->run;
+    PyStep step;
+    try {
+      const py::gil_scoped_release released;
+      run.step();
+      step.now = run.so_far().steps.back();
+      const std::vector<FrameRecord>& frames = run.so_far().frames;
+      const auto arrived = std::find_if(frames.rbegin(), frames.rend(), [&](const FrameRecord& frame) {
+        return frame.arrived_s <= step.now.time_s;
+      });
+      if (arrived != frames.rend()) step.frame = *arrived;
+    } catch (...) {
+      end();
+      throw;
+    }
+    if (run.over()) end();
+    return step;
+  }
+
+  void stop() {
+    const Turn turn(busy_);
+    if (goes_on_) end();
+  }
+
+  bool over() const { return !goes_on_; }
+  const std::string& summary_json() const { return result(summary_json_); }
+  const std::string& log_csv() const { return result(log_csv_); }
+  const std::string& tracks_csv() const { return result(tracks_csv_); }
+
+ private:
+  struct Parts {
+    Scenario scenario;
+    RunOptions options;
+    py::object law, robot, camera;
+    std::optional<SteppedRun> run;
   };
-  const RunRecord run = run_closed_loop(scenario, options);
-  return {summary_json(run.summary, run.timing).dump(), log_csv(run.steps), run.tracks_csv};
+  /// One step at a time, whoever asks: another thread, or a law of the run itself. Under the interpreter's
+  /// lock.
+  class Turn {
+   public:
+    explicit Turn(bool& busy) : busy_(busy) {
+      if (busy) throw Refusal("the run is in a step already");
+      busy = true;
+    }
+    ~Turn() { busy_ = false; }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    bool& busy_;
+  };
+  const std::string& result(const std::string& text) const {
+    if (goes_on_) throw Refusal("the run goes on: step it to its end, or stop it");
+    return text;
+  }
+  void end() {
+    {
+      const py::gil_scoped_release released;
+      const RunRecord run = goes_on_->run->finish();
+      summary_json_ = ballservo::summary_json(run.summary, run.timing).dump();
+      log_csv_ = ballservo::log_csv(run.steps);
+      tracks_csv_ = run.tracks_csv;
+    }
+    goes_on_.reset();
+  }
+
+  std::unique_ptr<Parts> goes_on_;  // until it is over
+  bool busy_ = false;
+  std::string summary_json_, log_csv_, tracks_csv_;
+};
+
+std::unique_ptr<PyRun> simulate(const Scenario& scenario, const std::string& perception,
+                                const py::object& law, const py::object& robot, const py::object& camera,
+                                const py::object& on_step) {
+  auto run = std::make_unique<PyRun>(scenario, perception, law, robot, camera);
+  while (const auto step = run->step()) {
+    if (!on_step.is_none()) on_step(*step);
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+  return run;
 }
 
 Eigen::Vector3d array_of(const Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }
 Eigen::Vector2d array_of(const Twist2& twist) { return {twist.v_mps, twist.w_radps}; }
+std::optional<Eigen::Vector3d> array_of(const std::optional<OutlineEllipse>& outline) {
+  if (!outline) return std::nullopt;
+  return Eigen::Vector3d(outline->center_px.x(), outline->center_px.y(), outline->radius_px);
+}
+/// A part of what was measured.
+template <class T>
+std::optional<T> where_measured(const FrameRecord& frame, const T& value) {
+  return frame.measurement.state == TrackState::none ? std::nullopt : std::optional(value);
+}
 
 }  // namespace
 
 void add_driving(py::module_& module) {
-  py::class_<Scenario>(module, "Scenario", "A scenario as one seed has it.")
-      .def(py::init([](const Path& file, const std::vector<std::string>& sets, std::uint64_t seed) {
-             return load_scenario(file, sets, seed);
-           }),
-           py::arg("file"), py::arg("sets") = std::vector<std::string>{}, py::arg("seed") = 0,
-           "sets: \"key.path=value\" each")
+  py::class_<FrameRecord>(module, "Frame",
+                          "A camera frame: what was measured of the target in it, and the truth.")
+      .def_readonly("frame", &FrameRecord::frame, "Its number, from 0.")
+      .def_readonly("time_s", &FrameRecord::time_s, "Of the middle of the exposure.")
+      .def_readonly("arrived_s", &FrameRecord::arrived_s, "When the controller heard of it.")
       .def_property_readonly(
-          "document", [](const Scenario& s) { return python_of(s.resolved_json); },
-          "What stands in it, after sets and what the seed drew.")
-      .def_readonly("seed", &Scenario::seed)
+          "state", [](const FrameRecord& f) { return track_state_name(f.measurement.state); },
+          "tentative, confirmed or coasting (predicted, not seen); none without a ball")
       .def_property_readonly(
-          "pose", [](const Scenario& s) { return array_of(s.robot.pose); },
-          "The robot's at time 0 in the world: x_m, y_m, yaw_rad.")
+          "p_m", [](const FrameRecord& f) { return where_measured(f, f.measurement.p_CB); },
+          "The ball's centre in the camera frame, m, (3,); None without a ball.")
       .def_property_readonly(
-          "X_RC", [](const Scenario& s) { return s.goal().mount.X_RC().matrix(); },
-          "The camera's pose in the robot frame (x forward, y left, z up), as the robot believes, (4, 4).")
+          "covariance_m2",
+          [](const FrameRecord& f) { return where_measured(f, f.measurement.covariance_m2); },
+          "Of p_m, (3, 3).")
       .def_property_readonly(
-          "goal_p_RB", [](const Scenario& s) { return s.goal().desired_p_RB(); },
-          "Where the ball's centre is in the robot frame at the goal, m, (3,).")
-      .def_property_readonly("camera",
-                             [](const Scenario& s) {
-                               return KnownCamera{s.camera.camera, std::nullopt};
-                             })
-      .def(
-          "p_WB", [](const Scenario& s, double time_s) { return s.target_ball().p_WB(time_s); },
-          py::arg("time_s"), "Where the target's centre is in the world then, m, (3,).")
-      .def("look", &look, py::arg("pose") = py::none(),
-           "The camera's first picture where the robot stands at pose (x_m, y_m, yaw_rad; None: its own), "
-           "uint8 (height, width, 3).");
+          "outline_px", [](const FrameRecord& f) { return array_of(f.measured); },
+          "The outline's ellipse in the picture: centre x, y; geometric mean of the semi-axes; None where "
+          "there is none.")
+      .def_property_readonly(
+          "true_p_m", [](const FrameRecord& f) { return f.truth_p_CB; },
+          "As p_m, the truth; None where the ball is not before the camera.")
+      .def_property_readonly(
+          "true_outline_px", [](const FrameRecord& f) { return array_of(f.truth); },
+          "As outline_px, the truth.")
+      .def_readonly("visible_fraction", &FrameRecord::visible_fraction,
+                    "Of the ball's disc in the picture, 0 to 1.");
 
-  py::class_<StepRecord>(module, "Step", "A control step: the truth, and what the controller did.")
-      .def_readonly("time_s", &StepRecord::time_s)
+  py::class_<PyStep>(module, "Step", "A control step: the truth, and what the controller did.")
+      .def_property_readonly("time_s", [](const PyStep& s) { return s.now.time_s; })
       .def_property_readonly(
-          "pose", [](const StepRecord& s) { return array_of(s.pose); },
+          "pose", [](const PyStep& s) { return array_of(s.now.pose); },
           "The robot's in the world: x_m, y_m, yaw_rad.")
       .def_property_readonly(
-          "twist", [](const StepRecord& s) { return array_of(s.twist); }, "v_mps, w_radps")
+          "twist", [](const PyStep& s) { return array_of(s.now.twist); }, "v_mps, w_radps")
       .def_property_readonly(
-          "command", [](const StepRecord& s) { return array_of(s.control.command); }, "v_mps, w_radps")
-      .def_property_readonly("state", [](const StepRecord& s) { return control_state_name(s.control.state); })
-      .def_readonly("p_WB", &StepRecord::p_WB, "The ball's centre in the world, m, (3,).")
-      .def_readonly("range_error_m", &StepRecord::range_error_m)
-      .def_readonly("bearing_rad", &StepRecord::bearing_rad);
-  py::class_<FinishedRun>(module, "Run", "A closed-loop run.")
+          "command", [](const PyStep& s) { return array_of(s.now.control.command); }, "v_mps, w_radps")
       .def_property_readonly(
-          "summary", [](const FinishedRun& r) { return python_of(r.summary_json); }, "As summary.json.")
-      .def_readonly("log_csv", &FinishedRun::log_csv, "As log.csv: one row a control step.")
-      .def_readonly("tracks_csv", &FinishedRun::tracks_csv, "As tracks.csv.")
+          "state", [](const PyStep& s) { return control_state_name(s.now.control.state); },
+          "The controller's, in a word.")
       .def_property_readonly(
-          "log", [](const FinishedRun& r) { return columns_of(r.log_csv); },
+          "p_WB", [](const PyStep& s) { return s.now.p_WB; }, "The ball's centre in the world, m, (3,).")
+      .def_property_readonly("range_error_m", [](const PyStep& s) { return s.now.range_error_m; })
+      .def_property_readonly("bearing_rad", [](const PyStep& s) { return s.now.bearing_rad; })
+      .def_readonly("frame", &PyStep::frame,
+                    "The newest camera frame that the controller has heard of; None before the first.");
+  py::class_<PyRun>(module, "Run",
+                    R"(A closed-loop run, step by step: what simulate drives to its end, with its arguments.
+
+    run = ballservo.Run(scenario)
+    for step in run:
+        print(step.time_s, step.pose, step.command, step.state)
+    print(run.summary["outcome"])
+
+What law, robot or camera raise ends the run and comes out of the step. Its results are there once it is over.)")
+      .def(py::init<const Scenario&, const std::string&, py::object, py::object, py::object>(),
+           py::arg("scenario"), py::arg("perception") = "geometric", py::kw_only(),
+           py::arg("law") = py::none(), py::arg("robot") = py::none(), py::arg("camera") = py::none())
+      .def(
+          "step", &PyRun::step,
+          "Does the next control step, with the camera frames that are due before it; None: the run is over.")
+      .def("__iter__", [](const py::object& run) { return run; })
+      .def("__next__",
+           [](PyRun& run) {
+             if (auto step = run.step()) return *step;
+             throw py::stop_iteration();
+           })
+      .def("stop", &PyRun::stop, "Ends the run here: its summary says interrupted.")
+      .def_property_readonly("over", &PyRun::over)
+      .def_property_readonly(
+          "summary", [](const PyRun& r) { return python_of(r.summary_json()); }, "As summary.json.")
+      .def_property_readonly("log_csv", &PyRun::log_csv, "As log.csv: one row a control step.")
+      .def_property_readonly("tracks_csv", &PyRun::tracks_csv, "As tracks.csv.")
+      .def_property_readonly(
+          "log", [](const PyRun& r) { return columns_of(r.log_csv()); },
           "log.csv as an array a column, by its name; NaN where a cell is empty.")
       .def_property_readonly(
-          "tracks", [](const FinishedRun& r) { return columns_of(r.tracks_csv); }, "The same of tracks.csv.");
+          "tracks", [](const PyRun& r) { return columns_of(r.tracks_csv()); }, "The same of tracks.csv.");
   module.def("simulate", &simulate, py::arg("scenario"), py::arg("perception") = "geometric", py::kw_only(),
              py::arg("law") = py::none(), py::arg("robot") = py::none(), py::arg("camera") = py::none(),
              py::arg("on_step") = py::none(),

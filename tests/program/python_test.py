@@ -97,6 +97,111 @@ class PythonTest(unittest.TestCase):
         summary = json.loads((self.place / "run/summary.json").read_text())
         self.assertEqual({**run.summary, "timing": 0}, {**summary, "timing": 0})
 
+    def same_run(self, one, other):
+        self.assertEqual(one.log_csv, other.log_csv)
+        self.assertEqual(one.tracks_csv, other.tracks_csv)
+        self.assertEqual({**one.summary, "timing": 0}, {**other.summary, "timing": 0})
+
+    def test_a_run_step_by_step_is_the_whole_run(self):
+        moving = ballservo.Scenario(str(ROOT / "data/scenarios/moving_ball.yaml"), seed=4)
+        looking = ballservo.Scenario(SCENARIO, ["duration_s=1.5"], 2)
+        stepped = [(ballservo.Run(moving), []), (ballservo.Run(looking, "image"), [])]
+        while not all(run.over for run, _ in stepped):  # beside each other
+            for run, steps in stepped:
+                if (step := run.step()) is not None:
+                    steps.append(step)
+        for (run, steps), whole in zip(stepped, (ballservo.simulate(moving), ballservo.simulate(looking, "image"))):
+            self.same_run(run, whole)
+            self.assertIsNone(run.step())
+            self.assertEqual(list(run), [])
+            log, tracks = run.log, run.tracks
+            self.assertEqual(len(steps), len(log["step"]))
+            for row, step in enumerate(steps):
+                self.assertEqual([step.time_s, *step.pose, *step.command, step.state, step.bearing_rad],
+                                 [log[name][row] for name in "time_s x_m y_m yaw_rad v_command_mps w_command_radps state "
+                                  "bearing_rad".split()])
+            frames = {step.frame.frame: step.frame for step in steps if step.frame}
+            self.assertEqual(list(frames), list(range(len(frames))))
+            self.assertIsNone(steps[0].frame)
+            for row, number in enumerate(tracks["frame"]):
+                if number in frames:  # else it was still on its way at the end
+                    frame = frames[number]
+                    self.assertEqual([frame.time_s, frame.state, *frame.p_m, frame.covariance_m2[0, 2]],
+                                     [tracks[name][row] for name in "time_s state x_m y_m z_m sxz_m2".split()])
+                    self.assertLess(np.linalg.norm(frame.p_m - frame.true_p_m), 0.1)
+                    self.assertLess(abs(frame.outline_px - frame.true_outline_px).max(), 3)
+                    self.assertGreater(frame.visible_fraction, 0.9)
+            for step in steps:
+                if step.frame:
+                    self.assertLessEqual(step.frame.arrived_s, step.time_s)
+                    later = frames.get(step.frame.frame + 1)
+                    self.assertTrue(later is None or later.arrived_s > step.time_s)
+
+    def test_a_frame_without_a_ball_says_so(self):
+        away = ballservo.Scenario(SCENARIO, ["robot.pose.yaw_rad=3.1", "vary={}", "duration_s=0.3"])
+        frame = list(ballservo.Run(away))[-1].frame
+        self.assertEqual((frame.state, frame.p_m, frame.covariance_m2, frame.outline_px, frame.true_outline_px,
+                          frame.visible_fraction), ("none", None, None, None, None, 0))
+
+    def test_a_run_is_left_or_fails(self):
+        scenario = ballservo.Scenario(SCENARIO)
+        whole = ballservo.simulate(scenario).log_csv.splitlines()
+        run = ballservo.Run(scenario)
+        for step in run:
+            if step.time_s > 1:
+                break
+        for result in "summary", "log_csv", "tracks_csv", "log", "tracks":
+            with self.assertRaisesRegex(RuntimeError, "the run goes on"):
+                getattr(run, result)
+        run.stop()
+        run.stop()
+        self.assertEqual((run.over, run.step(), run.summary["outcome"]), (True, None, "interrupted"))
+        self.assertEqual(run.log_csv.splitlines(), whole[:len(run.log["step"]) + 1])
+        self.assertEqual(run.log["time_s"][-1], step.time_s)
+
+        class Noted(Unhurried):
+            def command(self, v, w):
+                super().command(v, w)
+                told.append((v, w))
+
+        told = []
+        run = ballservo.Run(scenario, robot=Noted(scenario.pose))
+        for _ in range(100):
+            run.step()
+        self.assertNotEqual(told[-1], (0, 0))
+        del run
+        self.assertEqual(told[-1], (0, 0))
+
+        def law(p_CB, v_CB):
+            return 1 / (2 - run.step().time_s), 0
+
+        run = ballservo.Run(scenario, law=law)
+        with self.assertRaisesRegex(RuntimeError, "in a step already"):
+            list(run)
+        self.assertEqual((run.over, run.step(), run.summary["outcome"]), (True, None, "interrupted"))
+        self.assertGreater(len(run.log["step"]), 0)
+        with self.assertRaisesRegex(ballservo.InputError, "perception"):
+            ballservo.Run(scenario, "x")
+
+    def test_threads_share_a_run(self):
+        scenario = ballservo.Scenario(SCENARIO)
+        run, steps, refused = ballservo.Run(scenario), [], []
+
+        def drive():
+            while not run.over:
+                try:
+                    steps.extend(step.time_s for step in [run.step()] if step)
+                except RuntimeError:
+                    refused.append(1)
+
+        threads = [threading.Thread(target=drive) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.same_run(run, ballservo.simulate(scenario))
+        self.assertEqual(sorted(steps), run.log["time_s"].tolist())
+
     def test_a_law_of_ones_own_drives_to_the_ball(self):
         scenario = ballservo.Scenario(SCENARIO, seed=2)
         steps = []
@@ -387,7 +492,7 @@ conditions: [{name: base}, {name: noisy, noise: {read: 10}}]
 
     def test_the_stubs_are_the_module(self):
         # What pybind11 has of its own: a metaclass, and constructors that refuse.
-        (self.place / "pybind11").write_text("ballservo._ballservo.[A-Z][A-Za-z]+\nballservo._ballservo.(Ball|Camera|CameraCalibration|Colors|Run|Step|Sweep).__init__\n")
+        (self.place / "pybind11").write_text("ballservo._ballservo.[A-Z][A-Za-z]+\nballservo._ballservo.(Ball|Camera|CameraCalibration|Colors|Frame|Step|Sweep).__init__\n")
         done = subprocess.run([sys.executable, "-m", "mypy.stubtest", "ballservo._ballservo", "--ignore-positional-only",
                                "--allowlist", "pybind11", "--ignore-unused-allowlist"],
                               cwd=self.place, env={**os.environ, "MYPYPATH": PACKAGE, "PYTHONPATH": PACKAGE},

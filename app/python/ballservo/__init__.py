@@ -6,7 +6,7 @@
         print(ball.track_id, ball.p_m, ball.covariance_m2)
 """
 
-__all__ = ["Ball", "Camera", "CameraCalibration", "Colors", "Detector", "InputError", "Run", "Scenario",
+__all__ = ["Ball", "Camera", "CameraCalibration", "Colors", "Detector", "Frame", "InputError", "Run", "Scenario",
            "Step", "Sweep", "Tracker", "calibrate_camera", "compare", "simulate", "sweep"]
 
 
