@@ -145,8 +145,10 @@ CameraCalibration calibrate_camera(const CalibrateCameraOptions& options, const 
   const Board board = parse_board(options.board_text, options.square_m);
   const std::vector<LensModel> models = models_of(options.model, format);
   Boards boards;
-  boards.pictures = find_boards(options.sources, {board, options.board_text, options.common.max_pixels,
-                                                  options.common.threads, options.common.quiet});
+  const BoardSearch search{board, options.board_text, options.common.max_pixels, options.common.threads,
+                           options.common.quiet};
+  boards.pictures =
+      options.stills.empty() ? find_boards(options.sources, search) : find_boards(options.stills, search);
   boards.used = boards.pictures.used();
   for (const BoardPicture* picture : boards.used) boards.views.push_back(*picture->view);
   BoardCalibration result = calibrate_from_boards(boards.pictures.size, boards.views, models);

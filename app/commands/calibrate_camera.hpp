@@ -17,6 +17,7 @@ namespace ballservo {
 struct CalibrateCameraOptions {
   CommonOptions common;
   std::vector<std::string> sources;
+  std::vector<cv::Mat> stills;  ///< instead of sources, as find_boards takes them
   std::string board_text;
   double square_m = std::nan("");
   std::string model = "auto";

@@ -68,6 +68,22 @@ std::vector<BoardPicture> list_pictures(const std::vector<std::string>& sources,
   return pictures;
 }
 
+std::vector<BoardPicture> list_stills(const std::vector<cv::Mat>& stills, const BoardSearch& search) {
+  std::vector<BoardPicture> pictures(stills.size());
+  FaultList faults;
+  for (std::size_t k = 0; k < stills.size(); ++k) {
+    BoardPicture& picture = pictures[k];
+    picture.file = fmt::format("picture {}", k + 1);
+    picture.decoded = stills[k];
+    picture.size = ImageSize{stills[k].cols, stills[k].rows};
+    if (static_cast<double>(stills[k].cols) * stills[k].rows > search.max_pixels)
+      faults.add(picture.file.string(), "a picture of " + size_text(*picture.size),
+                 fmt::format("at most {:.0f} pixels", search.max_pixels));
+  }
+  faults.throw_if_any();
+  return pictures;
+}
+
 ImageSize common_size(std::vector<BoardPicture>& pictures) {
   std::map<std::pair<int, int>, int> counts;
   ImageSize common;
@@ -127,6 +143,41 @@ void drop_repeated(std::vector<BoardPicture>& pictures) {
   }
 }
 
+BoardPictures find_boards_in(std::vector<BoardPicture> listed, const BoardSearch& search) {
+  BoardPictures pictures{std::move(listed), {}};
+  common_size(pictures.all);
+  std::vector<FaultList> faults_of(pictures.all.size());
+  Progress progress("looking for the board", static_cast<long>(pictures.all.size()), search.quiet);
+  std::mutex progress_mutex;
+  long done = 0;
+  tbb::task_arena arena(search.threads > 0 ? search.threads : tbb::task_arena::automatic);
+  arena.execute([&] {
+    tbb::parallel_for(std::size_t{0}, pictures.all.size(), [&](std::size_t i) {
+      BoardPicture& picture = pictures.all[i];
+      if (interrupt_requested()) return;
+      faults_of[i].collect([&] {
+        if (!picture.view && picture.rejected.empty()) search_in(picture, search);
+      });
+      const std::lock_guard lock(progress_mutex);
+      progress.step(++done);
+    });
+  });
+  throw_if_interrupted();
+  FaultList faults;
+  for (const FaultList& each : faults_of) faults.collect([&] { each.throw_if_any(); });
+  faults.throw_if_any();
+  pictures.size = common_size(pictures.all);
+  drop_repeated(pictures.all);
+  require_board_size(pictures.all, search);
+  if (pictures.used().empty())
+    throw Refusal(fmt::format(
+        "The board {} was not found in any picture ({} looked at). Are {} its inner corners (or circle "
+        "centres)? Is the whole board in each picture, with a white margin around it, sharp and evenly lit? "
+        "(An asymmetric grid of circles is not found in mirrored pictures.)",
+        search.board_text, pictures.all.size(), search.board_text.substr(search.board_text.find(':') + 1)));
+  return pictures;
+}
+
 }  // namespace
 
 std::string BoardPicture::name() const {
@@ -179,38 +230,11 @@ std::vector<BoardPicture> pictures_of_moving_board(FrameSequence& sequence, cons
 }
 
 BoardPictures find_boards(const std::vector<std::string>& sources, const BoardSearch& search) {
-  BoardPictures pictures{list_pictures(sources, search), {}};
-  common_size(pictures.all);
-  std::vector<FaultList> faults_of(pictures.all.size());
-  Progress progress("looking for the board", static_cast<long>(pictures.all.size()), search.quiet);
-  std::mutex progress_mutex;
-  long done = 0;
-  tbb::task_arena arena(search.threads > 0 ? search.threads : tbb::task_arena::automatic);
-  arena.execute([&] {
-    tbb::parallel_for(std::size_t{0}, pictures.all.size(), [&](std::size_t i) {
-      BoardPicture& picture = pictures.all[i];
-      if (interrupt_requested()) return;
-      faults_of[i].collect([&] {
-        if (!picture.view && picture.rejected.empty()) search_in(picture, search);
-      });
-      const std::lock_guard lock(progress_mutex);
-      progress.step(++done);
-    });
-  });
-  throw_if_interrupted();
-  FaultList faults;
-  for (const FaultList& each : faults_of) faults.collect([&] { each.throw_if_any(); });
-  faults.throw_if_any();
-  pictures.size = common_size(pictures.all);
-  drop_repeated(pictures.all);
-  require_board_size(pictures.all, search);
-  if (pictures.used().empty())
-    throw Refusal(fmt::format(
-        "The board {} was not found in any picture ({} looked at). Are {} its inner corners (or circle "
-        "centres)? Is the whole board in each picture, with a white margin around it, sharp and evenly lit? "
-        "(An asymmetric grid of circles is not found in mirrored pictures.)",
-        search.board_text, pictures.all.size(), search.board_text.substr(search.board_text.find(':') + 1)));
-  return pictures;
+  return find_boards_in(list_pictures(sources, search), search);
+}
+
+BoardPictures find_boards(const std::vector<cv::Mat>& stills, const BoardSearch& search) {
+  return find_boards_in(list_stills(stills, search), search);
 }
 
 }  // namespace ballservo

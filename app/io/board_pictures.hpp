@@ -18,7 +18,7 @@ namespace ballservo {
 struct BoardPicture {
   std::filesystem::path file;
   int frame = -1;                 ///< of a video or camera; -1 for a still
-  cv::Mat decoded;                ///< a video's or camera's; stills are read again where they are needed
+  cv::Mat decoded;                ///< empty: a still, read again where it is needed
   std::optional<ImageSize> size;  ///< from the header; nothing where only the decoder can tell
   std::optional<BoardView> view;
   std::optional<std::pair<int, int>> seen;  ///< size of the chessboard that is there, the larger side first
@@ -57,5 +57,7 @@ std::vector<BoardPicture> pictures_of_moving_board(FrameSequence& sequence, cons
 /// InputError: a file that cannot be read, pictures of different cameras (sizes further apart). Refusal:
 /// chessboards that agree on another size than the one named, or no board at all.
 BoardPictures find_boards(const std::vector<std::string>& sources, const BoardSearch& search);
+/// The same of stills that no file holds, 8-bit BGR or grey: "picture 1" and so on.
+BoardPictures find_boards(const std::vector<cv::Mat>& stills, const BoardSearch& search);
 
 }  // namespace ballservo

@@ -4,23 +4,25 @@
 
 namespace ballservo {
 
-cv::Mat picture_of(const py::array& bgr) {
-  const bool pixels = bgr.dtype().kind() == 'u' && bgr.itemsize() == 1 && bgr.ndim() == 3 &&
-                      bgr.shape(2) == 3 && bgr.shape(0) > 0 && bgr.shape(1) > 0 && bgr.shape(0) <= 65536 &&
-                      bgr.shape(1) <= 65536;
+cv::Mat picture_of(const py::array& array, const std::string& name, bool gray) {
+  const bool one = gray && array.ndim() == 2;
+  const bool pixels = array.dtype().kind() == 'u' && array.itemsize() == 1 &&
+                      (one || (array.ndim() == 3 && array.shape(2) == 3)) && array.shape(0) > 0 &&
+                      array.shape(1) > 0 && array.shape(0) <= 65536 && array.shape(1) <= 65536;
   if (!pixels)
-    throw InputError("bgr",
-                     py::str("an array of {} {}").format(bgr.dtype(), bgr.attr("shape")).cast<std::string>(),
-                     "uint8 of shape (height, width, 3), in the order blue, green, red");
-  const py::ssize_t row = 3 * bgr.shape(1);
-  if (bgr.strides(2) != 1 || bgr.strides(1) != 3 || (bgr.shape(0) > 1 && bgr.strides(0) < row))
     throw InputError(
-        "bgr", py::str("strides of {} bytes").format(bgr.attr("strides")).cast<std::string>(),
-        "rows of pixels side by side, from the top down; numpy.ascontiguousarray(bgr) copies such "
-        "a view");
-  return cv::Mat(static_cast<int>(bgr.shape(0)), static_cast<int>(bgr.shape(1)), CV_8UC3,
-                 const_cast<void*>(bgr.data()),
-                 static_cast<std::size_t>(bgr.shape(0) > 1 ? bgr.strides(0) : row));
+        name, py::str("an array of {} {}").format(array.dtype(), array.attr("shape")).cast<std::string>(),
+        std::string("uint8 of shape (height, width, 3), in the order blue, green, red") +
+            (gray ? ", or (height, width)" : ""));
+  const py::ssize_t pixel = one ? 1 : 3, row = pixel * array.shape(1);
+  if ((!one && array.strides(2) != 1) || array.strides(1) != pixel ||
+      (array.shape(0) > 1 && array.strides(0) < row))
+    throw InputError(
+        name, py::str("strides of {} bytes").format(array.attr("strides")).cast<std::string>(),
+        "rows of pixels side by side, from the top down; numpy.ascontiguousarray copies such a view");
+  return cv::Mat(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), one ? CV_8UC1 : CV_8UC3,
+                 const_cast<void*>(array.data()),
+                 static_cast<std::size_t>(array.shape(0) > 1 ? array.strides(0) : row));
 }
 
 py::object python_of(const std::string& json) { return py::module_::import("json").attr("loads")(json); }

@@ -30,7 +30,8 @@ void add_driving(py::module_& module);
 void add_studies(py::module_& module);
 
 /// The picture where it lies. A view that OpenCV cannot look at is refused: nothing is copied unasked.
-cv::Mat picture_of(const py::array& bgr);
+/// `gray`: one channel will do.
+cv::Mat picture_of(const py::array& array, const std::string& name = "bgr", bool gray = false);
 
 py::object python_of(const std::string& json);
 /// A CSV file's columns by name (tables.py).

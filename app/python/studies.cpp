@@ -1,4 +1,6 @@
 // Calibrations, sweeps and comparisons, as the commands do them.
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "app/commands/ball_options.hpp"
@@ -53,12 +55,37 @@ struct FinishedCalibration {
   std::string summary_json;
 };
 
-FinishedCalibration calibrate(const std::vector<Path>& sources, const std::string& board, double square_m,
+/// Puts a source where it belongs.
+void add_source(CalibrateCameraOptions& options, const py::handle& source, const std::string& name) {
+  if (py::isinstance<py::array>(source)) {
+    options.stills.push_back(picture_of(py::reinterpret_borrow<py::array>(source), name, true));
+  } else {
+    try {
+      options.sources.push_back(source.cast<Path>().string());
+    } catch (const py::cast_error&) {
+      throw InputError(name, py::repr(py::type::of(source)).cast<std::string>(),
+                       "a file's name, or an array of its pixels");
+    }
+  }
+}
+
+FinishedCalibration calibrate(const py::object& sources, const std::string& board, double square_m,
                               const std::string& model, const std::string& format, int threads) {
   checked_threads(threads);
+  const bool listed = py::isinstance<py::sequence>(sources) && !py::isinstance<py::str>(sources) &&
+                      !py::isinstance<py::array>(sources);
+  if (!listed)
+    throw InputError("sources", py::repr(py::type::of(sources)).cast<std::string>(),
+                     "a list of files, or of pictures");
+  CalibrateCameraOptions options;
+  FaultList faults;
+  const auto given = sources.cast<std::vector<py::object>>();
+  for (std::size_t k = 0; k < given.size(); ++k)
+    faults.collect([&] { add_source(options, given[k], fmt::format("picture {}", k + 1)); });
+  faults.throw_if_any();
+  if (options.stills.empty() == options.sources.empty())
+    throw InputError("sources", given.empty() ? "none" : "files and arrays", "a list of files, or of arrays");
   return hearing_ctrl_c([&] {
-    CalibrateCameraOptions options;
-    for (const Path& source : sources) options.sources.push_back(source.string());
     options.board_text = board;
     options.square_m = square_m;
     options.model = model;
@@ -160,7 +187,9 @@ void add_studies(py::module_& module) {
           "advice.");
   module.def("calibrate_camera", &calibrate, py::arg("sources"), py::arg("board"), py::arg("square_m"),
              py::arg("model") = "auto", py::arg("format") = "ros", py::arg("threads") = 0,
-             "A camera from pictures, folders of them or videos of a board, as `ballservo calibrate camera`: "
+             "A camera from pictures, folders of them or videos of a board, as `ballservo calibrate camera`. "
+             "sources: their files; or the pictures themselves, uint8 (height, width, 3), blue green red, or "
+             "(height, width), which the summary names picture 1 and so on. "
              "board chessboard:9x6 (inner corners), circles:6x6 or acircles:4x11; model auto is the simplest "
              "that files of the format (visp, ros, opencv, kalibr) hold and that does.");
   py::class_<FinishedSweep>(module, "Sweep", "Runs of a scenario, one a seed.")

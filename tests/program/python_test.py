@@ -336,20 +336,27 @@ conditions: [{name: base}, {name: noisy, noise: {read: 10}}]
             for column, values in ballservo.tables.columns(text).items():
                 np.testing.assert_array_equal(tables[name][column], values, column)
 
-    def test_a_camera_calibration_is_the_command_lines(self):
+    @staticmethod
+    def boards():
         square_px = 40
         board = np.full((9 * square_px, 12 * square_px), 255, np.uint8)
         for x, y in itertools.product(range(10), range(7)):
             if (x + y) % 2:
                 board[(y + 1) * square_px:(y + 2) * square_px, (x + 1) * square_px:(x + 2) * square_px] = 0
-        boards = []
         for k in range(8):  # through a pinhole of 500 px
             R = cv2.Rodrigues(np.array([0.5 * np.sin(k), 0.5 * np.cos(2.1 * k), 0.1 * k]))[0]
             t = np.array([0.05 * np.sin(3 * k), 0.04 * np.cos(k), 0.5 + 0.03 * k]) - R @ [0.15, 0.1125, 0]
             K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1]])
             H = K @ np.column_stack([R[:, 0] * 0.025 / square_px, R[:, 1] * 0.025 / square_px, t])
-            boards.append(self.place / f"board_{k}.png")
-            cv2.imwrite(str(boards[-1]), cv2.warpPerspective(board, H, (640, 480), borderValue=128, flags=cv2.INTER_AREA))
+            yield cv2.warpPerspective(board, H, (640, 480), borderValue=128, flags=cv2.INTER_AREA)
+
+    def board_files(self, pictures):
+        for k, picture in enumerate(pictures):
+            cv2.imwrite(str(self.place / f"board_{k}.png"), picture)
+        return [self.place / f"board_{k}.png" for k in range(len(pictures))]
+
+    def test_a_camera_calibration_is_the_command_lines(self):
+        boards = self.board_files(list(self.boards()))
         self.program("calibrate", "camera", *boards, "--board", "chessboard:9x6", "--square", "0.025", "-o", "left.yaml",
                      "--json", "left.json")
         done = ballservo.calibrate_camera(boards, "chessboard:9x6", 0.025)
@@ -363,6 +370,42 @@ conditions: [{name: base}, {name: noisy, noise: {read: 10}}]
         np.testing.assert_array_equal(ballservo.Camera.load(self.place / "left.yaml").covariance, done.camera.covariance)
         with self.assertRaisesRegex(ballservo.InputError, "nowhere"):
             ballservo.calibrate_camera([self.place / "nowhere.png"], "chessboard:9x6", 0.025)
+
+    def test_pictures_of_a_board_are_as_good_as_their_files(self):
+        gray = list(self.boards())
+        color = [np.dstack([picture // 2, picture, picture]) for picture in gray]
+        wide = np.zeros((480, 700, 3), np.uint8)
+        wide[:, :640] = color[0]
+        color = [wide[:, :640], *color[1:], np.zeros((480, 640, 3), np.uint8)]
+        for pictures in gray, color:
+            before = [picture.copy() for picture in pictures]
+            of_arrays = ballservo.calibrate_camera(pictures, "chessboard:9x6", 0.025)
+            np.testing.assert_array_equal(pictures, before)
+            of_files = ballservo.calibrate_camera(self.board_files(pictures), "chessboard:9x6", 0.025)
+            self.assertEqual(of_arrays.camera.parameters, of_files.camera.parameters)
+            np.testing.assert_array_equal(of_arrays.camera.covariance, of_files.camera.covariance)
+            said = json.dumps(of_files.summary)
+            for k in range(len(pictures)):
+                for name in str(self.place / f"board_{k}.png"), f"board_{k}.png":
+                    said = said.replace(name, f"picture {k + 1}")
+            self.assertEqual(json.dumps(of_arrays.summary), said)
+        self.assertEqual(of_arrays.summary["rejected"][0]["file"], "picture 9")
+        file = self.place / "board_0.png"
+        for sources, said in (
+                ([gray[0], gray[1] / 255, gray[2][None, None]],
+                 r"(?s)picture 2: found an array of float64 \(480, 640\); allowed: uint8 .*\(height, width\)"
+                 r".*picture 3: found .* \(1, 1, 480, 640\)"),
+                ([color[0][..., :2]], r"picture 1: found .*\(480, 640, 2\)"), ([gray[0][:0]], r"picture 1: found .*\(0, 640\)"),
+                ([gray[0].astype(np.uint16)], "picture 1: found .*uint16"), ([np.zeros((), np.uint8)], r"picture 1: found .*\(\)"),
+                ([gray[0], gray[1][:, ::-1]], "picture 2: found strides.*ascontiguousarray"), ([gray[0].T], "ascontiguousarray"),
+                ([gray[0], gray[1], gray[2][:470]], "picture 3: found a picture of 640x470; allowed: one of 640x480"),
+                ([np.zeros((8000, 8000), np.uint8)], "picture 1: found a picture of 8000x8000; allowed: at most 32000000 pixels"),
+                ([gray[0], file], "sources: found files and arrays"), ([], "sources: found none"), (gray[0], "sources: found .*ndarray"),
+                ("x.png", "sources: found .*str"), ([file, 3], "picture 2: found <class 'int'>"), (None, "sources: found .*NoneType")):
+            with self.assertRaisesRegex(ballservo.InputError, said):
+                ballservo.calibrate_camera(sources, "chessboard:9x6", 0.025)
+        with self.assertRaisesRegex(RuntimeError, "not found in any picture"):
+            ballservo.calibrate_camera([np.full((480, 640), 90, np.uint8)], "chessboard:9x6", 0.025)
 
     def test_objects_are_as_good_as_their_files(self):
         camera, colors = ballservo.Camera.load(METRIC["camera"]), ballservo.Colors.load(Path(COLORS))
@@ -418,6 +461,7 @@ conditions: [{name: base}, {name: noisy, noise: {read: 10}}]
             if kind[0] == "f" and chance.random() < 0.5:
                 array = array + chance.choice([np.nan, np.inf, 1e308])
             for call in (colors.classify, detector.detect, camera.project, camera.unproject,
+                         lambda a: ballservo.calibrate_camera([a, a], "chessboard:9x6", 0.025),
                          lambda a: tracker.update(a, chance.choice([np.nan, 1.0, -np.inf]))):
                 try:
                     call(array)

@@ -161,7 +161,7 @@ class CameraCalibration:
     @property
     def summary(self) -> Dict[str, Any]: ...
 
-def calibrate_camera(sources: Sequence[_File], board: str, square_m: float, model: str = ..., format: str = ...,
+def calibrate_camera(sources: Union[Sequence[_File], Sequence[_Picture]], board: str, square_m: float, model: str = ..., format: str = ...,
                      threads: int = ...) -> CameraCalibration: ...
 
 class Sweep:
