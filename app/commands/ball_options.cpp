@@ -213,10 +213,14 @@ void DetectorFactory::set_colors(std::shared_ptr<const ColorTable> colors) {
   colors_ = std::move(colors);
 }
 
-void DetectorFactory::set_camera(const KnownCamera& known, const std::string& diameter) {
-  const std::string& taken = diameter.empty() ? diameter_ : diameter;
-  options_.radii = parse_diameters(taken, *colors_, false);
-  diameter_ = taken;
+void DetectorFactory::set_diameter(const std::string& diameter) {
+  const std::vector<BallRadius> radii = parse_diameters(diameter, *colors_, false);
+  if (rays_ || fov_rad_) options_.radii = radii;
+  diameter_ = diameter;
+}
+
+void DetectorFactory::set_camera(const KnownCamera& known) {
+  options_.radii = parse_diameters(diameter_, *colors_, false);
   options_.oval_fraction = DetectorOptions().oval_fraction;
   rays_ = std::make_shared<const RayTable>(known.camera);
   camera_uncertainty_.reset();

@@ -58,9 +58,12 @@ class DetectorFactory {
   const std::string& doubt() const { return doubt_; }  ///< about an approximate camera; empty: none
   /// Makes detectors of other colours from now on.
   void set_colors(std::shared_ptr<const ColorTable> colors);
-  /// Of this camera from now on, and in place of --diameter of balls so large, unless that is empty. Throws
-  /// InputError for a diameter that is none.
-  void set_camera(const KnownCamera& known, const std::string& diameter);
+  /// Of this camera from now on.
+  void set_camera(const KnownCamera& known);
+  /// Of balls so large from now on, as --diameter has it. Throws InputError for a diameter that is none.
+  void set_diameter(const std::string& diameter);
+  /// A camera is given, and nothing beside its file says how well it is known.
+  bool camera_counts_as_exact() const { return rays_ && !camera_uncertainty_; }
   /// As --diameter has it; empty: not known.
   const std::string& diameter() const { return diameter_; }
 

@@ -96,7 +96,7 @@ std::string BoardLessons::fault_of(const BoardFinding& finding, ImageSize size) 
   if (!taken_.empty() && !(size == size_))
     return fmt::format("The pictures are {}x{} now, those that were taken {}x{}: stop, and start again.",
                        size.width_px, size.height_px, size_.width_px, size_.height_px);
-  if (finding.seen) {
+  if (finding.seen && taken_.empty()) {
     const auto [longer, shorter] = *finding.seen;
     const int named_longer = std::max(board_.columns, board_.rows);
     const int named_shorter = std::min(board_.columns, board_.rows);

@@ -73,6 +73,12 @@ void BoardWorker::start(BoardLessons lessons) {
   newest_.reset();
 }
 
+void BoardWorker::go_on() {
+  const std::lock_guard lock(mutex_);
+  if (!lessons_) throw Refusal("no board is looked for: press Start");
+  searches_ = true;
+}
+
 void BoardWorker::stop() {
   const std::lock_guard lock(mutex_);
   searches_ = false;

@@ -32,6 +32,8 @@ class BoardWorker {
 
   /// Begins anew.
   void start(BoardLessons lessons);
+  /// Goes on where it was stopped. Throws Refusal where nothing was begun.
+  void go_on();
   /// Searches no further; what was taken stays.
   void stop();
   /// Throws Refusal where nothing has been taken.

@@ -1,10 +1,23 @@
 #include "app/live/client_words.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 namespace ballservo {
 
 double number_at(const nlohmann::json& what, const char* key, double otherwise) {
   const auto found = what.find(key);
   return found != what.end() && found->is_number() ? found->get<double>() : otherwise;
+}
+
+double length_m_at(const nlohmann::json& what, const char* key, const char* name, double least_m,
+                   double most_m) {
+  const double length_m = number_at(what, key, std::nan(""));
+  if (length_m >= least_m && length_m <= most_m) return length_m;
+  throw Refusal(fmt::format("{}: {}; allowed: {:g} to {:g} mm", name,
+                            std::isfinite(length_m) ? fmt::format("{:g} mm", 1000 * length_m) : "nothing",
+                            1000 * least_m, 1000 * most_m));
 }
 
 std::string text_at(const nlohmann::json& what, const char* key) {

@@ -10,6 +10,9 @@
 namespace ballservo {
 
 double number_at(const nlohmann::json& what, const char* key, double otherwise);
+/// A length that the page takes in millimetres; throws Refusal, in millimetres, for one outside the range.
+double length_m_at(const nlohmann::json& what, const char* key, const char* name, double least_m,
+                   double most_m);
 /// Empty where there is none.
 std::string text_at(const nlohmann::json& what, const char* key);
 

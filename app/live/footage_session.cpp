@@ -93,7 +93,10 @@ void FootageSession::run() {
     if (ended_) break;
     if (boards_changed_.exchange(false) && paused_) look_again();
     if (paused_ && !step_) {
-      exchange_.wait_until(Clock::now() + idle);
+      if (!staged_ && stages_are_wanted())
+        look_again();
+      else
+        exchange_.wait_until(Clock::now() + idle);
     } else if (!advance()) {
       continue;
     }
@@ -176,6 +179,13 @@ void FootageSession::restart_tracks() {
   tracks_.clear();
 }
 
+bool FootageSession::stages_are_wanted() const {
+  return shown_ && !colors_.empty() &&
+         std::any_of(live_views().begin(), live_views().end(), [&](const LiveView& view) {
+           return !view.title.empty() && exchange_.is_looked_at(view.name);
+         });
+}
+
 /// Finds the balls of the picture, and its stages where somebody looks at them.
 std::shared_ptr<const DetectionStages> FootageSession::follow() {
   const cv::Mat& bgr = shown_->bgr;
@@ -193,10 +203,7 @@ std::shared_ptr<const DetectionStages> FootageSession::follow() {
   for (Track& track : tracks_) track.ball = factory_.with_total_covariance(track.ball);
   if (stream_ && !stream_->send(stream_line(*shown_, tracks_, factory_.colors(), unix_time_s())))
     ended_ = true;
-  const auto is_wanted = [&](const LiveView& view) {
-    return !view.title.empty() && exchange_.is_looked_at(view.name);
-  };
-  if (std::none_of(live_views().begin(), live_views().end(), is_wanted)) return nullptr;
+  if (!stages_are_wanted()) return nullptr;
   const auto stages = std::make_shared<DetectionStages>();
   Detector(tracker_->detector()).detect(bgr, {{0, 0}, bgr.size()}, stages.get());
   return stages;
@@ -212,6 +219,7 @@ void FootageSession::show(Clock::time_point taken) {
     restart_tracks();
   }
   work_ms_ = 1000 * to_seconds(Clock::now() - begin);
+  staged_ = stages_are_wanted();
   const cv::Mat& bgr = shown_->bgr;
   const std::uint64_t serial = exchange_.publish(
       state(stages.get()), taken,
@@ -268,6 +276,8 @@ FootageSession::Json FootageSession::state(const DetectionStages* stages) const 
   for (const LiveView& view : live_views()) views.push_back({{"name", view.name}, {"remedy", view.remedy}});
   Json warnings = colors_.warnings();
   if (!factory_.doubt().empty()) warnings.push_back(factory_.doubt());
+  if (factory_.camera_counts_as_exact())
+    warnings.push_back("nothing beside the camera's file says how well it is known: 95 % counts it as exact");
   Json said = {{"kind", "footage"},
                {"source", options_.source},
                {"file", shown_->source},
@@ -381,14 +391,21 @@ FootageSession::Json FootageSession::done(const std::string& verb, const Json& w
   if (verb == "camera" || verb == "hold") return camera(what);
   if (verb == "save") return save();
   if (verb == "load") return load(what);
-  if (verb == "save_camera") return save_camera(what);
+  if (verb == "save_camera") return save_camera();
   if (verb.rfind("calibrate", 0) == 0) boards_changed_ = true;
   if (verb == "calibrate") {
-    boards_.start(BoardLessons(text_at(what, "board"), number_at(what, "square_m", std::nan(""))));
+    const double square_m = length_m_at(what, "square_m", "the square's side", 0.001, 1);
+    boards_.start(BoardLessons(text_at(what, "board"), square_m));
+  } else if (verb == "calibrate_go_on") {
+    boards_.go_on();
   } else if (verb == "calibrate_stop") {
     boards_.stop();
   } else if (verb == "calibrate_undo") {
     boards_.undo();
+  } else if (verb == "diameter") {
+    factory_.set_diameter(number_text(length_m_at(what, "diameter_m", "the ball's diameter", 0.001, 9.999)));
+    restart_tracks();
+    look_again();
   } else if (verb == "undo") {
     if (undone_to_.empty()) throw Refusal("there is nothing to undo");
     ColorLessons before = std::move(undone_to_.back());
@@ -559,25 +576,23 @@ FootageSession::Json FootageSession::load(const Json& what) {
   return {{"classes", colors_.table()->classes.size()}};
 }
 
-/// Of the boards that were held before it; and goes on with it.
-FootageSession::Json FootageSession::save_camera(const Json& what) {
+/// Of the boards that were held before it; and goes on with it, without boards.
+FootageSession::Json FootageSession::save_camera() {
   const BoardCalibration found = boards_.calibration();
   const std::filesystem::path file = camera_file(options_);
   const std::string text = camera_file_text(found.camera, camera_file_format("", file), file.stem().string());
   const std::string beside = camera_covariance_text(found.camera, found.covariance.parameters);
-  const std::string beside_file = covariance_file_name(file.string());
-  const double diameter_m = number_at(what, "diameter_m", 0);
-  const CameraCovariance covariance{parameter_names(found.camera.parameters().model),
-                                    found.covariance.parameters};
-  factory_.set_camera({found.camera, covariance}, diameter_m != 0 ? number_text(diameter_m) : "");
+  boards_.stop();
+  factory_.set_camera({found.camera, CameraCovariance{parameter_names(found.camera.parameters().model),
+                                                      found.covariance.parameters}});
   restart_tracks();
   look_again();
   if (options_.camera_output.empty())
     return {{"files",
              {{{"download", file.string()}, {"base64", base64(text)}},
-              {{"download", beside_file}, {"base64", base64(beside)}}}}};
+              {{"download", covariance_file_name(file.string())}, {"base64", base64(beside)}}}}};
   write_file(file, text, options_.overwrite_camera);
-  write_file(beside_file, beside, options_.overwrite_camera);
+  write_file(covariance_file_name(file.string()), beside, options_.overwrite_camera);
   options_.overwrite_camera = Overwrite::allow;  // its own file
   return {{"saved", file.string()}};
 }

@@ -75,6 +75,7 @@ class FootageSession {
   bool read_next();
   void open_again();
   std::shared_ptr<const DetectionStages> follow();
+  bool stages_are_wanted() const;
   void show(Clock::time_point taken);
   void restart_tracks();
   void learn(ColorLessons colors);
@@ -101,7 +102,7 @@ class FootageSession {
   void want_settings_of(const ColorTable& colors);
   Json save();
   Json load(const Json& what);
-  Json save_camera(const Json& what);
+  Json save_camera();
   const cv::Mat& picture_of(const Json& what) const;
 
   FootageOptions options_;
@@ -124,6 +125,7 @@ class FootageSession {
   int folders_ = 0;  // that recordings have taken
   std::optional<TrackStream> stream_;
   bool is_recording_ = false, paused_ = false, step_ = false, ended_ = false;
+  bool staged_ = false;                   // the stages of what is shown were wanted
   std::string message_;                   // what is wrong with the source
   std::map<std::string, double> wanted_;  // how the camera is to be set, also when it comes back
   std::string ignored_;                   // what of it the camera ignored

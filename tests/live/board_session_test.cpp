@@ -103,7 +103,8 @@ TEST_F(BoardSessionTest, BoardsAreTakenACameraIsFittedSavedAndUsed) {
   EXPECT_THAT(ask({{"do", "save_camera"}})["refused"], HasSubstr("0 pictures"));
   EXPECT_THAT(ask({{"do", "calibrate"}, {"board", "chessboard:9"}, {"square_m", 0.025}})["refused"],
               HasSubstr("chessboard:9x6"));
-  EXPECT_THAT(ask({{"do", "calibrate"}, {"board", "chessboard:9x6"}})["refused"], HasSubstr("--square"));
+  EXPECT_THAT(ask({{"do", "calibrate"}, {"board", "chessboard:9x6"}})["refused"],
+              HasSubstr("allowed: 1 to 1000 mm"));
   const Json taught = ask({{"do", "teach"},
                            {"serial", exchange.newest()->serial},
                            {"u_px", disc_u_px},
@@ -128,6 +129,9 @@ TEST_F(BoardSessionTest, BoardsAreTakenACameraIsFittedSavedAndUsed) {
   until([&] { return calibration()["fitting"] == false; });
   ask({{"do", "calibrate_stop"}});
   until([&] { return calibration()["on"] == false; });
+  ask({{"do", "calibrate_go_on"}});
+  until([&] { return calibration()["on"] == true; });
+  EXPECT_EQ(calibration()["taken"], boards);
 
   const Json fit = calibration()["fit"];
   ASSERT_EQ(fit["refused"], "") << fit;
@@ -138,6 +142,7 @@ TEST_F(BoardSessionTest, BoardsAreTakenACameraIsFittedSavedAndUsed) {
             fit["map"]["columns"].get<std::size_t>() * fit["map"]["rows"].get<std::size_t>());
   const Json saved = ask({{"do", "save_camera"}});
   ASSERT_EQ(saved["saved"], camera_file().string()) << saved;
+  until([&] { return calibration()["on"] == false; });
   const KnownCamera camera = read_known_camera(camera_file().string());
   EXPECT_NEAR(camera.camera.focal_px(), 535, 10) << "as OpenCV's left_intrinsics.yml";
   EXPECT_TRUE(camera.covariance);
@@ -146,10 +151,15 @@ TEST_F(BoardSessionTest, BoardsAreTakenACameraIsFittedSavedAndUsed) {
   ASSERT_FALSE(ball["p_m"].is_null()) << ball;
   const auto p_m = ball["p_m"].get<std::vector<double>>();
   EXPECT_NEAR(std::hypot(p_m[0], p_m[1], p_m[2]), 535 * 0.035 / disc_radius_px, 0.05);
-  EXPECT_FALSE(ask({{"do", "save_camera"}, {"diameter_m", 0.035}}).contains("refused"))
-      << "its own file is replaced";
-  EXPECT_EQ(calibration()["diameter"], "0.035");
-  EXPECT_TRUE(ask({{"do", "save_camera"}, {"diameter_m", -1}}).contains("refused"));
+  EXPECT_FALSE(ask({{"do", "save_camera"}}).contains("refused")) << "its own file is replaced";
+  EXPECT_TRUE(state()["warnings"].empty()) << state()["warnings"];
+
+  EXPECT_THAT(ask({{"do", "diameter"}, {"diameter_m", 7e-5}})["refused"],
+              HasSubstr("0.07 mm; allowed: 1 to"));
+  ASSERT_FALSE(ask({{"do", "diameter"}, {"diameter_m", 0.14}}).contains("refused"));
+  until([&] { return calibration()["diameter"] == "0.14" && !state()["balls"].empty(); });
+  const auto twice_m = state()["balls"][0]["p_m"].get<std::vector<double>>();
+  EXPECT_NEAR(twice_m[2], 2 * p_m[2], 0.02 * p_m[2]);
 }
 
 }  // namespace

@@ -213,13 +213,20 @@ def calibrate(page, name, saved):
     wide = page.js("return [document.documentElement.scrollWidth, window.innerWidth]")
     assert wide[0] <= wide[1], f"wider than the window: {wide}"
     page.press("search")
-    until(lambda: page.text("search") == "Start")
+    until(lambda: page.text("search") == "Go on")
+    page.press("search")
+    until(lambda: page.text("search") == "Stop")
+    assert taken() >= 5, page.text("count")
+    until(lambda: "fitting" not in page.text("count"), 120)
     page.press("save_camera")
     until(lambda: "Saved as" in page.text("calibrated"))
+    assert "not known well enough yet" in page.text("calibrated"), page.text("calibrated")
+    until(lambda: page.text("search") == "Go on")
     if saved:
         assert saved.exists() and saved.with_name(saved.name + ".covariance.json").exists()
     else:
         assert "camera.yaml and camera.yaml.covariance.json" in page.text("calibrated")
+        assert page.js("return [...document.querySelectorAll('#calibrated a')].every((link) => link.href.length > 300)")
     assert not page.complaints(), page.complaints()
 
 

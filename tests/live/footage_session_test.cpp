@@ -190,6 +190,15 @@ TEST_F(FootageSessionTest, PausedItLooksAgainAtWhatIsTaught) {
   EXPECT_EQ(state()["frame"].get<long>(), before["frame"].get<long>() + 1);
 }
 
+TEST_F(FootageSessionTest, StagesAreMadeOfAPictureThatStandsStill) {
+  click("teach", green_u, green_v);
+  ask({{"do", "pause"}});
+  EXPECT_FALSE(state().contains("candidates"));
+  exchange.set_views({"candidates"});
+  for (int wait = 0; wait < 2000 && !state().contains("candidates"); ++wait) std::this_thread::sleep_for(1ms);
+  EXPECT_FALSE(state()["candidates"].empty());
+}
+
 TEST_F(FootageSessionTest, StagesAreMadeForWhoLooksAtThem) {
   click("teach", green_u, green_v);
   EXPECT_FALSE(later(2).contains("candidates"));

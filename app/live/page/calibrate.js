@@ -7,13 +7,27 @@ export function connectCalibration(send) {
   ask = send;
   at('search').onclick = () => {
     say('');
-    ask(state?.on ? {do: 'calibrate_stop'} : {do: 'calibrate', board: at('board').value.trim(), square_m: Number(at('square').value) / 1000});
+    if (state?.on) ask({do: 'calibrate_stop'});
+    else if (canGoOn()) ask({do: 'calibrate_go_on'});
+    else begin();
   };
+  at('anew').onclick = begin;
+  at('diameter').onchange = () => ask({do: 'diameter', diameter_m: Number(at('diameter').value) / 1000});
   at('back').onclick = () => ask({do: 'calibrate_undo'});
   at('save_camera').onclick = () => {
     say('Saving ...');
-    ask({do: 'save_camera', diameter_m: Number(at('diameter').value) / 1000});
+    ask({do: 'save_camera'});
   };
+}
+
+function begin() {
+  say('');
+  ask({do: 'calibrate', board: at('board').value.trim(), square_m: Number(at('square').value) / 1000});
+}
+
+// With the pictures that were taken, of the same board.
+function canGoOn() {
+  return state?.taken > 0 && at('board').value.trim() === state.board && Math.abs(Number(at('square').value) - 1000 * state.square_m) < 1e-6;
 }
 
 function say(text, bad = false) {
@@ -23,15 +37,24 @@ function say(text, bad = false) {
 
 export function calibrationAnswered(answer, download) {
   if (answer.refused) return say(answer.refused, true);
-  if (answer.answer === 'calibrate') return say('');
+  if (answer.answer === 'calibrate' || answer.answer === 'calibrate_go_on') return say('');
+  if (answer.answer === 'diameter') return say(`Distances are of balls ${at('diameter').value} mm across.`);
   if (answer.answer === 'calibrate_undo') return say('Taken back.');
   if (answer.answer !== 'save_camera') return;
   answer.files?.forEach(download);
-  say((answer.saved ? `Saved as ${answer.saved}` : `Saved as ${answer.files.map((file) => file.download).join(' and ')}, where the browser puts downloads`) +
-    '; from now on the balls are placed with this camera.');
+  const good = state.fit?.enough;
+  say('', !good);
+  const words = answer.saved ? [answer.saved] : answer.files.flatMap((file, place) => [place ? ' and ' : '', linkTo(file)]);
+  at('calibrated').append('Saved as ', ...words, answer.saved ? '' : ', where the browser puts downloads. They belong side by side; click on one that it kept back',
+    '. From now on the balls are placed with this camera.',
+    good ? '' : ` It is not known well enough yet: where it is known least, a ball at 1 m is uncertain by ${millimetres(state.fit?.ball_sigma_mm ?? null)}. Go on takes more pictures.`);
 }
 
-const millimetres = (value) => value === null ? 'unknown' : `${value.toFixed(2)} mm`;
+function linkTo(file) {
+  return Object.assign(document.createElement('a'), {href: `data:application/octet-stream;base64,${file.base64}`, download: file.download, textContent: file.download});
+}
+
+const millimetres = (value) => value === null ? 'unknown' : `${value.toFixed(value < 10 ? 1 : 0)} mm`;
 
 function fitWords(fit) {
   if (!fit) return '';
@@ -46,18 +69,21 @@ export function showCalibration(now) {
     proposed = true;
     at('board').value = state.board ?? state.proposed.board;
     at('square').value = 1000 * (state.square_m ?? state.proposed.square_m) || '';
+    const diameter_mm = 1000 * Number(state.diameter);
+    if (diameter_mm) at('diameter').value = Number(diameter_mm.toFixed(3));
+    else at('diameter').placeholder = state.diameter;  // of several classes, or with its sigma
   }
   const {on, fit, taken = 0} = state;
   if (taken > counted) say('');
   counted = taken;
-  at('search').textContent = on ? 'Stop' : 'Start';
+  at('search').textContent = on ? 'Stop' : canGoOn() ? 'Go on' : 'Start';
+  at('anew').hidden = on || !canGoOn();
   at('search').setAttribute('aria-pressed', on);
-  at('search').title = on ? 'What was taken stays' : 'Begins anew';
+  at('search').title = on || canGoOn() ? 'What was taken stays' : 'The board is looked for';
   for (const id of ['board', 'square']) at(id).disabled = on;
   at('back').disabled = !taken;
   at('save_camera').disabled = state.fitting || !fit?.model;
   at('save_camera').title = state.output ? `Into ${state.output}` : 'As a download';
-  at('ball').hidden = Boolean(state.diameter);
   at('count').textContent = taken || on ? `${taken} ${taken === 1 ? 'picture' : 'pictures'} taken` + (state.fitting ? ', fitting ...' : '') : '';
   const least = taken < state.needed ? ` (a camera is fitted from ${state.needed} on)` : '';
   at('next').textContent = on && !fit?.enough ? (state.next?.words ?? '') + least : '';

@@ -47,7 +47,7 @@ async function arrived(data) {
 function answered(answer) {
   if (answer.answer === 'why') return explain(answer);
   if (answer.controls) return showControls(answer.controls);
-  if (answer.answer.startsWith('calibrate') || answer.answer === 'save_camera') return calibrationAnswered(answer, download);
+  if (answer.answer.startsWith('calibrate') || answer.answer === 'save_camera' || answer.answer === 'diameter') return calibrationAnswered(answer, download);
   if (answer.answer === 'teach') mark = null;
   if (answer.refused) return say(answer.refused, true);
   if (answer.answer === 'found') {
@@ -354,9 +354,14 @@ function showFootage(message) {
   at('balls').replaceChildren(...state.balls.map((ball) => {
     const row = document.createElement('tr');
     row.append(...[ball.track_id, ball.class, ball.state, ball.quality.toFixed(2),
-      ball.outline_px.map((x) => x.toFixed(1)).join(', '), ball.position ?? ''].map((text) => element('td', text)));
+      ball.outline_px.map((x) => x.toFixed(1)).join(', '), placeOf(ball)].map((text) => element('td', text)));
     return row;
   }));
+}
+
+function placeOf(ball) {
+  if (!ball.position) return '';
+  return `${ball.position}; x, y, z ${ball.p_m.map((metres) => (1000 * metres).toFixed(1)).join(', ')} mm`;
 }
 
 // ---- a scenario
