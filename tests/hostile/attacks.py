@@ -284,14 +284,17 @@ class Attack:
     def run(self):
         """Nothing, or what is wrong."""
         getattr(self, "attack_" + self.kind)()
-        if self.command == "live" and self.stop_s is None:  # ends when it is told to
+        serves = self.command == "live" and self.stop_s is None  # ends when it is told to
+        if serves:
             self.stop_s = 2
             self.allowed |= {130} if 0 in self.allowed else set()
         before = state(self.place)
-        options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL, **self.options}
+        options = {"stdout": subprocess.PIPE if serves else subprocess.DEVNULL, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL, **self.options}
         child = subprocess.Popen(self.arguments, cwd=self.place, **options)
         late = 0
         try:
+            if serves and child.stdout:
+                child.stdout.readline()  # its address, or the end
             if self.stop_s is not None:
                 wait_until_heard(child)
                 try:
