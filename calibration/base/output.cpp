@@ -44,6 +44,14 @@ fs::path parent_folder(const fs::path& target) {
   return target.has_parent_path() ? target.parent_path() : fs::path(".");
 }
 
+/// What a link to nothing points at, through others: there a new thing appears.
+fs::path behind_links(fs::path target) {
+  std::error_code error;
+  for (int links = 0; links < 40 && fs::is_symlink(target, error); ++links)
+    target = parent_folder(target) / fs::read_symlink(target, error);
+  return target;
+}
+
 void require_folder_of(const fs::path& target) {
   std::error_code error;
   if (target.empty()) throw InputError("output", "an empty name", "the name of a file or folder to write");
@@ -98,9 +106,9 @@ void merge_folder(const fs::path& staging, const fs::path& target) {
 
 OutputFile::OutputFile(fs::path target, Overwrite overwrite)
     : target_(std::move(target)), overwrite_(overwrite) {
+  target_ = behind_links(target_);
   require_folder_of(target_);
   std::error_code error;
-  if (fs::is_symlink(target_)) target_ = fs::weakly_canonical(target_, error);
   const fs::file_status status = fs::status(target_, error);
   if (fs::is_directory(status)) throw InputError(target_.string(), "a folder", "the name of a file to write");
   if (fs::exists(status) && !fs::is_regular_file(status)) {
@@ -171,8 +179,9 @@ void remove_unfinished(const fs::path& target, Unfinished whose) {
 
 OutputFolder::OutputFolder(fs::path target, Overwrite overwrite)
     : target_(without_trailing_separator(target)) {
-  require_folder_of(target_);
   std::error_code error;
+  if (!fs::exists(target_, error)) target_ = behind_links(target_);
+  require_folder_of(target_);
   const fs::file_status status = fs::status(target_, error);
   existed_ = fs::exists(status);
   if (existed_ && !fs::is_directory(status)) {

@@ -208,7 +208,8 @@ TEST_F(Output, WhatAnEarlierRunLeftGoesWithTheNewOnesArrival) {
 
 TEST_F(Output, ASummaryIsGoneBeforeAndComesLast) {
   fs::create_directory(dir / "out");
-  for (const char* const name : {"a.csv", "report.json", "z.csv"}) put(dir / (std::string("out/") + name), "1");
+  for (const char* const name : {"a.csv", "report.json", "z.csv"})
+    put(dir / (std::string("out/") + name), "1");
   const int watch = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
   ASSERT_GE(::inotify_add_watch(watch, (dir / "out").c_str(), IN_DELETE | IN_MOVED_TO), 0);
   OutputFolder folder(dir / "out", Overwrite::allow);
@@ -220,12 +221,29 @@ TEST_F(Output, ASummaryIsGoneBeforeAndComesLast) {
   std::vector<std::string> events;
   for (ssize_t at = 0; at < read;) {
     const auto* const event = reinterpret_cast<const inotify_event*>(buffer.data() + at);
-    if (event->name[0] != '.') events.push_back(std::string(event->mask & IN_DELETE ? "-" : "+") + event->name);
+    if (event->name[0] != '.')
+      events.push_back(std::string(event->mask & IN_DELETE ? "-" : "+") + event->name);
     at += static_cast<ssize_t>(sizeof(inotify_event)) + event->len;
   }
   ASSERT_EQ(events.size(), 4u);
   EXPECT_EQ(events.front(), "-report.json");
   EXPECT_EQ(events.back(), "+report.json");
+}
+
+TEST_F(Output, AFolderThatALinkNamesAppearsWhereItPoints) {
+  fs::create_symlink("there", dir / "link");
+  OutputFolder folder(dir / "link", Overwrite::refuse);
+  folder.write("a.csv", "1");
+  folder.commit();
+  EXPECT_EQ(contents(dir / "there/a.csv"), "1");
+  EXPECT_TRUE(fs::is_symlink(dir / "link"));
+  fs::create_symlink("no/where", dir / "dangling");
+  EXPECT_THROW(OutputFolder(dir / "dangling", Overwrite::allow), InputError);
+  EXPECT_THROW(OutputFile(dir / "dangling", Overwrite::allow), InputError);
+  fs::create_symlink("new.csv", dir / "link.csv");
+  write_file(dir / "link.csv", "2", Overwrite::refuse);
+  EXPECT_EQ(contents(dir / "new.csv"), "2");
+  EXPECT_TRUE(fs::is_symlink(dir / "link.csv"));
 }
 
 TEST_F(Output, AnUnusedNameIsNobodysNotEvenALinks) {
