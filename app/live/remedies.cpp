@@ -7,14 +7,10 @@
 namespace ballservo {
 namespace {
 
-constexpr const char* teach_again = "teach the colour anew in this light";
-constexpr const char* no_circle =
-    "the region is a box or a slanted disc, or too little of a boundary is seen";
-constexpr const char* come_nearer = "come nearer, or take a larger picture";
-
 constexpr std::array<std::pair<std::string_view, std::string_view>, 10> remedies{{
-    {"too small", come_nearer},
-    {"no ball makes this circle", no_circle},
+    {"too small", "come nearer, or take a larger picture"},
+    {"no ball makes this circle",
+     "the region is a box or a slanted disc, or too little of a boundary is seen"},
     {"the region's outline follows no circle",
      "the class ends inside the ball or runs past it: teach the rim's shade too"},
     {"no edge along the circle", "contrast under 4 to 10 grey levels: more light, or another background"},
@@ -35,21 +31,25 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 10> remedies
 const std::vector<LiveView>& live_views() {
   static const std::vector<LiveView> views = {
       {"picture", "", ""},
-      {"taught", "", "what has a class shines in its colour: the ball should, and nothing else"},
-      {"classified", "classified", std::string("are the ball's pixels without a class? ") + teach_again},
+      {"taught", "", "What has a class shines in its colour: the ball should, and nothing else."},
+      {"classified", "classified",
+       "Where the ball's pixels have no class, teach the colour anew in this light."},
       {"opened", "opened",
-       std::string("do they vanish here? The ball is under about 6 px across: ") + come_nearer},
+       "Where they vanish, the ball is under about 6 px across: come nearer, or take a larger picture."},
       {"closed", "closed",
-       "is the ball one region with other things? Votes and inner edges separate them; teach a tighter "
-       "colour "
-       "where they fail"},
-      {"votes", "outlines", std::string("is no circle voted? ") + no_circle},
+       "Where the ball and other things are one region, votes and inner edges separate them; where those "
+       "fail, "
+       "teach a tighter colour."},
+      {"votes", "outlines",
+       "Where no circle is voted, the region is a box or a slanted disc, or too little of a boundary is "
+       "seen."},
       {"edges", "ring pixels",
-       std::string("no points on the ball's rim? Contrast is under 4 to 10 grey levels: "
-                   "more light, or another background")},
-      {"candidates", "estimate", "grey circles are rejected; the list says why and what helps"},
+       "Where the ball's rim has no points, contrast is under 4 to 10 grey levels: more light, or another "
+       "background."},
+      {"candidates", "estimate", "Grey circles are rejected; the list says why and what helps."},
       {"refined", "refined",
-       "found, but the distance is wrong? Look at --diameter, then at --camera; a blurred picture"}};
+       "Where the outline fits and the distance does not: look at the ball's diameter, then at the camera's "
+       "calibration."}};
   return views;
 }
 

@@ -59,6 +59,7 @@ const millimetres = (value) => value === null ? 'unknown' : `${value.toFixed(val
 function fitWords(fit) {
   if (!fit) return '';
   if (fit.refused) return `No camera yet: ${fit.refused}`;
+  if (fit.ball_sigma_mm === null) return `${fit.boards} boards give a camera (${fit.model}): residual ${fit.rms_px.toFixed(3)} px. How well it places a ball they do not tell yet.`;
   return `${fit.boards} boards give a camera (${fit.model}): residual ${fit.rms_px.toFixed(3)} px. It places a 70 mm ball at 1 m to ` +
     `${millimetres(fit.covered_ball_sigma_mm)} (1 sigma) typically where boards were, ${millimetres(fit.ball_sigma_mm)} at worst.`;
 }

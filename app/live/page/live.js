@@ -68,7 +68,7 @@ function answered(answer) {
   } else if (answer.answer === 'keep') {
     say(`${answer.pictures} pictures are kept in ${answer.folder}`);
   } else if (answer.answer === 'load') {
-    say(`${answer.classes} class(es) loaded.`);
+    say(`${answer.classes === 1 ? 'One class is' : `${answer.classes} classes are`} loaded.`);
   } else if (answer.answer === 'undo') {
     mark = null;
     say('Taken back.');
@@ -193,7 +193,7 @@ function ask(spot) {
 
 function explain(answer) {
   const lines = answer.refused ? [['bad', answer.refused]]
-    : [[answer.ball ? '' : 'bad', answer.text], ['note', answer.figures], ['', answer.remedy && `What helps: ${answer.remedy}.`]];
+    : [[answer.ball ? '' : 'bad', answer.text], ['note', answer.figures], ['', answer.remedy && `What helps: ${answer.remedy}${answer.remedy.endsWith('.') ? '' : '.'}`]];
   at('why').replaceChildren(...lines.filter(([, text]) => text).map(([name, text]) => element('p', text, name)));
   if (answer.ball || !asked) return;
   const button = element('button', 'It is a ball: teach it');
@@ -288,8 +288,8 @@ function classItem(one) {
   name.onchange = () => send({do: 'rename', class: one.name, name: name.value.trim()});
   const percent = (fraction) => `${(100 * fraction).toFixed(1)} %`;
   const overlap = Object.entries(one.overlap).map(([other, part]) => `, ${percent(part)} taken by ${other}`).join('');
-  const text = `${one.samples} pixels, ${percent(one.kept_fraction)} given back${overlap}; ${percent(one.background_fraction)} of the rest has this colour. ` +
-    `Light from ${one.level_low.toPrecision(2)} to ${one.level_high.toPrecision(2)} times as strong, ${Math.round(one.warmest_k / 100) * 100} to ${Math.round(one.coolest_k / 100) * 100} K.`;
+  const text = `Learnt from ${one.samples} pixels; ${percent(one.kept_fraction)} of them are found again${overlap}. ${percent(one.background_fraction)} of all else has this colour. ` +
+    `It bears light from ${one.level_low.toPrecision(2)} to ${one.level_high.toPrecision(2)} times as strong, ${Math.round(one.warmest_k / 100) * 100} to ${Math.round(one.coolest_k / 100) * 100} K.`;
   item.append(swatch, name, element('small', text));
   return [item];
 }
