@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 #include <opencv2/core.hpp>
@@ -133,6 +134,8 @@ int run(int argc, char** argv) {
   } catch (const Interrupted& interrupted) {
     print_message("ballservo: {}\n", interrupted.what());
     return exit_interrupted;
+  } catch (const std::filesystem::filesystem_error& error) {
+    return show(InputError(error.path1().string(), error.code().message(), "a file or folder that can be used"));
   } catch (const std::exception& error) {
     if (is_of_memory(error))
       return show(InputError("memory", "less than this run needs", "smaller pictures, or fewer --threads"));

@@ -73,6 +73,15 @@ TEST_F(Inputs, LibrariesSayNothingOnStderr) {
               testing::StartsWith("ballservo: error: noise.png"));
 }
 
+TEST_F(Inputs, NamesThatNoFileCanHaveAreSaid) {
+  const std::string name(300, 'x');
+  for (const std::string command : {"report ", "sweep merge other -o out ", "compare merge other -o out "}) {
+    const auto ending = run(command + name);
+    EXPECT_EQ(ending.code, 2) << command;
+    EXPECT_THAT(ending.messages, HasSubstr("File name too long; allowed: ")) << command;
+  }
+}
+
 TEST_F(Inputs, AFolderThatCannotBeReadIsNotCalledEmpty) {
   std::filesystem::create_directories(dir / "locked");
   std::filesystem::permissions(dir / "locked", std::filesystem::perms::owner_exec);
