@@ -165,7 +165,8 @@ class Attack:
             target = self.place / self.random.choice(used)
             if target.is_dir() and self.random.random() < 0.7:
                 target = self.random.choice(sorted(p for p in target.iterdir() if p.is_file()))
-        read = any(str(target.relative_to(self.place)).startswith(u) for u in used) and target.name != "truth.csv"
+        beside_pictures = target.parent.name == "pictures" and target.suffix != ".png"  # of a folder pictures alone are read
+        read = any(str(target.relative_to(self.place)).startswith(u) for u in used) and not beside_pictures
         spelling = self.random.choice(["plain", "dots", "absolute", "link", "hard", "folder link"])
         name = str(target.relative_to(self.place))
         if spelling == "dots":
