@@ -203,7 +203,7 @@ std::shared_ptr<const DetectionStages> FootageSession::follow() {
   for (Track& track : tracks_) track.ball = factory_.with_total_covariance(track.ball);
   if (stream_ && !stream_->send(stream_line(*shown_, tracks_, factory_.colors(), unix_time_s())))
     ended_ = true;
-  if (!stages_are_wanted()) return nullptr;
+  if (!staged_) return nullptr;
   const auto stages = std::make_shared<DetectionStages>();
   Detector(tracker_->detector()).detect(bgr, {{0, 0}, bgr.size()}, stages.get());
   return stages;
@@ -212,6 +212,7 @@ std::shared_ptr<const DetectionStages> FootageSession::follow() {
 void FootageSession::show(Clock::time_point taken) {
   const auto begin = Clock::now();
   std::shared_ptr<const DetectionStages> stages;
+  staged_ = stages_are_wanted();
   try {
     stages = follow();
   } catch (const InputError& error) {  // a picture of another size than the camera's
@@ -219,7 +220,6 @@ void FootageSession::show(Clock::time_point taken) {
     restart_tracks();
   }
   work_ms_ = 1000 * to_seconds(Clock::now() - begin);
-  staged_ = stages_are_wanted();
   const cv::Mat& bgr = shown_->bgr;
   const std::uint64_t serial = exchange_.publish(
       state(stages.get()), taken,

@@ -44,7 +44,7 @@ fs::path parent_folder(const fs::path& target) {
   return target.has_parent_path() ? target.parent_path() : fs::path(".");
 }
 
-/// What a link to nothing points at, through others: there a new thing appears.
+/// What a link points at in the end, whether it is there or not.
 fs::path behind_links(fs::path target) {
   std::error_code error;
   for (int links = 0; links < 40 && fs::is_symlink(target, error); ++links)

@@ -74,7 +74,9 @@ LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
   const Scene scene(still, 0);
   grids_.resize(8 * (1 + scene.solids().size()));
   if (lamps_ == 0) return;
-  const auto light_up = [&](Grid& grid, const LitSurface& lit) {
+  const auto light_up = [&](int surface, const LitSurface& lit) {
+    if (!is_plainly_lit(scene.material_of(surface))) return;
+    Grid& grid = grids_[static_cast<std::size_t>(surface)];
     grid.origin_m = lit.low_m;
     const Eigen::Vector2d extent = lit.high_m - lit.low_m;
     const auto count = [](double length, int least) {
@@ -95,15 +97,11 @@ LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
       }
     });
   };
-  for (int surface = 0; surface < 6; ++surface)
-    light_up(grids_[static_cast<std::size_t>(surface)], lit_surface(world.room, surface));
-  for (std::size_t k = 0; k < scene.solids().size(); ++k) {
-    const SceneSolid& solid = scene.solids()[k];
-    for (int face = 0; face < 6; ++face) {
-      if (has_face(solid, face))
-        light_up(grids_[8 * (k + 1) + static_cast<std::size_t>(face)],
-                 lit_surface(solid, static_cast<int>(k), face));
-    }
+  for (int surface = 0; surface < 6; ++surface) light_up(surface, lit_surface(world.room, surface));
+  for (int k = 0; k < static_cast<int>(scene.solids().size()); ++k) {
+    const SceneSolid& solid = scene.solids()[static_cast<std::size_t>(k)];
+    for (int face = 0; face < 6; ++face)
+      if (has_face(solid, face)) light_up(8 * (k + 1) + face, lit_surface(solid, k, face));
   }
 }
 

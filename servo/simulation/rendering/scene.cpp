@@ -262,8 +262,7 @@ const Material& Scene::material_of(int surface) const {
 }
 
 bool Scene::light_is_mapped(int surface) const {
-  const Material& material = material_of(surface);
-  return light_map_ != nullptr && material.specular == 0.0 && !material.luminous;
+  return light_map_ != nullptr && is_plainly_lit(material_of(surface));
 }
 
 BALLSERVO_WIDE SurfaceHits Scene::hit_surfaces(const Eigen::Vector3d& origin, const Triples& directions,

@@ -91,9 +91,14 @@ Eigen::Vector2d half_extent_of_face(const SceneSolid& solid, int face);
 std::pair<Eigen::Vector3d, Eigen::Vector3d> place_on_face(const SceneSolid& solid, int face,
                                                           const Eigen::Vector2d& uv_m);
 
-/// Lamps and solids stand still, so this is worked out once: what every surface gets of each lamp, in the
-/// shade of the solids but not of the balls, on a grid of 4 cm (coarser where a surface is longer than 16 m,
-/// finer around a cylinder), interpolated in between.
+/// Whether a light map serves for it: it sends back the same to all sides, and nothing of its own.
+inline bool is_plainly_lit(const Material& material) {
+  return material.specular == 0.0 && !material.luminous;
+}
+
+/// Lamps and solids stand still, so this is worked out once: what every plainly lit surface gets of each
+/// lamp, in the shade of the solids but not of the balls, on a grid of 4 cm (coarser where a surface is
+/// longer than 16 m, finer around a cylinder), interpolated in between.
 class LightMap {
  public:
   explicit LightMap(const World& world);
@@ -121,6 +126,7 @@ class Scene {
 
   const std::vector<SceneBall>& balls() const { return balls_; }
   const std::vector<SceneSolid>& solids() const { return solids_; }
+  const Material& material_of(int surface) const;
 
   /// The nearest surface of the room or of a solid among `candidates` (indices of solids), balls apart.
   SurfaceHit hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
@@ -152,7 +158,6 @@ class Scene {
                     int own_solid) const;
 
  private:
-  const Material& material_of(int surface) const;
   SurfacePoints points_of(int surface, const Floats& t, const Eigen::Vector3d& origin,
                           const Triples& directions) const;
   /// Whether the light map knows all the light on a surface, but for the balls' shadows.
