@@ -40,6 +40,13 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
     if (const auto pose_then = pose_at(poses, scan.time_s)) grid_.look_at_floor(scan, *pose_then);
   }
   readings_.count = scans_.count = 0;
+  if (steering_ && frame_s_ > viewed_s_) viewed_.look(pose, options_.half_view_rad, grid_);
+  viewed_s_ = frame_s_;
+}
+
+bool Avoidance::has_seen_all_from_here() const {
+  constexpr double little_m2 = 0.3;
+  return viewed_.new_from_m2({grid_.pose().x_m, grid_.pose().y_m}, grid_) < little_m2;
 }
 
 ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) {

@@ -59,10 +59,14 @@ class Avoidance {
   bool steers() const { return steering_.has_value(); }
   /// The way to the ball; only where steers().
   SteeringOutput steer(const SteeringInput& input) { return steering_->steer(input, grid_, last_); }
-  /// A place to look from, at most that far away, rather in that heading; only where steers().
-  Eigen::Vector2d open_place(double time_s, double heading_rad, double far_m) {
-    return steering_->open_place(time_s, grid_, heading_rad, far_m);
+  /// Where to look for the ball next; only where steers().
+  Eigen::Vector2d place_to_look_from(double time_s) {
+    return steering_->place_to_look_from(time_s, grid_, viewed_);
   }
+  /// Whether a turn on the spot would show hardly anything that was not seen before.
+  bool has_seen_all_from_here() const;
+  /// The ball may lie anywhere again.
+  void forget_views() { viewed_.forget(); }
   void reset_steering() {
     if (steering_) steering_->reset();
   }
@@ -87,10 +91,11 @@ class Avoidance {
   OccupancyGrid grid_;
   SonarWatch watch_;
   std::optional<Steering> steering_;
+  ViewedFloor viewed_;
   ShieldVerdict last_;
   Inbox<SonarReading, 64> readings_;
   Inbox<FloorScan, 4> scans_;
-  double frame_s_ = SensorStamps::never, way_m_ = 0;
+  double frame_s_ = SensorStamps::never, viewed_s_ = SensorStamps::never, way_m_ = 0;
   std::optional<Pose2> pose_;  // at the step before
 };
 

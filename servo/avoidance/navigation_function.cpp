@@ -133,8 +133,8 @@ void NavigationFunction::seed(const Eigen::Vector2d& p_OB, double distance_m) {
   }
 }
 
-/// Dijkstra's algorithm, until all around the robot is known.
-void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
+/// Dijkstra's algorithm, until all that costs at most so much more than the robot's place is known.
+void NavigationFunction::spread(const Eigen::Vector2d& p_OR, double beyond_m) {
   int robot_column, robot_row;
   const bool robot_inside = block_of(p_OR, robot_column, robot_row);
   const auto price = [this](double clearance_m) {
@@ -149,7 +149,7 @@ void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
       if (cost_[cell] != now) continue;  // it has fallen since
       const int column = static_cast<int>(cell) % size, row = static_cast<int>(cell) / size;
       if (robot_inside && column == robot_column && row == robot_row) {
-        stop_at = now + static_cast<std::int32_t>(1.5 * look_ahead_m / quantum_m);
+        stop_at = now + static_cast<std::int32_t>(beyond_m / quantum_m);
       }
       for (int dr = -1; dr <= 1; ++dr) {
         for (int dc = -1; dc <= 1; ++dc) {
@@ -178,14 +178,29 @@ void NavigationFunction::spread(const Eigen::Vector2d& p_OR) {
 
 void NavigationFunction::update(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double distance_m,
                                 double ball_gap_m, double now_s) {
-  const Pose2& pose = grid.pose();
-  first_column_ = floor_index(pose.x_m, block_m) - size / 2 + 1;
-  first_row_ = floor_index(pose.y_m, block_m) - size / 2 + 1;
+  follow(grid.pose());
   measure_clearance(grid, p_OB, ball_gap_m, now_s);
   p_OB_ = p_OB;
-  p_OR_ = {pose.x_m, pose.y_m};
   distance_m_ = distance_m;
   ways_known_ = false;
+}
+
+void NavigationFunction::update_from_robot(const OccupancyGrid& grid, double now_s) {
+  follow(grid.pose());
+  measure_clearance(grid, p_OR_, 0.0, now_s);
+  std::fill(cost_.begin(), cost_.end(), none);
+  queue_.clear();
+  put(index(size / 2 - 1, size / 2 - 1), 0);
+  constexpr double everywhere_m = 1e3;
+  spread(p_OR_, everywhere_m);
+  ways_known_ = true;
+}
+
+/// The window lies around the robot.
+void NavigationFunction::follow(const Pose2& pose) {
+  first_column_ = floor_index(pose.x_m, block_m) - size / 2 + 1;
+  first_row_ = floor_index(pose.y_m, block_m) - size / 2 + 1;
+  p_OR_ = {pose.x_m, pose.y_m};
 }
 
 void NavigationFunction::find_ways() {
@@ -194,7 +209,7 @@ void NavigationFunction::find_ways() {
   std::fill(cost_.begin(), cost_.end(), none);
   queue_.clear();
   seed(p_OB_, distance_m_);
-  spread(p_OR_);
+  spread(p_OR_, 1.5 * look_ahead_m);
 }
 
 std::optional<double> NavigationFunction::heading(const Pose2& pose, double ball_heading_rad,

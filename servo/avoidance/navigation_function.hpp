@@ -71,6 +71,9 @@ class NavigationFunction {
   void update(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double distance_m, double ball_gap_m,
               double now_s);
 
+  /// The same for ways from the robot to everywhere.
+  void update_from_robot(const OccupancyGrid& grid, double now_s);
+
   /// Puts something where the robot could not pass though nothing was heard there; forgotten after a while.
   void add_virtual(double x_m, double y_m, double now_s);
 
@@ -96,13 +99,14 @@ class NavigationFunction {
   static std::size_t index(int column, int row) {
     return static_cast<std::size_t>(row) * size + static_cast<std::size_t>(column);
   }
+  void follow(const Pose2& pose);
   void measure_clearance(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double ball_gap_m,
                          double now_s);
   void spread_clearance(int step);
   bool sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
   void find_ways();
   void seed(const Eigen::Vector2d& p_OB, double distance_m);
-  void spread(const Eigen::Vector2d& p_OR);
+  void spread(const Eigen::Vector2d& p_OR, double beyond_m);
   void put(std::size_t cell, std::int32_t cost) {
     cost_[cell] = cost;
     queue_.put(static_cast<std::int32_t>(cell), cost);

@@ -22,6 +22,11 @@ constexpr double small_turn_rad = 0.30, far_turn_rad = 1.4, back_up_m = 0.25;
 constexpr double recovery_turn_radps = 0.6, recovery_back_mps = 0.15, recovery_s = 2.5;
 constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long gives way to the next
 
+// Places to look from: every so many blocks, no nearer and no longer a way than this. A look costs the time
+// of so much of way. Where all was seen, a place is worth a little: from there the map may show more.
+constexpr int place_every = 3;
+constexpr double nearest_place_m = 0.4, farthest_place_m = 12.0, look_m = 3.0, known_m2 = 0.05;
+
 constexpr double tolerance = 1e-9;
 
 /// The minimiser of 1/2 u^T H u - g^T u under the first `count` bounds.
@@ -88,26 +93,25 @@ std::optional<Eigen::Vector2d> solve(const BarrierProblem& problem) {
 Steering::Steering(double half_view_rad, const UnicycleLimits& limits, const Footprint& footprint)
     : half_view_rad_(half_view_rad), limits_(limits), footprint_(footprint) {}
 
-Eigen::Vector2d Steering::open_place(double time_s, const OccupancyGrid& grid, double heading_rad,
-                                     double far_m) {
-  const Pose2& pose = grid.pose();
-  const Eigen::Vector2d p(pose.x_m, pose.y_m);
-  navigation_.update(grid, p, 0.0, 0.0, time_s);
-  Eigen::Vector2d best_place = p;
+Eigen::Vector2d Steering::place_to_look_from(double time_s, const OccupancyGrid& grid,
+                                             const ViewedFloor& viewed) {
+  const Eigen::Vector2d p_OR(grid.pose().x_m, grid.pose().y_m);
+  navigation_.update_from_robot(grid, time_s);
+  Eigen::Vector2d best_place = p_OR;
   double best = 0.0;
-  for (int k = 0; k < 24; ++k) {
-    const double angle = heading_rad + 6.283185307179586 * k / 24;
-    const Eigen::Vector2d ahead(std::cos(angle), std::sin(angle));
-    double length_m = 0.0;
-    while (length_m < far_m && navigation_.straight(p, p + (length_m + 0.1) * ahead)) length_m += 0.1;
-    // Room to turn there.
-    while (length_m > 0.0 &&
-           navigation_.clearance_at(p + length_m * ahead) < NavigationFunction::narrow_m + 0.2)
-      length_m -= 0.1;
-    const double score = length_m * (1.0 + 0.5 * std::cos(angle - heading_rad));
-    if (score <= best) continue;
-    best = score;
-    best_place = p + length_m * ahead;
+  const double enough_m = std::min(NavigationFunction::narrow_m, navigation_.clearance_at(p_OR));
+  constexpr int half = NavigationFunction::size / 2;
+  for (int k = -half; k < half; k += place_every) {
+    for (int l = -half; l < half; l += place_every) {
+      const Eigen::Vector2d p_O = p_OR + NavigationFunction::block_m * Eigen::Vector2d(k, l);
+      if (navigation_.clearance_at(p_O) < enough_m || (p_O - p_OR).norm() < nearest_place_m) continue;
+      const double way_m = navigation_.cost_at(p_O);
+      if (!(way_m < farthest_place_m)) continue;
+      const double score = (viewed.new_from_m2(p_O, grid) + known_m2) / (way_m + look_m);
+      if (score <= best) continue;
+      best = score;
+      best_place = p_O;
+    }
   }
   return best_place;
 }

@@ -10,6 +10,7 @@
 
 #include "servo/avoidance/braking_shield.hpp"
 #include "servo/avoidance/navigation_function.hpp"
+#include "servo/avoidance/viewed_floor.hpp"
 
 namespace ballservo {
 
@@ -70,9 +71,9 @@ class Steering {
   /// `last`: what became of the command before.
   SteeringOutput steer(const SteeringInput& input, const OccupancyGrid& grid, const ShieldVerdict& last);
 
-  /// A place that can be reached straight, at most `far_m` away, the further and the nearer to that heading
-  /// (rad, odometry's frame) the better.
-  Eigen::Vector2d open_place(double time_s, const OccupancyGrid& grid, double heading_rad, double far_m);
+  /// The place from which a turn shows the most floor for the way there; the robot's own where none shows
+  /// any.
+  Eigen::Vector2d place_to_look_from(double time_s, const OccupancyGrid& grid, const ViewedFloor& viewed);
 
   /// The state changed: whatever recovery was under way is over.
   void reset() {

@@ -206,7 +206,8 @@ Findings Controller::look_around(double time_s, const RobotMotion& now, const Ro
   const double bearing_rad = target ? std::abs(target->bearing_rad) : 0.0;
   switch (activity) {
     case ControlState::search:
-      findings.add(Finding::turned_around, !seen_now && search_.turn(time_s, now.twist));
+      findings.add(Finding::turned_around,
+                   !seen_now && (search_.turn(time_s, now.twist) || knows_view(in_state_s)));
       findings.add(Finding::no_place_left, !steers() || !search_.may_set_out());
       break;
     case ControlState::explore:
@@ -243,6 +244,12 @@ Findings Controller::look_around(double time_s, const RobotMotion& now, const Ro
   return findings;
 }
 
+/// Whether it is known what a turn here would show, after a first look from another place.
+bool Controller::knows_view(double in_state_s) const {
+  return steers() && search_.has_set_out() && in_state_s > Search::look_s &&
+         avoidance_->has_seen_all_from_here();
+}
+
 /// The transition that the findings allow, and what it brings about.
 void Controller::react(const Findings& findings, double time_s, const Pose2& pose) {
   const bool was_blocked = states_.blocked();
@@ -257,9 +264,9 @@ void Controller::react(const Findings& findings, double time_s, const Pose2& pos
     case Effect::resume_turn:
       return search_.resume_turn(time_s);
     case Effect::set_out:
-      return search_.set_out(time_s, pose,
-                             avoidance_->open_place(time_s, search_.next_heading_rad(), Search::excursion_m));
+      return search_.set_out(time_s, pose, avoidance_->place_to_look_from(time_s));
     case Effect::trust:
+      if (steers()) avoidance_->forget_views();
       return search_.forget_excursions();
     case Effect::lose:
       ball_.doubt();

@@ -12,9 +12,8 @@ constexpr double whole_turn_rad = 6.8;  // and the ball's width over a full turn
 constexpr double turning_radps = 0.1,
                  standing_s = 0.8;    // slower for so long: the shield lets it turn no further
 constexpr int most_flips = 2;         // both ways have been tried
-constexpr double excursion_s = 10.0;  // 1.8 m through gaps, at 0.25 to 0.6 m/s, take 3 to 7 s
+constexpr double excursion_s = 15.0;  // 4 m through gaps, at 0.25 to 0.6 m/s
 constexpr double shortest_excursion_m = 0.4, arrived_m = 0.15;
-constexpr double aside_per_excursion_rad = 0.7;
 
 double distance_m(const Pose2& pose, const Eigen::Vector2d& p_O) {
   return (p_O - Eigen::Vector2d(pose.x_m, pose.y_m)).norm();
@@ -67,15 +66,11 @@ Twist2 Search::turn_command(double time_s) const {
   return {0.0, sign_ * turn_radps};
 }
 
-double Search::next_heading_rad() const {
-  const double side = excursions_ % 2 == 0 ? 1.0 : -1.0;
-  return start_.yaw_rad + side * aside_per_excursion_rad * ((excursions_ + 1) / 2);
-}
-
 void Search::set_out(double time_s, const Pose2& pose, const Eigen::Vector2d& p_O) {
   ++excursions_;
   p_OD_ = distance_m(pose, p_O) < shortest_excursion_m ? Eigen::Vector2d(start_.x_m, start_.y_m) : p_O;
   turned_rad_ = 0;
+  flips_ = 0;
   excursion_since_s_ = time_s;
 }
 

@@ -13,9 +13,8 @@ namespace ballservo {
 /// allocates nothing.
 class Search {
  public:
-  static constexpr double look_s = 0.4;       ///< standing and looking, before the robot turns
-  static constexpr double excursion_m = 1.8;  ///< at most so far
-  static constexpr int most_excursions = 5;
+  static constexpr double look_s = 0.4;  ///< standing and looking, before the robot turns
+  static constexpr int most_excursions = 12;
 
   /// A run begins there.
   void start(double time_s, const Pose2& pose);
@@ -35,11 +34,10 @@ class Search {
   /// What the turn asks of the drive.
   Twist2 turn_command(double time_s) const;
 
+  /// Whether it has left the place where it began.
+  bool has_set_out() const { return excursions_ > 0; }
   /// Whether there may be another excursion.
   bool may_set_out() const { return excursions_ < most_excursions; }
-  /// The heading in which it should lead: where the run began to look, then further and further aside, to and
-  /// fro.
-  double next_heading_rad() const;
   /// To that place, or, where it is no excursion from `pose`, to where the run began.
   void set_out(double time_s, const Pose2& pose, const Eigen::Vector2d& p_O);
   const Eigen::Vector2d& destination() const { return p_OD_; }

@@ -30,6 +30,17 @@ TEST(Obstacles, AreDrivenAroundAndNeverTouched) {
   EXPECT_GE(reached, 10);
 }
 
+TEST(Obstacles, ABallBehindADeadEndOrACornerIsFound) {
+  for (const char* file : {"dead_end.yaml", "corner.yaml"}) {
+    for (std::uint64_t seed = 1; seed < 4; ++seed) {
+      const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / file, {}, seed);
+      ASSERT_TRUE(check_feasible(scenario).feasible) << file;
+      const RunSummary s = run_geometric(scenario, seed).summary;
+      EXPECT_EQ(s.outcome, Outcome::reached) << file << " " << seed << ": " << s.outcome_text;
+    }
+  }
+}
+
 TEST(Obstacles, TheLawAloneRunsIntoThem) {
   int collisions = 0;
   for (std::uint64_t seed = 100; seed < 112; ++seed) {

@@ -123,27 +123,56 @@ TEST(Steering, NeverRunsTowardsWhatIsSuspectedFasterThanItCanBrake) {
   EXPECT_GT(std::abs(output.command.w_radps), 0.05);
 }
 
-/// The shield lets it go nowhere for 7 s, because of something at (1, 0).
-void be_stuck(Steering& steering, const OccupancyGrid& grid, const SteeringInput& input) {
-  ShieldVerdict blocked;
-  const FloorCell cell = OccupancyGrid::cell_at(1.0, 0.0);
-  blocked.blocked = cell;
-  SteeringInput now = input;
-  for (int k = 0; k < 140; ++k) {
-    now.time_s = 0.05 * k;
-    steering.steer(now, grid, blocked);
-  }
+/// One look around from the origin.
+ViewedFloor look_around(const OccupancyGrid& grid) {
+  ViewedFloor viewed;
+  for (int k = 0; k < 16; ++k) viewed.look({0, 0, k * M_PI / 8}, 0.5, grid);
+  return viewed;
 }
 
-TEST(Steering, WhatBlockedTheWayLongAgoIsNotInTheWayOfALookElsewhere) {
+TEST(ViewedFloor, WhatWasInThePictureIsNotNewAndWhatIsHiddenIs) {
   OccupancyGrid open(OccupancyGridOptions{});
   open.move(0, {});
+  ViewedFloor none;
+  none.look({}, 0.01, open);
+  const ViewedFloor all = look_around(open), hidden = look_around(grid_with_wall());
+  EXPECT_GT(none.new_from_m2({0, 0}, open), 10.0);
+  EXPECT_LT(all.new_from_m2({0, 0}, open), 0.02 * none.new_from_m2({0, 0}, open));
+  EXPECT_LT(hidden.new_from_m2({0, 0}, grid_with_wall()), 0.3) << "what is hidden stays so";
+  EXPECT_GT(hidden.new_from_m2({1.2, 0.8}, grid_with_wall()), 2.0) << "and is seen from beside the wall";
+  ViewedFloor ahead;
+  ahead.look({}, 0.5, open);
+  EXPECT_GT(ahead.new_from_m2({0, 0}, open), 3.0) << "only ahead was looked at";
+}
+
+TEST(ViewedFloor, FloorBehindTheFirstPoseCountsLess) {
+  OccupancyGrid open(OccupancyGridOptions{});
+  open.move(0, {});
+  ViewedFloor viewed;
+  viewed.look({}, 0.1, open);
+  EXPECT_GT(viewed.new_from_m2({3, 0}, open), 2.0 * viewed.new_from_m2({-3, 0}, open));
+}
+
+TEST(ViewedFloor, ForgetsWhatTheWindowLeaves) {
+  OccupancyGrid open(OccupancyGridOptions{});
+  open.move(0, {});
+  ViewedFloor viewed = look_around(open);
+  viewed.look({20, 0, 0}, 0.1, open);
+  viewed.look({0, 0, 0}, 0.1, open);
+  EXPECT_GT(viewed.new_from_m2({0, 0}, open), 10.0);
+  viewed = look_around(open);
+  viewed.forget();
+  EXPECT_GT(viewed.new_from_m2({0, 0}, open), 10.0);
+}
+
+TEST(Steering, LooksForTheBallWhereTheWallHidesTheFloor) {
+  const OccupancyGrid wall = grid_with_wall();
+  const ViewedFloor viewed = look_around(wall);
   Steering steering(0.5, {}, pioneer_3dx_footprint);
-  SteeringInput input;
-  input.p_OB = {2.6, 0.0};
-  be_stuck(steering, open, input);
-  EXPECT_GT((steering.open_place(8, open, 0, 2) - Eigen::Vector2d(2, 0)).norm(), 0.3);
-  EXPECT_LT((steering.open_place(100, open, 0, 2) - Eigen::Vector2d(2, 0)).norm(), 0.11);
+  const Eigen::Vector2d p_O = steering.place_to_look_from(0, wall, viewed);
+  EXPECT_GT(p_O.x(), 0.5) << p_O.transpose();
+  EXPECT_GT(std::abs(p_O.y()), 0.5) << p_O.transpose();
+  EXPECT_GT(viewed.new_from_m2(p_O, wall), 2.0);
 }
 
 }  // namespace

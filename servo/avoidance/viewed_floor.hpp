@@ -1,0 +1,51 @@
+// Where the ball would have been seen, had it lain there: for choosing where to look next.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "servo/avoidance/occupancy_grid.hpp"
+#include "servo/motion/unicycle.hpp"
+
+namespace ballservo {
+
+/// A window of blocks around the robot, in the odometry's frame. Allocates in the constructor only.
+class ViewedFloor {
+ public:
+  static constexpr double block_m = OccupancyGrid::block * OccupancyGrid::cell_m;
+  static constexpr int size = OccupancyGrid::size / OccupancyGrid::block;
+  static constexpr double far_m = 3.5;  ///< a ball further off may be missed
+
+  ViewedFloor() : viewed_(static_cast<std::size_t>(size) * size, 0) {}
+
+  /// A frame was taken from there: what lies within `half_view_rad` of straight ahead and behind nothing was
+  /// seen.
+  void look(const Pose2& pose, double half_view_rad, const OccupancyGrid& grid);
+
+  /// The ball may lie anywhere again.
+  void forget() { std::fill(viewed_.begin(), viewed_.end(), std::uint8_t{0}); }
+
+  /// How much floor (m^2) would be seen from there for the first time by a turn on the spot. Floor behind the
+  /// robot's first pose counts less: where a robot is set down, the ball is rather ahead.
+  double new_from_m2(const Eigen::Vector2d& p_O, const OccupancyGrid& grid) const;
+
+ private:
+  template <typename Visit>
+  void along(const Eigen::Vector2d& from, double heading_rad, const OccupancyGrid& grid,
+             const Visit& visit) const;
+  std::size_t index(int column, int row) const {
+    constexpr int mask = size - 1;
+    return static_cast<std::size_t>((row & mask) * size + (column & mask));
+  }
+  void follow(const Pose2& pose);
+  double likely(const Eigen::Vector2d& p_O) const;
+
+  std::vector<std::uint8_t> viewed_;
+  int first_column_ = 0, first_row_ = 0;
+  std::optional<Pose2> start_;
+};
+
+}  // namespace ballservo
