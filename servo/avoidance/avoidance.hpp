@@ -65,8 +65,8 @@ class Avoidance {
   }
   /// Whether a turn on the spot would show hardly anything that was not seen before.
   bool has_seen_all_from_here() const;
-  /// The ball may lie anywhere again.
-  void forget_views() { viewed_.forget(); }
+  /// The ball was lost there: what was seen before counts no longer, and it is rather near.
+  void expect_ball(const Eigen::Vector2d& p_OB) { viewed_.expect(p_OB); }
   void reset_steering() {
     if (steering_) steering_->reset();
   }

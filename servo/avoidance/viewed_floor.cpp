@@ -6,8 +6,10 @@
 namespace ballservo {
 
 namespace {
-constexpr int directions = 36;   // of a turn on the spot
-constexpr double behind = 0.05;  // a ball is so likely behind the start, as against ahead
+constexpr int directions = 36;  // of a turn on the spot
+constexpr double least =
+    0.05;  // so likely is the ball behind the start, as against ahead, or far from where it was
+constexpr double lost_m = 1.0;  // half as likely so far from where it was lost
 constexpr double step_m = ViewedFloor::block_m;
 }  // namespace
 
@@ -54,12 +56,13 @@ void ViewedFloor::look(const Pose2& pose, double half_view_rad, const OccupancyG
   }
 }
 
-/// From 1 ahead of the start to `behind`.
+/// From 1, ahead of the start or where the ball was lost, to `least`.
 double ViewedFloor::likely(const Eigen::Vector2d& p_O) const {
+  if (p_OB_) return least + (1.0 - least) / (1.0 + (p_O - *p_OB_).squaredNorm() / (lost_m * lost_m));
   if (!start_) return 1.0;
   const Eigen::Vector2d p_R = in_robot_frame(*start_, p_O);
   const double ahead = 0.5 + 0.5 * p_R.x() / std::max(p_R.norm(), 1e-6);
-  return behind + (1.0 - behind) * ahead * ahead;
+  return least + (1.0 - least) * ahead * ahead;
 }
 
 double ViewedFloor::new_from_m2(const Eigen::Vector2d& p_O, const OccupancyGrid& grid) const {

@@ -25,11 +25,14 @@ class ViewedFloor {
   /// seen.
   void look(const Pose2& pose, double half_view_rad, const OccupancyGrid& grid);
 
-  /// The ball may lie anywhere again.
-  void forget() { std::fill(viewed_.begin(), viewed_.end(), std::uint8_t{0}); }
+  /// The ball was lost there: what was seen before counts no longer, and floor counts less the further it is.
+  void expect(const Eigen::Vector2d& p_OB) {
+    std::fill(viewed_.begin(), viewed_.end(), std::uint8_t{0});
+    p_OB_ = p_OB;
+  }
 
-  /// How much floor (m^2) would be seen from there for the first time by a turn on the spot. Floor behind the
-  /// robot's first pose counts less: where a robot is set down, the ball is rather ahead.
+  /// How much floor (m^2) would be seen from there for the first time by a turn on the spot. Until the ball
+  /// is seen, floor behind the first pose counts less: where a robot is set down, the ball is rather ahead.
   double new_from_m2(const Eigen::Vector2d& p_O, const OccupancyGrid& grid) const;
 
  private:
@@ -46,6 +49,7 @@ class ViewedFloor {
   std::vector<std::uint8_t> viewed_;
   int first_column_ = 0, first_row_ = 0;
   std::optional<Pose2> start_;
+  std::optional<Eigen::Vector2d> p_OB_;  // where it was lost
 };
 
 }  // namespace ballservo

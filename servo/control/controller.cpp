@@ -266,10 +266,11 @@ void Controller::react(const Findings& findings, double time_s, const Pose2& pos
     case Effect::set_out:
       return search_.set_out(time_s, pose, avoidance_->place_to_look_from(time_s));
     case Effect::trust:
-      if (steers()) avoidance_->forget_views();
       return search_.forget_excursions();
     case Effect::lose:
       ball_.doubt();
+      if (const auto ball = ball_.predict(time_s); avoidance_ && ball)
+        avoidance_->expect_ball(ball->p_OB.head<2>());
       return search_.expect_ball(time_s);
     case Effect::none:
       return;
