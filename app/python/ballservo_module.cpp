@@ -46,6 +46,19 @@ std::string as_arguments(std::string message) {
   return message;
 }
 
+/// An object that `Class.__new__(Class)` made has no C++ object. Where one is asked for,
+/// pybind11 would take memory for it and use it as it is.
+void refuse_objects_without_init(const py::module_& module) {
+  for (const auto& [name, object] : module.attr("__dict__").cast<py::dict>()) {
+    if (!py::isinstance<py::type>(object)) continue;
+    auto* const info = py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(object.ptr()));
+    if (info == nullptr) continue;
+    info->operator_new = [](std::size_t) -> void* {
+      throw py::type_error("an object that was never made: call its class");
+    };
+  }
+}
+
 PYBIND11_MODULE(_ballservo, module) {
   module.doc() =
       "The library's parts over numpy arrays. Metres, seconds, radians and pixels; camera frame x right, y "
@@ -69,6 +82,7 @@ PYBIND11_MODULE(_ballservo, module) {
   add_scenarios(module);
   add_driving(module);
   add_studies(module);
+  refuse_objects_without_init(module);
 }
 
 }  // namespace ballservo

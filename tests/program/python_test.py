@@ -518,6 +518,16 @@ conditions: [{name: base}, {name: noisy, noise: {read: 10}}]
         with self.assertRaises(ballservo.InputError):
             ballservo.Detector(COLORS, camera=CAMERA)
 
+    def test_an_object_that_was_never_made_is_refused(self):
+        camera, colors, detector, scenario = (
+            kind.__new__(kind) for kind in (ballservo.Camera, ballservo.Colors, ballservo.Detector, ballservo.Scenario))
+        for call in (lambda: camera.project(np.ones((1, 3))), lambda: camera.covariance,
+                     lambda: ballservo.Detector(COLORS, camera=camera, diameter=0.07),
+                     lambda: colors.classify(self.pictures[0]), lambda: detector.detect(self.pictures[0]),
+                     lambda: ballservo.simulate(scenario)):
+            with self.assertRaisesRegex(TypeError, "never made"):
+                call()
+
     def test_threads(self):
         shared, found = ballservo.Detector(**METRIC), []
 
