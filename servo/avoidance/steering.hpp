@@ -71,8 +71,8 @@ class Steering {
   /// `last`: what became of the command before.
   SteeringOutput steer(const SteeringInput& input, const OccupancyGrid& grid, const ShieldVerdict& last);
 
-  /// The place from which a turn shows the most floor for the way there; the robot's own where none shows
-  /// any.
+  /// The place from which a turn shows the most new floor for the way there; the robot's own where no other
+  /// can be reached.
   Eigen::Vector2d place_to_look_from(double time_s, const OccupancyGrid& grid, const ViewedFloor& viewed);
 
   /// The state changed: whatever recovery was under way is over.
