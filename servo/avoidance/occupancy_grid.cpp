@@ -70,10 +70,10 @@ struct OccupancyGrid::Region {
 
 OccupancyGrid::OccupancyGrid(const OccupancyGridOptions& options)
     : options_(options),
-      free_since_(static_cast<std::size_t>(size) * size, 0),
-      marks_(static_cast<std::size_t>(size) * size, 0),
+      free_since_(FloorWindow<size>::cells, 0),
+      marks_(FloorWindow<size>::cells, 0),
       suspects_(static_cast<std::size_t>(size / block) * (size / block), 0),
-      glimpsed_in_(static_cast<std::size_t>(size) * size, 0) {}
+      glimpsed_in_(FloorWindow<size>::cells, 0) {}
 
 bool OccupancyGrid::still_counts(std::uint32_t seen, double distance_m, Drift drift) const {
   if (motion_.now - seen >= motion_.epochs.size()) return false;
@@ -93,15 +93,15 @@ bool OccupancyGrid::still_free(const FloorCell& cell, std::uint32_t seen, Drift 
 }
 
 bool OccupancyGrid::is_suspected(const FloorCell& cell) const {
-  return in_window(cell) && (marks_[index(cell.column, cell.row)] & (heard | standing)) != 0;
+  return in_window(cell) && (marks_[window_.index(cell)] & (heard | standing)) != 0;
 }
 
 bool OccupancyGrid::is_standing(const FloorCell& cell) const {
-  return in_window(cell) && (marks_[index(cell.column, cell.row)] & standing) != 0;
+  return in_window(cell) && (marks_[window_.index(cell)] & standing) != 0;
 }
 
-void OccupancyGrid::set_mark(int column, int row, Mark mark, bool yes) {
-  std::uint8_t& cell = marks_[index(column, row)];
+void OccupancyGrid::set_mark(const FloorCell& at, Mark mark, bool yes) {
+  std::uint8_t& cell = marks_[window_.index(at)];
   const int before = cell;
   cell = static_cast<std::uint8_t>(yes ? before | mark : before & ~mark);
   if (cell == before) return;
@@ -110,44 +110,27 @@ void OccupancyGrid::set_mark(int column, int row, Mark mark, bool yes) {
   };
   standing_cells_ += changed(standing);
   // The shift is a floor division for negative indices too.
-  std::uint8_t& count = suspects_[block_index(column >> 2, row >> 2)];
+  std::uint8_t& count = suspects_[block_index(at.column >> 2, at.row >> 2)];
   count = static_cast<std::uint8_t>(count + changed(heard | standing));
 }
 
 void OccupancyGrid::take_back(const FloorCell& cell) {
-  std::uint32_t& since = free_since_[index(cell.column, cell.row)];
+  std::uint32_t& since = free_since_[window_.index(cell)];
   since = std::min(since, taken_back);
 }
 
-void OccupancyGrid::forget(int column, int row) {
-  free_since_[index(column, row)] = never;
-  glimpsed_in_[index(column, row)] = 0;
-  for (const Mark mark : {heard, standing}) set_mark(column, row, mark, false);
-}
-
-/// Keeps the robot in the middle of the window: cells that enter it have never been seen.
-void OccupancyGrid::follow(const Pose2& pose) {
-  const int column = index_at(pose.x_m) - size / 2, row = index_at(pose.y_m) - size / 2;
-  const auto steps = [](int from, int to) { return std::min(std::abs(to - from), size); };
-  const int columns = steps(first_.column, column), rows = steps(first_.row, row);
-  for (int k = 0; k < columns; ++k) {
-    const int entering = column > first_.column ? column + size - 1 - k : column + k;
-    for (int r = 0; r < size; ++r) forget(entering, r);
-  }
-  for (int k = 0; k < rows; ++k) {
-    const int entering = row > first_.row ? row + size - 1 - k : row + k;
-    for (int c = 0; c < size; ++c) forget(c, entering);
-  }
-  first_.column = column;
-  first_.row = row;
+/// A cell that enters the window has never been seen.
+void OccupancyGrid::forget(const FloorCell& cell) {
+  free_since_[window_.index(cell)] = never;
+  glimpsed_in_[window_.index(cell)] = 0;
+  for (const Mark mark : {heard, standing}) set_mark(cell, mark, false);
 }
 
 void OccupancyGrid::move(double time_s, const Pose2& pose) {
   if (!started_) {
     started_ = true;
     pose_ = pose;
-    first_.column = index_at(pose.x_m) - size / 2;
-    first_.row = index_at(pose.y_m) - size / 2;
+    window_.follow(cell_at(pose.x_m, pose.y_m), [](const FloorCell&) {});
     motion_.sum.time_s = time_s;
     motion_.epochs[motion_.now] = motion_.sum;
     if (options_.start_clear_m > 0.0) {
@@ -170,7 +153,7 @@ void OccupancyGrid::move(double time_s, const Pose2& pose) {
   motion_.sum.turn_rad += turn_rad;
   motion_.sum.motion_s += dt_s;
   pose_ = pose;
-  follow(pose);
+  window_.follow(cell_at(pose.x_m, pose.y_m), [this](const FloorCell& cell) { forget(cell); });
   constexpr double window_reach_m = 0.75 * size * cell_m;
   for (const Drift drift : {Drift::allowed, Drift::close}) {
     std::uint32_t& fresh = motion_.fresh[static_cast<std::size_t>(drift)];
@@ -207,8 +190,8 @@ std::uint32_t OccupancyGrid::epoch_at(double time_s) const {
 
 /// A cell lies within a convex region exactly when its upper and its lower edge do.
 void OccupancyGrid::mark_free(const Region& region, std::uint32_t epoch_number, bool by_body) {
-  const int first = std::max(index_at(region.y_low_m), first_.row);
-  const int last = std::min(index_at(region.y_high_m), first_.row + size - 1);
+  const int first = std::max(index_at(region.y_low_m), window_.first().row);
+  const int last = std::min(index_at(region.y_high_m), window_.first().row + size - 1);
   Span below = region.at(first * cell_m);
   for (int row = first; row <= last; ++row) {
     const Span above = region.at((row + 1) * cell_m);
@@ -216,15 +199,15 @@ void OccupancyGrid::mark_free(const Region& region, std::uint32_t epoch_number, 
     const bool both = below.low_m <= below.high_m && above.low_m <= above.high_m && low_m < high_m;
     below = above;
     if (!both) continue;
-    const int first_in = std::max(static_cast<int>(std::ceil(low_m / cell_m)), first_.column);
-    const int last_in = std::min(index_at(high_m) - 1, first_.column + size - 1);
+    const int first_in = std::max(static_cast<int>(std::ceil(low_m / cell_m)), window_.first().column);
+    const int last_in = std::min(index_at(high_m) - 1, window_.first().column + size - 1);
     for (int column = first_in; column <= last_in; ++column) {
-      const std::size_t at = index(column, row);
+      const std::size_t at = window_.index({column, row});
       if ((marks_[at] & standing) != 0 && !by_body) continue;
       free_since_[at] = std::max(free_since_[at], epoch_number);
       if (marks_[at] == 0) continue;
-      set_mark(column, row, heard, false);
-      if (by_body) set_mark(column, row, standing, false);
+      set_mark({column, row}, heard, false);
+      if (by_body) set_mark({column, row}, standing, false);
     }
   }
 }
@@ -253,7 +236,7 @@ void OccupancyGrid::mark_arc(const SonarReading& reading, const Pose2& transduce
   each([this, explained](const FloorCell& cell) {
     if (explained && is_free(cell)) return false;
     take_back(cell);
-    set_mark(cell.column, cell.row, heard, true);
+    set_mark(cell, heard, true);
     return false;
   });
 }
@@ -300,7 +283,7 @@ bool OccupancyGrid::comes_no_nearer(const FloorCell& cell, const Footprint& foot
     return footprint.distance_m(in_robot_frame(at, p));
   };
   const double now_m = distance_m(from);
-  const bool known = in_window(cell) && free_since_[index(cell.column, cell.row)] != never;
+  const bool known = in_window(cell) && free_since_[window_.index(cell)] != never;
   constexpr double rounding_m = 1e-6;
   return (now_m > half_diagonal_m || known) && distance_m(pose) >= now_m - rounding_m;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "servo/avoidance/floor_scan.hpp"
+#include "servo/avoidance/floor_window.hpp"
 #include "servo/avoidance/sonar.hpp"
 #include "servo/motion/unicycle.hpp"
 
@@ -28,21 +29,7 @@ struct OccupancyGridOptions {
 /// What a user can set: the rest follows from the robot.
 void declare(OptionVisitor& v, OccupancyGridOptions& grid);
 
-/// floor(value_m / side_m): index of the square of a grid in which a coordinate lies. Truncation is rounding
-/// down but for negative numbers; std::floor is a call on machines of the baseline.
-inline int floor_index(double value_m, double side_m) {
-  const double scaled = value_m / side_m;
-  const int whole = static_cast<int>(scaled);
-  return whole - (scaled < whole ? 1 : 0);
-}
-
-/// A square of the floor: index of its column (x) and row (y) in the odometry's frame.
-struct FloorCell {
-  int column = 0, row = 0;
-};
-
-/// A window of the floor around the robot, in square cells; a ring buffer in both directions, so that nothing
-/// is copied when the robot moves. Allocates in the constructor only.
+/// A window of the floor around the robot, in square cells. Allocates in the constructor only.
 ///
 /// A cell is *free* when a firing's cone held the whole of it, short of the echo (and of the echo that the
 /// same transducer heard the time before: one that is missed once does no harm), and neither odometry's drift
@@ -77,13 +64,10 @@ class OccupancyGrid {
   /// A frame's word on the floor, with the odometry's pose when it was exposed.
   void look_at_floor(const FloorScan& scan, const Pose2& pose_then);
 
-  bool in_window(const FloorCell& cell) const {
-    return cell.column >= first_.column && cell.column < first_.column + size && cell.row >= first_.row &&
-           cell.row < first_.row + size;
-  }
+  bool in_window(const FloorCell& cell) const { return window_.contains(cell); }
   bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const {
     if (!in_window(cell)) return false;
-    const std::uint32_t seen = free_since_[index(cell.column, cell.row)];
+    const std::uint32_t seen = free_since_[window_.index(cell)];
     return seen >= motion_.fresh[static_cast<std::size_t>(drift)] || still_free(cell, seen, drift);
   }
   bool is_suspected(const FloorCell& cell) const;
@@ -125,17 +109,13 @@ class OccupancyGrid {
   };
   struct Region;
 
-  std::size_t index(int column, int row) const {
-    constexpr int mask = size - 1;
-    return static_cast<std::size_t>((row & mask) * size + (column & mask));
-  }
   static std::size_t block_index(int block_column, int block_row) {
     constexpr int blocks = size / block, mask = blocks - 1;
     return static_cast<std::size_t>((block_row & mask) * blocks + (block_column & mask));
   }
   /// What a cell is suspected of: an echo, or something that the camera saw.
   enum Mark : std::uint8_t { heard = 1, standing = 2 };
-  void set_mark(int column, int row, Mark mark, bool yes);
+  void set_mark(const FloorCell& cell, Mark mark, bool yes);
   void take_back(const FloorCell& cell);
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
@@ -145,13 +125,12 @@ class OccupancyGrid {
   bool comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
                        const Pose2& from) const;
   void mark_arc(const SonarReading& reading, const Pose2& transducer, bool heard_before);
-  void follow(const Pose2& pose);
-  void forget(int column, int row);
+  void forget(const FloorCell& cell);
 
   OccupancyGridOptions options_;
   bool started_ = false;
   Pose2 pose_;
-  FloorCell first_;  // of the window
+  FloorWindow<size> window_;
   // Instead of the number of the epoch in which a cell was seen free: never; or it was, but then something
   // was heard or seen there.
   static constexpr std::uint32_t never = 0, taken_back = 1, first_epoch = 2;

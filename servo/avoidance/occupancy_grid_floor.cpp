@@ -49,7 +49,7 @@ void OccupancyGrid::look_at_floor(const FloorScan& scan, const Pose2& pose_then)
     if (standing_cells_ > 0 && scans_ % lifted_every == 0) {
       along(ray, width_rad, apex, pose_then.yaw_rad, ray.from_m, ray.clear_m - cell_m,
             [this](const FloorCell& cell) {
-              if (is_standing(cell)) set_mark(cell.column, cell.row, standing, false);
+              if (is_standing(cell)) set_mark(cell, standing, false);
             });
     }
     if (ray.until_m <= ray.clear_m) continue;
@@ -57,10 +57,10 @@ void OccupancyGrid::look_at_floor(const FloorScan& scan, const Pose2& pose_then)
     along(ray, width_rad, apex, pose_then.yaw_rad, ray.clear_m, std::min(ray.until_m, ray.clear_m + depth_m),
           [this](const FloorCell& cell) {
             if (!in_window(cell)) return;
-            std::uint32_t& glimpsed_in = glimpsed_in_[index(cell.column, cell.row)];
+            std::uint32_t& glimpsed_in = glimpsed_in_[window_.index(cell)];
             if (glimpsed_in == scans_) return;
             if (glimpsed_in == scans_ - 1) {
-              set_mark(cell.column, cell.row, standing, true);
+              set_mark(cell, standing, true);
               take_back(cell);
             }
             glimpsed_in = scans_;

@@ -20,39 +20,21 @@ void ViewedFloor::along(const Eigen::Vector2d& from, double heading_rad, const O
   const Eigen::Vector2d ahead(std::cos(heading_rad), std::sin(heading_rad));
   for (double range_m = 0.5 * step_m; range_m < far_m; range_m += step_m) {
     const Eigen::Vector2d p = from + range_m * ahead;
-    const int column = floor_index(p.x(), block_m), row = floor_index(p.y(), block_m);
-    const bool inside = column >= first_column_ && row >= first_row_ && column < first_column_ + size &&
-                        row < first_row_ + size;
-    if (!inside || grid.is_block_suspected(column, row)) return;
-    visit(column, row, range_m);
+    const FloorCell block{floor_index(p.x(), block_m), floor_index(p.y(), block_m)};
+    if (!window_.contains(block) || grid.is_block_suspected(block.column, block.row)) return;
+    visit(block, range_m);
   }
-}
-
-void ViewedFloor::follow(const Pose2& pose) {
-  const int column = floor_index(pose.x_m, block_m) - size / 2,
-            row = floor_index(pose.y_m, block_m) - size / 2;
-  const auto steps = [](int from, int to) { return std::min(std::abs(to - from), size); };
-  const int columns = steps(first_column_, column), rows = steps(first_row_, row);
-  for (int k = 0; k < columns; ++k) {
-    const int entering = column > first_column_ ? column + size - 1 - k : column + k;
-    for (int r = 0; r < size; ++r) viewed_[index(entering, r)] = 0;
-  }
-  for (int k = 0; k < rows; ++k) {
-    const int entering = row > first_row_ ? row + size - 1 - k : row + k;
-    for (int c = 0; c < size; ++c) viewed_[index(c, entering)] = 0;
-  }
-  first_column_ = column;
-  first_row_ = row;
 }
 
 void ViewedFloor::look(const Pose2& pose, double half_view_rad, const OccupancyGrid& grid) {
-  follow(pose);
+  window_.follow({floor_index(pose.x_m, block_m), floor_index(pose.y_m, block_m)},
+                 [this](const FloorCell& block) { viewed_[window_.index(block)] = 0; });
   if (!start_) start_ = pose;
   const double apart_rad = step_m / far_m;
   const int rays = static_cast<int>(half_view_rad / apart_rad);
   for (int k = -rays; k <= rays; ++k) {
     along({pose.x_m, pose.y_m}, pose.yaw_rad + k * apart_rad, grid,
-          [this](int column, int row, double) { viewed_[index(column, row)] = 1; });
+          [this](const FloorCell& block, double) { viewed_[window_.index(block)] = 1; });
   }
 }
 
@@ -69,9 +51,10 @@ double ViewedFloor::new_from_m2(const Eigen::Vector2d& p_O, const OccupancyGrid&
   double sum_m2 = 0;
   constexpr double apart_rad = 6.283185307179586 / directions;
   for (int k = 0; k < directions; ++k) {
-    along(p_O, k * apart_rad, grid, [&](int column, int row, double range_m) {
-      if (viewed_[index(column, row)] != 0) return;
-      sum_m2 += range_m * apart_rad * step_m * likely({(column + 0.5) * block_m, (row + 0.5) * block_m});
+    along(p_O, k * apart_rad, grid, [&](const FloorCell& block, double range_m) {
+      if (viewed_[window_.index(block)] != 0) return;
+      sum_m2 += range_m * apart_rad * step_m *
+                likely({(block.column + 0.5) * block_m, (block.row + 0.5) * block_m});
     });
   }
   return sum_m2;

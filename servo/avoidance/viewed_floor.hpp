@@ -19,7 +19,7 @@ class ViewedFloor {
   static constexpr int size = OccupancyGrid::size / OccupancyGrid::block;
   static constexpr double far_m = 3.5;  ///< a ball further off may be missed
 
-  ViewedFloor() : viewed_(static_cast<std::size_t>(size) * size, 0) {}
+  ViewedFloor() : viewed_(FloorWindow<size>::cells, 0) {}
 
   /// A frame was taken from there: what lies within `half_view_rad` of straight ahead and behind nothing was
   /// seen.
@@ -39,15 +39,10 @@ class ViewedFloor {
   template <typename Visit>
   void along(const Eigen::Vector2d& from, double heading_rad, const OccupancyGrid& grid,
              const Visit& visit) const;
-  std::size_t index(int column, int row) const {
-    constexpr int mask = size - 1;
-    return static_cast<std::size_t>((row & mask) * size + (column & mask));
-  }
-  void follow(const Pose2& pose);
   double likely(const Eigen::Vector2d& p_O) const;
 
+  FloorWindow<size> window_;
   std::vector<std::uint8_t> viewed_;
-  int first_column_ = 0, first_row_ = 0;
   std::optional<Pose2> start_;
   std::optional<Eigen::Vector2d> p_OB_;  // where it was lost
 };

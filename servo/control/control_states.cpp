@@ -83,7 +83,7 @@ constexpr Transition transitions[] = {
     {set(S::acquire), F::unconfirmed, F::can_return, S::reacquire,
      "out of sight: driving to where it was last", Effect::lose},
     {set(S::acquire), F::unconfirmed, F::always, S::search, "what was seen was not confirmed",
-     Effect::resume_turn},
+     Effect::pass_over},
 
     {set(S::approach, S::hold), F::unseen, F::can_return, S::reacquire,
      "out of sight: driving to where it was last", Effect::lose},

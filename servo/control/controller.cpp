@@ -194,7 +194,9 @@ Findings Controller::look_around(double time_s, const RobotMotion& now, const Ro
   if (!frames || ball_.nonsense()) return findings;
 
   const double unseen_s = time_s - options_.latency_s - ball_.sighting_s();
-  const bool seen = target && unseen_s <= coast_s, seen_now = seen && unseen_s <= 0.5 * acquire_s;
+  const bool seen = target && unseen_s <= coast_s,
+             seen_now = seen && unseen_s <= 0.5 * acquire_s &&
+                        !(activity == ControlState::search && search_.passes_over(time_s));
   const bool trusted = seen && ball_.confirmed() >= sightings_to_trust;
   findings.add(seen ? Finding::seen : Finding::unseen);
   findings.add(trusted ? Finding::trusted : Finding::untrusted);
@@ -263,6 +265,8 @@ void Controller::react(const Findings& findings, double time_s, const Pose2& pos
       return search_.begin_turn_back(time_s, pose.yaw_rad);
     case Effect::resume_turn:
       return search_.resume_turn(time_s);
+    case Effect::pass_over:
+      return search_.pass_over(time_s);
     case Effect::set_out:
       return search_.set_out(time_s, pose, avoidance_->place_to_look_from(time_s));
     case Effect::trust:

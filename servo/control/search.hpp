@@ -13,7 +13,8 @@ namespace ballservo {
 /// allocates nothing.
 class Search {
  public:
-  static constexpr double look_s = 0.4;  ///< standing and looking, before the robot turns
+  static constexpr double look_s = 0.4;       ///< standing and looking, before the robot turns
+  static constexpr double pass_over_s = 0.6;  ///< and turning, before what was passed over counts again
   static constexpr int most_excursions = 12;
 
   /// A run begins there.
@@ -27,6 +28,13 @@ class Search {
   /// A turn begins: with a look ahead, or where one was broken off.
   void begin_turn(double time_s);
   void resume_turn(double time_s) { turn_since_s_ = turning_s_ = time_s; }
+  /// What was seen was not confirmed: half out of the picture, perhaps. The turn goes on towards it, and for
+  /// a while sights do not stop it.
+  void pass_over(double time_s) {
+    resume_turn(time_s);
+    passed_over_s_ = time_s;
+  }
+  bool passes_over(double time_s) const { return time_s - passed_over_s_ < look_s + pass_over_s; }
   /// A turn begins towards where the run began to look: the ball is there, behind something.
   void begin_turn_back(double time_s, double yaw_rad);
   /// A step of the turn at the robot's twist; true when it has shown all that it can.
@@ -57,7 +65,8 @@ class Search {
   double sign_ = 1;                           // of the turn, counter-clockwise positive
   double turned_rad_ = 0, last_yaw_rad_ = 0;  // in this turn; at the step before
   double turn_since_s_ = 0, turning_s_ = 0;   // when it began; when the robot last turned
-  int flips_ = 0;                             // because the robot could not turn on
+  double passed_over_s_ = -1e9;
+  int flips_ = 0;  // because the robot could not turn on
   bool looked_aside_ = false;
   int excursions_ = 0;
   Eigen::Vector2d p_OD_{0, 0};

@@ -99,6 +99,18 @@ TEST(Controller, DrivesNothingOnABallThatIsNotConfirmed) {
   }
 }
 
+// A ball that the border cuts is seen and not confirmed, for ever, unless the robot turns towards it.
+TEST(Controller, TurnsTowardsABallAtTheBorderOfThePicture) {
+  for (const double bearing_rad : {-0.55, 0.55}) {
+    DriveSetup setup;
+    setup.clear_view_rad = 1.0;
+    setup.ball = [=](double) { return at(3.0, bearing_rad); };
+    const auto steps = drive(setup);
+    EXPECT_GT(settled_s(steps), 0) << bearing_rad;
+    EXPECT_LT(settled_s(steps), 12) << bearing_rad;
+  }
+}
+
 TEST(Controller, TurnsUntilItSeesTheBallBehindIt) {
   DriveSetup setup;
   setup.start.yaw_rad = 3.0;

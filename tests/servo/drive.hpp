@@ -23,6 +23,7 @@ struct DriveSetup {
   double camera_hz = 30.0, duration_s = 20.0;
   double pixel_noise = 0.0;  ///< sigma of the outline's radius and centre, in pixels of a lens of f = 480
   double field_of_view_rad = 1.2;
+  double clear_view_rad = 1.2;  ///< further aside the ball is cut by the border: seen, but never confirmed
 };
 
 struct DriveStep {
@@ -61,12 +62,12 @@ class PointDrive final : public FrameSource, public BallPerception, public Robot
     seen.time_s = frame.time_s;
     seen.p_CB = (X_WR(robot_.pose()) * goal.mount.X_RC()).inverse() *
                 Eigen::Vector3d(ball.x(), ball.y(), goal.ball_height_m);
-    const bool in_view =
-        std::abs(std::atan2(seen.p_CB.x(), seen.p_CB.z())) < 0.5 * setup_.field_of_view_rad &&
-        seen.p_CB.z() > 0;
+    const double aside_rad = std::abs(std::atan2(seen.p_CB.x(), seen.p_CB.z()));
+    const bool in_view = aside_rad < 0.5 * setup_.field_of_view_rad && seen.p_CB.z() > 0;
     seen_in_a_row_ = in_view && setup_.visible(frame.time_s) ? seen_in_a_row_ + 1 : 0;
     if (seen_in_a_row_ == 0) return percept;
-    seen.state = seen_in_a_row_ < 3 ? TrackState::tentative : TrackState::confirmed;
+    const bool clear = seen_in_a_row_ >= 3 && aside_rad < 0.5 * setup_.clear_view_rad;
+    seen.state = clear ? TrackState::confirmed : TrackState::tentative;
     const double rho = seen.p_CB.norm(), radius_px = 480 * goal.ball_height_m / rho;
     const double depth_sigma = rho * setup_.pixel_noise / radius_px,
                  side_sigma = rho * setup_.pixel_noise / 480;
