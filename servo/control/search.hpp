@@ -65,8 +65,8 @@ class Search {
   double sign_ = 1;                           // of the turn, counter-clockwise positive
   double turned_rad_ = 0, last_yaw_rad_ = 0;  // in this turn; at the step before
   double turn_since_s_ = 0, turning_s_ = 0;   // when it began; when the robot last turned
-  double passed_over_s_ = -1e9;
-  int flips_ = 0;  // because the robot could not turn on
+  double passed_over_s_ = -1e9;               // when what was seen was last passed over
+  int flips_ = 0;                             // because the robot could not turn on
   bool looked_aside_ = false;
   int excursions_ = 0;
   Eigen::Vector2d p_OD_{0, 0};

@@ -205,8 +205,8 @@ TEST_F(Display, AKeyEndsAsAnInterruptDoes) {
         track() + " --force",
         on_virtual_display(
             // A window that was just made may not be viewable yet, and then takes no focus.
-            R"(for try in 1 2 3 4 5 6 7 8 9 10; do )"
-            R"(window=$(timeout 120 xdotool search --sync --onlyvisible --name "ballservo track" | tail -n 1); )"
+            R"(for try in 1 2 3 4 5 6 7 8 9 10; do kill -0 $program || break; )"
+            R"(window=$(timeout 12 xdotool search --sync --onlyvisible --name "ballservo track" | tail -n 1); )"
             R"(xdotool windowfocus --sync $window key )" +
             key + R"( && break; sleep 0.2; [ $try -lt 10 ] || kill -KILL $program; done; )"));
     EXPECT_EQ(ending.code, 130) << key << ending.messages;
