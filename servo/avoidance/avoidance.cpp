@@ -17,6 +17,7 @@ Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limi
       shield_{limits, options.grid.footprint, period_s, options.creep},
       grid_(options.grid) {
   if (options.type == AvoidanceOptions::Type::full) {
+    map_.emplace(options.grid);
     steering_.emplace(options.half_view_rad, limits, options.grid.footprint);
   }
 }
@@ -30,23 +31,30 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
   }
   pose_ = pose;
   grid_.move(now_s, pose);
+  if (map_) map_->move(pose);
   for (std::size_t k = 0; k < readings_.count; ++k) {
     const SonarReading& reading = readings_.messages[k];
     if (!watch_.hear(reading, now_s, way_m_)) continue;
-    if (const auto pose_then = pose_at(poses, reading.fired_s)) grid_.look(reading, *pose_then);
+    const auto pose_then = pose_at(poses, reading.fired_s);
+    if (!pose_then) continue;
+    grid_.look(reading, *pose_then);
+    if (map_) map_->look(reading, *pose_then);
   }
   for (std::size_t k = 0; k < scans_.count; ++k) {
     const FloorScan& scan = scans_.messages[k];
-    if (const auto pose_then = pose_at(poses, scan.time_s)) grid_.look_at_floor(scan, *pose_then);
+    const auto pose_then = pose_at(poses, scan.time_s);
+    if (!pose_then) continue;
+    grid_.look_at_floor(scan, *pose_then);
+    if (map_) map_->look_at_floor(scan, *pose_then);
   }
   readings_.count = scans_.count = 0;
-  if (steering_ && frame_s_ > viewed_s_) viewed_.look(pose, options_.half_view_rad, grid_);
+  if (map_ && frame_s_ > viewed_s_) viewed_.look(pose, options_.half_view_rad, *map_);
   viewed_s_ = frame_s_;
 }
 
 bool Avoidance::has_seen_all_from_here() const {
   constexpr double little_m2 = 0.3;
-  return viewed_.new_from_m2({grid_.pose().x_m, grid_.pose().y_m}, grid_) < little_m2;
+  return viewed_.new_from_m2({grid_.pose().x_m, grid_.pose().y_m}, *map_) < little_m2;
 }
 
 ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) {

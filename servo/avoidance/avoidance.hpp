@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "servo/avoidance/braking_shield.hpp"
+#include "servo/avoidance/obstacle_map.hpp"
 #include "servo/avoidance/occupancy_grid.hpp"
 #include "servo/avoidance/sonar.hpp"
 #include "servo/avoidance/steering.hpp"
@@ -58,11 +59,9 @@ class Avoidance {
   /// Whether ways around obstacles are looked for (type full).
   bool steers() const { return steering_.has_value(); }
   /// The way to the ball; only where steers().
-  SteeringOutput steer(const SteeringInput& input) { return steering_->steer(input, grid_, last_); }
+  SteeringOutput steer(const SteeringInput& input) { return steering_->steer(input, *map_, grid_, last_); }
   /// Where to look for the ball next; only where steers().
-  Eigen::Vector2d place_to_look_from(double time_s) {
-    return steering_->place_to_look_from(time_s, grid_, viewed_);
-  }
+  Eigen::Vector2d place_to_look_from() { return steering_->place_to_look_from(*map_, grid_, viewed_); }
   /// Whether a turn on the spot would show hardly anything that was not seen before.
   bool has_seen_all_from_here() const;
   /// The ball was lost there: what was seen before counts no longer, and it is rather near.
@@ -90,6 +89,7 @@ class Avoidance {
   ShieldOptions shield_;
   OccupancyGrid grid_;
   SonarWatch watch_;
+  std::optional<ObstacleMap> map_;  // with steering
   std::optional<Steering> steering_;
   ViewedFloor viewed_;
   ShieldVerdict last_;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -21,6 +22,12 @@ struct FloorRay {
   double bearing_rad = 0;  ///< in the robot frame, left positive
   double from_m = 0, clear_m = 0, until_m = 0;
 };
+
+/// Whether a ray's numbers can be: what others say of the floor is not taken on trust.
+inline bool is_sane(const FloorRay& ray) {
+  return std::isfinite(ray.bearing_rad) && ray.from_m >= 0.0 && ray.clear_m >= ray.from_m &&
+         ray.until_m >= ray.clear_m && ray.until_m < 20.0;
+}
 
 /// One frame's. Rays stand in the order of their bearings.
 struct FloorScan {

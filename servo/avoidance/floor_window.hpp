@@ -38,7 +38,7 @@ class FloorWindow {
     constexpr int mask = size - 1;
     return static_cast<std::size_t>((cell.row & mask) * size + (cell.column & mask));
   }
-  /// Moves the window's middle there; `enters` is told of each cell that was not in it before, of some twice.
+  /// Moves the window's middle there; `enters` is told the index of each cell that was not in it before.
   template <typename Enters>
   void follow(const FloorCell& middle, const Enters& enters) {
     const FloorCell before = first_;
@@ -47,11 +47,11 @@ class FloorWindow {
     const int columns = moved(before.column, first_.column), rows = moved(before.row, first_.row);
     for (int k = 0; k < columns; ++k) {
       const int column = first_.column > before.column ? first_.column + size - 1 - k : first_.column + k;
-      for (int r = 0; r < size; ++r) enters(FloorCell{column, first_.row + r});
+      for (int r = 0; r < size; ++r) enters(index({column, r}));
     }
     for (int k = 0; k < rows; ++k) {
       const int row = first_.row > before.row ? first_.row + size - 1 - k : first_.row + k;
-      for (int c = 0; c < size; ++c) enters(FloorCell{first_.column + c, row});
+      for (int c = 0; c < size; ++c) enters(index({c, row}));
     }
   }
 

@@ -10,197 +10,195 @@ namespace {
 
 constexpr double quantum_m = 0.01;
 constexpr std::int32_t none = std::numeric_limits<std::int32_t>::max();
-constexpr double far_m = 1.2;  // clearances are measured up to this
 
-// Clearances of the axle. The footprint's half width is 0.21 m, its outermost corner 0.37 m away: nearer than
-// tight_m the robot would touch, from narrow_m on it can turn on the spot.
-constexpr double tight_m = 0.20;             // the axle never goes nearer to a suspected place
-constexpr double wide_m = 0.72;              // nearer than this a way costs a little more than on open floor
-constexpr double look_ahead_m = 1.2;         // length of the headings that are weighed
-constexpr double view_cost_m_per_rad = 0.5;  // of a heading that takes the ball out of the picture
-constexpr double turn_cost_m_per_rad = 0.05;
-constexpr double virtual_radius_m = 0.18, virtual_s = 8.0;  // of what is put where the robot got stuck
+// Gaps beside the body, and how many times as much as on open floor a metre costs there.
+constexpr double no_gap_m = 0.04;     // nearer the robot does not go by intent: half a cell of the map
+constexpr double tight_gap_m = 0.18;  // here the shield begins to have its doubts
+constexpr double wide_gap_m = 0.50;   // from here on the floor is open
+constexpr double goal_gap_m = 0.10;   // nearer to something no way ends
+constexpr double goal_price_m = 1.5;  // for each part that a metre costs more at a goal
+constexpr double tight_price = 3.0, no_price = 20.0;
+
+// The same to what the shield does not know to be free. Only near the robot: further off nothing was seen
+// yet.
+constexpr double near_m = 1.2, unsure_gap_m = 0.03, sure_gap_m = 0.12, unsure_price = 6.0;
+constexpr double under_body_m = 0.3;  // what the body stands over bars no way
+
+/// From `low` to `high` as x goes from a to b.
+double between(double x, double a, double b, double low, double high) {
+  return low + (high - low) * std::clamp((x - a) / (b - a), 0.0, 1.0);
+}
 
 }  // namespace
 
-NavigationFunction::NavigationFunction()
-    : clearance_m_(static_cast<std::size_t>(size) * size, static_cast<float>(far_m)),
+NavigationFunction::NavigationFunction(const Footprint& footprint)
+    : half_width_m_(footprint.half_width_m),
+      clearance_m_(FloorWindow<ObstacleMap::size>::cells, far_m),
+      sure_m_(clearance_m_),
       cost_(static_cast<std::size_t>(size) * size, none),
-      queue_(static_cast<std::size_t>(9 * size) * size) {
-}  // a cell may start, and eight neighbours lower its cost
-
-bool NavigationFunction::block_of(const Eigen::Vector2d& p, int& column, int& row) const {
-  column = floor_index(p.x(), block_m) - first_column_;
-  row = floor_index(p.y(), block_m) - first_row_;
-  return column >= 0 && row >= 0 && column < size && row < size;
+      goal_(static_cast<std::size_t>(size) * size, 0),
+      queue_(static_cast<std::size_t>(9 * size) * size) {  // a block may start, and eight neighbours lower it
+  const double third_m = (footprint.front_m + footprint.rear_m) / 3.0;
+  disc_radius_m_ = std::hypot(0.5 * third_m, footprint.half_width_m);
+  for (std::size_t k = 0; k < disc_x_m_.size(); ++k) {
+    disc_x_m_[k] = -footprint.rear_m + (static_cast<double>(k) + 0.5) * third_m;
+  }
 }
 
-double NavigationFunction::cost_at(const Eigen::Vector2d& p_O) {
-  find_ways();
-  int column, row;
-  if (!block_of(p_O, column, row)) return std::numeric_limits<double>::infinity();
-  const std::int32_t cost = cost_[index(column, row)];
-  return cost == none ? std::numeric_limits<double>::infinity() : cost * quantum_m;
+double NavigationFunction::from_body_m(const std::vector<float>& field_m, const Pose2& pose) const {
+  const Eigen::Vector2d p(pose.x_m, pose.y_m), ahead(std::cos(pose.yaw_rad), std::sin(pose.yaw_rad));
+  double least_m = far_m;
+  for (const double x_m : disc_x_m_) least_m = std::min(least_m, at(field_m, p + x_m * ahead));
+  return least_m - disc_radius_m_;
 }
 
-double NavigationFunction::clearance_at(const Eigen::Vector2d& p_O) const {
-  int column, row;
-  return block_of(p_O, column, row) ? static_cast<double>(clearance_m_[index(column, row)]) : far_m;
+double NavigationFunction::price(double gap_m, double sure_m) {
+  if (gap_m < no_gap_m) return std::numeric_limits<double>::infinity();
+  const double narrow = gap_m < tight_gap_m ? between(gap_m, no_gap_m, tight_gap_m, no_price, tight_price)
+                                            : between(gap_m, tight_gap_m, wide_gap_m, tight_price, 1.0);
+  return std::max(narrow, between(sure_m, unsure_gap_m, sure_gap_m, unsure_price, 1.0));
 }
 
-void NavigationFunction::add_virtual(double x_m, double y_m, double now_s) {
-  virtual_[next_virtual_] = {x_m, y_m, now_s + virtual_s};
-  next_virtual_ = (next_virtual_ + 1) % virtual_.size();
-}
-
-/// Distances to what is suspected: chamfer distance transform in two passes (Borgefors, CVGIP 34, 1986).
-void NavigationFunction::measure_clearance(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB,
-                                           double ball_gap_m, double now_s) {
-  for (int row = 0; row < size; ++row) {
-    for (int column = 0; column < size; ++column) {
-      const bool suspected = grid.is_block_suspected(first_column_ + column, first_row_ + row) &&
-                             (center(column, row) - p_OB).squaredNorm() > ball_gap_m * ball_gap_m;
-      clearance_m_[index(column, row)] = suspected ? 0.0f : static_cast<float>(far_m);
+/// Distances to what stands, and to what is not free near the robot: chamfer distance transforms in two
+/// passes (Borgefors, CVGIP 34, 1986).
+void NavigationFunction::measure_clearance(const ObstacleMap& map, const OccupancyGrid& grid,
+                                           double ball_gap_m) {
+  constexpr int cells = ObstacleMap::size;
+  const Eigen::Vector2d p_OR(grid.pose().x_m, grid.pose().y_m);
+  const auto is_free = [&grid](const FloorCell& cell) {
+    for (const int k : {0, 1, 2, 3}) {
+      const FloorCell part{2 * cell.column + (k & 1), 2 * cell.row + (k >> 1)};
+      if (!grid.is_free(part, OccupancyGrid::Drift::close)) return false;
+    }
+    return true;
+  };
+  std::size_t k = 0;
+  for (int row = 0; row < cells; ++row) {
+    for (int column = 0; column < cells; ++column, ++k) {
+      const FloorCell cell{first_.column + column, first_.row + row};
+      const Eigen::Vector2d p_O = ObstacleMap::center_m(cell);
+      const bool ball = (p_O - p_OB_).squaredNorm() <= ball_gap_m * ball_gap_m;
+      const bool near = (p_O - p_OR).cwiseAbs().maxCoeff() < near_m;
+      clearance_m_[k] = !ball && map.probability(cell) >= ObstacleMap::occupied ? 0.0f : far_m;
+      sure_m_[k] = !ball && near && !is_free(cell) ? 0.0f : far_m;
     }
   }
-  for (const Virtual& thing : virtual_) {
-    if (thing.until_s < now_s) continue;
-    for (double dx = -virtual_radius_m; dx <= virtual_radius_m; dx += block_m) {
-      for (double dy = -virtual_radius_m; dy <= virtual_radius_m; dy += block_m) {
-        int column, row;
-        if (block_of({thing.x_m + dx, thing.y_m + dy}, column, row)) clearance_m_[index(column, row)] = 0.0f;
-      }
-    }
+  for (std::vector<float>* field : {&clearance_m_, &sure_m_}) {
+    spread_clearance(*field, +1);
+    spread_clearance(*field, -1);
   }
-  spread_clearance(+1);
-  spread_clearance(-1);
 }
 
 /// One pass over rows and columns, up or down (step +1 or -1): each row from the one before it, then from its
 /// own cells before.
-void NavigationFunction::spread_clearance(int step) {
-  constexpr float side = static_cast<float>(block_m), diagonal = static_cast<float>(1.4142135 * block_m);
-  const int begin = step > 0 ? 0 : size - 1;
-  for (int k = 0; k < size; ++k) {
-    float* row = &clearance_m_[index(0, begin + k * step)];
+void NavigationFunction::spread_clearance(std::vector<float>& field_m, int step) {
+  constexpr int cells = ObstacleMap::size;
+  constexpr float side = static_cast<float>(ObstacleMap::cell_m), diagonal = 1.4142135f * side;
+  const int begin = step > 0 ? 0 : cells - 1;
+  for (int k = 0; k < cells; ++k) {
+    float* row = &field_m[static_cast<std::size_t>(begin + k * step) * cells];
     if (k > 0) {
-      const float* before = row - step * size;
-      for (int c = 0; c < size; ++c) row[c] = std::min(row[c], before[c] + side);
-      for (int c = 1; c < size; ++c) row[c] = std::min(row[c], before[c - 1] + diagonal);
-      for (int c = 0; c + 1 < size; ++c) row[c] = std::min(row[c], before[c + 1] + diagonal);
+      const float* before = row - step * cells;
+      for (int c = 0; c < cells; ++c) row[c] = std::min(row[c], before[c] + side);
+      for (int c = 1; c < cells; ++c) row[c] = std::min(row[c], before[c - 1] + diagonal);
+      for (int c = 0; c + 1 < cells; ++c) row[c] = std::min(row[c], before[c + 1] + diagonal);
     }
-    for (int c = begin + step; c >= 0 && c < size; c += step) row[c] = std::min(row[c], row[c - step] + side);
+    for (int c = begin + step; c >= 0 && c < cells; c += step)
+      row[c] = std::min(row[c], row[c - step] + side);
   }
 }
 
-bool NavigationFunction::sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
-  const double length = (to - from).norm();
-  for (double s = 0; s < length - 0.25; s += 0.5 * block_m) {
-    if (clearance_at(from + (to - from) * (s / length)) < 0.5 * block_m) return false;
+bool NavigationFunction::sees_ball(const Eigen::Vector2d& p_O) const {
+  const double length = (p_OB_ - p_O).norm();
+  for (double s = 0; s < length - 0.25; s += ObstacleMap::cell_m) {
+    if (clearance_m(p_O + (p_OB_ - p_O) * (s / length)) < 0.5 * ObstacleMap::cell_m) return false;
   }
   return true;
 }
 
-bool NavigationFunction::straight(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
-  const double length = (to - from).norm();
-  const double enough = std::min(narrow_m + 0.06, clearance_at(from) + 0.01);
-  for (double s = 0; s <= length; s += 0.5 * block_m) {
-    if (clearance_at(from + (to - from) * (length > 0 ? s / length : 0.0)) <
-        (s < 0.4 ? enough : narrow_m + 0.06))
+bool NavigationFunction::straight(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                                  double gap_m) const {
+  const Eigen::Vector2d way = to - from;
+  const double length = way.norm();
+  double most_m = 0;  // out of a tight place the robot may go, into one it may not
+  for (double s = 0; s <= length; s += ObstacleMap::cell_m) {
+    const Eigen::Vector2d p = from + way * (length > 0 ? s / length : 0.0);
+    most_m = std::max(most_m, clearance_m(p));
+    if (clearance_m(p) < std::min(half_width_m_ + gap_m, most_m - 0.02)) return false;
+    if (from_body_m(sure_m_, {p.x(), p.y(), std::atan2(way.y(), way.x())}) < unsure_gap_m && s > 0.05)
       return false;
   }
   return true;
 }
 
-void NavigationFunction::seed(const Eigen::Vector2d& p_OB, double distance_m) {
-  int column, row;
-  const double margin_m = distance_m + 2 * block_m;
-  const bool inside = block_of(p_OB + Eigen::Vector2d(margin_m, margin_m), column, row) &&
-                      block_of(p_OB - Eigen::Vector2d(margin_m, margin_m), column, row);
+void NavigationFunction::seed() {
+  std::fill(goal_.begin(), goal_.end(), std::uint8_t{0});
+  const double margin_m = distance_m_ + 2 * block_m;
+  const bool whole = inside(block_at(p_OB_ + Eigen::Vector2d(margin_m, margin_m))) &&
+                     inside(block_at(p_OB_ - Eigen::Vector2d(margin_m, margin_m)));
   for (int r = 0; r < size; ++r) {
     for (int c = 0; c < size; ++c) {
       const bool border = r == 0 || c == 0 || r == size - 1 || c == size - 1;
-      const Eigen::Vector2d p = center(c, r);
-      const double away_m = (p - p_OB).norm();
-      if (clearance_m_[index(c, r)] < narrow_m) continue;
-      if (std::abs(away_m - distance_m) < 0.8 * block_m && sees(p, p_OB)) {
-        put(index(c, r), 0);
-      } else if (border && !inside) {
-        const double beyond_m = std::min(std::max(away_m - distance_m, 0.0), 9.0);
-        put(index(c, r), static_cast<int>(beyond_m / quantum_m));
+      const Eigen::Vector2d p = center_m({c, r});
+      const double away_m = (p - p_OB_).norm();
+      const double gap_there_m = clearance_m(p) - half_width_m_;
+      if (distance_m_ > 0.0 && gap_there_m < goal_gap_m) continue;
+      double cost_m = 0;
+      if (border && !whole) {
+        cost_m = std::min(std::max(away_m - distance_m_, 0.0), 9.0);
+      } else if (std::abs(away_m - distance_m_) >= 0.8 * block_m || !sees_ball(p)) {
+        continue;
       }
+      if (distance_m_ > 0.0) cost_m += goal_price_m * (price(gap_there_m, far_m) - 1.0);
+      goal_[index({c, r})] = 1;
+      put(index({c, r}), static_cast<int>(cost_m / quantum_m));
     }
   }
 }
 
-/// Dijkstra's algorithm, until all that costs at most so much more than the robot's place is known.
-void NavigationFunction::spread(const Eigen::Vector2d& p_OR, double beyond_m) {
-  int robot_column, robot_row;
-  const bool robot_inside = block_of(p_OR, robot_column, robot_row);
-  const auto price = [this](double clearance_m) {
-    if (clearance_m < narrow_m) return 9.0;
-    if (clearance_m < wide_m) return 1.0 + 1.5 * (wide_m - clearance_m) / (wide_m - narrow_m);
-    return 1.0;
-  };
+/// Dijkstra's algorithm, until all around the robot is known.
+void NavigationFunction::spread() {
+  const Block robot = block_at(p_OR_);
   std::int32_t stop_at = none;
   for (std::int32_t now = 0; !queue_.empty() && now <= stop_at; ++now) {
     while (const auto waiting = queue_.take(now)) {
       const auto cell = static_cast<std::size_t>(*waiting);
       if (cost_[cell] != now) continue;  // it has fallen since
-      const int column = static_cast<int>(cell) % size, row = static_cast<int>(cell) / size;
-      if (robot_inside && column == robot_column && row == robot_row) {
-        stop_at = now + static_cast<std::int32_t>(beyond_m / quantum_m);
-      }
+      const Block block{static_cast<int>(cell) % size, static_cast<int>(cell) / size};
+      if (block.column == robot.column && block.row == robot.row)
+        stop_at = now + static_cast<int>(2.0 / quantum_m);
       for (int dr = -1; dr <= 1; ++dr) {
         for (int dc = -1; dc <= 1; ++dc) {
-          const int c = column + dc, r = row + dr;
-          if ((dc == 0 && dr == 0) || c < 0 || r < 0 || c >= size || r >= size) continue;
-          const std::size_t other = index(c, r);
+          const Block other{block.column + dc, block.row + dr};
+          if ((dc == 0 && dr == 0) || !inside(other)) continue;
           const double length = (dc != 0 && dr != 0 ? 1.4142135623730951 : 1.0) * block_m;
           // No price is below 1.
-          if (cost_[other] <= now + static_cast<std::int32_t>(length / quantum_m)) continue;
-          const double clearance_m = clearance_m_[other];
-          // Out of a tight place the robot may go, into one it may not.
-          if (clearance_m < tight_m && clearance_m <= static_cast<double>(clearance_m_[cell])) {
-            const bool from_robot =
-                robot_inside && std::abs(c - robot_column) <= 2 && std::abs(r - robot_row) <= 2;
-            if (!from_robot) continue;
-          }
-          const std::int32_t cost =
-              now + static_cast<std::int32_t>(length * price(clearance_m) / quantum_m + 0.5);
-          if (cost >= cost_[other]) continue;
-          put(other, cost);
+          if (cost_[index(other)] <= now + static_cast<std::int32_t>(length / quantum_m)) continue;
+          const Eigen::Vector2d p = center_m(other);
+          double factor = price(clearance_m(p) - half_width_m_, at(sure_m_, p) - half_width_m_);
+          // Out of a tight place the robot may go.
+          const bool from_robot =
+              std::abs(other.column - robot.column) <= 3 && std::abs(other.row - robot.row) <= 3;
+          if (!std::isfinite(factor) && from_robot) factor = no_price;
+          if (!std::isfinite(factor)) continue;
+          const std::int32_t cost = now + static_cast<std::int32_t>(length * factor / quantum_m + 0.5);
+          if (cost < cost_[index(other)]) put(index(other), cost);
         }
       }
     }
   }
 }
 
-void NavigationFunction::update(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double distance_m,
-                                double ball_gap_m, double now_s) {
-  follow(grid.pose());
-  measure_clearance(grid, p_OB, ball_gap_m, now_s);
+void NavigationFunction::update(const ObstacleMap& map, const OccupancyGrid& grid,
+                                const Eigen::Vector2d& p_OR, const Eigen::Vector2d& p_OB, double distance_m,
+                                double ball_gap_m) {
+  // Blocks are counted from the same origin, whatever the window.
+  first_ = {map.first().column & ~1, map.first().row & ~1};
   p_OB_ = p_OB;
+  p_OR_ = p_OR;
   distance_m_ = distance_m;
+  measure_clearance(map, grid, ball_gap_m);
   ways_known_ = false;
-}
-
-void NavigationFunction::update_from_robot(const OccupancyGrid& grid, double now_s) {
-  follow(grid.pose());
-  measure_clearance(grid, p_OR_, 0.0, now_s);
-  std::fill(cost_.begin(), cost_.end(), none);
-  queue_.clear();
-  put(index(size / 2 - 1, size / 2 - 1), 0);
-  constexpr double everywhere_m = 1e3;
-  spread(p_OR_, everywhere_m);
-  ways_known_ = true;
-}
-
-/// The window lies around the robot.
-void NavigationFunction::follow(const Pose2& pose) {
-  first_column_ = floor_index(pose.x_m, block_m) - size / 2 + 1;
-  first_row_ = floor_index(pose.y_m, block_m) - size / 2 + 1;
-  p_OR_ = {pose.x_m, pose.y_m};
 }
 
 void NavigationFunction::find_ways() {
@@ -208,36 +206,14 @@ void NavigationFunction::find_ways() {
   ways_known_ = true;
   std::fill(cost_.begin(), cost_.end(), none);
   queue_.clear();
-  seed(p_OB_, distance_m_);
-  spread(p_OR_, 1.5 * look_ahead_m);
+  seed();
+  spread();
 }
 
-std::optional<double> NavigationFunction::heading(const Pose2& pose, double ball_heading_rad,
-                                                  double half_view_rad) {
+double NavigationFunction::cost_m(const Block& block) {
   find_ways();
-  constexpr int headings = 72;
-  const Eigen::Vector2d p(pose.x_m, pose.y_m);
-  const double enough = std::min(narrow_m, clearance_at(p));
-  double best_cost = std::numeric_limits<double>::infinity(), best = 0;
-  for (int k = 0; k < headings; ++k) {
-    const double heading = pose.yaw_rad + 6.283185307179586 * k / headings;
-    const Eigen::Vector2d ahead(std::cos(heading), std::sin(heading));
-    double way = std::numeric_limits<double>::infinity();
-    for (double s = 0.5 * block_m; s <= look_ahead_m; s += 0.5 * block_m) {
-      const Eigen::Vector2d q = p + s * ahead;
-      if (clearance_at(q) < (s < 0.3 ? enough - 0.05 : narrow_m - 0.03)) break;
-      if (s >= 2.0 * block_m) way = std::min(way, s + cost_at(q));
-    }
-    const double turn = std::abs(wrap_angle(heading - pose.yaw_rad));
-    const double out = std::max(0.0, std::abs(wrap_angle(heading - ball_heading_rad)) - half_view_rad);
-    const double cost = way + view_cost_m_per_rad * out + turn_cost_m_per_rad * turn;
-    if (cost < best_cost) {
-      best_cost = cost;
-      best = heading;
-    }
-  }
-  if (!std::isfinite(best_cost)) return std::nullopt;
-  return best;
+  if (!inside(block) || cost_[index(block)] == none) return std::numeric_limits<double>::infinity();
+  return cost_[index(block)] * quantum_m;
 }
 
 }  // namespace ballservo

@@ -1,4 +1,4 @@
-// Which way to go around what the sonars heard: the cost of the best way to the goal, from everywhere near.
+// How much room there is around the robot, and what it costs to get to the goal from everywhere near.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,14 +7,13 @@
 #include <optional>
 #include <vector>
 
-#include "servo/avoidance/occupancy_grid.hpp"
+#include "servo/avoidance/obstacle_map.hpp"
 
 namespace ballservo {
 
 /// Cells waiting in order of their costs: a ring of buckets (Dial, CACM 12, 1969). All costs that wait at
 /// once lie within the ring's length of each other. A cell whose cost falls is put again; whoever takes it at
-/// its old cost passes it over. Obstacles.yaml spends 145 us (p99) in a control step with it, 312 us with a
-/// binary heap. Allocates in the constructor only.
+/// its old cost passes it over. Allocates in the constructor only.
 class BucketQueue {
  public:
   explicit BucketQueue(std::size_t most_puts) {
@@ -53,74 +52,88 @@ class BucketQueue {
   int waiting_ = 0;
 };
 
-/// A navigation function on blocks of the occupancy grid's window (Konolige, "A gradient method for realtime
+/// A navigation function on blocks of the obstacle map's window (Konolige, "A gradient method for realtime
 /// robot control", IROS 2000): costs of ways by Dijkstra's algorithm from every place at the desired distance
-/// from the ball that sees it. What is unknown may be driven through: the shield knows better. Allocates in
-/// the constructor only.
+/// from the ball that sees it, for a robot that can turn anywhere. Costs are metres on open floor. What is
+/// unknown may be driven through: the shield knows better. Allocates in the constructor only.
 class NavigationFunction {
  public:
-  static constexpr double block_m = OccupancyGrid::block * OccupancyGrid::cell_m;
-  static constexpr int size = OccupancyGrid::size / OccupancyGrid::block;
+  static constexpr double block_m = 2 * ObstacleMap::cell_m;
+  static constexpr int size = ObstacleMap::size / 2;  ///< blocks along each side
 
-  /// With less clearance than this (m) a way costs much more than on open floor.
-  static constexpr double narrow_m = 0.38;
+  explicit NavigationFunction(const Footprint& footprint);
 
-  NavigationFunction();
+  /// Looks anew at what stands where, and at what the shield knows to be free; the costs are computed when
+  /// they are asked for, as far as the robot. What stands within `ball_gap_m` of the ball is the ball.
+  void update(const ObstacleMap& map, const OccupancyGrid& grid, const Eigen::Vector2d& p_OR,
+              const Eigen::Vector2d& p_OB, double distance_m, double ball_gap_m);
 
-  /// Looks anew at what is suspected where; the costs are computed when they are asked for.
-  void update(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double distance_m, double ball_gap_m,
-              double now_s);
+  static constexpr float far_m = 1.2f;  ///< distances are measured up to this
+  /// From a place to the nearest thing (m).
+  double clearance_m(const Eigen::Vector2d& p_O) const { return at(clearance_m_, p_O); }
+  /// From the body to the nearest thing (m), to half a cell; negative where they overlap. Three discs stand
+  /// for the body.
+  double gap_m(const Pose2& pose) const { return from_body_m(clearance_m_, pose); }
+  /// How many times as much as on open floor a way costs there; infinite where the body does not fit.
+  double price(const Pose2& pose) const { return price(gap_m(pose), from_body_m(sure_m_, pose)); }
+  /// Nothing stands on the line from there to the ball.
+  bool sees_ball(const Eigen::Vector2d& p_O) const;
+  /// Whether the robot can go straight from one place to the other with that gap.
+  bool straight(const Eigen::Vector2d& from_O, const Eigen::Vector2d& to_O, double gap_m) const;
 
-  /// The same for ways from the robot to everywhere.
-  void update_from_robot(const OccupancyGrid& grid, double now_s);
+  /// A block of the window; `inside` is false beyond it.
+  struct Block {
+    int column = 0, row = 0;
+  };
+  Block block_at(const Eigen::Vector2d& p_O) const {
+    return {floor_index(p_O.x(), block_m) - first_.column / 2,
+            floor_index(p_O.y(), block_m) - first_.row / 2};
+  }
+  static bool inside(const Block& block) {
+    return block.column >= 0 && block.row >= 0 && block.column < size && block.row < size;
+  }
+  Eigen::Vector2d center_m(const Block& block) const {
+    return {(first_.column / 2 + block.column + 0.5) * block_m, (first_.row / 2 + block.row + 0.5) * block_m};
+  }
+  static std::size_t index(const Block& block) {
+    return static_cast<std::size_t>(block.row) * size + static_cast<std::size_t>(block.column);
+  }
 
-  /// Puts something where the robot could not pass though nothing was heard there; forgotten after a while.
-  void add_virtual(double x_m, double y_m, double now_s);
-
-  /// Cost (m) of the best way from a place; infinite where there is none or the field does not reach.
-  double cost_at(const Eigen::Vector2d& p_O);
-  /// Distance (m) from a place to the nearest thing suspected, at most about a metre.
-  double clearance_at(const Eigen::Vector2d& p_O) const;
-  /// Whether the robot can go straight from one place to the other.
-  bool straight(const Eigen::Vector2d& from_O, const Eigen::Vector2d& to_O) const;
-
-  /// The heading (rad, in the odometry's frame) that leads to the ball soonest, among headings that keep the
-  /// ball at `ball_heading_rad` within `half_view_rad` if that costs little. Nothing where there is no way.
-  std::optional<double> heading(const Pose2& pose, double ball_heading_rad, double half_view_rad);
+  /// Cost of the best way from there; infinite where there is none.
+  double cost_m(const Block& block);
+  /// Whether ways end there.
+  bool is_goal(const Block& block) const { return goal_[index(block)] != 0; }
 
  private:
-  struct Virtual {
-    double x_m = 0, y_m = 0, until_s = -1e9;
-  };
-  bool block_of(const Eigen::Vector2d& p, int& column, int& row) const;
-  Eigen::Vector2d center(int column, int row) const {
-    return {(first_column_ + column + 0.5) * block_m, (first_row_ + row + 0.5) * block_m};
+  void measure_clearance(const ObstacleMap& map, const OccupancyGrid& grid, double ball_gap_m);
+  static void spread_clearance(std::vector<float>& field_m, int step);
+  double at(const std::vector<float>& field_m, const Eigen::Vector2d& p_O) const {
+    const FloorCell cell = ObstacleMap::cell_at(p_O.x(), p_O.y());
+    const int column = cell.column - first_.column, row = cell.row - first_.row;
+    if (column < 0 || row < 0 || column >= ObstacleMap::size || row >= ObstacleMap::size) return far_m;
+    return field_m[static_cast<std::size_t>(row) * ObstacleMap::size + static_cast<std::size_t>(column)];
   }
-  static std::size_t index(int column, int row) {
-    return static_cast<std::size_t>(row) * size + static_cast<std::size_t>(column);
-  }
-  void follow(const Pose2& pose);
-  void measure_clearance(const OccupancyGrid& grid, const Eigen::Vector2d& p_OB, double ball_gap_m,
-                         double now_s);
-  void spread_clearance(int step);
-  bool sees(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+  double from_body_m(const std::vector<float>& field_m, const Pose2& pose) const;
+  /// `sure_m`: the gap to what the shield does not know to be free.
+  static double price(double gap_m, double sure_m);
   void find_ways();
-  void seed(const Eigen::Vector2d& p_OB, double distance_m);
-  void spread(const Eigen::Vector2d& p_OR, double beyond_m);
+  void seed();
+  void spread();
   void put(std::size_t cell, std::int32_t cost) {
     cost_[cell] = cost;
     queue_.put(static_cast<std::int32_t>(cell), cost);
   }
 
-  int first_column_ = 0, first_row_ = 0;
-  std::vector<float> clearance_m_;  // m
-  std::vector<std::int32_t> cost_;  // in quanta; `none` where unknown
+  double half_width_m_, disc_radius_m_;
+  std::array<double, 3> disc_x_m_;           // centres of the body's discs, ahead of the axle
+  FloorCell first_;                          // of the window; even
+  std::vector<float> clearance_m_, sure_m_;  // of the map's cells: to what stands, to what is not free
+  std::vector<std::int32_t> cost_;           // of blocks, in quanta; `none` where unknown
+  std::vector<std::uint8_t> goal_;
   BucketQueue queue_;
   bool ways_known_ = false;
-  Eigen::Vector2d p_OB_{0, 0}, p_OR_{0, 0};
+  Eigen::Vector2d p_OR_{0, 0}, p_OB_{0, 0};
   double distance_m_ = 0;
-  std::array<Virtual, 8> virtual_{};
-  std::size_t next_virtual_ = 0;
 };
 
 }  // namespace ballservo

@@ -71,8 +71,7 @@ struct OccupancyGrid::Region {
 OccupancyGrid::OccupancyGrid(const OccupancyGridOptions& options)
     : options_(options),
       free_since_(FloorWindow<size>::cells, 0),
-      marks_(FloorWindow<size>::cells, 0),
-      suspects_(static_cast<std::size_t>(size / block) * (size / block), 0),
+      standing_(FloorWindow<size>::cells, 0),
       glimpsed_in_(FloorWindow<size>::cells, 0) {}
 
 bool OccupancyGrid::still_counts(std::uint32_t seen, double distance_m, Drift drift) const {
@@ -92,26 +91,8 @@ bool OccupancyGrid::still_free(const FloorCell& cell, std::uint32_t seen, Drift 
       drift);
 }
 
-bool OccupancyGrid::is_suspected(const FloorCell& cell) const {
-  return in_window(cell) && (marks_[window_.index(cell)] & (heard | standing)) != 0;
-}
-
 bool OccupancyGrid::is_standing(const FloorCell& cell) const {
-  return in_window(cell) && (marks_[window_.index(cell)] & standing) != 0;
-}
-
-void OccupancyGrid::set_mark(const FloorCell& at, Mark mark, bool yes) {
-  std::uint8_t& cell = marks_[window_.index(at)];
-  const int before = cell;
-  cell = static_cast<std::uint8_t>(yes ? before | mark : before & ~mark);
-  if (cell == before) return;
-  const auto changed = [before, &cell](int marks) {
-    return ((cell & marks) != 0 ? 1 : 0) - ((before & marks) != 0 ? 1 : 0);
-  };
-  standing_cells_ += changed(standing);
-  // The shift is a floor division for negative indices too.
-  std::uint8_t& count = suspects_[block_index(at.column >> 2, at.row >> 2)];
-  count = static_cast<std::uint8_t>(count + changed(heard | standing));
+  return in_window(cell) && standing_[window_.index(cell)] != 0;
 }
 
 void OccupancyGrid::take_back(const FloorCell& cell) {
@@ -120,17 +101,18 @@ void OccupancyGrid::take_back(const FloorCell& cell) {
 }
 
 /// A cell that enters the window has never been seen.
-void OccupancyGrid::forget(const FloorCell& cell) {
-  free_since_[window_.index(cell)] = never;
-  glimpsed_in_[window_.index(cell)] = 0;
-  for (const Mark mark : {heard, standing}) set_mark(cell, mark, false);
+void OccupancyGrid::forget(std::size_t index) {
+  free_since_[index] = never;
+  glimpsed_in_[index] = 0;
+  standing_cells_ -= standing_[index];
+  standing_[index] = 0;
 }
 
 void OccupancyGrid::move(double time_s, const Pose2& pose) {
   if (!started_) {
     started_ = true;
     pose_ = pose;
-    window_.follow(cell_at(pose.x_m, pose.y_m), [](const FloorCell&) {});
+    window_.follow(cell_at(pose.x_m, pose.y_m), [](std::size_t) {});
     motion_.sum.time_s = time_s;
     motion_.epochs[motion_.now] = motion_.sum;
     if (options_.start_clear_m > 0.0) {
@@ -153,7 +135,7 @@ void OccupancyGrid::move(double time_s, const Pose2& pose) {
   motion_.sum.turn_rad += turn_rad;
   motion_.sum.motion_s += dt_s;
   pose_ = pose;
-  window_.follow(cell_at(pose.x_m, pose.y_m), [this](const FloorCell& cell) { forget(cell); });
+  window_.follow(cell_at(pose.x_m, pose.y_m), [this](std::size_t index) { forget(index); });
   constexpr double window_reach_m = 0.75 * size * cell_m;
   for (const Drift drift : {Drift::allowed, Drift::close}) {
     std::uint32_t& fresh = motion_.fresh[static_cast<std::size_t>(drift)];
@@ -203,11 +185,10 @@ void OccupancyGrid::mark_free(const Region& region, std::uint32_t epoch_number, 
     const int last_in = std::min(index_at(high_m) - 1, window_.first().column + size - 1);
     for (int column = first_in; column <= last_in; ++column) {
       const std::size_t at = window_.index({column, row});
-      if ((marks_[at] & standing) != 0 && !by_body) continue;
+      if (standing_[at] != 0 && !by_body) continue;
       free_since_[at] = std::max(free_since_[at], epoch_number);
-      if (marks_[at] == 0) continue;
-      set_mark({column, row}, heard, false);
-      if (by_body) set_mark({column, row}, standing, false);
+      standing_cells_ -= standing_[at];
+      standing_[at] = 0;
     }
   }
 }
@@ -236,7 +217,6 @@ void OccupancyGrid::mark_arc(const SonarReading& reading, const Pose2& transduce
   each([this, explained](const FloorCell& cell) {
     if (explained && is_free(cell)) return false;
     take_back(cell);
-    set_mark(cell, heard, true);
     return false;
   });
 }

@@ -35,11 +35,10 @@ void declare(OptionVisitor& v, OccupancyGridOptions& grid);
 /// same transducer heard the time before: one that is missed once does no harm), and neither odometry's drift
 /// since then nor the time in motion since then exceed what is allowed. What was never seen is not free. An
 /// echo lies somewhere on an arc: where some cell of the arc is not free, that explains it; where all are,
-/// and the echo is heard twice, something has come, and the whole arc is free no longer. Cells of arcs that
-/// nobody has seen free are *suspected*: a matter for finding ways, not for safety.
+/// and the echo is heard twice, something has come, and the whole arc is free no longer.
 ///
-/// What the camera sees standing on the floor in two scans, one after the other, is *standing*: suspected,
-/// not free, and no firing makes it so, until the camera sees floor there or the robot's body has been there.
+/// What the camera sees standing on the floor in two scans, one after the other, is *standing*: not free, and
+/// no firing makes it so, until the camera sees floor there or the robot's body has been there.
 class OccupancyGrid {
  public:
   static constexpr double cell_m = 0.03;
@@ -70,14 +69,7 @@ class OccupancyGrid {
     const std::uint32_t seen = free_since_[window_.index(cell)];
     return seen >= motion_.fresh[static_cast<std::size_t>(drift)] || still_free(cell, seen, drift);
   }
-  bool is_suspected(const FloorCell& cell) const;
   bool is_standing(const FloorCell& cell) const;
-
-  /// Squares of `block` x `block` cells, counted from the same origin, in which something is suspected.
-  static constexpr int block = 4;
-  bool is_block_suspected(int block_column, int block_row) const {
-    return suspects_[block_index(block_column, block_row)] != 0;
-  }
 
   static FloorCell cell_at(double x_m, double y_m) { return {index_at(x_m), index_at(y_m)}; }
   /// Of the column at x or the row at y.
@@ -109,14 +101,12 @@ class OccupancyGrid {
   };
   struct Region;
 
-  static std::size_t block_index(int block_column, int block_row) {
-    constexpr int blocks = size / block, mask = blocks - 1;
-    return static_cast<std::size_t>((block_row & mask) * blocks + (block_column & mask));
-  }
-  /// What a cell is suspected of: an echo, or something that the camera saw.
-  enum Mark : std::uint8_t { heard = 1, standing = 2 };
-  void set_mark(const FloorCell& cell, Mark mark, bool yes);
   void take_back(const FloorCell& cell);
+  void set_standing(const FloorCell& cell, bool yes) {
+    std::uint8_t& standing = standing_[window_.index(cell)];
+    standing_cells_ += (yes ? 1 : 0) - standing;
+    standing = yes ? 1 : 0;
+  }
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
   bool still_free(const FloorCell& cell, std::uint32_t seen, Drift drift) const;
@@ -125,7 +115,7 @@ class OccupancyGrid {
   bool comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
                        const Pose2& from) const;
   void mark_arc(const SonarReading& reading, const Pose2& transducer, bool heard_before);
-  void forget(const FloorCell& cell);
+  void forget(std::size_t index);
 
   OccupancyGridOptions options_;
   bool started_ = false;
@@ -147,7 +137,7 @@ class OccupancyGrid {
   Motion motion_;
   std::array<double, sonar_count> last_range_m_{};
   std::vector<std::uint32_t> free_since_;
-  std::vector<std::uint8_t> marks_, suspects_;  // of cells; how many cells of each block are suspected
+  std::vector<std::uint8_t> standing_;  // 1: of a cell where something stands
   int standing_cells_ = 0;
   std::uint32_t scans_ = 1;                 // number of the last scan; the first is 2
   std::vector<std::uint32_t> glimpsed_in_;  // last scan that showed something in a cell; 0: none

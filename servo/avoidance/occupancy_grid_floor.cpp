@@ -12,11 +12,6 @@ constexpr double spacing_m = 0.7 * OccupancyGrid::cell_m;
 constexpr unsigned lifted_every = 3;  // scans: that floor is seen where something stood is in no hurry
 constexpr double depth_m = 0.5;       // of what hides the floor beyond it no more is taken to stand there
 
-bool sane(const FloorRay& ray) {
-  return std::isfinite(ray.bearing_rad) && ray.from_m >= 0.0 && ray.clear_m >= ray.from_m &&
-         ray.until_m >= ray.clear_m && ray.until_m < 20.0;
-}
-
 /// Every cell of a ray as wide as its part of the fan, from one range to another; some more than once.
 template <typename Visit>
 void along(const FloorRay& ray, double width_rad, const Eigen::Vector2d& apex, double yaw_rad, double from_m,
@@ -45,11 +40,11 @@ void OccupancyGrid::look_at_floor(const FloorScan& scan, const Pose2& pose_then)
   ++scans_;
   for (std::size_t k = 0; k < scan.count; ++k) {
     const FloorRay& ray = scan.rays[k];
-    if (!sane(ray)) continue;
+    if (!is_sane(ray)) continue;
     if (standing_cells_ > 0 && scans_ % lifted_every == 0) {
       along(ray, width_rad, apex, pose_then.yaw_rad, ray.from_m, ray.clear_m - cell_m,
             [this](const FloorCell& cell) {
-              if (is_standing(cell)) set_mark(cell, standing, false);
+              if (is_standing(cell)) set_standing(cell, false);
             });
     }
     if (ray.until_m <= ray.clear_m) continue;
@@ -60,7 +55,7 @@ void OccupancyGrid::look_at_floor(const FloorScan& scan, const Pose2& pose_then)
             std::uint32_t& glimpsed_in = glimpsed_in_[window_.index(cell)];
             if (glimpsed_in == scans_) return;
             if (glimpsed_in == scans_ - 1) {
-              set_mark(cell, standing, true);
+              set_standing(cell, true);
               take_back(cell);
             }
             glimpsed_in = scans_;

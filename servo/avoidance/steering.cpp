@@ -10,7 +10,16 @@
 namespace ballservo {
 
 namespace {
-constexpr int field_every = 5;                       // control steps between two fields
+constexpr int plan_every = 5;         // control steps between two plans
+constexpr double saves_share = 0.85;  // of the old way's cost
+constexpr double same_goal_m = 0.3;
+// Places to look from: every so many blocks, no nearer and no longer a way than this. A look costs the time
+// of so much of way. Where all was seen, a place is worth a little: from there the map may show more.
+constexpr int place_every = 3;
+constexpr double nearest_place_m = 0.4, farthest_place_m = 12.0, look_m = 3.0, known_m2 = 0.05;
+constexpr double law_gap_m = 0.20;  // beside the body, where the law drives straight
+constexpr double ahead_m = 0.20, least_ahead_m = 0.25, most_ahead_m = 0.60;  // of pursuit, and the gap
+constexpr double there_m = 0.09;                     // 3/4 of a block: a pose so near is turned at
 constexpr double speed_mps = 0.6, turn_radps = 1.0;  // at most, among obstacles
 constexpr double turn_gain_per_s = 2.2;
 constexpr double sharp_rad = 0.7;      // a heading further aside is turned to on the spot
@@ -21,11 +30,6 @@ constexpr double barrier_m = 1.0;      // what is further from the axle does not
 constexpr double small_turn_rad = 0.30, far_turn_rad = 1.4, back_up_m = 0.25;
 constexpr double recovery_turn_radps = 0.6, recovery_back_mps = 0.15, recovery_s = 2.5;
 constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long gives way to the next
-
-// Places to look from: every so many blocks, no nearer and no longer a way than this. A look costs the time
-// of so much of way. Where all was seen, a place is worth a little: from there the map may show more.
-constexpr int place_every = 3;
-constexpr double nearest_place_m = 0.4, farthest_place_m = 12.0, look_m = 3.0, known_m2 = 0.05;
 
 constexpr double tolerance = 1e-9;
 
@@ -91,23 +95,23 @@ std::optional<Eigen::Vector2d> solve(const BarrierProblem& problem) {
 }
 
 Steering::Steering(double half_view_rad, const UnicycleLimits& limits, const Footprint& footprint)
-    : half_view_rad_(half_view_rad), limits_(limits), footprint_(footprint) {}
+    : half_view_rad_(half_view_rad), limits_(limits), footprint_(footprint), navigation_(footprint) {}
 
-Eigen::Vector2d Steering::place_to_look_from(double time_s, const OccupancyGrid& grid,
+Eigen::Vector2d Steering::place_to_look_from(const ObstacleMap& map, const OccupancyGrid& grid,
                                              const ViewedFloor& viewed) {
   const Eigen::Vector2d p_OR(grid.pose().x_m, grid.pose().y_m);
-  navigation_.update_from_robot(grid, time_s);
+  const Eigen::Vector2d beyond = p_OR + Eigen::Vector2d(1e3, 1e3);  // costs are wanted of all the window
+  navigation_.update(map, grid, beyond, p_OR, 0.0, 0.0);
   Eigen::Vector2d best_place = p_OR;
   double best = 0.0;
-  const double enough_m = std::min(NavigationFunction::narrow_m, navigation_.clearance_at(p_OR));
-  constexpr int half = NavigationFunction::size / 2;
-  for (int k = -half; k < half; k += place_every) {
-    for (int l = -half; l < half; l += place_every) {
-      const Eigen::Vector2d p_O = p_OR + NavigationFunction::block_m * Eigen::Vector2d(k, l);
-      if (navigation_.clearance_at(p_O) < enough_m || (p_O - p_OR).norm() < nearest_place_m) continue;
-      const double way_m = navigation_.cost_at(p_O);
+  const double enough_m = std::min(footprint_.reach_m() + 0.1, navigation_.clearance_m(p_OR));
+  for (int row = 0; row < NavigationFunction::size; row += place_every) {
+    for (int column = 0; column < NavigationFunction::size; column += place_every) {
+      const Eigen::Vector2d p_O = navigation_.center_m({column, row});
+      if (navigation_.clearance_m(p_O) < enough_m || (p_O - p_OR).norm() < nearest_place_m) continue;
+      const double way_m = navigation_.cost_m({column, row});
       if (!(way_m < farthest_place_m)) continue;
-      const double score = (viewed.new_from_m2(p_O, grid) + known_m2) / (way_m + look_m);
+      const double score = (viewed.new_from_m2(p_O, map) + known_m2) / (way_m + look_m);
       if (score <= best) continue;
       best = score;
       best_place = p_O;
@@ -116,16 +120,14 @@ Eigen::Vector2d Steering::place_to_look_from(double time_s, const OccupancyGrid&
   return best_place;
 }
 
-SteeringOutput Steering::steer(const SteeringInput& input, const OccupancyGrid& grid,
+SteeringOutput Steering::steer(const SteeringInput& input, const ObstacleMap& map, const OccupancyGrid& grid,
                                const ShieldVerdict& last) {
-  if (steps_++ % field_every == 0) {
-    navigation_.update(grid, input.p_OB, input.distance_m, ball_gap_m, input.time_s);
+  const bool elsewhere = (input.p_OB - planned_to_).norm() > same_goal_m;
+  if (steps_++ % plan_every == 0 || elsewhere) {
+    plan(input, map, grid);
+    planned_to_ = input.p_OB;
   }
   if (recovery_ == Recovery::none && is_stuck(input, last)) {
-    if (last.blocked && stuck_count_ > 0) {
-      navigation_.add_virtual(OccupancyGrid::center_m(last.blocked->column),
-                              OccupancyGrid::center_m(last.blocked->row), input.time_s);
-    }
     const double away_m = std::hypot(input.pose.x_m - stuck_at_.x_m, input.pose.y_m - stuck_at_.y_m);
     stuck_count_ = away_m < 0.3 ? stuck_count_ + 1 : 1;
     stuck_at_ = input.pose;
@@ -138,55 +140,93 @@ SteeringOutput Steering::steer(const SteeringInput& input, const OccupancyGrid& 
   const Eigen::Vector2d p_OR(input.pose.x_m, input.pose.y_m), to_ball = input.p_OB - p_OR;
   const double range_m = to_ball.norm();
   const Eigen::Vector2d p_goal = input.p_OB - to_ball * (input.distance_m / std::max(range_m, 1e-6));
-  const bool near = range_m < input.distance_m + 0.15;
-  if (input.law && (near || navigation_.straight(p_OR, p_goal))) {
+  const bool near = range_m < input.distance_m + 0.03;
+  if (input.law && (near || navigation_.straight(p_OR, p_goal, law_gap_m))) {
     output.command = *input.law;
     output.by_law = true;
     output.reason = "the way is clear: driving by the law";
     const double excess = std::max(1.0, std::abs(output.command.v_mps) / speed_mps);
     output.command = {output.command.v_mps / excess, output.command.w_radps / excess};
   } else {
-    output = gap(input);
+    output = follow(input);
   }
-  if (!near) output.command = keep_clear(output.command, input, grid);
+  if (!near) output.command = keep_clear(output.command, input, map);
   return output;
 }
 
-SteeringOutput Steering::gap(const SteeringInput& input) {
+/// A new way where there is none, where the old one has become worse, or where it saves a good deal: else the
+/// robot would waver between two that are as good.
+void Steering::plan(const SteeringInput& input, const ObstacleMap& map, const OccupancyGrid& grid) {
+  const bool to_ball = input.distance_m > 0.0;
+  navigation_.update(map, grid, {input.pose.x_m, input.pose.y_m}, input.p_OB, input.distance_m,
+                     to_ball ? ball_gap_m : 0.0);
+  const WayRequest request{input.when_it_acts.pose, input.p_OB, to_ball ? half_view_rad_ : 0.0};
+  const bool found = planner_.plan(navigation_, request, new_way_);
+  const double old_m = planner_.cost_m(navigation_, request, way_);
+  if (found && new_way_.cost_m <= saves_share * old_m) {
+    way_ = new_way_;
+  } else if (!std::isfinite(old_m)) {
+    way_.count = 0;
+  }
+}
+
+/// Pure pursuit (Coulter, CMU-RI-TR-92-01) of a pose ahead on the way, the nearer the narrower it is.
+SteeringOutput Steering::follow(const SteeringInput& input) {
   SteeringOutput output;
-  const Eigen::Vector2d p_OR(input.pose.x_m, input.pose.y_m), to_ball = input.p_OB - p_OR;
-  const auto heading = navigation_.heading(input.pose, std::atan2(to_ball.y(), to_ball.x()), half_view_rad_);
-  if (!heading) {
+  if (way_.count == 0) {
     output.reason = "dead end: no way to the ball";
+    output.no_way = true;
     return output;
   }
-  output.reason = "something is in the way: steering through a gap";
-  const double aside = wrap_angle(*heading - input.when_it_acts.pose.yaw_rad);
+  output.reason = "something is in the way: driving around it";
+  const Pose2& pose = input.when_it_acts.pose;
+  const double gap_m = std::max(0.0, navigation_.gap_m(pose));
+  const double pursued_m = std::clamp(ahead_m + gap_m, least_ahead_m, most_ahead_m);
+  // The nearest pose of the way, then on until it is far enough ahead or the robot turns on the spot.
+  const auto away_m = [&](const Pose2& to) { return std::hypot(to.x_m - pose.x_m, to.y_m - pose.y_m); };
+  std::size_t at = 0;
+  for (std::size_t k = 1; k < way_.count; ++k) {
+    if (away_m(way_.poses[k]) <= away_m(way_.poses[at]) + 1e-9) at = k;
+  }
+  std::size_t next = at;
+  const auto moves_astern = [&](std::size_t k) {
+    const Pose2 &from = way_.poses[k], &to = way_.poses[k + 1];
+    return (to.x_m - from.x_m) * std::cos(from.yaw_rad) + (to.y_m - from.y_m) * std::sin(from.yaw_rad) <
+           -1e-9;
+  };
+  const bool astern = at + 1 < way_.count && moves_astern(at);
+  while (next + 1 < way_.count && away_m(way_.poses[next]) < pursued_m && moves_astern(next) == astern)
+    ++next;
+  double aside, left_m = away_m(way_.poses[next]);
+  if (left_m < there_m) {
+    aside = wrap_angle(way_.poses[next].yaw_rad - pose.yaw_rad);
+    left_m = 0.0;
+  } else {
+    aside = wrap_angle(std::atan2(way_.poses[next].y_m - pose.y_m, way_.poses[next].x_m - pose.x_m) -
+                       pose.yaw_rad + (astern ? M_PI : 0.0));
+  }
   output.command.w_radps = std::clamp(turn_gain_per_s * aside, -turn_radps, turn_radps);
-  const double clearance_m = std::max(0.0, navigation_.clearance_at(p_OR) - 0.2);
-  const double speed = std::min(speed_mps, 0.25 + 0.7 * clearance_m);
-  output.command.v_mps = speed * std::clamp(1.0 - std::abs(aside) / sharp_rad, 0.0, 1.0);
+  const double speed = astern ? recovery_back_mps : std::min(speed_mps, 0.25 + 0.7 * gap_m);
+  const double v = left_m > 0.0 ? speed * std::clamp(1.0 - std::abs(aside) / sharp_rad, 0.0, 1.0) : 0.0;
+  output.command.v_mps = astern ? -v : v;
   return output;
 }
 
 /// The command nearest to the wanted one that closes in on nothing suspected faster than braking allows
 /// (control barrier function h = distance - margin: dh/dt >= -sqrt(2 a h); Ames and others, "Control barrier
 /// functions: theory and applications", ECC 2019), and keeps the ball in the picture where that is possible.
-Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input,
-                            const OccupancyGrid& grid) const {
-  // The nearest suspected block of each of sixteen directions.
+Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input, const ObstacleMap& map) const {
+  // The nearest occupied cell of each of sixteen directions.
   std::array<Eigen::Vector2d, 16> nearest;
   std::array<double, 16> distance_m;
   distance_m.fill(barrier_m);
   const Pose2& pose = input.when_it_acts.pose;
-  const int column = static_cast<int>(std::floor(pose.x_m / NavigationFunction::block_m));
-  const int row = static_cast<int>(std::floor(pose.y_m / NavigationFunction::block_m));
-  constexpr int reach = static_cast<int>(barrier_m / NavigationFunction::block_m) + 1;
-  for (int r = row - reach; r <= row + reach; ++r) {
-    for (int c = column - reach; c <= column + reach; ++c) {
-      if (!grid.is_block_suspected(c, r)) continue;
-      const Eigen::Vector2d p_O((c + 0.5) * NavigationFunction::block_m,
-                                (r + 0.5) * NavigationFunction::block_m);
+  const FloorCell at = ObstacleMap::cell_at(pose.x_m, pose.y_m);
+  constexpr int reach = static_cast<int>(barrier_m / ObstacleMap::cell_m) + 1;
+  for (int row = at.row - reach; row <= at.row + reach; ++row) {
+    for (int column = at.column - reach; column <= at.column + reach; ++column) {
+      if (map.probability({column, row}) < ObstacleMap::occupied) continue;
+      const Eigen::Vector2d p_O = ObstacleMap::center_m({column, row});
       if ((p_O - input.p_OB).norm() < ball_gap_m) continue;
       const Eigen::Vector2d p_R = in_robot_frame(pose, p_O);
       const double away_m = p_R.norm();

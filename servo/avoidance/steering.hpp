@@ -1,5 +1,5 @@
-// How the robot gets to the ball among obstacles: straight by the law where the way is clear, else through
-// the gap that leads there soonest; and what it does where it is stuck.
+// How the robot gets to the ball among obstacles: straight by the law where the way is clear, else along a
+// planned way; and what it does where it is stuck.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,6 +11,7 @@
 #include "servo/avoidance/braking_shield.hpp"
 #include "servo/avoidance/navigation_function.hpp"
 #include "servo/avoidance/viewed_floor.hpp"
+#include "servo/avoidance/way_planner.hpp"
 
 namespace ballservo {
 
@@ -56,24 +57,26 @@ struct SteeringOutput {
   Twist2 command;
   bool stuck = false;  ///< a recovery is under way
   bool by_law = false;
+  bool no_way = false;      ///< to where it is to go
   std::string_view reason;  ///< a literal
 };
 
 class Steering {
  public:
-  /// The barrier keeps this from what is suspected, if it can: a cell of the grid's drift and the block's
-  /// half diagonal.
+  /// The barrier keeps this from what stands, if it can: what the shield asks for, and the cell's half
+  /// diagonal.
   static constexpr double margin_m = 0.10;
 
   /// `half_view_rad`: the ball further aside is out of the picture.
   Steering(double half_view_rad, const UnicycleLimits& limits, const Footprint& footprint);
 
   /// `last`: what became of the command before.
-  SteeringOutput steer(const SteeringInput& input, const OccupancyGrid& grid, const ShieldVerdict& last);
+  SteeringOutput steer(const SteeringInput& input, const ObstacleMap& map, const OccupancyGrid& grid,
+                       const ShieldVerdict& last);
 
-  /// The place from which a turn shows the most new floor for the way there; the robot's own where no other
-  /// can be reached.
-  Eigen::Vector2d place_to_look_from(double time_s, const OccupancyGrid& grid, const ViewedFloor& viewed);
+  /// The place from which a turn shows the most floor for the way there; the robot's own where there is none.
+  Eigen::Vector2d place_to_look_from(const ObstacleMap& map, const OccupancyGrid& grid,
+                                     const ViewedFloor& viewed);
 
   /// The state changed: whatever recovery was under way is over.
   void reset() {
@@ -84,16 +87,20 @@ class Steering {
  private:
   /// What is tried, one after the other, when the robot is stuck.
   enum class Recovery { none, look_left, look_right, back_up, look_far };
-  SteeringOutput gap(const SteeringInput& input);
+  void plan(const SteeringInput& input, const ObstacleMap& map, const OccupancyGrid& grid);
+  SteeringOutput follow(const SteeringInput& input);
   SteeringOutput recover(const SteeringInput& input);
   bool is_stuck(const SteeringInput& input, const ShieldVerdict& last);
   void begin(Recovery recovery, const SteeringInput& input);
-  Twist2 keep_clear(const Twist2& wanted, const SteeringInput& input, const OccupancyGrid& grid) const;
+  Twist2 keep_clear(const Twist2& wanted, const SteeringInput& input, const ObstacleMap& map) const;
 
   double half_view_rad_;
   UnicycleLimits limits_;
   Footprint footprint_;
   NavigationFunction navigation_;
+  WayPlanner planner_;
+  Way way_, new_way_;
+  Eigen::Vector2d planned_to_{0, 0};
   int steps_ = 0;
   double moving_s_ = -1;  // when it last did what was wanted
   Recovery recovery_ = Recovery::none;

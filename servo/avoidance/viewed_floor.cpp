@@ -15,25 +15,25 @@ constexpr double step_m = ViewedFloor::block_m;
 
 /// The blocks of the window along a line of sight, until something stands in it.
 template <typename Visit>
-void ViewedFloor::along(const Eigen::Vector2d& from, double heading_rad, const OccupancyGrid& grid,
+void ViewedFloor::along(const Eigen::Vector2d& from, double heading_rad, const ObstacleMap& map,
                         const Visit& visit) const {
   const Eigen::Vector2d ahead(std::cos(heading_rad), std::sin(heading_rad));
   for (double range_m = 0.5 * step_m; range_m < far_m; range_m += step_m) {
     const Eigen::Vector2d p = from + range_m * ahead;
     const FloorCell block{floor_index(p.x(), block_m), floor_index(p.y(), block_m)};
-    if (!window_.contains(block) || grid.is_block_suspected(block.column, block.row)) return;
+    if (!window_.contains(block) || map.is_block_occupied(block.column, block.row)) return;
     visit(block, range_m);
   }
 }
 
-void ViewedFloor::look(const Pose2& pose, double half_view_rad, const OccupancyGrid& grid) {
+void ViewedFloor::look(const Pose2& pose, double half_view_rad, const ObstacleMap& map) {
   window_.follow({floor_index(pose.x_m, block_m), floor_index(pose.y_m, block_m)},
-                 [this](const FloorCell& block) { viewed_[window_.index(block)] = 0; });
+                 [this](std::size_t index) { viewed_[index] = 0; });
   if (!start_) start_ = pose;
   const double apart_rad = step_m / far_m;
   const int rays = static_cast<int>(half_view_rad / apart_rad);
   for (int k = -rays; k <= rays; ++k) {
-    along({pose.x_m, pose.y_m}, pose.yaw_rad + k * apart_rad, grid,
+    along({pose.x_m, pose.y_m}, pose.yaw_rad + k * apart_rad, map,
           [this](const FloorCell& block, double) { viewed_[window_.index(block)] = 1; });
   }
 }
@@ -47,11 +47,11 @@ double ViewedFloor::likely(const Eigen::Vector2d& p_O) const {
   return least + (1.0 - least) * ahead * ahead;
 }
 
-double ViewedFloor::new_from_m2(const Eigen::Vector2d& p_O, const OccupancyGrid& grid) const {
+double ViewedFloor::new_from_m2(const Eigen::Vector2d& p_O, const ObstacleMap& map) const {
   double sum_m2 = 0;
   constexpr double apart_rad = 6.283185307179586 / directions;
   for (int k = 0; k < directions; ++k) {
-    along(p_O, k * apart_rad, grid, [&](const FloorCell& block, double range_m) {
+    along(p_O, k * apart_rad, map, [&](const FloorCell& block, double range_m) {
       if (viewed_[window_.index(block)] != 0) return;
       sum_m2 += range_m * apart_rad * step_m *
                 likely({(block.column + 0.5) * block_m, (block.row + 0.5) * block_m});

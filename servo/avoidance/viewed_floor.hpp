@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "servo/avoidance/occupancy_grid.hpp"
+#include "servo/avoidance/obstacle_map.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
@@ -15,15 +15,15 @@ namespace ballservo {
 /// A window of blocks around the robot, in the odometry's frame. Allocates in the constructor only.
 class ViewedFloor {
  public:
-  static constexpr double block_m = OccupancyGrid::block * OccupancyGrid::cell_m;
-  static constexpr int size = OccupancyGrid::size / OccupancyGrid::block;
+  static constexpr double block_m = ObstacleMap::block_m;
+  static constexpr int size = ObstacleMap::size / 2;
   static constexpr double far_m = 3.5;  ///< a ball further off may be missed
 
   ViewedFloor() : viewed_(FloorWindow<size>::cells, 0) {}
 
   /// A frame was taken from there: what lies within `half_view_rad` of straight ahead and behind nothing was
   /// seen.
-  void look(const Pose2& pose, double half_view_rad, const OccupancyGrid& grid);
+  void look(const Pose2& pose, double half_view_rad, const ObstacleMap& map);
 
   /// The ball was lost there: what was seen before counts no longer, and floor counts less the further it is.
   void expect(const Eigen::Vector2d& p_OB) {
@@ -33,11 +33,11 @@ class ViewedFloor {
 
   /// How much floor (m^2) would be seen from there for the first time by a turn on the spot. Until the ball
   /// is seen, floor behind the first pose counts less: where a robot is set down, the ball is rather ahead.
-  double new_from_m2(const Eigen::Vector2d& p_O, const OccupancyGrid& grid) const;
+  double new_from_m2(const Eigen::Vector2d& p_O, const ObstacleMap& map) const;
 
  private:
   template <typename Visit>
-  void along(const Eigen::Vector2d& from, double heading_rad, const OccupancyGrid& grid,
+  void along(const Eigen::Vector2d& from, double heading_rad, const ObstacleMap& map,
              const Visit& visit) const;
   double likely(const Eigen::Vector2d& p_O) const;
 

@@ -268,7 +268,7 @@ void Controller::react(const Findings& findings, double time_s, const Pose2& pos
     case Effect::pass_over:
       return search_.pass_over(time_s);
     case Effect::set_out:
-      return search_.set_out(time_s, pose, avoidance_->place_to_look_from(time_s));
+      return search_.set_out(time_s, pose, avoidance_->place_to_look_from());
     case Effect::trust:
       return search_.forget_excursions();
     case Effect::lose:
@@ -323,6 +323,7 @@ Twist2 Controller::by_law(const Target& target, const Twist2& twist,
 /// The way to a place among obstacles; the state tells where there is none.
 Twist2 Controller::steered(const SteeringInput& way) {
   const SteeringOutput output = avoidance_->steer(way);
+  if (output.no_way) search_.end_excursion();
   const bool was_blocked = states_.blocked();
   Findings findings;
   findings.add(output.stuck ? Finding::stuck : Finding::unstuck);

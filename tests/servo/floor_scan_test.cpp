@@ -48,7 +48,6 @@ TEST(FloorScan, WhatIsSeenTwiceStandsAndNoFiringFreesIt) {
   EXPECT_TRUE(grid.is_free(thing)) << "seen once: a glint, perhaps";
   grid.look_at_floor(scan_of(1.1, 1.4), {});
   EXPECT_FALSE(grid.is_free(thing));
-  EXPECT_TRUE(grid.is_suspected(thing));
   EXPECT_TRUE(grid.is_standing(thing));
   fire_ahead(grid);
   EXPECT_FALSE(grid.is_free(thing)) << "it lies under the beam";
@@ -58,9 +57,7 @@ TEST(FloorScan, WhatIsSeenTwiceStandsAndNoFiringFreesIt) {
   }
   for (const FloorCell& cell : {before, beyond, beside}) {
     EXPECT_TRUE(grid.is_free(cell)) << cell.column << ' ' << cell.row;
-    EXPECT_FALSE(grid.is_suspected(cell));
   }
-  EXPECT_TRUE(grid.is_block_suspected(thing.column / OccupancyGrid::block, 0));
 }
 
 TEST(FloorScan, GlimpsesWithAScanBetweenThemAreNotTwoInARow) {
@@ -89,11 +86,9 @@ TEST(FloorScan, FloorThatIsSeenAgainAndTheBodyLiftIt) {
   for (int k = 0; k < 2; ++k) grid.look_at_floor(scan_of(1.1, 1.4), {});
   for (int k = 0; k < 3; ++k) grid.look_at_floor(scan_of(1.8, 1.8), {});
   EXPECT_FALSE(grid.is_standing(thing));
-  EXPECT_FALSE(grid.is_suspected(thing));
   EXPECT_FALSE(grid.is_free(thing)) << "the sonars have the word again";
   fire_ahead(grid);
   EXPECT_TRUE(grid.is_free(thing));
-  EXPECT_FALSE(grid.is_block_suspected(thing.column / OccupancyGrid::block, 0));
 
   for (int k = 0; k < 2; ++k) grid.look_at_floor(scan_of(1.1, 1.4), {});
   ASSERT_TRUE(grid.is_standing(thing));

@@ -128,11 +128,9 @@ TEST(OccupancyGrid, AnEchoAmidFreeSpaceTakesItBackAndOneThatIsExplainedDoesNot) 
   grid.look({1.32, 3, range_m - 0.01, true}, {});
   grid.look({1.64, 3, range_m, true}, {});
   EXPECT_FALSE(grid.is_free(middle));
-  EXPECT_TRUE(grid.is_suspected(middle));
   // It is gone again.
   look_twice(grid, 3, 2.0, 2);
   EXPECT_TRUE(grid.is_free(middle));
-  EXPECT_FALSE(grid.is_suspected(middle));
   // Transducer 2 looks aside, where much is unknown: its echo need not come from there.
   look_twice(grid, 2, 1.0, 3);
   EXPECT_TRUE(grid.is_free(middle));

@@ -68,94 +68,224 @@ TEST(BarrierQp, RefusesWhatIsNotFinite) {
   EXPECT_FALSE(solve(problem));
 }
 
-/// A grid with a wall of echoes across the way at x = 1.2, from y = -0.6 to 0.6.
-OccupancyGrid grid_with_wall() {
-  OccupancyGridOptions options;
-  options.start_clear_m = 0.7;
-  OccupancyGrid grid(options);
-  grid.move(0, {});
-  for (const std::size_t k : {2, 3, 4, 5}) {
-    const SonarMount& mount = pioneer_3dx_sonars[k];
-    const double range_m = (1.2 - mount.x_m) / std::cos(std::max(0.0, std::abs(mount.heading_rad) - 0.26));
-    for (int i = 0; i < 2; ++i) grid.look({0, k, range_m, true}, {});
+/// Both maps of a robot that has stood at the origin for a while and fired all its sonars, and looked at a
+/// floor on which walls stand.
+struct Place {
+  OccupancyGrid grid;
+  ObstacleMap map;
+
+  explicit Place(bool wall) : grid(options()), map(options()) {
+    grid.move(0, {});
+    map.move({});
+    for (int round = 0; round < 4; ++round) {
+      for (std::size_t k = 0; k < sonar_count; ++k) {
+        const SonarMount& mount = pioneer_3dx_sonars[k];
+        const bool ahead = k >= 2 && k <= 5;
+        const double to_wall_m =
+            (wall_x_m - mount.x_m) / std::cos(std::max(0.0, std::abs(mount.heading_rad) - 0.26));
+        const SonarReading reading{0, k, wall && ahead ? to_wall_m : 3.0, wall && ahead};
+        grid.look(reading, {});
+        map.look(reading, {});
+      }
+      FloorScan scan;
+      scan.time_s = 0;
+      scan.count = FloorScan::max_rays;
+      for (std::size_t k = 0; k < scan.count; ++k) {
+        const double bearing = 0.6 * (2.0 * static_cast<double>(k) / (FloorScan::max_rays - 1) - 1.0);
+        const double to_wall_m = wall_x_m / std::cos(bearing);
+        const bool hit = wall && std::abs(to_wall_m * std::sin(bearing)) < wall_half_m;
+        scan.rays[k] = {bearing, 0.3, hit ? to_wall_m : 2.5, hit ? to_wall_m + 1.0 : 2.5};
+      }
+      map.look_at_floor(scan, {});
+    }
   }
-  return grid;
+  static OccupancyGridOptions options() {
+    OccupancyGridOptions options;
+    options.start_clear_m = 0.7;
+    return options;
+  }
+  static constexpr double wall_x_m = 1.2, wall_half_m = 0.6;
+};
+
+TEST(ObstacleMap, ShrinksAnArcToWhatOtherFiringsDoNotSeeThrough) {
+  ObstacleMap map(Place::options());
+  map.move({});
+  const auto chance = [&map](double x_m, double y_m) {
+    return map.probability(ObstacleMap::cell_at(x_m, y_m));
+  };
+  // A pole straight ahead of transducer 3, at 1.5 m.
+  const SonarMount& mount = pioneer_3dx_sonars[3];
+  const Eigen::Vector2d pole = in_world_frame({mount.x_m, mount.y_m, mount.heading_rad}, {1.5, 0});
+  const Eigen::Vector2d aside = in_world_frame({mount.x_m, mount.y_m, mount.heading_rad - 0.2}, {1.5, 0});
+  map.look({0, 3, 1.5, true}, {});
+  map.look({0, 3, 1.5, true}, {});
+  EXPECT_LT(chance(pole.x(), pole.y()), 0.6) << "it may stand anywhere on the arc";
+  for (int k = 0; k < 6; ++k) {
+    map.look({0, 3, 3.0, false}, {0, 0, -0.4});  // past the pole, through the other half of the arc
+    map.look({0, 3, 1.5, true}, {});
+  }
+  EXPECT_LT(chance(aside.x(), aside.y()), 0.05);
+  double most = 0;
+  for (double angle = 0.0; angle < 0.26; angle += 0.02) {
+    const Eigen::Vector2d p = in_world_frame({mount.x_m, mount.y_m, mount.heading_rad + angle}, {1.5, 0});
+    most = std::max(most, static_cast<double>(chance(p.x(), p.y())));
+  }
+  EXPECT_GT(most, 0.15) << "the rest of the arc bears what was heard";
+  EXPECT_LT(chance(0.8, 0.0), 0.01) << "short of the echo";
 }
 
-TEST(NavigationFunction, GoesAroundWhatWasHeardAndStraightWhereNothingWas) {
-  const OccupancyGrid wall = grid_with_wall();
-  OccupancyGrid open(OccupancyGridOptions{});
-  open.move(0, {});
+TEST(ObstacleMap, NeverAnswersForWhatLeftItsWindow) {
+  Place place(true);
+  const FloorCell wall = ObstacleMap::cell_at(Place::wall_x_m + 0.03, 0);
+  ASSERT_GE(place.map.probability(wall), ObstacleMap::occupied);
+  place.map.move({20, 0, 0});
+  EXPECT_EQ(place.map.probability(wall), ObstacleMap::prior);
+  place.map.move({});
+  EXPECT_EQ(place.map.probability(wall), ObstacleMap::prior) << "a ring must not remember another round";
+}
+
+TEST(NavigationFunction, CostsMoreWhereSomethingStandsInTheWay) {
+  const Place wall(true), open(false);
   const Eigen::Vector2d ball(2.6, 0.0);
-  NavigationFunction field;
-  field.update(open, ball, 0.8, 0.25, 0);
-  EXPECT_TRUE(field.straight({0, 0}, {1.8, 0}));
-  EXPECT_NEAR(field.heading({}, 0, 0.5).value(), 0, 0.1);
-  EXPECT_NEAR(field.cost_at({0, 0}), 1.8, 0.2);
-  field.update(wall, ball, 0.8, 0.25, 0);
-  EXPECT_FALSE(field.straight({0, 0}, {1.8, 0}));
-  EXPECT_GT(std::abs(wrap_angle(field.heading({}, 0, 0.5).value())), 0.2);
-  EXPECT_GT(field.cost_at({0, 0}), 2.0);
-  EXPECT_LT(field.cost_at({0, 0}), 5.0);
+  NavigationFunction field(pioneer_3dx_footprint);
+  field.update(open.map, open.grid, {0, 0}, ball, 0.8, 0.25);
+  EXPECT_TRUE(field.straight({0, 0}, {1.1, 0}, 0.1));
+  EXPECT_NEAR(field.cost_m(field.block_at({0, 0})), 1.8, 0.4);
+  field.update(wall.map, wall.grid, {0, 0}, ball, 0.8, 0.25);
+  EXPECT_FALSE(field.straight({0, 0}, {1.1, 0}, 0.1));
+  EXPECT_GT(field.cost_m(field.block_at({0, 0})), 2.4);
+  EXPECT_LT(field.cost_m(field.block_at({0, 0})), 8.0);
+  EXPECT_FALSE(field.sees_ball({0.0, 0.0}));
+  EXPECT_TRUE(field.sees_ball({2.6, 1.5}));
 }
 
-TEST(NavigationFunction, WhatBlockedTheWayOnceIsAvoidedForAWhile) {
-  OccupancyGrid open(OccupancyGridOptions{});
-  open.move(0, {});
-  NavigationFunction field;
-  field.add_virtual(1.0, 0.0, 10.0);
-  field.update(open, {2.6, 0.0}, 0.8, 0.25, 11.0);
-  EXPECT_FALSE(field.straight({0, 0}, {1.8, 0}));
-  field.update(open, {2.6, 0.0}, 0.8, 0.25, 30.0);
-  EXPECT_TRUE(field.straight({0, 0}, {1.8, 0}));
+TEST(NavigationFunction, WhatTheShieldDoesNotKnowToBeFreeCostsMoreNearTheRobot) {
+  Place open(false);
+  const Pose2 ahead{0.45, 0, 0};
+  NavigationFunction field(pioneer_3dx_footprint);
+  const auto price = [&] {
+    field.update(open.map, open.grid, {0, 0}, {3, 0}, 0.8, 0.25);
+    return field.price(ahead);
+  };
+  EXPECT_LT(price(), 1.5);
+  FloorScan scan;  // something flat, below the beams
+  scan.time_s = 0;
+  scan.count = 5;
+  for (std::size_t k = 0; k < 5; ++k) scan.rays[k] = {0.02 * static_cast<double>(k) - 0.04, 0.3, 0.75, 0.85};
+  for (int k = 0; k < 2; ++k) open.grid.look_at_floor(scan, {});
+  EXPECT_GT(price(), 3.0) << "the shield's map alone knows of it";
 }
 
-TEST(Steering, NeverRunsTowardsWhatIsSuspectedFasterThanItCanBrake) {
-  const OccupancyGrid wall = grid_with_wall();
+/// The way from the origin to a ball.
+Way way_to(const Place& place, const Eigen::Vector2d& p_OB, double half_view_rad) {
+  NavigationFunction field(pioneer_3dx_footprint);
+  field.update(place.map, place.grid, {0, 0}, p_OB, 0.8, 0.25);
+  WayPlanner planner;
+  Way way;
+  EXPECT_TRUE(planner.plan(field, {{}, p_OB, half_view_rad}, way));
+  EXPECT_NEAR(planner.cost_m(field, {{}, p_OB, half_view_rad}, way), way.cost_m, 0.2);
+  return way;
+}
+
+TEST(WayPlanner, LeadsAroundTheWallAndLooksAtTheBallAtItsEnd) {
+  const Place wall(true);
+  const Eigen::Vector2d ball(2.6, 0.0);
+  const Way way = way_to(wall, ball, 0.5);
+  double aside_m = 0;
+  for (std::size_t k = 0; k < way.count; ++k) {
+    const Pose2& pose = way.poses[k];
+    if (std::abs(pose.x_m - Place::wall_x_m) < 0.15) aside_m = std::max(aside_m, std::abs(pose.y_m));
+    if (k == 0) continue;
+    const Eigen::Vector2d step(pose.x_m - way.poses[k - 1].x_m, pose.y_m - way.poses[k - 1].y_m);
+    ASSERT_LT(step.norm(), 0.28);
+    ASSERT_LT(std::abs(wrap_angle(pose.yaw_rad - way.poses[k - 1].yaw_rad)), 0.5);
+  }
+  EXPECT_GT(aside_m, Place::wall_half_m + pioneer_3dx_footprint.half_width_m);
+  const Pose2& end = way.poses[way.count - 1];
+  EXPECT_NEAR(std::hypot(ball.x() - end.x_m, ball.y() - end.y_m), 0.8, 0.12);
+  EXPECT_LT(std::abs(wrap_angle(std::atan2(ball.y() - end.y_m, ball.x() - end.x_m) - end.yaw_rad)), 0.5);
+}
+
+TEST(WayPlanner, KeepsTheBallInViewWhereThatCostsLittle) {
+  // A ball far aside is first turned to, then driven to, not passed with a side glance.
+  const Place open(false);
+  const Eigen::Vector2d ball(2.0, 1.5);
+  const auto unseen_m = [&](const Way& way) {
+    double sum_m = 0;
+    for (std::size_t k = 1; k < way.count; ++k) {
+      const Pose2 &pose = way.poses[k], &before = way.poses[k - 1];
+      const double aside = std::atan2(ball.y() - pose.y_m, ball.x() - pose.x_m) - pose.yaw_rad;
+      if (std::abs(wrap_angle(aside)) > 0.3)
+        sum_m += std::hypot(pose.x_m - before.x_m, pose.y_m - before.y_m);
+    }
+    return sum_m;
+  };
+  EXPECT_LT(unseen_m(way_to(open, ball, 0.3)), 0.3);
+  EXPECT_GT(unseen_m(way_to(open, ball, 0.0)), 0.3) << "without a price on views";
+}
+
+TEST(WayPlanner, FindsNoWayOutOfAClosedRoom) {
+  Place place(false);
+  NavigationFunction field(pioneer_3dx_footprint);
+  for (int round = 0; round < 6; ++round) {
+    FloorScan scan;
+    scan.time_s = 0;
+    scan.count = FloorScan::max_rays;
+    for (std::size_t k = 0; k < scan.count; ++k) {
+      const double bearing = 0.1 * (static_cast<double>(k) - 31.5);
+      scan.rays[k] = {bearing, 0.3, 1.0, 1.6};
+    }
+    place.map.look_at_floor(scan, {});
+  }
+  field.update(place.map, place.grid, {0, 0}, {2.5, 0}, 0.8, 0.25);
+  WayPlanner planner;
+  Way way;
+  EXPECT_FALSE(planner.plan(field, {{}, {2.5, 0}, 0.5}, way));
+}
+
+TEST(Steering, NeverRunsTowardsWhatStandsFasterThanItCanBrake) {
+  const Place wall(true);
   Steering steering(0.5, {}, pioneer_3dx_footprint);
   SteeringInput input;
   input.p_OB = {2.6, 0.0};
   input.law = Twist2{1.2, 0.0};
-  const SteeringOutput output = steering.steer(input, wall, {});
+  const SteeringOutput output = steering.steer(input, wall.map, wall.grid, {});
   EXPECT_FALSE(output.by_law);
-  const double gap_m = 1.2 - 0.21 - Steering::margin_m;
+  const double gap_m = Place::wall_x_m - 0.21 - Steering::margin_m;
   EXPECT_LE(output.command.v_mps, std::sqrt(2 * 0.3 * gap_m));
   EXPECT_GT(std::abs(output.command.w_radps), 0.05);
 }
 
 /// One look around from the origin.
-ViewedFloor look_around(const OccupancyGrid& grid) {
+ViewedFloor look_around(const ObstacleMap& map) {
   ViewedFloor viewed;
-  for (int k = 0; k < 16; ++k) viewed.look({0, 0, k * M_PI / 8}, 0.5, grid);
+  for (int k = 0; k < 16; ++k) viewed.look({0, 0, k * M_PI / 8}, 0.5, map);
   return viewed;
 }
 
 TEST(ViewedFloor, WhatWasInThePictureIsNotNewAndWhatIsHiddenIs) {
-  OccupancyGrid open(OccupancyGridOptions{});
-  open.move(0, {});
+  const Place open(false), wall(true);
   ViewedFloor none;
-  none.look({}, 0.01, open);
-  const ViewedFloor all = look_around(open), hidden = look_around(grid_with_wall());
-  EXPECT_GT(none.new_from_m2({0, 0}, open), 10.0);
-  EXPECT_LT(all.new_from_m2({0, 0}, open), 0.02 * none.new_from_m2({0, 0}, open));
-  EXPECT_LT(hidden.new_from_m2({0, 0}, grid_with_wall()), 0.3) << "what is hidden stays so";
-  EXPECT_GT(hidden.new_from_m2({1.2, 0.8}, grid_with_wall()), 2.0) << "and is seen from beside the wall";
+  none.look({}, 0.01, open.map);
+  const ViewedFloor all = look_around(open.map), hidden = look_around(wall.map);
+  EXPECT_GT(none.new_from_m2({0, 0}, open.map), 10.0);
+  EXPECT_LT(all.new_from_m2({0, 0}, open.map), 0.02 * none.new_from_m2({0, 0}, open.map));
+  EXPECT_LT(hidden.new_from_m2({0, 0}, wall.map), 0.3) << "what is hidden stays so";
+  EXPECT_GT(hidden.new_from_m2({1.2, 1.2}, wall.map), 2.0) << "and is seen from beside the wall";
   ViewedFloor ahead;
-  ahead.look({}, 0.5, open);
-  EXPECT_GT(ahead.new_from_m2({0, 0}, open), 3.0) << "only ahead was looked at";
+  ahead.look({}, 0.5, open.map);
+  EXPECT_GT(ahead.new_from_m2({0, 0}, open.map), 3.0) << "only ahead was looked at";
 }
 
 TEST(ViewedFloor, FloorBehindTheFirstPoseCountsLess) {
-  OccupancyGrid open(OccupancyGridOptions{});
-  open.move(0, {});
+  const Place open(false);
   ViewedFloor viewed;
-  viewed.look({}, 0.1, open);
-  EXPECT_GT(viewed.new_from_m2({3, 0}, open), 2.0 * viewed.new_from_m2({-3, 0}, open));
+  viewed.look({}, 0.1, open.map);
+  EXPECT_GT(viewed.new_from_m2({3, 0}, open.map), 2.0 * viewed.new_from_m2({-3, 0}, open.map));
 }
 
 TEST(ViewedFloor, ForgetsWhatTheWindowLeaves) {
-  OccupancyGrid open(OccupancyGridOptions{});
-  open.move(0, {});
+  const ObstacleMap open = Place(false).map;
   ViewedFloor viewed = look_around(open);
   viewed.look({20, 0, 0}, 0.1, open);
   viewed.look({0, 0, 0}, 0.1, open);
@@ -167,13 +297,13 @@ TEST(ViewedFloor, ForgetsWhatTheWindowLeaves) {
 }
 
 TEST(Steering, LooksForTheBallWhereTheWallHidesTheFloor) {
-  const OccupancyGrid wall = grid_with_wall();
-  const ViewedFloor viewed = look_around(wall);
+  const Place wall(true);
+  const ViewedFloor viewed = look_around(wall.map);
   Steering steering(0.5, {}, pioneer_3dx_footprint);
-  const Eigen::Vector2d p_O = steering.place_to_look_from(0, wall, viewed);
+  const Eigen::Vector2d p_O = steering.place_to_look_from(wall.map, wall.grid, viewed);
   EXPECT_GT(p_O.x(), 0.5) << p_O.transpose();
   EXPECT_GT(std::abs(p_O.y()), 0.5) << p_O.transpose();
-  EXPECT_GT(viewed.new_from_m2(p_O, wall), 2.0);
+  EXPECT_GT(viewed.new_from_m2(p_O, wall.map), 2.0);
 }
 
 }  // namespace

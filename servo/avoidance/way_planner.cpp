@@ -1,0 +1,202 @@
+#include "servo/avoidance/way_planner.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ballservo {
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr std::size_t most_expanded = 6000, most_waiting = 65536;
+
+// Costs in metres on open floor.
+constexpr double turn_m_per_rad = 0.35;  // on the spot
+constexpr double astern = 2.5;           // times as much as ahead: slower, and nobody looks
+constexpr double facing_rad = 0.25;      // a way ends no further aside of the ball
+constexpr double unseen = 1.0;           // so much more while the ball is out of the picture
+// Where the robot is too near to something already: so much, and more for each metre of gap that is missing.
+constexpr double leaving_price = 12.0, leaving_per_m = 8.0;
+
+/// Steps in blocks along each heading; heading k lies at the angle of its step.
+constexpr std::array<std::array<int, 2>, WayPlanner::headings> steps{{{1, 0},
+                                                                      {2, 1},
+                                                                      {1, 1},
+                                                                      {1, 2},
+                                                                      {0, 1},
+                                                                      {-1, 2},
+                                                                      {-1, 1},
+                                                                      {-2, 1},
+                                                                      {-1, 0},
+                                                                      {-2, -1},
+                                                                      {-1, -1},
+                                                                      {-1, -2},
+                                                                      {0, -1},
+                                                                      {1, -2},
+                                                                      {1, -1},
+                                                                      {2, -1}}};
+
+double angle_of(int heading) {
+  const auto& step = steps[static_cast<std::size_t>(heading)];
+  return std::atan2(step[1], step[0]);
+}
+
+int nearest_heading(double yaw_rad) {
+  int best = 0;
+  for (int k = 1; k < WayPlanner::headings; ++k) {
+    if (std::abs(wrap_angle(yaw_rad - angle_of(k))) < std::abs(wrap_angle(yaw_rad - angle_of(best))))
+      best = k;
+  }
+  return best;
+}
+
+/// How far the ball is aside of straight ahead.
+double aside_rad(const WayRequest& request, const Pose2& pose) {
+  const double bearing_rad = std::atan2(request.p_OB.y() - pose.y_m, request.p_OB.x() - pose.x_m);
+  return std::abs(wrap_angle(bearing_rad - pose.yaw_rad));
+}
+
+constexpr std::int32_t states = NavigationFunction::size * NavigationFunction::size * WayPlanner::headings;
+
+std::int32_t state_of(const NavigationFunction::Block& block, int heading) {
+  return static_cast<std::int32_t>(NavigationFunction::index(block)) * WayPlanner::headings + heading;
+}
+NavigationFunction::Block block_of(std::int32_t state) {
+  const std::int32_t cell = state / WayPlanner::headings;
+  return {cell % NavigationFunction::size, cell / NavigationFunction::size};
+}
+Pose2 pose_of(const NavigationFunction& navigation, std::int32_t state) {
+  const Eigen::Vector2d p = navigation.center_m(block_of(state));
+  return {p.x(), p.y(), angle_of(state % WayPlanner::headings)};
+}
+
+}  // namespace
+
+WayPlanner::WayPlanner() : nodes_(static_cast<std::size_t>(states), Node{0, 0, 0, false}) {
+  heap_.reserve(most_waiting);
+}
+
+/// Of one move; infinite where the body does not fit at its end, and where it started from fits better.
+double WayPlanner::move_cost_m(const NavigationFunction& navigation, const WayRequest& request,
+                               const Pose2& from, const Pose2& to) const {
+  const Eigen::Vector2d p(to.x_m, to.y_m), way = p - Eigen::Vector2d(from.x_m, from.y_m);
+  double price = navigation.price(to);
+  if (!std::isfinite(price)) {
+    const double gap_m = navigation.gap_m(to);
+    if (gap_m < navigation.gap_m(from)) return infinite;
+    price = leaving_price + leaving_per_m * std::max(0.0, -gap_m);
+  }
+  double cost_m = way.norm();
+  if (cost_m < 1e-6) {
+    cost_m = turn_m_per_rad * std::abs(wrap_angle(to.yaw_rad - from.yaw_rad));
+  } else if (way.x() * std::cos(from.yaw_rad) + way.y() * std::sin(from.yaw_rad) < 0.0) {
+    cost_m *= astern;
+  }
+  if (request.half_view_rad > 0.0) {
+    if (aside_rad(request, to) > request.half_view_rad || !navigation.sees_ball(p)) price += unseen;
+  }
+  return cost_m * price;
+}
+
+/// At a goal, facing the ball.
+bool WayPlanner::ends(const NavigationFunction& navigation, const WayRequest& request, const Pose2& pose) {
+  const NavigationFunction::Block block = navigation.block_at({pose.x_m, pose.y_m});
+  if (!NavigationFunction::inside(block) || !navigation.is_goal(block)) return false;
+  return request.half_view_rad <= 0.0 ||
+         aside_rad(request, pose) <= std::min(facing_rad, request.half_view_rad);
+}
+
+bool WayPlanner::plan(NavigationFunction& navigation, const WayRequest& request, Way& way) {
+  const auto start = navigation.block_at({request.from.x_m, request.from.y_m});
+  if (!NavigationFunction::inside(start)) return false;
+  ++epoch_;
+  heap_.clear();
+  const auto reach = [&](std::int32_t state, double cost_m, std::int32_t parent) {
+    Node& node = nodes_[static_cast<std::size_t>(state)];
+    if (node.epoch == epoch_ && (node.closed || node.cost_m <= static_cast<float>(cost_m))) return;
+    const double left_m = navigation.cost_m(block_of(state));
+    if (!std::isfinite(left_m) || heap_.size() >= most_waiting) return;
+    node = {static_cast<float>(cost_m), parent, epoch_, false};
+    heap_.push_back({static_cast<float>(cost_m + left_m), state});
+    std::push_heap(heap_.begin(), heap_.end());
+  };
+  reach(state_of(start, nearest_heading(request.from.yaw_rad)), 0.0, -1);
+  std::int32_t end = -1, nearest = -1;
+  double nearest_m = infinite;
+  std::size_t expanded = 0;
+  while (!heap_.empty() && expanded < most_expanded) {
+    std::pop_heap(heap_.begin(), heap_.end());
+    const std::int32_t state = heap_.back().state;
+    heap_.pop_back();
+    Node& node = nodes_[static_cast<std::size_t>(state)];
+    if (node.closed) continue;
+    node.closed = true;
+    ++expanded;
+    const NavigationFunction::Block block = block_of(state);
+    const int heading = state % headings;
+    const Pose2 pose = pose_of(navigation, state);
+    const double left_m = navigation.cost_m(block);
+    if (left_m < nearest_m) {
+      nearest_m = left_m;
+      nearest = state;
+    }
+    if (ends(navigation, request, pose)) {
+      end = state;
+      break;
+    }
+    const auto move = [&](const NavigationFunction::Block& to, int to_heading) {
+      if (!NavigationFunction::inside(to)) return;
+      const std::int32_t next = state_of(to, to_heading);
+      const double cost_m = move_cost_m(navigation, request, pose, pose_of(navigation, next));
+      if (std::isfinite(cost_m)) reach(next, static_cast<double>(node.cost_m) + cost_m, state);
+    };
+    const auto& step = steps[static_cast<std::size_t>(heading)];
+    const int left = (heading + 1) % headings, right = (heading + headings - 1) % headings;
+    move({block.column + step[0], block.row + step[1]}, heading);
+    move({block.column - step[0], block.row - step[1]}, heading);
+    move(block, left);
+    move(block, right);
+    move({block.column + step[0], block.row + step[1]}, left);
+    move({block.column + step[0], block.row + step[1]}, right);
+  }
+  if (end < 0 && expanded == most_expanded) end = nearest;  // as far as it was looked
+  if (end < 0) return false;
+  std::size_t count = 0;
+  for (std::int32_t state = end; state >= 0; state = nodes_[static_cast<std::size_t>(state)].parent) ++count;
+  if (count > Way::most) {  // the first part will do
+    for (std::size_t k = count; k > Way::most; --k) end = nodes_[static_cast<std::size_t>(end)].parent;
+    count = Way::most;
+  }
+  way.count = count;
+  way.cost_m = static_cast<double>(nodes_[static_cast<std::size_t>(end)].cost_m);
+  std::int32_t state = end;
+  for (std::size_t k = count; k-- > 0; state = nodes_[static_cast<std::size_t>(state)].parent) {
+    way.poses[k] = pose_of(navigation, state);
+  }
+  return true;
+}
+
+double WayPlanner::cost_m(const NavigationFunction& navigation, const WayRequest& request,
+                          const Way& way) const {
+  if (way.count == 0 || !ends(navigation, request, way.poses[way.count - 1])) return infinite;
+  std::size_t nearest = 0;
+  double nearest_m = infinite;
+  for (std::size_t k = 0; k < way.count; ++k) {
+    const double away_m =
+        std::hypot(way.poses[k].x_m - request.from.x_m, way.poses[k].y_m - request.from.y_m);
+    if (away_m >= nearest_m) continue;
+    nearest_m = away_m;
+    nearest = k;
+  }
+  // To that pose: there, then the turn.
+  const Pose2 there{way.poses[nearest].x_m, way.poses[nearest].y_m, request.from.yaw_rad};
+  double cost_m = move_cost_m(navigation, request, request.from, there) +
+                  move_cost_m(navigation, request, there, way.poses[nearest]);
+  for (std::size_t k = nearest; k + 1 < way.count; ++k) {
+    cost_m += move_cost_m(navigation, request, way.poses[k], way.poses[k + 1]);
+  }
+  return cost_m;
+}
+
+}  // namespace ballservo
