@@ -212,7 +212,7 @@ SteeringOutput Steering::follow(const SteeringInput& input) {
   return output;
 }
 
-/// The command nearest to the wanted one that closes in on nothing suspected faster than braking allows
+/// The command nearest to the wanted one that closes in on nothing occupied faster than braking allows
 /// (control barrier function h = distance - margin: dh/dt >= -sqrt(2 a h); Ames and others, "Control barrier
 /// functions: theory and applications", ECC 2019), and keeps the ball in the picture where that is possible.
 Twist2 Steering::keep_clear(const Twist2& wanted, const SteeringInput& input, const ObstacleMap& map) const {

@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, finding_count> finding_texts{
     "at rest for 0.4 s",
     "turned all around, or no turn possible",
     "at the other place",
-    "15 s under way",
+    "15 s under way, or no way leads there",
     "at rest at the goal, the ball too: 0.4 mm, 0.4 mrad",
     "2.5 mm or 2.5 mrad off the goal, or the ball moves",
     "no place of the ball is known",

@@ -45,6 +45,20 @@ TEST(Obstacles, ABallBehindADeadEndOrAroundACornerIsFound) {
   EXPECT_GE(reached, 7);
 }
 
+TEST(Obstacles, CorridorsAndDoorsAreDrivenThrough) {
+  for (const char* file : {"corridor.yaml", "door.yaml", "poles.yaml"}) {
+    int reached = 0;
+    for (std::uint64_t seed = 1; seed < 5; ++seed) {
+      const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / file, {}, seed);
+      ASSERT_TRUE(check_feasible(scenario).feasible) << file;
+      const RunSummary s = run_geometric(scenario, seed).summary;
+      EXPECT_NE(s.outcome, Outcome::collision) << file << " " << seed;
+      reached += s.outcome == Outcome::reached ? 1 : 0;
+    }
+    EXPECT_GE(reached, 3) << file;
+  }
+}
+
 TEST(Obstacles, TheLawAloneRunsIntoThem) {
   int collisions = 0;
   for (std::uint64_t seed = 100; seed < 112; ++seed) {

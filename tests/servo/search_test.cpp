@@ -120,6 +120,10 @@ TEST(Search, AnExcursionEndsWhereTheBrakeTakesItOrWhenItsTimeIsUp) {
   EXPECT_TRUE(search.arrives({1.4, 0, 0}, {0, 0}, 0.3));
   EXPECT_FALSE(search.out_of_time(16.9));
   EXPECT_TRUE(search.out_of_time(17.1));
+  search.set_out(20.0, {}, {1.5, 0});
+  EXPECT_FALSE(search.out_of_time(20.1));
+  search.end_excursion();
+  EXPECT_TRUE(search.out_of_time(20.1)) << "there is no way";
 }
 
 TEST(Search, TurnsBackTowardsWhereItLookedFirst) {

@@ -101,7 +101,7 @@ struct Place {
   }
   static OccupancyGridOptions options() {
     OccupancyGridOptions options;
-    options.start_clear_m = 0.7;
+    options.start_clear_m = 1.0;
     return options;
   }
   static constexpr double wall_x_m = 1.2, wall_half_m = 0.6;
@@ -207,9 +207,9 @@ TEST(WayPlanner, LeadsAroundTheWallAndLooksAtTheBallAtItsEnd) {
 }
 
 TEST(WayPlanner, KeepsTheBallInViewWhereThatCostsLittle) {
-  // A ball far aside is first turned to, then driven to, not passed with a side glance.
-  const Place open(false);
-  const Eigen::Vector2d ball(2.0, 1.5);
+  // Beside the wall stands a ball: it is turned to, then driven to, where the shortest way looks past it.
+  const Place wall(true);
+  const Eigen::Vector2d ball(1.5, 1.5);
   const auto unseen_m = [&](const Way& way) {
     double sum_m = 0;
     for (std::size_t k = 1; k < way.count; ++k) {
@@ -220,11 +220,29 @@ TEST(WayPlanner, KeepsTheBallInViewWhereThatCostsLittle) {
     }
     return sum_m;
   };
-  EXPECT_LT(unseen_m(way_to(open, ball, 0.3)), 0.3);
-  EXPECT_GT(unseen_m(way_to(open, ball, 0.0)), 0.3) << "without a price on views";
+  EXPECT_LT(unseen_m(way_to(wall, ball, 0.3)), 0.3);
+  EXPECT_GT(unseen_m(way_to(wall, ball, 0.0)), 1.0) << "without a price on views";
 }
 
-TEST(WayPlanner, FindsNoWayOutOfAClosedRoom) {
+TEST(WayPlanner, AWayThatNoLongerFacesTheBallAtItsEndIsWorthNothing) {
+  const Place open(false);
+  const Eigen::Vector2d ball(2.6, 0.0);
+  const Way way = way_to(open, ball, 0.5);
+  const Pose2 end = way.poses[way.count - 1];
+  NavigationFunction field(pioneer_3dx_footprint);
+  WayPlanner planner;
+  const auto left_m = [&](const Pose2& from, const Eigen::Vector2d& p_OB) {
+    field.update(open.map, open.grid, {from.x_m, from.y_m}, p_OB, 0.8, 0.25);
+    Way other;
+    EXPECT_TRUE(planner.plan(field, {from, p_OB, 0.5}, other));
+    return planner.cost_m(field, {from, p_OB, 0.5}, way);
+  };
+  EXPECT_LT(left_m(end, ball), 0.1) << "it is there";
+  EXPECT_GT(left_m({end.x_m, end.y_m, end.yaw_rad + 1.0}, ball), 0.3) << "the turn is left";
+  EXPECT_TRUE(std::isinf(left_m(end, {2.6, 0.5}))) << "the ball has gone elsewhere";
+}
+
+TEST(WayPlanner, FindsNoWayOutOfAClosedRoomAndSteeringSaysSo) {
   Place place(false);
   NavigationFunction field(pioneer_3dx_footprint);
   for (int round = 0; round < 6; ++round) {
@@ -241,6 +259,12 @@ TEST(WayPlanner, FindsNoWayOutOfAClosedRoom) {
   WayPlanner planner;
   Way way;
   EXPECT_FALSE(planner.plan(field, {{}, {2.5, 0}, 0.5}, way));
+  Steering steering(0.5, {}, pioneer_3dx_footprint);
+  SteeringInput input;
+  input.p_OB = {2.5, 0};
+  const SteeringOutput output = steering.steer(input, place.map, place.grid, {});
+  EXPECT_TRUE(output.no_way);
+  EXPECT_EQ(output.command.v_mps, 0.0);
 }
 
 TEST(Steering, NeverRunsTowardsWhatStandsFasterThanItCanBrake) {
