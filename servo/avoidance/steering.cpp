@@ -31,6 +31,9 @@ constexpr double small_turn_rad = 0.30, far_turn_rad = 1.4, back_up_m = 0.25;
 constexpr double recovery_turn_radps = 0.6, recovery_back_mps = 0.15, recovery_s = 2.5;
 constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long gives way to the next
 
+// A pose that was refused is looked for so far ahead, a turn counted at half the body; ways avoid it so long.
+constexpr double refused_ahead_m = 0.15, half_body_m = 0.5, refused_s = 30.0;
+
 constexpr double tolerance = 1e-9;
 
 /// The minimiser of 1/2 u^T H u - g^T u under the first `count` bounds.
@@ -131,6 +134,7 @@ SteeringOutput Steering::steer(const SteeringInput& input, const ObstacleMap& ma
     const double away_m = std::hypot(input.pose.x_m - stuck_at_.x_m, input.pose.y_m - stuck_at_.y_m);
     stuck_count_ = away_m < 0.3 ? stuck_count_ + 1 : 1;
     stuck_at_ = input.pose;
+    remember_refused(input);
     const Recovery first[] = {Recovery::look_left, Recovery::back_up, Recovery::look_far};
     begin(first[(stuck_count_ - 1) % 3], input);
   }
@@ -151,6 +155,7 @@ SteeringOutput Steering::steer(const SteeringInput& input, const ObstacleMap& ma
     output = follow(input);
   }
   if (!near) output.command = keep_clear(output.command, input, map);
+  wanted_ = output.command;
   return output;
 }
 
@@ -160,7 +165,8 @@ void Steering::plan(const SteeringInput& input, const ObstacleMap& map, const Oc
   const bool to_ball = input.distance_m > 0.0;
   navigation_.update(map, grid, {input.pose.x_m, input.pose.y_m}, input.p_OB, input.distance_m,
                      to_ball ? ball_gap_m : 0.0);
-  const WayRequest request{input.when_it_acts.pose, input.p_OB, to_ball ? half_view_rad_ : 0.0};
+  const WayRequest request{input.time_s, input.when_it_acts.pose, input.p_OB, to_ball ? half_view_rad_ : 0.0,
+                           refused_};
   const bool found = planner_.plan(navigation_, request, new_way_);
   const double old_m = planner_.cost_m(navigation_, request, way_);
   if (found && new_way_.cost_m <= saves_share * old_m) {
@@ -280,6 +286,15 @@ bool Steering::is_stuck(const SteeringInput& input, const ShieldVerdict& last) {
   if (moves(input.when_it_acts.twist) || moving_s_ < 0.0 || (last.passed && near_goal))
     moving_s_ = input.time_s;
   return input.time_s - moving_s_ > stuck_s;
+}
+
+/// The pose that was wanted next will be no better in a while: it costs more for some time.
+void Steering::remember_refused(const SteeringInput& input) {
+  const double rate_mps = std::abs(wanted_.v_mps) + half_body_m * std::abs(wanted_.w_radps);
+  if (rate_mps < 1e-6) return;
+  const Pose2 next = integrate(input.pose, wanted_, refused_ahead_m / rate_mps);
+  refused_[next_refused_] = {next, input.time_s + refused_s};
+  next_refused_ = (next_refused_ + 1) % refused_.size();
 }
 
 void Steering::begin(Recovery recovery, const SteeringInput& input) {

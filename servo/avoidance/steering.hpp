@@ -91,6 +91,7 @@ class Steering {
   SteeringOutput follow(const SteeringInput& input);
   SteeringOutput recover(const SteeringInput& input);
   bool is_stuck(const SteeringInput& input, const ShieldVerdict& last);
+  void remember_refused(const SteeringInput& input);
   void begin(Recovery recovery, const SteeringInput& input);
   Twist2 keep_clear(const Twist2& wanted, const SteeringInput& input, const ObstacleMap& map) const;
 
@@ -101,6 +102,9 @@ class Steering {
   WayPlanner planner_;
   Way way_, new_way_;
   Eigen::Vector2d planned_to_{0, 0};
+  std::array<RefusedPose, 8> refused_{};  // a ring
+  std::size_t next_refused_ = 0;
+  Twist2 wanted_;  // in the step before
   int steps_ = 0;
   double moving_s_ = -1;  // when it last did what was wanted
   Recovery recovery_ = Recovery::none;

@@ -19,6 +19,9 @@ constexpr double unseen = 1.0;           // so much more while the ball is out o
 // Where the robot is too near to something already: so much, and more for each metre of gap that is missing.
 constexpr double leaving_price = 12.0, leaving_per_m = 8.0;
 
+// For each time that the shield refused a pose so near, a metre costs so much more.
+constexpr double refused_m = 0.15, refused_rad = 0.4, refused_price = 60.0;
+
 /// Steps in blocks along each heading; heading k lies at the angle of its step.
 constexpr std::array<std::array<int, 2>, WayPlanner::headings> steps{{{1, 0},
                                                                       {2, 1},
@@ -86,6 +89,13 @@ double WayPlanner::move_cost_m(const NavigationFunction& navigation, const WayRe
     const double gap_m = navigation.gap_m(to);
     if (gap_m < navigation.gap_m(from)) return infinite;
     price = leaving_price + leaving_per_m * std::max(0.0, -gap_m);
+  }
+  for (const RefusedPose& refused : request.refused) {
+    if (refused.until_s < request.time_s) continue;
+    const double away_m = std::hypot(to.x_m - refused.pose.x_m, to.y_m - refused.pose.y_m);
+    const bool near =
+        away_m < refused_m && std::abs(wrap_angle(to.yaw_rad - refused.pose.yaw_rad)) < refused_rad;
+    if (near) price += refused_price;
   }
   double cost_m = way.norm();
   if (cost_m < 1e-6) {

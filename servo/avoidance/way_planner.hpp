@@ -12,11 +12,19 @@
 
 namespace ballservo {
 
+/// Where the shield would not let the robot go, though the maps show room.
+struct RefusedPose {
+  Pose2 pose;
+  double until_s = -1e9;  ///< for so long ways avoid it
+};
+
 /// What a way is planned for.
 struct WayRequest {
+  double time_s = 0;
   Pose2 from;                  ///< in the odometry's frame, as are all places here
   Eigen::Vector2d p_OB{0, 0};  ///< the ball, or another place to go to
   double half_view_rad = 0;    ///< the ball further aside is out of the picture; 0: views cost nothing
+  std::array<RefusedPose, 8> refused{};
 };
 
 /// Poses from where the robot is to where the law can take over. Between two of them the robot drives

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibration/base/random.hpp"
@@ -182,8 +183,8 @@ Way way_to(const Place& place, const Eigen::Vector2d& p_OB, double half_view_rad
   field.update(place.map, place.grid, {0, 0}, p_OB, 0.8, 0.25);
   WayPlanner planner;
   Way way;
-  EXPECT_TRUE(planner.plan(field, {{}, p_OB, half_view_rad}, way));
-  EXPECT_NEAR(planner.cost_m(field, {{}, p_OB, half_view_rad}, way), way.cost_m, 0.2);
+  EXPECT_TRUE(planner.plan(field, {0, {}, p_OB, half_view_rad}, way));
+  EXPECT_NEAR(planner.cost_m(field, {0, {}, p_OB, half_view_rad}, way), way.cost_m, 0.2);
   return way;
 }
 
@@ -234,12 +235,51 @@ TEST(WayPlanner, AWayThatNoLongerFacesTheBallAtItsEndIsWorthNothing) {
   const auto left_m = [&](const Pose2& from, const Eigen::Vector2d& p_OB) {
     field.update(open.map, open.grid, {from.x_m, from.y_m}, p_OB, 0.8, 0.25);
     Way other;
-    EXPECT_TRUE(planner.plan(field, {from, p_OB, 0.5}, other));
-    return planner.cost_m(field, {from, p_OB, 0.5}, way);
+    EXPECT_TRUE(planner.plan(field, {0, from, p_OB, 0.5}, other));
+    return planner.cost_m(field, {0, from, p_OB, 0.5}, way);
   };
   EXPECT_LT(left_m(end, ball), 0.1) << "it is there";
   EXPECT_GT(left_m({end.x_m, end.y_m, end.yaw_rad + 1.0}, ball), 0.3) << "the turn is left";
   EXPECT_TRUE(std::isinf(left_m(end, {2.6, 0.5}))) << "the ball has gone elsewhere";
+}
+
+TEST(WayPlanner, AvoidsWhatTheShieldRefusedForAWhile) {
+  const Place open(false);
+  const Eigen::Vector2d ball(2.6, 0.0);
+  NavigationFunction field(pioneer_3dx_footprint);
+  field.update(open.map, open.grid, {0, 0}, ball, 0.8, 0.25);
+  WayPlanner planner;
+  WayRequest request{10, {}, ball, 0.5};
+  request.refused[0] = {{0.9, 0, 0}, 20};
+  const auto passes = [&] {
+    Way way;
+    EXPECT_TRUE(planner.plan(field, request, way));
+    return std::any_of(way.poses.begin(), way.poses.begin() + way.count, [](const Pose2& pose) {
+      return std::hypot(pose.x_m - 0.9, pose.y_m) < 0.15 && std::abs(wrap_angle(pose.yaw_rad)) < 0.4;
+    });
+  };
+  EXPECT_FALSE(passes());
+  request.time_s = 20.1;
+  EXPECT_TRUE(passes()) << "it is forgotten";
+}
+
+TEST(Steering, GoesAnotherWayWhereTheShieldRefusesOne) {
+  const Place open(false);
+  Steering steering(0.5, {}, pioneer_3dx_footprint);
+  SteeringInput input;
+  input.p_OB = {0.0, 2.0};
+  bool otherwise = false;
+  for (int k = 0; k < 600; ++k) {  // the robot never moves, whatever is wanted of it
+    input.time_s = 0.02 * k;
+    const SteeringOutput output = steering.steer(input, open.map, open.grid, {});
+    if (output.stuck) continue;
+    const bool turns_left = output.command.w_radps > 0.3 && output.command.v_mps < 0.05;
+    if (k < 30) {
+      EXPECT_TRUE(turns_left) << k;
+    }
+    otherwise = otherwise || !turns_left;
+  }
+  EXPECT_TRUE(otherwise);
 }
 
 TEST(WayPlanner, FindsNoWayOutOfAClosedRoomAndSteeringSaysSo) {
@@ -258,7 +298,7 @@ TEST(WayPlanner, FindsNoWayOutOfAClosedRoomAndSteeringSaysSo) {
   field.update(place.map, place.grid, {0, 0}, {2.5, 0}, 0.8, 0.25);
   WayPlanner planner;
   Way way;
-  EXPECT_FALSE(planner.plan(field, {{}, {2.5, 0}, 0.5}, way));
+  EXPECT_FALSE(planner.plan(field, {0, {}, {2.5, 0}, 0.5}, way));
   Steering steering(0.5, {}, pioneer_3dx_footprint);
   SteeringInput input;
   input.p_OB = {2.5, 0};
