@@ -59,6 +59,27 @@ TEST(Obstacles, CorridorsAndDoorsAreDrivenThrough) {
   }
 }
 
+TEST(Obstacles, WhereTheShieldRefusedOneWayAnotherIsTried) {
+  // Without the memory of refused poses the robot tries the same way to the end of each of these runs.
+  struct World {
+    std::uint64_t seed;
+    double yaw_rad, x_m, y_m;
+  };
+  int reached = 0;
+  for (const World& world : {World{60931, 0.36239714631355746, 3.921791641976556, -0.9227123135821975},
+                             World{61200, -0.12897461107781222, 4.8471596879941234, 0.28499644634032517},
+                             World{61779, 0.3172437470856917, 4.819762532193066, -0.11139551461109343},
+                             World{61913, -0.28071082752677223, 3.8138457320287324, -1.136247300217574},
+                             World{62017, 0.17035577722266115, 4.010245869482006, 1.3193502905549983},
+                             World{62035, 0.008830100827464882, 4.441665104792772, -1.0244378105434149}}) {
+    const Scenario scenario = obstacles(world.seed, {fmt::format("robot.pose.yaw_rad={}", world.yaw_rad),
+                                                     fmt::format("balls.0.position.x_m={}", world.x_m),
+                                                     fmt::format("balls.0.position.y_m={}", world.y_m)});
+    reached += run_geometric(scenario, world.seed).summary.outcome == Outcome::reached ? 1 : 0;
+  }
+  EXPECT_GE(reached, 4);
+}
+
 TEST(Obstacles, TheLawAloneRunsIntoThem) {
   int collisions = 0;
   for (std::uint64_t seed = 100; seed < 112; ++seed) {

@@ -263,25 +263,6 @@ TEST(WayPlanner, AvoidsWhatTheShieldRefusedForAWhile) {
   EXPECT_TRUE(passes()) << "it is forgotten";
 }
 
-TEST(Steering, GoesAnotherWayWhereTheShieldRefusesOne) {
-  const Place open(false);
-  Steering steering(0.5, {}, pioneer_3dx_footprint);
-  SteeringInput input;
-  input.p_OB = {0.0, 2.0};
-  bool otherwise = false;
-  for (int k = 0; k < 600; ++k) {  // the robot never moves, whatever is wanted of it
-    input.time_s = 0.02 * k;
-    const SteeringOutput output = steering.steer(input, open.map, open.grid, {});
-    if (output.stuck) continue;
-    const bool turns_left = output.command.w_radps > 0.3 && output.command.v_mps < 0.05;
-    if (k < 30) {
-      EXPECT_TRUE(turns_left) << k;
-    }
-    otherwise = otherwise || !turns_left;
-  }
-  EXPECT_TRUE(otherwise);
-}
-
 TEST(WayPlanner, FindsNoWayOutOfAClosedRoomAndSteeringSaysSo) {
   Place place(false);
   NavigationFunction field(pioneer_3dx_footprint);
