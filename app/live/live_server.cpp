@@ -18,6 +18,7 @@
 #include <boost/beast/websocket.hpp>
 #include <deque>
 #include <map>
+#include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <thread>
 #include <utility>
@@ -42,6 +43,8 @@ using namespace std::chrono_literals;
 constexpr std::uint32_t most_header_bytes = 8192;
 constexpr std::size_t most_message_bytes = 1 << 20;  // a colours file is the largest
 constexpr std::size_t most_connections = 64, most_answers = 64, latencies_kept = 200;
+constexpr std::ptrdiff_t most_nested =
+    64;  // JSON that nests deeply would overflow the stack of who prints it
 constexpr int widest_picture_px = 1280, jpeg_quality = 80;
 constexpr auto silence = 30s;  // of a client, before it is asked whether it is still there, and then let go
 
@@ -106,10 +109,17 @@ class LiveServer::Impl {
   std::shared_ptr<const std::string> message(const std::shared_ptr<const LiveMoment>& moment,
                                              const std::string& view);
 
+  /// Through which answers come in, as long as the server is there.
+  struct Door {
+    std::mutex mutex;
+    asio::io_context* io = nullptr;
+  };
+
   LiveServerOptions options_;
   LiveExchange& exchange_;
   std::size_t connections_ = 0;  // outlives them, which io_ may hold
   asio::io_context io_{1};
+  const std::shared_ptr<Door> door_ = std::make_shared<Door>();
   tcp::acceptor acceptor_{io_};
   asio::steady_timer pause_{io_};
   std::string secret_, url_;
@@ -185,6 +195,8 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
   }
 
   void take(const std::string& text) {
+    if (std::count_if(text.begin(), text.end(), [](char c) { return c == '[' || c == '{'; }) > most_nested)
+      return close();
     nlohmann::json what = nlohmann::json::parse(text, nullptr, false);
     if (!what.is_object() || !what.contains("do") || !what["do"].is_string()) return close();
     const std::string verb = what["do"];
@@ -196,15 +208,17 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
       return pump();
     }
     if (verb == "painted") {
-      if (!has_painted_) {
+      if (!has_painted_ && sent_serial_ > 0) {
         server_.note_latency(std::chrono::duration<double, std::milli>(Clock::now() - sent_taken_).count());
       }
       has_painted_ = true;
       return pump();
     }
-    // The session answers on its own thread; the client may have gone by then, or the server be about to.
-    auto answer = [&io = server_.io_, weak = weak_from_this()](nlohmann::json text_json) {
-      asio::post(io, [weak, said = std::move(text_json)] {
+    // The session answers on a thread of its own; the client, or the server, may have gone by then.
+    auto answer = [door = server_.door_, weak = weak_from_this()](nlohmann::json text_json) {
+      const std::lock_guard lock(door->mutex);
+      if (door->io == nullptr) return;
+      asio::post(*door->io, [weak, said = std::move(text_json)] {
         if (const auto client = weak.lock()) client->reply(said);
       });
     };
@@ -335,6 +349,7 @@ LiveServer::Impl::Impl(const LiveServerOptions& options, LiveExchange& exchange)
                      "an address of this machine and a port that is free (0: any)");
   options_.port = acceptor_.local_endpoint().port();
   if (!address.is_loopback()) secret_ = new_secret();
+  door_->io = &io_;
   url_ = fmt::format("http://{}:{}/", address.is_unspecified() ? reachable_address() : quoted(address),
                      options_.port);
   if (!secret_.empty()) url_ += secret_ + "/";
@@ -351,6 +366,10 @@ LiveServer::Impl::Impl(const LiveServerOptions& options, LiveExchange& exchange)
 
 LiveServer::Impl::~Impl() {
   exchange_.set_on_publish({});
+  {
+    const std::lock_guard lock(door_->mutex);
+    door_->io = nullptr;
+  }
   io_.stop();
   thread_.join();
 }

@@ -159,8 +159,15 @@ TEST_F(LiveServerTest, WhatIsTooLargeIsCutOff) {
 }
 
 TEST_F(LiveServerTest, WhatIsNoMessageEndsItsClientAlone) {
-  for (const nlohmann::json& what : std::initializer_list<nlohmann::json>{
-           nullptr, 7, nlohmann::json::array({"look"}), {{"do", 3}}, {{"do", "look"}, {"view", 1}}}) {
+  nlohmann::json deep = 7;
+  for (int i = 0; i < 100; ++i) deep = nlohmann::json::array({std::move(deep)});
+  for (const nlohmann::json& what :
+       std::initializer_list<nlohmann::json>{nullptr,
+                                             7,
+                                             nlohmann::json::array({"look"}),
+                                             {{"do", 3}},
+                                             {{"do", "look"}, {"view", 1}},
+                                             {{"do", "touch"}, {"touch", deep}}}) {
     PageClient client(io, port);
     EXPECT_ANY_THROW({
       client.say(what);
@@ -249,6 +256,19 @@ TEST_F(LiveServerTest, CommandsComeInAndTheirAnswersGoOut) {
   EXPECT_EQ(client.hear()["answer"], "teach");
   for (std::size_t i = 0; i <= LiveExchange::most_waiting; ++i) client.say({{"do", "undo"}});
   EXPECT_TRUE(client.hear().contains("refused")) << "what nobody takes is not piled up";
+}
+
+TEST_F(LiveServerTest, AnAnswerMayComeAfterItsServerHasGone) {
+  std::optional<LiveCommand> command;
+  {
+    LiveExchange others;
+    const LiveServer short_lived({"127.0.0.1", 0}, others);
+    const std::string& url = short_lived.url();
+    PageClient client(io, static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1))));
+    client.say({{"do", "keep"}});
+    while (!command) command = others.next_command();
+  }
+  for (int i = 0; i < 100; ++i) command->answer({{"answer", "keep"}});
 }
 
 /// A few bytes of a request or a message changed, left out or doubled.
