@@ -88,7 +88,7 @@ FootageSession::~FootageSession() {
 
 void FootageSession::run() {
   while (!ended_ && !interrupt_requested()) {
-    while (auto command = exchange_.next_command()) obey(std::move(*command));
+    for (LiveCommand& command : exchange_.next_commands()) obey(std::move(command));
     finish_lesson();
     if (ended_) break;
     if (boards_changed_.exchange(false) && paused_) look_again();

@@ -1,5 +1,7 @@
 #include "app/live/live_exchange.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace ballservo {
@@ -20,12 +22,12 @@ std::uint64_t LiveExchange::publish(nlohmann::json state, Clock::time_point take
   return serial;
 }
 
-std::optional<LiveCommand> LiveExchange::next_command() {
+std::vector<LiveCommand> LiveExchange::next_commands() {
   const std::lock_guard lock(mutex_);
-  if (commands_.empty()) return std::nullopt;
-  LiveCommand command = std::move(commands_.front());
-  commands_.erase(commands_.begin());
-  return command;
+  const auto end = commands_.begin() + static_cast<std::ptrdiff_t>(std::min(commands_.size(), most_at_once));
+  std::vector<LiveCommand> next(std::make_move_iterator(commands_.begin()), std::make_move_iterator(end));
+  commands_.erase(commands_.begin(), end);
+  return next;
 }
 
 void LiveExchange::wait_until(Clock::time_point time) {

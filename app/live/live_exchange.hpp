@@ -9,7 +9,6 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -37,11 +36,12 @@ class LiveExchange {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::size_t most_waiting = 64;  ///< commands
+  static constexpr std::size_t most_at_once = 8;   ///< of them, so that a flood holds no picture up
 
   /// The session's side. The moment replaces the last one; its serial is returned.
   std::uint64_t publish(nlohmann::json state, Clock::time_point taken,
                         std::function<cv::Mat(const std::string&)> draw);
-  std::optional<LiveCommand> next_command();
+  std::vector<LiveCommand> next_commands();  ///< those that wait, the first ones first
   /// Until there is a command, `wake` is called, or it is that late.
   void wait_until(Clock::time_point time);
   void wake();

@@ -223,9 +223,9 @@ std::vector<Touch> ScenarioSession::between_steps(const RunView& now) {
 }
 
 void ScenarioSession::obey_all(const RunView* now) {
-  while (auto command = exchange_.next_command()) {
-    const std::string verb = text_at(command->what, "do");
-    command->answer(answer_to(verb, [&] { return done(verb, command->what, now); }));
+  for (const LiveCommand& command : exchange_.next_commands()) {
+    const std::string verb = text_at(command.what, "do");
+    command.answer(answer_to(verb, [&] { return done(verb, command.what, now); }));
   }
 }
 

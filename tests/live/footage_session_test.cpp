@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <functional>
 #include <future>
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
@@ -210,6 +212,17 @@ TEST_F(FootageSessionTest, StagesAreMadeForWhoLooksAtThem) {
        {"picture", "taught", "classified", "opened", "closed", "votes", "edges", "candidates", "refined"})
     EXPECT_FALSE(exchange.newest()->draw(view).empty()) << view;
   EXPECT_TRUE(exchange.newest()->draw("no such").empty());
+}
+
+TEST_F(FootageSessionTest, AFloodOfCommandsHoldsNothingUp) {
+  std::atomic<bool> over{false};
+  const std::function<void()> say = [&] {  // and again as soon as it is answered
+    if (!over) exchange.put({{{"do", "dance"}}, [&](const Json&) { say(); }});
+  };
+  say();
+  later();
+  over = true;
+  ask({{"do", "dance"}});
 }
 
 }  // namespace

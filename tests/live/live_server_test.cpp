@@ -12,7 +12,6 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
 #include <memory>
-#include <optional>
 #include <thread>
 
 #include "calibration/base/fault.hpp"
@@ -89,6 +88,13 @@ class LiveServerTest : public testing::Test {
   std::uint16_t port = 0;
   std::string path, host;
 };
+
+/// Waits for it.
+LiveCommand command_in(LiveExchange& exchange) {
+  std::vector<LiveCommand> commands;
+  while (commands.empty()) commands = exchange.next_commands();
+  return commands.front();
+}
 
 /// A browser's part, as far as the server can tell.
 class PageClient {
@@ -249,26 +255,25 @@ TEST_F(LiveServerTest, ClientsComeAndGo) {
 TEST_F(LiveServerTest, CommandsComeInAndTheirAnswersGoOut) {
   PageClient client(io, port);
   client.say({{"do", "teach"}, {"u_px", 3}});
-  std::optional<LiveCommand> command;
-  while (!command) command = exchange.next_command();
-  EXPECT_EQ(command->what["u_px"], 3);
-  command->answer({{"answer", "teach"}});
+  const LiveCommand command = command_in(exchange);
+  EXPECT_EQ(command.what["u_px"], 3);
+  command.answer({{"answer", "teach"}});
   EXPECT_EQ(client.hear()["answer"], "teach");
   for (std::size_t i = 0; i <= LiveExchange::most_waiting; ++i) client.say({{"do", "undo"}});
   EXPECT_TRUE(client.hear().contains("refused")) << "what nobody takes is not piled up";
 }
 
 TEST_F(LiveServerTest, AnAnswerMayComeAfterItsServerHasGone) {
-  std::optional<LiveCommand> command;
+  LiveCommand command;
   {
     LiveExchange others;
     const LiveServer short_lived({"127.0.0.1", 0}, others);
     const std::string& url = short_lived.url();
     PageClient client(io, static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1))));
     client.say({{"do", "keep"}});
-    while (!command) command = others.next_command();
+    command = command_in(others);
   }
-  for (int i = 0; i < 100; ++i) command->answer({{"answer", "keep"}});
+  for (int i = 0; i < 100; ++i) command.answer({{"answer", "keep"}});
 }
 
 /// A few bytes of a request or a message changed, left out or doubled.

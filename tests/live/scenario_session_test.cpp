@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <functional>
 #include <future>
 #include <thread>
 
@@ -117,6 +119,18 @@ TEST_F(ScenarioSessionTest, ShowsWhatTheCameraSees) {
   EXPECT_EQ(picture.cols, scenario.camera.camera.size().width_px);
   EXPECT_TRUE(exchange.newest()->draw("votes").empty());
   EXPECT_FALSE(state()["beams"].empty());
+}
+
+TEST_F(ScenarioSessionTest, AFloodOfCommandsHoldsNothingUp) {
+  std::atomic<bool> over{false};
+  const std::function<void()> say = [&] {  // and again as soon as it is answered
+    if (!over) exchange.put({{{"do", "dance"}}, [&](const Json&) { say(); }});
+  };
+  say();
+  const long step = state()["step"];
+  until([&] { return state()["step"] > step + 20; });
+  over = true;
+  ask({{"do", "dance"}});
 }
 
 }  // namespace
