@@ -19,6 +19,7 @@ PROGRAM = os.environ["BALLSERVO_PROGRAM"]
 DATA = ROOT / "data"
 SCHEMA = json.loads((DATA / "stream.schema.json").read_text())
 COLORS = ["--colors", DATA / "colors/red.colors"]
+EXAMPLES = ["/usr/bin/python3", ROOT / "app/examples/read_stream.py"], [os.environ["BALLSERVO_READ_STREAM"]]
 METRIC = ["--camera", "wide.yaml", "--diameter", "0.12+-0.0003"]
 
 
@@ -128,10 +129,24 @@ class StreamTest(unittest.TestCase):
         self.assertEqual((self.place / "code").read_text(), "130\n")
         self.assertTrue(json.loads((self.place / "part.json").read_text())["interrupted"])
 
-    def test_the_example_reads_it(self):
-        example = subprocess.run(["/usr/bin/python3", ROOT / "app/examples/read_stream.py"], text=True,
-                                 input=self.track(*METRIC, "--stream", "-").stdout, capture_output=True, check=True)
-        self.assertEqual(len(re.findall(r"^\d\.\d{3} s: red 1 \(\w+\) at \S+ \+- 0\.\d+, .* m$", example.stdout, re.M)), 8)
+    def test_the_examples_read_it(self):
+        lines = self.track(*METRIC, "--stream", "-").stdout
+        said = [subprocess.run(example, text=True, input=lines, capture_output=True, check=True).stdout for example in EXAMPLES]
+        self.assertEqual(len(re.findall(r"^\d\.\d{3} s: red 1 \(\w+\) at \S+ \+- 0\.\d+, .* m$", said[0], re.M)), 8)
+        self.assertEqual(said[0], said[1])
+
+    def test_the_examples_hear_datagrams(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        for example in EXAMPLES:
+            with subprocess.Popen([*example, str(port)], text=True, stdout=subprocess.PIPE) as reader:
+                heard = f":{port:04X} 00000000:0000"
+                while heard not in Path("/proc/net/udp").read_text():
+                    time.sleep(0.01)
+                self.track("--stream", f"udp:127.0.0.1:{port}")
+                self.assertRegex(reader.stdout.readline(), r"^0\.000 s: red 1 \(\w+\) at [\d.]+, [\d.]+ px$")
+                reader.kill()
 
     def test_the_reference_names_every_key(self):
         section = (ROOT / "FILES.md").read_text().split("## The stream")[1].split("\n## ")[0]
