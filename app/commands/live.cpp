@@ -132,7 +132,8 @@ a secret, and who knows it can do what the page can.
 --record keeps every picture (PNG) with its time, and the tracks: the folder is a SOURCE for detect, track and
 live, also after a kill. With --last 30 the page keeps what has just happened, after the fact.
 A scenario runs at the wall's pace: drag its ball, its obstacles and the robot, change law, gain, latency, noise, light
-and avoidance. --record keeps each run with what was done to it: servo --touches does it again, to the same bytes.)");
+and avoidance. --record keeps each run with what was done to it: servo --touches, with the same --set, --seed and
+--perception, does it again: the same log.csv and tracks.csv, to the last byte.)");
   command
       ->add_option("SOURCE", options->footage.source,
                    "A video, a folder of images or a recording, an image, camera:N, or a scenario (YAML)")

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "app/live/board_outline.hpp"
 #include "app/report/camera_report.hpp"
 #include "calibration/base/fault.hpp"
 
@@ -57,33 +58,40 @@ double span_of(const BoardView& view, ImageSize size) {
   return std::max((high.x() - low.x()) / size.width_px, (high.y() - low.y()) / size.height_px);
 }
 
+const std::array<const char*, 4> side_names{"right side", "upper edge", "left side", "lower edge"};
+
 /// The side of the board that is to be turned towards the camera: that of which the fewest boards have it.
 /// Without poses each in turn.
-std::string tilt_words(std::size_t boards, const std::vector<BoardPose>* poses) {
-  static const std::array<const char*, 4> sides{"right side", "upper edge", "left side", "lower edge"};
-  std::size_t side = boards % sides.size();
-  if (poses != nullptr) {
-    std::array<int, 4> counts{};
-    for (const BoardPose& pose : *poses) {
-      Eigen::Vector3d normal = board_normal(pose);  // the right side is nearer where it points to the right
-      if (normal.z() < 0) normal = -normal;
-      counts[0] += normal.x() > tilt_sine, counts[1] += normal.y() < -tilt_sine;
-      counts[2] += normal.x()<-tilt_sine, counts[3] += normal.y()> tilt_sine;
-    }
-    side = static_cast<std::size_t>(std::min_element(counts.begin(), counts.end()) - counts.begin());
+std::size_t side_to_tilt(std::size_t boards, const std::vector<BoardPose>* poses) {
+  if (poses == nullptr) return boards % side_names.size();
+  std::array<int, 4> counts{};
+  for (const BoardPose& pose : *poses) {
+    Eigen::Vector3d normal = board_normal(pose);  // the right side is nearer where it points to the right
+    if (normal.z() < 0) normal = -normal;
+    counts[0] += normal.x() > tilt_sine, counts[1] += normal.y() < -tilt_sine;
+    counts[2] += normal.x()<-tilt_sine, counts[3] += normal.y()> tilt_sine;
   }
-  return fmt::format("its {} tilted towards the camera by 20 to 40 degrees", sides[side]);
+  return static_cast<std::size_t>(std::min_element(counts.begin(), counts.end()) - counts.begin());
 }
 
-std::string distance_words(ImageSize size, const std::vector<BoardView>& views) {
+/// Until there is a fit: 53 degrees across the longer side.
+Camera camera_before(ImageSize size) {
+  const double f_px = std::max(size.width_px, size.height_px);
+  return Camera(
+      {LensModel::pinhole, size, f_px, f_px, (size.width_px - 1) / 2.0, (size.height_px - 1) / 2.0, {}});
+}
+
+/// Says how far, and how much of the picture the board is to span.
+std::string distance_words(ImageSize size, const std::vector<BoardView>& views, double& span) {
   double largest = 0, smallest = std::numeric_limits<double>::infinity();
   for (const BoardView& view : views) {
     largest = std::max(largest, span_of(view, size));
     smallest = std::min(smallest, span_of(view, size));
   }
-  if (largest < filling) return "so near that it fills half of the picture";
-  if (largest < far_and_near * smallest) return "from twice as far";
-  return "";
+  const bool is_nearer = largest < filling, is_farther = !is_nearer && largest < far_and_near * smallest;
+  if (is_nearer) span = filling;
+  if (is_farther) span = largest / 2;
+  return is_nearer ? "so near that it fills half of the picture" : is_farther ? "from twice as far" : "";
 }
 
 }  // namespace
@@ -179,14 +187,17 @@ BoardFit fit_boards(ImageSize size, const std::vector<BoardView>& views,
   return fit;
 }
 
-BoardHint next_board(ImageSize size, const std::vector<BoardView>& views, const BoardFit* fit) {
+BoardHint next_board(const Board& board, ImageSize size, const std::vector<BoardView>& views,
+                     const BoardFit* fit) {
   BoardHint hint;
   const auto worst = fit != nullptr ? fit->worst_place() : std::nullopt;
+  const BoardCalibration* const found = fit != nullptr && fit->calibration ? &*fit->calibration : nullptr;
   hint.place_px = worst ? fit->map->places_px[*worst] : emptiest_place(size, views);
-  hint.words = fmt::format(
-      "Hold the board {}, {}", place_name(hint.place_px, size),
-      tilt_words(views.size(), fit != nullptr && fit->calibration ? &fit->calibration->poses : nullptr));
-  const std::string distance = distance_words(size, views);
+  AskedBoard asked{hint.place_px, side_to_tilt(views.size(), found != nullptr ? &found->poses : nullptr)};
+  hint.words = fmt::format("Hold the board {}, its {} tilted towards the camera by 20 to 40 degrees",
+                           place_name(hint.place_px, size), side_names[asked.side]);
+  const std::string distance = distance_words(size, views, asked.span);
+  hint.outline_px = outline_of(asked, board, found != nullptr ? found->camera : camera_before(size));
   if (!distance.empty()) hint.words += ", " + distance;
   if (worst)
     hint.words += fmt::format(": there a ball at 1 m is uncertain by {:.1f} mm", *fit->map->sigma_mm[*worst]);

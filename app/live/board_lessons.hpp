@@ -88,10 +88,13 @@ BoardFit fit_boards(ImageSize size, const std::vector<BoardView>& views,
 struct BoardHint {
   Eigen::Vector2d place_px{0, 0};
   std::string words;
+  std::vector<Eigen::Vector2d>
+      outline_px;  ///< the board's outermost points then; none where it can't be said
 };
 
 /// Where the ball is most uncertain; without a fit, where the picture has fewest corners yet. Tilted to the
 /// side to which fewest boards were, nearer or farther where all were alike.
-BoardHint next_board(ImageSize size, const std::vector<BoardView>& views, const BoardFit* fit);
+BoardHint next_board(const Board& board, ImageSize size, const std::vector<BoardView>& views,
+                     const BoardFit* fit);
 
 }  // namespace ballservo

@@ -177,8 +177,12 @@ Json BoardWorker::state() const {
                {"fit", fit_ ? fit_json(*fit_) : Json()},
                {"next", nullptr}};
   if (searches_ && lessons_->size().width_px > 0) {
-    const BoardHint hint = next_board(lessons_->size(), taken, fit_.get());
+    const BoardHint hint = next_board(lessons_->board(), lessons_->size(), taken, fit_.get());
+    Json outline_px = Json::array();
+    for (const Eigen::Vector2d& corner : hint.outline_px)
+      outline_px.push_back({rounded(corner.x()), rounded(corner.y())});
     said["next"] = {{"place_px", {rounded(hint.place_px.x()), rounded(hint.place_px.y())}},
+                    {"outline_px", outline_px},
                     {"words", hint.words}};
   }
   return said;

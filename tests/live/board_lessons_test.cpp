@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "app/live/board_outline.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/board_examples.hpp"
 
@@ -133,7 +134,7 @@ TEST_F(BoardLessonsTest, RefusedWithTheCommandsReason) {
   EXPECT_FALSE(fit.calibration);
   EXPECT_FALSE(fit.is_good_enough());
   EXPECT_THAT(fit.refused, HasSubstr("one angle"));
-  EXPECT_THAT(next_board(size, flat, &fit).words, HasSubstr("tilted"));
+  EXPECT_THAT(next_board(test::chessboard, size, flat, &fit).words, HasSubstr("tilted"));
 }
 
 TEST_F(BoardLessonsTest, TheNextBoardIsAskedForWhereTheBallIsMostUncertain) {
@@ -146,7 +147,7 @@ TEST_F(BoardLessonsTest, TheNextBoardIsAskedForWhereTheBallIsMostUncertain) {
         left.push_back(view);
   const BoardFit fit = fit_boards(size, left, {LensModel::brown});
   ASSERT_TRUE(fit.calibration && fit.map) << fit.refused;
-  const BoardHint hint = next_board(size, left, &fit);
+  const BoardHint hint = next_board(test::chessboard, size, left, &fit);
   const auto& sigma_mm = fit.map->sigma_mm;
   const auto worst = std::find(sigma_mm.begin(), sigma_mm.end(), fit.map->worst_mm()) - sigma_mm.begin();
   EXPECT_EQ(hint.place_px, fit.map->places_px[static_cast<std::size_t>(worst)]);
@@ -158,13 +159,13 @@ TEST_F(BoardLessonsTest, TheNextBoardIsAskedForWhereTheBallIsMostUncertain) {
 }
 
 TEST_F(BoardLessonsTest, WithoutAFitTheEmptiestPlaceIsAskedFor) {
-  const BoardHint first = next_board(size, {}, nullptr);
+  const BoardHint first = next_board(test::chessboard, size, {}, nullptr);
   EXPECT_THAT(first.words, HasSubstr("in the middle"));
   EXPECT_THAT(first.words, HasSubstr("so near that it fills half"));
   BoardView middle = views[0];
   for (Eigen::Vector2d& corner : middle.corners_px)
     corner = Eigen::Vector2d(320, 240) + 0.1 * (corner - middle.corners_px.front());
-  EXPECT_THAT(next_board(size, {middle}, nullptr).words, HasSubstr("upper left"));
+  EXPECT_THAT(next_board(test::chessboard, size, {middle}, nullptr).words, HasSubstr("upper left"));
 }
 
 TEST_F(BoardLessonsTest, TheTiltThatIsMissingIsAskedFor) {
@@ -182,12 +183,37 @@ TEST_F(BoardLessonsTest, TheTiltThatIsMissingIsAskedFor) {
   ASSERT_TRUE(fit.calibration) << fit.refused;
   const BoardPose& first = fit.calibration->poses.front();
   const char* const missing = board_normal(first).x() > 0 ? "left side" : "right side";
-  EXPECT_THAT(next_board(size, right, &fit).words, HasSubstr(missing));
+  EXPECT_THAT(next_board(test::chessboard, size, right, &fit).words, HasSubstr(missing));
   // A board whose right side is nearer has its right corners farther apart.
   const BoardView& view = right.front();
   const double left_px = (view.corners_px[45] - view.corners_px[0]).norm();
   const double right_px = (view.corners_px[53] - view.corners_px[8]).norm();
   EXPECT_EQ(right_px > left_px, board_normal(first).x() > 0);
+}
+
+TEST_F(BoardLessonsTest, TheBoardIsDrawnAsItIsAskedFor) {
+  const auto length = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return (a - b).norm(); };
+  for (const Eigen::Vector2d& place : {Eigen::Vector2d(320, 240), {10, 10}, {630, 300}}) {
+    for (std::size_t side = 0; side < 4; ++side) {
+      const auto seen = outline_of({place, side, 0.4}, test::chessboard, some_camera());
+      ASSERT_EQ(seen.size(), 4u);
+      Eigen::Array2d low = seen[0], high = seen[0];
+      for (const Eigen::Vector2d& corner : seen) {
+        low = low.min(corner.array()), high = high.max(corner.array());
+      }
+      EXPECT_GT(low.minCoeff(), 0);
+      EXPECT_TRUE((high < Eigen::Array2d(639, 479)).all());
+      EXPECT_NEAR(((high - low) / Eigen::Array2d(640, 480)).maxCoeff(), 0.4, 0.02);
+      if (place.x() == 320) {
+        EXPECT_LT(length(((low + high) / 2).matrix(), place), 25);
+      }
+      const std::array<double, 4> sides{length(seen[1], seen[2]), length(seen[0], seen[1]),
+                                        length(seen[3], seen[0]), length(seen[2], seen[3])};
+      EXPECT_GT(sides[side], 1.05 * sides[(side + 2) % 4]) << "what is nearer is larger";
+    }
+  }
+  EXPECT_EQ(next_board(test::chessboard, size, {}, nullptr).outline_px.size(), 4u)
+      << "before there is a camera";
 }
 
 /// Someone holds a board as the hint says; what of it is in the picture is seen.
@@ -226,7 +252,7 @@ TEST_F(BoardLessonsTest, HeldAsTheHintsSayEightBoardsLeaveNoPlaceFarWorse) {
   std::vector<BoardView> guided;
   BoardFit fit;
   while (guided.size() < count) {
-    const BoardHint hint = next_board(size, guided, guided.empty() ? nullptr : &fit);
+    const BoardHint hint = next_board(test::chessboard, size, guided, guided.empty() ? nullptr : &fit);
     guided.push_back(held(some_camera(), hint, 0.12, engine));
     if (guided.size() >= BoardFit::least_boards) fit = fitted(guided);
   }

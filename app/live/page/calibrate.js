@@ -124,9 +124,10 @@ export function drawCalibration(pen, width_px, height_px, tools) {
     pen.fillRect(left, top, right - left, bottom - top);
   });
   if (next && !state.fit?.enough) {
-    const [u, v] = next.place_px, half = [width_px / 16, height_px / 16];
-    tools.trace([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [u + x * half[0], v + y * half[1]]), '#fff', [6, 4]);
-    const [x, y] = tools.onCanvas([u, v]);
+    const outline = next.outline_px;
+    tools.trace(outline, '#fff', [6, 4]);
+    const middle = (axis) => outline.reduce((sum, corner) => sum + corner[axis], 0) / outline.length;
+    const [x, y] = tools.onCanvas(outline.length ? [middle(0), middle(1)] : next.place_px);
     const words = pen.measureText('board here').width / 2 + 4 * tools.pixel();
     tools.write('board here', Math.min(Math.max(x, words), pen.canvas.width - words), y + 4 * tools.pixel());
   }
