@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""usage: hostile_clients.py PROGRAM DATA [--inputs N] [--first K] [--seed SEED] [--only KIND] [--source FILE]
+"""usage: hostile_clients.py PROGRAM DATA [--inputs N] [--first K] [--seed SEED] [--only KIND] [--source FILE] [--patience S]
 
 Clients of the live page that mean harm, or slip: garbage, halves of requests, wrong hosts and origins, wrong frames,
 wrong commands, right commands at the wrong time, connections that end at any moment; half of them to a film, half to
