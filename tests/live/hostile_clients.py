@@ -155,14 +155,14 @@ NEWEST, COLORS = collections.Counter(), b""
 
 class Witness:
     """Does as the page does; knows how long it had to wait for an answer."""
-    def __init__(self, url):
-        self.url, self.longest_s, self.moments, self.fault, self.ended = url, 0, 0, "", False
+    def __init__(self, url, patience_s):
+        self.url, self.patience_s, self.longest_s, self.moments, self.fault, self.ended = url, patience_s, 0, 0, "", False
         self.thread = threading.Thread(target=self.watch)
         self.thread.start()
 
     def watch(self):
         try:
-            client = PageClient(self.url, 60)
+            client = PageClient(self.url, self.patience_s)
             client.say(do="look", view="picture")
             while not self.ended:
                 begin = time.monotonic()
@@ -210,7 +210,7 @@ def main():
         source = options.source.resolve() if options.source else film(options.program, options.data, place)
         served = [Served(options.program, source, "--colors", options.data / "colors/red.colors", "-o", "new.colors", "--save-camera", "new.yaml", cwd=place),
                   Served(options.program, options.data / "scenarios/obstacles.yaml", "--perception", "geometric", "--record", "run", cwd=place)]
-        witnesses = [Witness(each.url) for each in served for _ in range(2)]
+        witnesses = [Witness(each.url, options.patience) for each in served for _ in range(2)]
 
         def one(number):
             hostile = Hostile(served[number % 2].url, options.seed * 10**6 + number)
