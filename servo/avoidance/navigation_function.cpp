@@ -72,15 +72,20 @@ void NavigationFunction::measure_clearance(const ObstacleMap& map, const Occupan
     }
     return true;
   };
-  std::size_t k = 0;
+  std::fill(clearance_m_.begin(), clearance_m_.end(), far_m);
+  std::fill(sure_m_.begin(), sure_m_.end(), far_m);
   for (int row = 0; row < cells; ++row) {
-    for (int column = 0; column < cells; ++column, ++k) {
+    const std::size_t start = static_cast<std::size_t>(row) * cells;
+    const bool near_row = std::abs(ObstacleMap::center_m({0, first_.row + row}).y() - p_OR.y()) < near_m;
+    for (int column = 0; column < cells; ++column) {
       const FloorCell cell{first_.column + column, first_.row + row};
+      const bool occupied = map.probability(cell) >= ObstacleMap::occupied;
+      if (!occupied && !near_row) continue;
       const Eigen::Vector2d p_O = ObstacleMap::center_m(cell);
-      const bool ball = (p_O - p_OB_).squaredNorm() <= ball_gap_m * ball_gap_m;
-      const bool near = (p_O - p_OR).cwiseAbs().maxCoeff() < near_m;
-      clearance_m_[k] = !ball && map.probability(cell) >= ObstacleMap::occupied ? 0.0f : far_m;
-      sure_m_[k] = !ball && near && !is_free(cell) ? 0.0f : far_m;
+      if ((p_O - p_OB_).squaredNorm() <= ball_gap_m * ball_gap_m) continue;
+      const std::size_t k = start + static_cast<std::size_t>(column);
+      if (occupied) clearance_m_[k] = 0.0f;
+      if (near_row && std::abs(p_O.x() - p_OR.x()) < near_m && !is_free(cell)) sure_m_[k] = 0.0f;
     }
   }
   for (std::vector<float>* field : {&clearance_m_, &sure_m_}) {

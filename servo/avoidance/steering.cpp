@@ -31,8 +31,9 @@ constexpr double small_turn_rad = 0.30, far_turn_rad = 1.4, back_up_m = 0.25;
 constexpr double recovery_turn_radps = 0.6, recovery_back_mps = 0.15, recovery_s = 2.5;
 constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long gives way to the next
 
-// A pose that was refused is looked for so far ahead, a turn counted at half the body; ways avoid it so long.
-constexpr double refused_ahead_m = 0.15, half_body_m = 0.5, refused_s = 30.0;
+// What was refused is taken to lie so far ahead; a radian of turn counts as so much of way. Ways avoid it so
+// long.
+constexpr double refused_ahead_m = 0.15, turn_m_per_rad = 0.5, refused_s = 30.0;
 
 constexpr double tolerance = 1e-9;
 
@@ -290,7 +291,7 @@ bool Steering::is_stuck(const SteeringInput& input, const ShieldVerdict& last) {
 
 /// The pose that was wanted next will be no better in a while: it costs more for some time.
 void Steering::remember_refused(const SteeringInput& input) {
-  const double rate_mps = std::abs(wanted_.v_mps) + half_body_m * std::abs(wanted_.w_radps);
+  const double rate_mps = std::abs(wanted_.v_mps) + turn_m_per_rad * std::abs(wanted_.w_radps);
   if (rate_mps < 1e-6) return;
   const Pose2 next = integrate(input.pose, wanted_, refused_ahead_m / rate_mps);
   refused_[next_refused_] = {next, input.time_s + refused_s};
