@@ -21,6 +21,7 @@ constexpr double law_gap_m = 0.20;  // beside the body, where the law drives str
 constexpr double ahead_m = 0.20, least_ahead_m = 0.25, most_ahead_m = 0.60;  // of pursuit, and the gap
 constexpr double there_m = 0.09;                     // 3/4 of a block: a pose so near is turned at
 constexpr double speed_mps = 0.6, turn_radps = 1.0;  // at most, among obstacles
+constexpr double slow_mps = 0.05;                    // no slower ahead at a way's end
 constexpr double turn_gain_per_s = 2.2;
 constexpr double sharp_rad = 0.7;      // a heading further aside is turned to on the spot
 constexpr double braking_share = 0.6;  // of the drive's deceleration that the barrier counts on
@@ -213,7 +214,15 @@ SteeringOutput Steering::follow(const SteeringInput& input) {
                        pose.yaw_rad + (astern ? M_PI : 0.0));
   }
   output.command.w_radps = std::clamp(turn_gain_per_s * aside, -turn_radps, turn_radps);
-  const double speed = astern ? recovery_back_mps : std::min(speed_mps, 0.25 + 0.7 * gap_m);
+  double speed = astern ? recovery_back_mps : std::min(speed_mps, 0.25 + 0.7 * gap_m);
+  if (input.distance_m > 0.0) {  // to rest at the way's end
+    double to_end_m = away_m(way_.poses[at]);
+    for (std::size_t k = at; k + 1 < way_.count; ++k) {
+      const Pose2 &from = way_.poses[k], &to = way_.poses[k + 1];
+      to_end_m += std::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
+    }
+    speed = std::min(speed, std::max(slow_mps, braking_speed(to_end_m, limits_.a_max_mps2, braking_share)));
+  }
   const double v = left_m > 0.0 ? speed * std::clamp(1.0 - std::abs(aside) / sharp_rad, 0.0, 1.0) : 0.0;
   output.command.v_mps = astern ? -v : v;
   return output;

@@ -45,6 +45,15 @@ TEST(Obstacles, ABallBehindADeadEndOrAroundACornerIsFound) {
   EXPECT_GE(reached, 7);
 }
 
+TEST(Obstacles, AWayEndsAtRestAtItsGoal) {
+  double nearest_m = 9;
+  for (std::uint64_t seed = 1; seed < 9; ++seed) {
+    const RunRecord run = run_geometric(obstacles(seed, {"law.name=visp"}), seed);
+    for (const StepRecord& step : run.steps) nearest_m = std::min(nearest_m, 0.8 + step.range_error_m);
+  }
+  EXPECT_GT(nearest_m, 0.7) << "0.8 m is wanted";
+}
+
 TEST(Obstacles, CorridorsAndDoorsAreDrivenThrough) {
   for (const char* file : {"corridor.yaml", "door.yaml", "poles.yaml"}) {
     int reached = 0;
