@@ -22,7 +22,6 @@ constexpr double tight_price = 3.0, no_price = 20.0;
 // The same to what the shield does not know to be free. Only near the robot: further off nothing was seen
 // yet.
 constexpr double near_m = 1.2, unsure_gap_m = 0.03, sure_gap_m = 0.12, unsure_price = 6.0;
-constexpr double under_body_m = 0.3;  // what the body stands over bars no way
 
 /// From `low` to `high` as x goes from a to b.
 double between(double x, double a, double b, double low, double high) {
