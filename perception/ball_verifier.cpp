@@ -25,6 +25,11 @@ constexpr double least_large_log_odds = 0;
 // is less than this to the stated lens is an oval to any other.
 constexpr double lens_oval_fraction = 0.004, clearer_by = 0.1, least_of_stated_lens = 0.45;
 
+// What is a ball by a second look alone: its odds, its size in pixels and as a part of the picture's shorter
+// side, what its outline must show at least, and how far it may lie off the circle that is seen (radii).
+constexpr double least_log_odds_after_all = 4, least_after_all_px = 8, most_after_all_side = 0.25;
+constexpr double least_arc_after_all = 0.2, least_fill_after_all = 0.25, most_off_after_all = 0.12;
+
 constexpr const char* no_edge = "no edge along the circle";
 
 void forget(VerifiedCandidate& candidate) {
@@ -94,6 +99,10 @@ void BallVerifier::allow_oval(const ClassView& view, const VotedCircle& circle, 
 
 // Where a ball is expected, less suffices, and nothing is looked at again.
 const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, VerifiedCandidate& candidate) {
+  if (is_ball_after_all(view, candidate)) {
+    candidate.verdict.reason = nullptr;
+    return candidate;
+  }
   if (!candidate.is_ball() || view.prior.min_quality < min_ball_quality) return candidate;
   const OutlineEllipse& outline = candidate.fit.ball.outline;
   const bool small = outline.radius_px < looked_at_again_px;
@@ -102,6 +111,24 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
                       (small ? least_log_odds : least_large_log_odds) + view.prior.log_look_alikes)
     candidate.verdict.reason = "contour and shading are no ball's";
   return candidate;
+}
+
+// A seam or a sheet across a ball, a skin that is not quite round: the outline says too little, where
+// contour, shading and colour together leave no doubt.
+bool BallVerifier::is_ball_after_all(const ClassView& view, const VerifiedCandidate& candidate) {
+  if (!view.prior.in_vain || !candidate.is_fitted || candidate.is_ball()) return false;
+  const OutlineEllipse& outline = candidate.fit.ball.outline;
+  const OutlineSupport& support = candidate.verdict.support;
+  if (outline.radius_px < least_after_all_px ||
+      outline.radius_px > most_after_all_side * std::min(view.bgr.cols, view.bgr.rows) ||
+      support.fill < least_fill_after_all || support.arc < least_arc_after_all ||
+      support.leak > options_.judge.max_leak)
+    return false;
+  const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
+  const double off_px =
+      std::max((look.center_px - outline.center_px).norm(), std::abs(look.radius_px - outline.radius_px));
+  return look.log_odds >= least_log_odds_after_all + view.prior.log_look_alikes &&
+         off_px < most_off_after_all * outline.radius_px;
 }
 
 bool BallVerifier::fit_sphere(BallFitter& fitter, double oval_fraction, const cv::Mat& bgr,

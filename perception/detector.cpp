@@ -117,19 +117,29 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
   left_out_.shorter_px = regions_.shortest_run_px() > 1 ? regions_.shortest_run_px() : 0;
   left_out_.regions = choose_regions(regions_.regions(), 2 * min_ball_radius_px * min_ball_radius_px,
                                      options_.max_regions, chosen_);
-  const auto find_balls = [&] {
-    balls_.clear();
-    if (stages) stages->candidates.clear();
-    for (const int region : chosen_)
-      search_.find(bgr, regions_, region, seen.tl(), response(),
-                   {min_quality, window.empty(), std::log(look_alikes(regions_.regions(), chosen_, region))},
-                   balls_, stages);
-    sort_by_quality(balls_);
-    drop_repeated(balls_);
-  };
-  find_balls();
-  if (learn_response(bgr)) find_balls();
+  const RegionPrior prior{min_quality, window.empty()};
+  find_balls(bgr, seen.tl(), prior, stages);
+  if (learn_response(bgr)) find_balls(bgr, seen.tl(), prior, stages);
   return balls_;
+}
+
+const std::vector<BallObservation>& Detector::detect_after_all(const cv::Mat& bgr, DetectionStages* stages) {
+  RegionPrior prior{min_ball_quality, true};
+  prior.in_vain = true;
+  find_balls(bgr, {0, 0}, prior, stages);
+  return balls_;
+}
+
+void Detector::find_balls(const cv::Mat& bgr, const cv::Point& corner, RegionPrior prior,
+                          DetectionStages* stages) {
+  balls_.clear();
+  if (stages) stages->candidates.clear();
+  for (const int region : chosen_) {
+    prior.log_look_alikes = std::log(look_alikes(regions_.regions(), chosen_, region));
+    search_.find(bgr, regions_, region, corner, response(), prior, balls_, stages);
+  }
+  sort_by_quality(balls_);
+  drop_repeated(balls_);
 }
 
 std::optional<BallObservation> Detector::find_expected(

@@ -54,6 +54,10 @@ class Detector {
                                              DetectionStages* stages = nullptr,
                                              double min_quality = min_ball_quality);
 
+  /// For the picture in which `detect` has just found nothing anywhere: the balls that show too little of
+  /// their outlines, by the colours of their pixels. Slower.
+  const std::vector<BallObservation>& detect_after_all(const cv::Mat& bgr, DetectionStages* stages = nullptr);
+
   /// The expected ball, by the edges around it and without votes; nothing where they show none. Looks at the
   /// colours in `window` only, which holds its outline. A ball that passes as any does (`clearly`), or also
   /// one whose colour and outline say less, as where its rim is dark or held. Of several the clearest that
@@ -92,6 +96,7 @@ class Detector {
     ClassPictures classified, opened, closed;
   };
   void check(const cv::Mat& bgr) const;
+  void find_balls(const cv::Mat& bgr, const cv::Point& corner, RegionPrior prior, DetectionStages* stages);
   void segment(const cv::Mat& bgr, const cv::Rect& window);
   bool learn_response(const cv::Mat& bgr);
 

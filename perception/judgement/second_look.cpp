@@ -24,7 +24,8 @@ void SecondLook::set_light(const LightCells& light) {
   brightening_ = std::clamp(sum / 3, 1.0, most_brightening);
 }
 
-double SecondLook::log_odds(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline) {
+SecondLook::Look SecondLook::look(const cv::Mat& bgr, const ColoredPixels& colored,
+                                  const OutlineEllipse& outline) {
   const Eigen::Vector2d& center = outline.center_px;
   const double reach = reach_radii * outline.radius_px + margin_px;
   const cv::Rect around(static_cast<int>(center.x() - reach), static_cast<int>(center.y() - reach),
@@ -32,7 +33,7 @@ double SecondLook::log_odds(const cv::Mat& bgr, const ColoredPixels& colored, co
   const cv::Rect box = around & cv::Rect({0, 0}, bgr.size());
   const int stride = std::max(1, static_cast<int>(outline.radius_px / fine_radius_px));
   const cv::Size size(box.width / stride, box.height / stride);
-  if (size.width < least_side_px || size.height < least_side_px) return 0;
+  if (size.width < least_side_px || size.height < least_side_px) return {};
   lab_.resize(static_cast<std::size_t>(size.area()));
   Eigen::Vector3d sum(0, 0, 0);
   int count = 0;
@@ -51,10 +52,12 @@ double SecondLook::log_odds(const cv::Mat& bgr, const ColoredPixels& colored, co
       ++count;
     }
   }
-  if (count < least_pixels) return 0;
+  if (count < least_pixels) return {};
   const cv::Mat3f lab(size.height, size.width, lab_.data());
   const Eigen::Vector2d at((center.x() - box.x) / stride, (center.y() - box.y) / stride);
-  return circle_evidence(lab, {at, outline.radius_px / stride}, sum / count).log_odds_of_known_color();
+  const CircleEvidence seen = circle_evidence(lab, {at, outline.radius_px / stride}, sum / count);
+  return {seen.log_odds_of_known_color(), stride * seen.center_px + Eigen::Vector2d(box.x, box.y),
+          stride * seen.radius_px};
 }
 
 }  // namespace ballservo

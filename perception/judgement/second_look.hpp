@@ -2,6 +2,7 @@
 // leave in doubt, since it is slow.
 #pragma once
 
+#include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -13,13 +14,22 @@ namespace ballservo {
 
 class SecondLook {
  public:
+  struct Look {
+    double log_odds = 0;              ///< that it is a ball (see CircleEvidence)
+    Eigen::Vector2d center_px{0, 0};  ///< of the circle through the edges that were seen
+    double radius_px = 0;
+  };
+
   /// In a dimmer light than the taught one, pixels are looked at as bright as that would have shown them:
   /// their contrast is judged by what it is in a picture of ordinary brightness.
   void set_light(const LightCells& light);
 
-  /// The logarithm of the odds that it is a ball (see CircleEvidence). 0, no answer, where hardly any pixel
-  /// inside the outline has the ball's colour or lies in the picture.
-  double log_odds(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline);
+  /// Odds of 0, no answer, where hardly any pixel inside the outline has the ball's colour or lies in the
+  /// picture.
+  Look look(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline);
+  double log_odds(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline) {
+    return look(bgr, colored, outline).log_odds;
+  }
 
  private:
   double brightening_ = 1;      // factor on grey levels

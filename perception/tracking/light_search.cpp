@@ -9,6 +9,8 @@ namespace {
 // A light against the taught one, in coordinates of light (log channels of the taught camera). Its level and
 // temperature are about what the greys say; the standard deviations are of that. A tint no lamp has.
 const Eigen::Array3d sigma(1.2, 0.18, 0.08);
+// Or it is the taught light after all, in which the ball's colour could not be told from what is around it.
+const Eigen::Array3d sigma_of_taught(0.4, 0.1, 0.05);
 // The taught table bears half a step of each.
 const Eigen::Array3d step(0.5, 0.22, 0.12);
 // sRGB is close to the power 2.2 of the light. Pictures are mostly sRGB; the edges of a linear one say so.
@@ -126,8 +128,12 @@ LightSearch::Guess LightSearch::look(const cv::Mat& bgr, const AssumedLight& lig
   Guess best;
   for (const BallObservation& ball : detector_.detect(bgr)) {
     const AssumedLight refined = refined_by(bgr, ball, light);
-    const double prior = log_prior(light_coordinates(light.power * refined.gain) - by_greys, light.power) +
-                         (light.power < 1 && shows_light() ? log_seen_linear : 0);
+    const Eigen::Array3d coordinates = light_coordinates(light.power * refined.gain);
+    const double of_other = log_prior(coordinates - by_greys, light.power) +
+                            (light.power < 1 && shows_light() ? log_seen_linear : 0);
+    const double of_taught =
+        light.power == 1 ? -0.5 * (coordinates / sigma_of_taught).square().sum() : of_other;
+    const double prior = std::max(of_other, of_taught);
     const double log_odds = prior < least_log_prior ? best.log_odds : detector_.log_odds(bgr, ball) + prior;
     if (log_odds > best.log_odds) best = {refined, log_odds};
   }

@@ -212,6 +212,37 @@ TEST(Detector, HexagonsOfAWallAreNoBalls) {
 }
 
 // What may be a small ball where it is alone is hardly one among hundreds of its colour and size.
+// A ball with a line across it, half behind a sheet; and half a flat disc with such a line, which is none.
+TEST(Detector, ASecondLookDecidesWhereNothingElseIsABall) {
+  Detector detector(std::make_shared<const RayTable>(test::pinhole(size, 400)), test::red_and_green(), {});
+  const Eigen::Vector2d center_px(160, 120);
+  for (const double radius_px : {20.0, 30.0, 40.0}) {
+    for (const double shown : {-0.1, 0.0}) {
+      for (const bool is_ball : {true, false}) {
+        cv::Mat bgr = test::grey_picture();
+        if (is_ball)
+          test::paint_shaded_disc(bgr, center_px, radius_px, test::red);
+        else
+          test::paint_disc(bgr, center_px, radius_px, test::red);
+        test::paint(bgr, {30, 30, 40}, [&](const Eigen::Vector2d& p) {
+          const Eigen::Vector2d q = (p - center_px) / radius_px;
+          return q.norm() < 1 && std::abs((q - Eigen::Vector2d(-1.2, -0.5)).norm() - 0.8) < 0.04;
+        });
+        test::paint(bgr, {60, 90, 80}, [&](const Eigen::Vector2d& p) {
+          return p.x() > center_px.x() + shown * radius_px && p.x() < 280 && std::abs(p.y() - 120) < 90;
+        });
+        cv::GaussianBlur(bgr, bgr, {}, 0.7);
+        EXPECT_TRUE(detector.detect(bgr).empty());
+        const auto& balls = detector.detect_after_all(bgr);
+        ASSERT_EQ(balls.size(), is_ball ? 1u : 0u) << radius_px << " px, " << shown;
+        if (!is_ball) continue;
+        EXPECT_NEAR((balls[0].outline.center_px - center_px).norm(), 0, 0.1);
+        EXPECT_NEAR(balls[0].outline.radius_px, radius_px, 0.1);
+      }
+    }
+  }
+}
+
 TEST(Detector, AmongLeavesLessIsABall) {
   Detector detector(std::make_shared<const RayTable>(long_lens_camera(size)), test::red_and_green(), {});
   std::size_t alone = 0, among = 0;
