@@ -106,7 +106,8 @@ int run_track(const TrackOptions& options) {
         cv::Mat picture = frame->bgr.clone();
         draw_tracks(picture, tracks, tracker->detector());
         if (video) video->write(picture);
-        if (window && !window->show(picture)) search.stop();
+        const auto due_s = sequence.files().empty() ? std::nullopt : std::optional(frame->time_s);
+        if (window && !window->show(picture, due_s)) search.stop();
       }
       if (staged)
         search.write_stages(fmt::format("{}_{:06}", stem, index), *frame, stages, tracker->detector());
@@ -174,7 +175,8 @@ Exit: 0 saw at least one ball, 1 saw none, 2 bad input.)");
       ->type_name("-|udp:HOST:PORT");
   command->add_flag(
       "--display", options->display,
-      "Shows the pictures with the tracks drawn as they are followed; q, Esc or closing the window ends");
+      "Shows the pictures with the tracks drawn, in their own size and at their own pace; q, Esc or closing "
+      "the window ends");
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_track(*options); }; });
 }

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <opencv2/highgui.hpp>
@@ -58,14 +59,30 @@ DisplayWindow::~DisplayWindow() {
   if (is_open_) cv::destroyAllWindows();
 }
 
-bool DisplayWindow::show(const cv::Mat& bgr) {
+/// Hands the user's doings on for so long; false once they want no more.
+bool DisplayWindow::wait(Clock::duration time) {
   constexpr int escape = 27;
-  if (!is_open_) cv::namedWindow(title_, cv::WINDOW_NORMAL | cv::WINDOW_KEEPRATIO);
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
+  const int key = cv::waitKey(static_cast<int>(std::clamp<long>(ms, 1, 100)));
+  return key != 'q' && key != escape && cv::getWindowProperty(title_, cv::WND_PROP_VISIBLE) > 0;
+}
+
+bool DisplayWindow::show(const cv::Mat& bgr, std::optional<double> time_s) {
+  const auto after_start =
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_s.value_or(0)));
+  if (!is_open_) {
+    cv::namedWindow(title_, cv::WINDOW_NORMAL | cv::WINDOW_KEEPRATIO | cv::WINDOW_GUI_NORMAL);
+    cv::resizeWindow(title_, bgr.cols, bgr.rows);
+  }
+  if (!is_open_ || after_start < shown_) start_ = Clock::now() - after_start;  // another sequence begins
   is_open_ = true;
+  shown_ = after_start;
+  while (time_s && Clock::now() < start_ + after_start) {
+    if (!wait(start_ + after_start - Clock::now())) return false;
+  }
+  start_ = std::max(start_, Clock::now() - after_start);  // what comes late holds up what follows
   cv::imshow(title_, bgr);
-  const int key = cv::waitKey(1);
-  if (key == 'q' || key == escape) return false;
-  return cv::getWindowProperty(title_, cv::WND_PROP_VISIBLE) > 0;
+  return wait({});
 }
 
 }  // namespace ballservo

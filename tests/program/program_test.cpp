@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -220,6 +221,20 @@ TEST_F(Display, ShowsToTheEndWhereNobodyEndsIt) {
   const Ending ending = run(track(), on_virtual_display(""));
   EXPECT_EQ(ending.code, 1);
   EXPECT_THAT(ending.messages, HasSubstr("no ball in any of 3 pictures"));
+}
+
+TEST_F(Display, ShowsPicturesInTheirOwnSizeAndAtTheirOwnPace) {
+  if (!has_virtual_display()) GTEST_SKIP() << "no Xvfb or xdotool";
+  put_grey_pictures(60);
+  const auto begin = std::chrono::steady_clock::now();
+  run(track() + " --fps 15",
+      on_virtual_display(
+          R"(window=$(timeout 12 xdotool search --sync --onlyvisible --name "ballservo track" | tail -n 1); )"
+          R"(sleep 0.5; xdotool getwindowgeometry --shell $window >geometry; )"));
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(59 * 1000 / 15));
+  const std::string geometry = contents("geometry");
+  EXPECT_THAT(geometry, HasSubstr("WIDTH=160\n"));
+  EXPECT_THAT(geometry, HasSubstr("HEIGHT=120\n"));
 }
 
 class ProgramWithVideos : public test::ProgramTest {
