@@ -34,7 +34,7 @@ struct Source {
   std::string text;             ///< as it was given
   std::vector<fs::path> files;  ///< the image, the folder's images in natural order, or the video
   std::vector<double> times_s;  ///< of a recording's images
-  int camera = 0;
+  CameraMode camera;
 };
 
 /// The file's first bytes, enough for any header that we look at.
@@ -105,14 +105,14 @@ Kind classify_file(const fs::path& file, double max_pixels, FaultList& faults) {
 }
 
 Source classify(const std::string& text, double max_pixels, FaultList& faults) {
-  Source source{Kind::fault, text, {}, {}, 0};
+  Source source{Kind::fault, text, {}, {}, {}};
   if (text.compare(0, camera_prefix.size(), camera_prefix) == 0) {
-    const auto number = parse_integer(std::string_view(text).substr(camera_prefix.size()));
-    if (number && *number >= 0 && *number <= 255) {
+    const auto mode = parse_camera_mode(text.substr(camera_prefix.size()));
+    if (mode) {
       source.kind = Kind::camera;
-      source.camera = static_cast<int>(*number);
+      source.camera = *mode;
     } else {
-      faults.add(text, "no camera number", "camera:N, N from 0 to 255");
+      faults.add(text, "no camera number", "camera:N, N from 0 to 255, or camera:N@WxH or camera:N@WxH@HZ");
     }
     return source;
   }

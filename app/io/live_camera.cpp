@@ -3,15 +3,18 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <opencv2/videoio.hpp>
+#include <regex>
 #include <string>
 #include <thread>
 #include <utility>
 
 #include "app/io/interrupt.hpp"
 #include "app/io/track_stream.hpp"
+#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {
@@ -99,12 +102,37 @@ class LiveCamera : public FrameSequence {
 
 }  // namespace
 
-std::unique_ptr<FrameSequence> open_live_camera(int number, double max_pixels, FaultList& faults) {
-  const std::string name = "camera:" + std::to_string(number);
+std::optional<CameraMode> parse_camera_mode(const std::string& text) {
+  static const std::regex form(R"((\d{1,3})(?:@(\d{1,5})x(\d{1,5})(?:@([0-9.]{1,9}))?)?)");
+  std::smatch match;
+  if (!std::regex_match(text, match, form)) return std::nullopt;
+  const auto value = [&](std::size_t group) { return parse_number(match[group].str()).value_or(0); };
+  const CameraMode mode{
+      static_cast<int>(value(1)), {static_cast<int>(value(2)), static_cast<int>(value(3))}, value(4)};
+  const bool sized = mode.size.width_px > 0 && mode.size.height_px > 0;
+  if (mode.number > 255 || sized != match[2].matched || (mode.rate_hz > 0) != match[4].matched)
+    return std::nullopt;
+  return mode;
+}
+
+std::string other_mode(const CameraMode& asked, double width_px, double height_px, double rate_hz) {
+  const bool sized =
+      asked.size == ImageSize{} || (asked.size.width_px == width_px && asked.size.height_px == height_px);
+  if (sized && (asked.rate_hz == 0 || std::abs(rate_hz - asked.rate_hz) < 0.5)) return "";
+  return fmt::format("{:g} x {:g} pixels at {:g} Hz", width_px, height_px, rate_hz);
+}
+
+std::unique_ptr<FrameSequence> open_live_camera(const CameraMode& mode, double max_pixels,
+                                                FaultList& faults) {
+  const std::string name = "camera:" + std::to_string(mode.number);
+  std::vector<int> wanted;
+  if (mode.size.width_px > 0)
+    wanted = {cv::CAP_PROP_FRAME_WIDTH, mode.size.width_px, cv::CAP_PROP_FRAME_HEIGHT, mode.size.height_px};
   auto shared = std::make_shared<Grabbing>();
   bool opened = false;
   try {
-    opened = shared->capture.open(number, cv::CAP_V4L2);
+    opened = shared->capture.open(mode.number, cv::CAP_V4L2, wanted);
+    if (opened && mode.rate_hz > 0) shared->capture.set(cv::CAP_PROP_FPS, mode.rate_hz);
   } catch (const cv::Exception&) {
     opened = false;
   }
@@ -119,7 +147,12 @@ std::unique_ptr<FrameSequence> open_live_camera(int number, double max_pixels, F
                fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
     return nullptr;
   }
-  return std::make_unique<LiveCamera>(number, name, std::move(shared));
+  const std::string other = other_mode(mode, width, height, shared->capture.get(cv::CAP_PROP_FPS));
+  if (!other.empty()) {
+    faults.add(name, "a camera that gives " + other + " instead", "one of its own sizes and rates");
+    return nullptr;
+  }
+  return std::make_unique<LiveCamera>(mode.number, name, std::move(shared));
 }
 
 }  // namespace ballservo

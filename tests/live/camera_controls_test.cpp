@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "app/commands/command.hpp"
+#include "app/io/live_camera.hpp"
 #include "app/live/footage_session.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
@@ -53,6 +54,26 @@ struct FakeDevice {
 CameraControls controls_of(const std::shared_ptr<FakeDevice>& device) {
   return CameraControls(
       [device](unsigned long request, void* argument) { return device->ask(request, argument); });
+}
+
+TEST(CameraMode, IsReadFromTheName) {
+  const auto mode = parse_camera_mode("3@1280x720@59.94");
+  ASSERT_TRUE(mode);
+  EXPECT_EQ(mode->number, 3);
+  EXPECT_EQ(mode->size, (ImageSize{1280, 720}));
+  EXPECT_EQ(mode->rate_hz, 59.94);
+  EXPECT_EQ(parse_camera_mode("0")->size, ImageSize{});
+  for (const char* text : {"", "256", "-1", "0@", "0@640", "0@0x480", "0@640x480@", "0@640x480@0",
+                           "0@640x480@1.2.3", "0@@30", "0@640x480@30@1", "0 @640x480"})
+    EXPECT_FALSE(parse_camera_mode(text)) << text;
+}
+
+TEST(CameraMode, WhatTheCameraGivesInsteadIsSaid) {
+  const CameraMode asked = *parse_camera_mode("0@1280x720@30");
+  EXPECT_EQ(other_mode(asked, 1280, 720, 29.97), "");
+  EXPECT_EQ(other_mode(*parse_camera_mode("0"), 640, 480, 15), "");
+  EXPECT_EQ(other_mode(asked, 640, 480, 30), "640 x 480 pixels at 30 Hz");
+  EXPECT_EQ(other_mode(asked, 1280, 720, 10), "1280 x 720 pixels at 10 Hz");
 }
 
 TEST(CameraControls, AreReadFromTheDevice) {
