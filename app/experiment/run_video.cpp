@@ -173,11 +173,29 @@ void TopView::draw_beams(cv::Mat& picture, double now_s, const std::vector<Sonar
   cv::polylines(picture, echoes, false, echo_color, 2, cv::LINE_AA, fraction_bits);
 }
 
+/// From the bottom left up.
+void TopView::draw_legend(cv::Mat& picture, bool hears) const {
+  int y = picture.rows - 9;
+  const auto entry = [&](const std::string& words, const cv::Scalar& color, int length_px) {
+    cv::line(picture, {8, y - 4}, {8 + length_px, y - 4}, color, 2, cv::LINE_AA);
+    cv::putText(picture, words, {14 + length_px, y}, cv::FONT_HERSHEY_SIMPLEX, 0.38, ink, 1, cv::LINE_AA);
+    y -= 15;
+  };
+  constexpr int sample_px = 16;
+  entry("1 m", ink, static_cast<int>(std::lround(scale_)));
+  entry("driven", trail_color, sample_px);
+  entry("let pass", passed_color, sample_px);
+  entry("asked for", intended_color, sample_px);
+  if (hears) entry("echo", echo_color, sample_px);
+  entry(fmt::format("goal: axle to ball {:.2f} m", goal_distance_m_), goal_color, sample_px);
+}
+
 cv::Mat TopView::draw(const std::vector<StepRecord>& steps, const std::vector<SonarFiring>& firings) const {
   cv::Mat picture = room_.clone();
   if (steps.empty()) return picture;
   const StepRecord& now = steps.back();
   draw_beams(picture, now.time_s, firings);
+  draw_legend(picture, !firings.empty());
   const auto circle = [&](const Eigen::Vector2d& center, double radius_m, const cv::Scalar& color,
                           int thickness) {
     cv::circle(picture, pixel(center),
@@ -248,7 +266,8 @@ void PictureKeeper::frame(const FrameEvent& event) {
   std::string text = fmt::format("{:6.2f} s  {}  {}", frame.time_s, control_state_name(state),
                                  track_state_name(frame.measurement.state));
   if (frame.measurement.state != TrackState::none) {
-    text += fmt::format("  {:.3f} m", frame.measurement.p_CB.norm());
+    const Eigen::Vector3d p_RB = scenario_.camera.mount.X_RC() * frame.measurement.p_CB;
+    text += fmt::format("  axle to ball {:.3f} m", p_RB.head<2>().norm());
   }
   cv::Mat picture = event.frame.bgr.clone();
   draw_detection(picture, scenario_.camera.camera, frame, scenario_.target_ball().radius_m(), text);

@@ -32,12 +32,14 @@ class TopView {
           const Eigen::AlignedBox2d& ball_floor, double goal_distance_m, int height_px,
           const SonarBeam& beam = {});
 
-  /// The robot's trail so far, the sonars' newest beams (pale as far as they heard nothing, each echo an
-  /// arc), robot and ball as they are now, the circle of the desired distance, and where the command leads:
-  /// as intended (orange), and as guard and shield let it pass (green, over it; what they say of it above).
+  /// A metre and what the colours mean, the robot's trail so far, the sonars' newest beams (pale as far as
+  /// they heard nothing, each echo an arc), robot and ball as they are now, the circle of the desired
+  /// distance, and where the command leads: as intended (orange), and as guard and shield let it pass (green,
+  /// over it; what they say of it above).
   cv::Mat draw(const std::vector<StepRecord>& steps, const std::vector<SonarFiring>& firings = {}) const;
 
  private:
+  void draw_legend(cv::Mat& picture, bool hears) const;
   void draw_beams(cv::Mat& picture, double now_s, const std::vector<SonarFiring>& firings) const;
   cv::Point pixel(const Eigen::Vector2d& p_W) const;  // with fraction_bits of fraction
   Footprint footprint_;
