@@ -12,6 +12,7 @@
 #include "app/live/footage_session.hpp"
 #include "app/live/live_server.hpp"
 #include "app/live/scenario_session.hpp"
+#include "app/report/draw_pages.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/boards/board.hpp"
@@ -54,6 +55,10 @@ void keep_run(const LiveOptions& options, const Scenario& scenario, const RunRec
   OutputFolder folder(number > 1 ? unused_path(first) : first,
                       number > 1 ? Overwrite::refuse : options.common.overwrite(first));
   write_run(folder, run, scenario, {options.perception, options.common.seed, false});
+  Scenario touched = scenario;
+  for (const Touch& touch : touches.list) touch_scenario(touch, scenario, touched);
+  folder.write(report_json_name,
+               report_text(run_report(run, touched, options.perception, ReachedRule(), folder)));
   folder.write("touches.yaml", touches_yaml(touches));
   folder.commit();
 }

@@ -105,4 +105,11 @@ struct RunRecord {
   RunTiming timing;
 };
 
+/// Lets go of all but the last `most`, once there are twice as many.
+template <typename Entry>
+void forget_before_last(std::size_t most, std::vector<Entry>& entries) {
+  if (entries.size() >= 2 * most)
+    entries.erase(entries.begin(), entries.end() - static_cast<std::ptrdiff_t>(most));
+}
+
 }  // namespace ballservo

@@ -104,6 +104,14 @@ void RunRecorder::guard_looked(double time_s) {
   guard_looked_s_ = time_s;
 }
 
+void RunRecorder::forget(std::size_t most) {
+  forget_before_last(most, run_.steps);
+  forget_before_last(most, run_.frames);
+  for (std::vector<double>* times : {&run_.timing.control_us, &run_.timing.image_to_command_ms,
+                                     &wall_.frame_age_ms, &wall_.control_period_ms})
+    forget_before_last(most, *times);
+}
+
 RunRecord RunRecorder::finish(bool realtime) {
   run_.summary = judge_.summary(run_.steps, !judge_.over());
   run_.summary.time_optimal_s =

@@ -29,6 +29,9 @@ class RunRecorder final : public LoopObserver {
   /// Its frames are the camera's thread's, its steps the control thread's.
   const RunRecord& record() const { return run_; }
 
+  /// Of the record so far; see RunOptions::remembered_steps.
+  void forget(std::size_t most);
+
   /// The record with its summary, `interrupted` where it is not over, which leaves this empty;
   /// `timing.realtime` only for a run on the wall clock.
   RunRecord finish(bool realtime);

@@ -71,6 +71,11 @@ class SimulatedRun {
       for (const Touch& touch : options_.touch({scenario_, so_far(), robot_.firings(), controller_}))
         feel(touch);
     }
+    if (options_.remembered_steps > 0) {
+      recorder_.forget(options_.remembered_steps);
+      robot_.forget(options_.remembered_steps);
+      perception_->forget();
+    }
     const bool interrupted = options_.go_on && !options_.go_on(time_s);
     return !interrupted && !recorder_.over();
   }

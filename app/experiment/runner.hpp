@@ -50,6 +50,9 @@ struct RunOptions {
   /// Says after each control step what is done to the run before the next. Empty: nothing, ever; else the run
   /// goes on when the ball is reached, as with one that moves.
   std::function<std::vector<Touch>(const RunView& now)> touch;
+  /// Above 0: the record holds the last steps alone, so many or up to twice as many, and as much of all else:
+  /// for a run that goes on and on. What the summary says is of them.
+  std::size_t remembered_steps = 0;
   /// Called at each control step with the run's time; the run stops as `interrupted` where it says false.
   std::function<bool(double time_s)> go_on;
 };

@@ -27,6 +27,7 @@ std::shared_ptr<const ColorTable> colors_of(const Scenario& scenario, Perception
 class SimulatedPerception : public BallPerception {
  public:
   const std::string& tracks_csv() const { return tracks_csv_; }
+  void forget() { tracks_csv_.clear(); }
   /// The scenario's world or noise is another from now on.
   virtual void look_around() {}
 

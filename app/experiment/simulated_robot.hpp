@@ -60,6 +60,11 @@ class SimulatedRobot final : public Robot {
   /// robot.
   const std::vector<SonarFiring>& firings() const { return firings_; }
   const std::vector<DriveCommand>& commands() const { return commands_; }
+  /// Of both all but the newest ones: so many, or up to twice as many.
+  void forget(std::size_t most) {
+    forget_before_last(most, firings_);
+    forget_before_last(most, commands_);
+  }
 
  private:
   void move_on(double now_s);

@@ -118,11 +118,15 @@ Json way_of(const StepRecord& step, const Twist2& twist, double front_m) {
   return way;
 }
 
-Json trail_of(const std::vector<StepRecord>& steps, double rate_hz) {
+/// The last steps' way: a message does not grow with the run.
+Json trail_of(const std::vector<StepRecord>& steps, std::size_t most, double rate_hz) {
   Json trail = Json::array();
-  const auto stride = static_cast<std::size_t>(std::max(1.0, trail_step_s * rate_hz));
-  for (std::size_t k = 0; k < steps.size(); k += stride)
-    trail.push_back({steps[k].pose.x_m, steps[k].pose.y_m});
+  const long stride = std::max(1L, std::lround(trail_step_s * rate_hz)), last = steps.back().step;
+  const std::size_t shown = std::min(steps.size(), most);
+  for (std::size_t k = steps.size() - shown; k < steps.size(); ++k) {
+    if (steps[k].step % stride == 0 || steps[k].step == last)
+      trail.push_back({steps[k].pose.x_m, steps[k].pose.y_m});
+  }
   return trail;
 }
 
@@ -152,6 +156,10 @@ ScenarioSession::~ScenarioSession() = default;
 ScenarioSession::ScenarioSession(Scenario scenario, ScenarioSessionOptions options, LiveExchange& exchange)
     : scenario_(std::move(scenario)), options_(std::move(options)), exchange_(exchange) {
   scenario_.duration_s = longest_run_s;
+}
+
+std::size_t ScenarioSession::trail_steps() const {
+  return static_cast<std::size_t>(options_.trail_s * scenario_.control_rate_hz) + 1;
 }
 
 bool ScenarioSession::goes_on() const { return !reset_ && !ended_ && !interrupt_requested(); }
@@ -189,8 +197,9 @@ void ScenarioSession::run_once() {
   }
   options.touch = [this](const RunView& now) { return between_steps(now); };
   options.go_on = [this](double) { return goes_on(); };
+  if (!options_.keep) options.remembered_steps = trail_steps();
   const RunRecord run = run_closed_loop(scenario_, options);
-  touches_.steps = static_cast<long>(run.steps.size());
+  touches_.steps = run.steps.back().step + 1;
   state_["outcome"] = outcome_name(run.summary.outcome);
   state_["outcome_text"] = run.summary.outcome_text;
   publish();
@@ -237,7 +246,7 @@ ScenarioSession::Json ScenarioSession::done(const std::string& verb, const Json&
   } else if (verb == "end") {
     ended_ = true;
   } else if (verb == "save") {
-    if (now != nullptr) touches_.steps = static_cast<long>(now->record.steps.size());
+    if (now != nullptr) touches_.steps = now->record.steps.back().step + 1;
     return {{"download", "touches.yaml"}, {"base64", base64(touches_yaml(touches_))}};
   } else if (now == nullptr) {
     throw Refusal("the run is over: press Reset");
@@ -340,7 +349,7 @@ ScenarioSession::Json ScenarioSession::state(const RunView& now) const {
                {"balls", balls_of(scenario, step.time_s)},
                {"robot", {step.pose.x_m, step.pose.y_m, step.pose.yaw_rad}},
                {"body_m", {body.front_m, body.rear_m, body.half_width_m}},
-               {"trail", trail_of(now.record.steps, scenario.control_rate_hz)},
+               {"trail", trail_of(now.record.steps, trail_steps(), scenario.control_rate_hz)},
                {"goal_m", scenario.target_distance_m},
                {"intended", way_of(step, step.control.intended, body.front_m)},
                {"passed", way_of(step, step.control.command, body.front_m)},

@@ -20,6 +20,7 @@ struct ScenarioSessionOptions {
   std::shared_ptr<const ColorTable> colors;  ///< for level image
   /// Receives each run that has ended, and what was done to it; may be empty.
   std::function<void(const RunRecord& run, const Touches& touches)> keep;
+  double trail_s = 60;  ///< of the robot's way that is shown
 };
 
 /// Runs on the caller's thread; clients' commands are done between two control steps.
@@ -47,6 +48,7 @@ class ScenarioSession {
   void publish();
   void draw_later(const RunView& now);
   bool goes_on() const;
+  std::size_t trail_steps() const;
 
   Scenario scenario_;  // as it was before anybody touched it
   ScenarioSessionOptions options_;

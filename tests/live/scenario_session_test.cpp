@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/experiment/run_log.hpp"
+#include "app/live/base64.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {
@@ -119,6 +120,43 @@ TEST_F(ScenarioSessionTest, ShowsWhatTheCameraSees) {
   EXPECT_EQ(picture.cols, scenario.camera.camera.size().width_px);
   EXPECT_TRUE(exchange.newest()->draw("votes").empty());
   EXPECT_FALSE(state()["beams"].empty());
+}
+
+TEST_F(ScenarioSessionTest, WhatIsSentDoesNotGrowWithTheRun) {
+  end();
+  options.trail_s = 1;
+  options.keep = {};
+  session = std::make_unique<ScenarioSession>(scenario, options, exchange);
+  thread = std::thread([this] { session->run(); });
+  until([this] { return state()["step"] < 50; });
+  ask({{"do", "speed"}, {"factor", 4}});
+  until([this] { return state()["step"] > 200; });
+  const Json robot = state()["robot"], trail = state()["trail"];
+  EXPECT_LE(trail.size(), 7u);
+  EXPECT_NEAR(trail.back()[0], robot[0], 0.2);
+  const std::string saved = from_base64(ask({{"do", "save"}})["base64"]).value_or("");
+  EXPECT_GT(std::stol(saved.substr(saved.find("steps: ") + 7)), 200) << "not those that are remembered";
+}
+
+TEST_F(ScenarioSessionTest, ARunThatForgetsKeepsItsLastSteps) {
+  end();
+  std::size_t most_steps = 0, most_firings = 0, most_tracks = 0;
+  RunOptions endless;
+  endless.perception = options.perception;
+  endless.remembered_steps = 100;
+  endless.touch = [&](const RunView& now) -> std::vector<Touch> {
+    most_steps = std::max({most_steps, now.record.steps.size(), now.record.frames.size()});
+    most_firings = std::max(most_firings, now.firings.size());
+    return {};
+  };
+  scenario.duration_s = 20;
+  const RunRecord run = run_closed_loop(scenario, endless);
+  EXPECT_EQ(run.steps.back().step, 1000);
+  EXPECT_LE(most_steps, 200u);
+  EXPECT_LE(most_firings, 210u);
+  EXPECT_LE(run.timing.control_us.size(), 200u);
+  EXPECT_LE(run.commands.size(), 210u);
+  EXPECT_LT(run.tracks_csv.size(), 1000u);
 }
 
 TEST_F(ScenarioSessionTest, AFloodOfCommandsHoldsNothingUp) {
