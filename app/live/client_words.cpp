@@ -2,9 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace ballservo {
+
+std::optional<nlohmann::json> message_of(const std::string& text) {
+  constexpr std::ptrdiff_t most_nested =
+      64;  // JSON that nests deeply would overflow the stack of who prints it
+  if (std::count_if(text.begin(), text.end(), [](char c) { return c == '[' || c == '{'; }) > most_nested)
+    return std::nullopt;
+  nlohmann::json what = nlohmann::json::parse(text, nullptr, false);
+  if (!what.is_object() || text_at(what, "do").empty()) return std::nullopt;
+  return what;
+}
 
 double number_at(const nlohmann::json& what, const char* key, double otherwise) {
   const auto found = what.find(key);

@@ -3,11 +3,16 @@
 
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {
+
+/// A message: an object that says what is to be done (`do`), and does not nest deeply. Nothing for any other
+/// text.
+std::optional<nlohmann::json> message_of(const std::string& text);
 
 double number_at(const nlohmann::json& what, const char* key, double otherwise);
 /// A length that the page takes in millimetres; throws Refusal, in millimetres, for one outside the range.

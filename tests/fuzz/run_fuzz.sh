@@ -40,6 +40,13 @@ case $target in
   numbers_fuzz)
     printf '%s' '-12.5e-3' >"$seeds/number"
     printf '%s' 'left2.jpgleft10.jpg' >"$seeds/names" ;;
+  live_message_fuzz)
+    printf '%s\n' '{"do":"touch","touch":{"do":"ball","x_m":2,"y_m":-1}}' '{"do":"touch","touch":{"do":"law","name":"visp"}}' \
+      '{"do":"touch","touch":{"do":"robot","x_m":1,"y_m":0.5,"yaw_rad":0.1}}' '{"do":"touch","touch":{"do":"box","x_m":3,"y_m":1}}' \
+      '{"do":"touch","touch":{"do":"obstacle","name":"dropped_1","x_m":3,"y_m":1}}' '{"do":"touch","touch":{"do":"gain","per_s":2}}' \
+      '{"do":"touch","touch":{"do":"avoidance","type":"shield"}}' '{"do":"touch","touch":{"do":"latency","latency_s":0.1}}' >"$seeds/touches"
+    printf '{"do":"calibrate","board":"chessboard:9x6","square_m":0.025}\n{"do":"load","base64":"%s"}\n' \
+      "$(head -c 6000 "$root"/data/colors/red.colors | base64 -w 0)" >"$seeds/words" ;;
   covariance_fuzz)
     printf '%s' '{"parameters":["fx_px","fy_px","cx_px","cy_px"],"values":[500,500,320,240],' \
       '"covariance":[[1,0.5,0,0],[0.5,1,0,0],[0,0,2,0],[0,0,0,2]]}' >"$seeds/covariance.json" ;;
