@@ -55,6 +55,7 @@ Tracker::Tracker(Detector detector, const TrackerOptions& options)
     : detector_(std::move(detector)), options_(options), look_alikes_(detector_.colors().classes.size()) {
   options_.validate();
   if (!options_.fixed_colors) light_.emplace();
+  if (!options_.seek_light_at_once) put_off_light_search();
 }
 
 const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, DetectionStages* stages) {

@@ -20,6 +20,7 @@ struct TrackerOptions {
   double sigma_floor_radii = 0.03;  ///< see features_of
   bool fixed_colors = false;        ///< looks with the taught colours alone, whatever the light does
   bool seek_light = true;           ///< while no ball is known, also under other lights than the taught one
+  bool seek_light_at_once = true;   ///< in the first picture; else from the tenth on
 
   void validate() const;  ///< throws InputError naming every value that makes no sense
 };

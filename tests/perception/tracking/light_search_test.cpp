@@ -87,6 +87,16 @@ TEST(LightSearch, ATrackBeginsInAnotherLightAndFollowsItFromThere) {
   EXPECT_LT((tracker.light() + 0.59).abs().maxCoeff(), 0.1);
 }
 
+TEST(LightSearch, BeginsWithTheTenthPictureWhereItIsPutOff) {
+  TrackerOptions options;
+  options.seek_light_at_once = false;
+  Tracker tracker(make_detector(), options);
+  const cv::Mat bgr = picture(test::red, gain_of({-0.3, 0.9, 0}));
+  for (int k = 0; k < options.newcomers_every; ++k) EXPECT_TRUE(tracker.update(bgr, k / 30.0).empty()) << k;
+  for (int k = options.newcomers_every; k < 60; ++k) tracker.update(bgr, k / 30.0);
+  EXPECT_TRUE(tracker.assumed_light());
+}
+
 TEST(LightSearch, WhenItsBallIsGoneTheTaughtLightIsAskedAgain) {
   for (const int pictures : {2, 5}) {  // which is not believed, and is
     Tracker tracker(make_detector());
