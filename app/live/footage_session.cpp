@@ -92,26 +92,24 @@ void FootageSession::run() {
     finish_lesson();
     if (ended_) break;
     if (boards_changed_.exchange(false) && paused_) look_again();
-    if (paused_ && !step_) {
-      if (!staged_ && stages_are_wanted())
-        look_again();
-      else
-        exchange_.wait_until(Clock::now() + idle);
-    } else if (!advance()) {
-      continue;
-    }
+    if (!paused_ || step_)
+      advance();
+    else if (!staged_ && stages_are_wanted())
+      look_again();
+    else
+      exchange_.wait_until(Clock::now() + idle);
   }
 }
 
-/// Shows the next picture once its time has come; false where it has not, or there is none.
-bool FootageSession::advance() {
-  if (!next_ && !read_next()) return false;
+/// Shows the next picture once its time has come.
+void FootageSession::advance() {
+  if (!next_ && !read_next()) return;
   const bool is_camera = sequence_->files().empty();
   if (!is_camera && !step_) {
     const auto due = pace_start_ + seconds(next_->time_s);
     if (Clock::now() < due) {
       exchange_.wait_until(std::min(due, Clock::now() + idle));
-      if (Clock::now() < due) return false;
+      if (Clock::now() < due) return;
     }
     if (Clock::now() > due + idle) pace_start_ += Clock::now() - due;  // too slow for its pace
   }
@@ -131,7 +129,6 @@ bool FootageSession::advance() {
   }
   shown_at_.push_back(Clock::now());
   if (shown_at_.size() > pictures_for_rate) shown_at_.pop_front();
-  return true;
 }
 
 /// A camera that has gone is asked for again; what ends begins again.
@@ -194,6 +191,7 @@ std::shared_ptr<const DetectionStages> FootageSession::follow() {
   if (!tracker_) {
     TrackerOptions tracker_options;
     tracker_options.fixed_colors = options_.fixed_colors;
+    tracker_options.seek_light_at_once = !taught_;  // in this light: who has clicked does not wait for others
     tracker_.emplace(factory_.make(size, shown_->source), tracker_options);
     detector_ = std::make_shared<const Detector>(tracker_->detector());
     time_base_s_ = shown_->time_s;
@@ -201,8 +199,6 @@ std::shared_ptr<const DetectionStages> FootageSession::follow() {
   if (colors_.empty()) return nullptr;
   tracks_ = tracker_->update(bgr, shown_->time_s - time_base_s_);
   for (Track& track : tracks_) track.ball = factory_.with_total_covariance(track.ball);
-  if (stream_ && !stream_->send(stream_line(*shown_, tracks_, factory_.colors(), unix_time_s())))
-    ended_ = true;
   if (!staged_) return nullptr;
   const auto stages = std::make_shared<DetectionStages>();
   Detector(tracker_->detector()).detect(bgr, {{0, 0}, bgr.size()}, stages.get());
@@ -220,12 +216,16 @@ void FootageSession::show(Clock::time_point taken) {
     restart_tracks();
   }
   work_ms_ = 1000 * to_seconds(Clock::now() - begin);
+  const bool is_read = stream_ || exchange_.is_looked_at(stream_view);
+  std::string line = is_read ? stream_line(*shown_, tracks_, factory_.colors(), unix_time_s()) : "";
+  if (stream_ && !stream_->send(line)) ended_ = true;
   const cv::Mat& bgr = shown_->bgr;
   const std::uint64_t serial = exchange_.publish(
       state(stages.get()), taken,
       [bgr, stages, detector = detector_, colors = colors_.table()](const std::string& view) {
         return live_picture(view, {bgr, stages.get(), detector.get(), *colors});
-      });
+      },
+      std::move(line));
   kept_.push_back({serial, bgr});
   kept_bytes_ += bgr.total() * bgr.elemSize();
   while (kept_.size() > 1 && kept_bytes_ > kept_bytes) {
@@ -324,6 +324,7 @@ void FootageSession::start_recording() {
   const std::filesystem::path folder = take_folder();
   recording_.emplace(folder, options_.overwrite_recording);
   is_recording_ = true;
+  taught_ = false;
   restart_tracks();
 }
 
@@ -408,9 +409,8 @@ FootageSession::Json FootageSession::done(const std::string& verb, const Json& w
     look_again();
   } else if (verb == "undo") {
     if (undone_to_.empty()) throw Refusal("there is nothing to undo");
-    ColorLessons before = std::move(undone_to_.back());
+    use(std::move(undone_to_.back()));
     undone_to_.pop_back();
-    use(std::move(before));
   } else if (verb == "pause") {
     paused_ = !paused_;
     if (!paused_ && next_) pace_start_ = Clock::now() - seconds(next_->time_s);
@@ -496,9 +496,7 @@ void FootageSession::finish_lesson() {
   Learnt learnt = lesson_->learnt.get();
   lesson_.reset();
   const std::string verb = text_at(command.what, "do");
-  if (!learnt.refused.empty()) {
-    return command.answer({{"answer", verb}, {"refused", learnt.refused}});
-  }
+  if (!learnt.refused.empty()) return command.answer({{"answer", verb}, {"refused", learnt.refused}});
   learn(std::move(learnt.colors));
   command.answer({{"answer", verb}, {"class", learnt.name}, {"circle_px", learnt.circle_px}});
 }
@@ -510,6 +508,7 @@ void FootageSession::learn(ColorLessons colors) {
 }
 
 void FootageSession::use(ColorLessons colors) {
+  taught_ = true;
   colors_ = std::move(colors);
   factory_.set_colors(colors_.table());
   restart_tracks();

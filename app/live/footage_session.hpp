@@ -71,7 +71,7 @@ class FootageSession {
     cv::Mat bgr;
   };
 
-  bool advance();
+  void advance();
   bool read_next();
   void open_again();
   std::shared_ptr<const DetectionStages> follow();
@@ -125,6 +125,7 @@ class FootageSession {
   int folders_ = 0;  // that recordings have taken
   std::optional<TrackStream> stream_;
   bool is_recording_ = false, paused_ = false, step_ = false, ended_ = false;
+  bool taught_ = false;                   // since the program started, or began to record
   bool staged_ = false;                   // the stages of what is shown were wanted
   std::string message_;                   // what is wrong with the source
   std::map<std::string, double> wanted_;  // how the camera is to be set, also when it comes back

@@ -7,11 +7,12 @@
 namespace ballservo {
 
 std::uint64_t LiveExchange::publish(nlohmann::json state, Clock::time_point taken,
-                                    std::function<cv::Mat(const std::string&)> draw) {
+                                    std::function<cv::Mat(const std::string&)> draw, std::string line) {
   const std::uint64_t serial = ++serial_;
   state["serial"] = serial;
-  auto moment = std::make_shared<const LiveMoment>(LiveMoment{
-      serial, state.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), taken, std::move(draw)});
+  auto moment = std::make_shared<const LiveMoment>(
+      LiveMoment{serial, state.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), taken,
+                 std::move(draw), std::move(line)});
   std::function<void()> tell;
   {
     const std::lock_guard lock(mutex_);

@@ -23,7 +23,11 @@ struct LiveMoment {
   /// The picture of a view, or an empty one for a view that there is not. May be called on any one thread;
   /// what it holds is no longer changed.
   std::function<cv::Mat(const std::string& view)> draw;
+  std::string line;  ///< for programs that read the stream; may be empty
 };
+
+/// What those look at who read the stream.
+inline constexpr const char* stream_view = "stream";
 
 /// What a client asks of the session; `answer` may be called on any thread, and again for what comes later.
 struct LiveCommand {
@@ -40,7 +44,7 @@ class LiveExchange {
 
   /// The session's side. The moment replaces the last one; its serial is returned.
   std::uint64_t publish(nlohmann::json state, Clock::time_point taken,
-                        std::function<cv::Mat(const std::string&)> draw);
+                        std::function<cv::Mat(const std::string&)> draw, std::string line = {});
   std::vector<LiveCommand> next_commands();  ///< those that wait, the first ones first
   /// Until there is a command, `wake` is called, or it is that late.
   void wait_until(Clock::time_point time);

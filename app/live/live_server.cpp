@@ -23,6 +23,7 @@
 #include <thread>
 #include <utility>
 
+#include "app/live/client_words.hpp"
 #include "app/live/page_files.hpp"
 #include "app/report/picture.hpp"
 #include "calibration/base/fault.hpp"
@@ -43,8 +44,6 @@ using namespace std::chrono_literals;
 constexpr std::uint32_t most_header_bytes = 8192;
 constexpr std::size_t most_message_bytes = 1 << 20;  // a colours file is the largest
 constexpr std::size_t most_connections = 64, most_answers = 64, latencies_kept = 200;
-constexpr std::ptrdiff_t most_nested =
-    64;  // JSON that nests deeply would overflow the stack of who prints it
 constexpr int widest_picture_px = 1280, jpeg_quality = 80;
 constexpr auto silence = 30s;  // of a client, before it is asked whether it is still there, and then let go
 
@@ -137,7 +136,12 @@ class LiveServer::Impl {
 /// A client of the WebSocket.
 class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
  public:
-  Client(Impl& server, beast::tcp_stream&& stream) : server_(server), socket_(std::move(stream)) {
+  /// `reads_stream`: another program, which is sent the newest line and says nothing.
+  Client(Impl& server, beast::tcp_stream&& stream, bool reads_stream)
+      : server_(server),
+        socket_(std::move(stream)),
+        reads_stream_(reads_stream),
+        view_(reads_stream ? stream_view : "") {
     ++server_.connections_;
   }
   ~Client() { --server_.connections_; }
@@ -153,6 +157,7 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
       if (error) return;
       self->open_ = true;
       self->server_.clients_.push_back(self);
+      self->server_.note_views();
       self->read();
     });
   }
@@ -169,6 +174,11 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
       return write(answer, true);
     }
     const auto moment = server_.exchange_.newest();
+    if (reads_stream_) {
+      if (!moment || moment->serial == sent_serial_ || moment->line.empty()) return;
+      sent_serial_ = moment->serial;
+      return write({moment, &moment->line}, true);
+    }
     if (!has_painted_ || !moment || (moment->serial == sent_serial_ && sent_view_ == view_)) return;
     has_painted_ = false;
     sent_serial_ = moment->serial;
@@ -195,14 +205,13 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
   }
 
   void take(const std::string& text) {
-    if (std::count_if(text.begin(), text.end(), [](char c) { return c == '[' || c == '{'; }) > most_nested)
-      return close();
-    nlohmann::json what = nlohmann::json::parse(text, nullptr, false);
-    if (!what.is_object() || !what.contains("do") || !what["do"].is_string()) return close();
-    const std::string verb = what["do"];
+    if (reads_stream_) return close();
+    auto what = message_of(text);
+    if (!what) return close();
+    const std::string verb = (*what)["do"];
     if (verb == "look") {
-      if (!what.contains("view") || !what["view"].is_string()) return close();
-      view_ = what["view"].get<std::string>().substr(0, 64);
+      if (!what->contains("view") || !(*what)["view"].is_string()) return close();
+      view_ = text_at(*what, "view").substr(0, 64);
       has_painted_ = true;
       server_.note_views();
       return pump();
@@ -222,7 +231,7 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
         if (const auto client = weak.lock()) client->reply(said);
       });
     };
-    if (!server_.exchange_.put({std::move(what), std::move(answer)}))
+    if (!server_.exchange_.put({*std::move(what), std::move(answer)}))
       reply({{"answer", verb}, {"refused", "too much is asked at once"}});
   }
 
@@ -250,6 +259,7 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
   websocket::stream<beast::tcp_stream> socket_;
   beast::flat_buffer buffer_;
   std::deque<std::string> answers_;
+  bool reads_stream_;
   std::string view_, sent_view_;
   std::uint64_t sent_serial_ = 0;
   Clock::time_point sent_taken_;
@@ -291,9 +301,8 @@ class LiveServer::Impl::Connection : public std::enable_shared_from_this<Connect
       if (!knows) return say(request, http::status::not_found, "no such page\n");
       path.remove_prefix(server_.secret_.size() + 1);
     }
-    if (path == "/socket" && websocket::is_upgrade(request)) {
-      return std::make_shared<Client>(server_, std::move(stream_))->start(request);
-    }
+    if ((path == "/socket" || path == "/stream") && websocket::is_upgrade(request))
+      return std::make_shared<Client>(server_, std::move(stream_), path == "/stream")->start(request);
     if (request.method() != http::verb::get)
       return say(request, http::status::method_not_allowed, "GET alone\n");
     const auto file = path.rfind('/', 0) == 0 ? page_file(path.substr(1)) : std::nullopt;

@@ -1,13 +1,15 @@
 #!/usr/bin/python3
-"""usage: browser_test.py PROGRAM PROJECT [--keep DIR]
+"""usage: browser_test.py PROGRAM PROJECT [--keep DIR] [--clicks N]
 
 The live page in Debian's Chromium, at the widths of a desk and of a phone: a sweet is taught by a click, taken back,
 taught again and saved, and is still there after a reload; a thing that is no ball says why. A ball that flies is taught
 in a picture that stands still, and followed. A scenario's ball is dragged, and the robot drives there; the run is kept,
 and its touches give the same bytes again. A camera is calibrated from a board that is held still in a folder's
-pictures, and saved. --keep keeps screenshots.
+pictures, and saved. A ball in a picture of 640 x 480 is taught again and again: how long it takes from a picture's being
+read to its being painted, and from a click to the outline, is printed, and with --clicks N, of so many, must be within the
+limits. --keep keeps screenshots.
 """
-import argparse, contextlib, os, pathlib, re, signal, subprocess, sys, tempfile, time
+import argparse, contextlib, csv, os, pathlib, re, signal, subprocess, sys, tempfile, time
 
 SWEET, NO_BALL = (269, 117), (6, 6)  # of smarties.png (px)
 FLYING, FLYING_AT, PICTURES = 12, (451, 396), 43  # which picture of green_ball.mp4, where its ball is (px), of how many
@@ -230,6 +232,36 @@ def calibrate(page, name, saved):
     assert not page.complaints(), page.complaints()
 
 
+def time_clicks(page, ball, clicks, limited):
+    """From a click on a ball to the picture with its outline, by the browser's clock."""
+    page.js("""
+        window.took = [];
+        document.getElementById('picture').addEventListener('pointerup', () => {
+          const begin = performance.now();
+          const look = () => document.querySelector('#balls tr') ? took.push(performance.now() - begin) : requestAnimationFrame(look);
+          look();
+        });""")
+    for click in range(clicks):
+        page.click(ball)
+        until(lambda: page.js("return took.length") == click + 1)
+        page.press("undo")
+        until(lambda: page.classes() == [])
+    took = sorted(page.js("return took"))
+    painted = float(re.search(r"painted (\d+) ms", page.text("status"))[1])
+    late = took[int(0.95 * (clicks - 1))]
+    print(f"seen to painted: {painted:.0f} ms (95 %); click to outline: {took[clicks // 2]:.0f} ms (median), {late:.0f} ms (95 %), {took[-1]:.0f} ms at most of {clicks}")
+    assert not limited or (painted <= 150 and late <= 500), "too slow"
+    assert not page.complaints(), page.complaints()
+
+
+def rendered_ball(program, scenario, folder):
+    """A picture of 640 x 480, and where the ball is in it."""
+    subprocess.run([program, "render", scenario, "-o", folder, "--frames", "1", "--quiet"], check=True, capture_output=True)
+    with open(folder / "truth.csv") as file:
+        truth = next(csv.DictReader(file))
+    return next(folder.glob("*.png")), (float(truth["cx_px"]), float(truth["cy_px"]))
+
+
 def replayed(program, scenario, kept, again):
     """What was done to the run that was kept is done again, and gives the same bytes."""
     subprocess.run([program, "servo", scenario, "-o", again, "--perception", "geometric", "--touches", kept / "touches.yaml", "--quiet"], capture_output=True)
@@ -257,6 +289,7 @@ def main():
     parser.add_argument("program")
     parser.add_argument("project", type=lambda text: pathlib.Path(text).resolve())
     parser.add_argument("--keep", type=pathlib.Path)
+    parser.add_argument("--clicks", type=int)
     parser.add_argument("--without-board", action="store_true", help="for a program too slow to find one while it is held")
     options = parser.parse_args()
     try:
@@ -299,6 +332,11 @@ def main():
                         page = Page(browser, url, options.keep)
                         calibrate(page, str(width), camera)
                         page.press("end")
+                still, ball = rendered_ball(options.program, scenario, pathlib.Path(folder) / f"room_{width}")
+                with served(options.program, still) as url:
+                    page = Page(browser, url, options.keep)
+                    time_clicks(page, ball, options.clicks or 3, options.clicks)
+                    page.press("end")
                 if video:
                     with served(options.program, video, interrupt=True) as url:
                         follow(Page(browser, url, options.keep), str(width))

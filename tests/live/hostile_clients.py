@@ -63,7 +63,7 @@ class Hostile:
         return bytes(data)
 
     def socket(self):
-        self.connection.socket.sendall(self.connection.upgrade())
+        self.connection.socket.sendall(self.connection.upgrade(path=self.random.choice(["/socket"] * 9 + ["/stream"])))
         return self.connection.socket.recv(4096)
 
     # ---- before the WebSocket

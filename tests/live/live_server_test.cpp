@@ -103,12 +103,15 @@ class PageClient {
     beast::get_lowest_layer(socket_).connect({asio::ip::make_address("127.0.0.1"), port});
     socket_.handshake("127.0.0.1:" + std::to_string(port), path);
   }
+  std::string hear_text() {
+    beast::flat_buffer buffer;
+    socket_.read(buffer);
+    return beast::buffers_to_string(buffer.data());
+  }
   void say(const nlohmann::json& what) { socket_.write(asio::buffer(what.dump())); }
   /// The next moment's serial, or the answer to what was asked.
   nlohmann::json hear() {
-    beast::flat_buffer buffer;
-    socket_.read(buffer);
-    std::string text = beast::buffers_to_string(buffer.data());
+    std::string text = hear_text();
     if (socket_.got_text()) return nlohmann::json::parse(text);
     std::uint32_t size = 0;
     for (std::size_t i = 4; i-- > 0;) size = size << 8 | static_cast<unsigned char>(text[i]);
@@ -225,6 +228,26 @@ TEST_F(LiveServerTest, StalledClientsHoldNobodyUpAndGetTheNewestInTheEnd) {
     clients[i]->say({{"do", "painted"}});
     EXPECT_EQ(clients[i]->hear_serial(), first + 50) << "nothing in between was kept for it";
   }
+}
+
+TEST_F(LiveServerTest, TheStreamIsTheNewestLine) {
+  const auto say = [&](const std::string& line) {
+    exchange.publish({{"kind", "test"}}, std::chrono::steady_clock::now(), grey_picture, line);
+  };
+  say("first\n");
+  PageClient program(io, port, "/stream");
+  while (!exchange.is_looked_at(stream_view)) std::this_thread::sleep_for(1ms);
+  say("second\n");
+  EXPECT_EQ(program.hear_text(), "second\n");
+  publish();  // without a line
+  say("third\n");
+  EXPECT_EQ(program.hear_text(), "third\n");
+  EXPECT_ANY_THROW({
+    program.say({{"do", "undo"}});
+    program.hear_text();
+  });
+  EXPECT_TRUE(exchange.next_commands().empty());
+  EXPECT_THAT(get("/stream", host), StartsWith("HTTP/1.1 404"));
 }
 
 TEST_F(LiveServerTest, APictureThatCannotBeDrawnIsSaidToBeSo) {

@@ -27,8 +27,8 @@ class Connection:
     def request(self, target="/", method="GET", host=None, more=""):
         return f"{method} {target} HTTP/1.1\r\nHost: {self.host if host is None else host}\r\n{more}\r\n".encode()
 
-    def upgrade(self, more=""):
-        return self.request("/socket", more="Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+    def upgrade(self, more="", path="/socket"):
+        return self.request(path, more="Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
                                             f"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n{more}")
 
     def rest(self):
@@ -47,9 +47,9 @@ class Connection:
 
 class PageClient(Connection):
     """A client of the WebSocket."""
-    def __init__(self, url, seconds=20):
+    def __init__(self, url, seconds=20, path="/socket"):
         super().__init__(url, seconds)
-        self.socket.sendall(self.upgrade())
+        self.socket.sendall(self.upgrade(path=path))
         self.file = self.socket.makefile("rb")
         assert b" 101 " in self.file.readline()
         while self.file.readline() != b"\r\n":

@@ -15,6 +15,8 @@ from pathlib import Path
 import jsonschema
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/live"))
+from page_client import PageClient, Served
 PROGRAM = os.environ["BALLSERVO_PROGRAM"]
 DATA = ROOT / "data"
 SCHEMA = json.loads((DATA / "stream.schema.json").read_text())
@@ -147,6 +149,16 @@ class StreamTest(unittest.TestCase):
                 self.track("--stream", f"udp:127.0.0.1:{port}")
                 self.assertRegex(reader.stdout.readline(), r"^0\.000 s: red 1 \(\w+\) at [\d.]+, [\d.]+ px$")
                 reader.kill()
+
+    def test_the_page_s_program_is_read_by_a_websocket(self):
+        served = Served(PROGRAM, "pictures", *COLORS, cwd=self.place)
+        program, frames = PageClient(served.url, path="/stream"), []
+        while len(frames) < 5:
+            picture = program.hear()
+            jsonschema.validate(picture, SCHEMA, jsonschema.Draft202012Validator)
+            frames += [picture["frame"]] if picture["balls"] else []
+        self.assertGreater(len(set(frames)), 2)
+        self.assertEqual(served.end(), 0)
 
     def test_the_reference_names_every_key(self):
         section = (ROOT / "FILES.md").read_text().split("## The stream")[1].split("\n## ")[0]
