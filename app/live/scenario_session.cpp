@@ -6,7 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "app/experiment/run_video.hpp"
@@ -145,10 +149,73 @@ Pose2 pose_at(const std::vector<StepRecord>& steps, double time_s) {
 
 }  // namespace
 
-/// Draws, on the server's thread, what a run without pictures would have seen.
-struct ScenarioSession::Eye {
-  std::shared_ptr<const World> world;
-  std::optional<CameraRenderer> renderer;
+/// Draws what a run without pictures would have seen, on a thread of its own: the newest view alone, so that
+/// neither the run nor what is said of it waits.
+class ScenarioSession::Eye {
+ public:
+  using Draw =
+      std::function<cv::Mat(std::optional<CameraRenderer>& renderer, std::shared_ptr<const World>& world)>;
+
+  ~Eye() {
+    {
+      const std::lock_guard lock(mutex_);
+      ended_ = true;
+    }
+    changed_.notify_one();
+    thread_.join();
+  }
+  void look(Draw draw) {
+    {
+      const std::lock_guard lock(mutex_);
+      next_ = std::move(draw);
+      next_seen_ = Clock::now();
+    }
+    changed_.notify_one();
+  }
+  /// The last picture that was drawn, or why it could not be.
+  cv::Mat picture() const {
+    const std::lock_guard lock(mutex_);
+    if (failed_) std::rethrow_exception(failed_);
+    return picture_;
+  }
+  Clock::time_point seen() const {  // what that picture shows
+    const std::lock_guard lock(mutex_);
+    return seen_;
+  }
+
+ private:
+  void work() {
+    std::optional<CameraRenderer> renderer;
+    std::shared_ptr<const World> world;
+    std::unique_lock lock(mutex_);
+    while (true) {
+      changed_.wait(lock, [this] { return ended_ || next_; });
+      if (ended_) return;
+      const Draw draw = std::exchange(next_, nullptr);
+      const Clock::time_point seen = next_seen_;
+      lock.unlock();
+      cv::Mat picture;
+      std::exception_ptr failed;
+      try {
+        picture = draw(renderer, world);
+      } catch (...) {
+        failed = std::current_exception();
+      }
+      lock.lock();
+      picture_ = picture;
+      failed_ = failed;
+      seen_ = seen;
+    }
+  }
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  Draw next_;
+  Clock::time_point next_seen_, seen_;
+  cv::Mat picture_;
+  std::exception_ptr failed_;
+  bool ended_ = false;
+  std::thread thread_{[this] { work(); }};
 };
 
 ScenarioSession::~ScenarioSession() = default;
@@ -171,6 +238,7 @@ void ScenarioSession::run() {
     while (goes_on()) {  // what is shown stays as the run ended
       exchange_.wait_until(Clock::now() + idle);
       obey_all(nullptr);
+      show_late_picture();
     }
   }
 }
@@ -223,6 +291,7 @@ std::vector<Touch> ScenarioSession::between_steps(const RunView& now) {
     exchange_.wait_until(paused_ ? Clock::now() + idle : due());
     waited |= paused_;
     obey_all(&now);
+    if (paused_) show_late_picture();
   }
   if (late || waited || speed != speed_) {
     pace_start_ = Clock::now();
@@ -291,29 +360,35 @@ void ScenarioSession::show(const RunView& now) {
 
 /// The newest frame; a run that needs no pictures is not held up by them.
 void ScenarioSession::draw_later(const RunView& now) {
-  if (now.record.frames.empty()) return;
-  pictured_at_ = Clock::now();
+  if (now.record.frames.empty() || !exchange_.is_looked_at("picture")) return;
   if (!world_ && due_.empty()) world_ = std::make_shared<const World>(now.scenario.world);
   if (!world_) return;
   const FrameRecord& frame = now.record.frames.back();
   const CameraView view{now.scenario.X_WC(pose_at(now.record.steps, frame.time_s)), frame.time_s};
-  picture_ = [eye = eye_, world = world_, view, frame, camera = now.scenario.camera, seed = options_.seed,
-              radius_m = now.scenario.target_ball().radius_m()] {
-    if (eye->world != world) {
-      if (eye->renderer)
-        eye->renderer->set_world(*world);
+  eye_->look([world = world_, view, frame, camera = now.scenario.camera, seed = options_.seed,
+              radius_m = now.scenario.target_ball().radius_m()](auto& renderer, auto& drawn) {
+    if (drawn != world) {
+      if (renderer)
+        renderer->set_world(*world);
       else
-        eye->renderer.emplace(camera.camera, *world, camera.sensor);
-      eye->world = world;
+        renderer.emplace(camera.camera, *world, camera.sensor);
+      drawn = world;
     }
     cv::Mat picture =
-        expose(eye->renderer->radiance({view}), camera.sensor, seed, static_cast<std::uint64_t>(frame.frame));
+        expose(renderer->radiance({view}), camera.sensor, seed, static_cast<std::uint64_t>(frame.frame));
     draw_detection(picture, camera.camera, frame, radius_m, "");
     return picture;
-  };
+  });
+  picture_ = [eye = eye_] { return eye->picture(); };
+}
+
+/// A picture that came late is shown while nothing else happens.
+void ScenarioSession::show_late_picture() {
+  if (eye_->seen() > pictured_at_) publish();
 }
 
 void ScenarioSession::publish() {
+  pictured_at_ = std::max(pictured_at_, eye_->seen());
   exchange_.publish(state_, pictured_at_, [picture = picture_](const std::string& view) {
     return view == "picture" && picture ? picture() : cv::Mat();
   });

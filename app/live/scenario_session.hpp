@@ -36,7 +36,7 @@ class ScenarioSession {
  private:
   using Clock = LiveExchange::Clock;
   using Json = nlohmann::json;
-  struct Eye;
+  class Eye;
 
   void run_once();
   std::vector<Touch> between_steps(const RunView& now);
@@ -47,6 +47,7 @@ class ScenarioSession {
   void show(const RunView& now);
   void publish();
   void draw_later(const RunView& now);
+  void show_late_picture();
   bool goes_on() const;
   std::size_t trail_steps() const;
 

@@ -116,7 +116,8 @@ TEST_F(ScenarioSessionTest, StaysAsItEndedUntilItBeginsAnew) {
 TEST_F(ScenarioSessionTest, ShowsWhatTheCameraSees) {
   exchange.set_views({"picture"});
   until([this] { return state()["step"] > 20 && !state()["free"].is_null(); });
-  const cv::Mat picture = exchange.newest()->draw("picture");
+  cv::Mat picture;
+  until([&] { return !(picture = exchange.newest()->draw("picture")).empty(); });
   EXPECT_EQ(picture.cols, scenario.camera.camera.size().width_px);
   EXPECT_TRUE(exchange.newest()->draw("votes").empty());
   EXPECT_FALSE(state()["beams"].empty());
@@ -140,7 +141,7 @@ TEST_F(ScenarioSessionTest, WhatIsSentDoesNotGrowWithTheRun) {
 
 TEST_F(ScenarioSessionTest, ARunThatForgetsKeepsItsLastSteps) {
   end();
-  std::size_t most_steps = 0, most_firings = 0, most_tracks = 0;
+  std::size_t most_steps = 0, most_firings = 0;
   RunOptions endless;
   endless.perception = options.perception;
   endless.remembered_steps = 100;
