@@ -1,6 +1,7 @@
 #include "app/live/scenario_session.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -185,6 +186,7 @@ class ScenarioSession::Eye {
 
  private:
   void work() {
+    setpriority(PRIO_PROCESS, 0, 5);  // in Linux of this thread: the run comes first
     std::optional<CameraRenderer> renderer;
     std::shared_ptr<const World> world;
     std::unique_lock lock(mutex_);
