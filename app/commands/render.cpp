@@ -29,13 +29,14 @@ struct RenderOptions {
 };
 
 constexpr const char* truth_header =
-    "source,frame,ball_id,class,cx_px,cy_px,r_px,x_m,y_m,z_m,visible_fraction\n";
+    "source,frame,ball_id,class,cx_px,cy_px,r_px,x_m,y_m,z_m,visible_fraction,time_s\n";
 
-std::string truth_row(const std::string& source, const BallTruth& truth) {
+std::string truth_row(const std::string& source, const BallTruth& truth, double time_s) {
   const auto outline =
       truth.outline.value_or(OutlineEllipse{Eigen::Vector2d::Constant(std::nan("")), std::nan("")});
   return csv_row(source, 0, truth.name, truth.class_name, outline.center_px.x(), outline.center_px.y(),
-                 outline.radius_px, truth.p_CB.x(), truth.p_CB.y(), truth.p_CB.z(), truth.visible_fraction);
+                 outline.radius_px, truth.p_CB.x(), truth.p_CB.y(), truth.p_CB.z(), truth.visible_fraction,
+                 time_s);
 }
 
 /// The pictures that the truth of an earlier run names; none where there is no such file. A user's own truth
@@ -44,7 +45,9 @@ std::set<std::string> pictures_in(const std::filesystem::path& truth) {
   std::set<std::string> names;
   std::ifstream stream(truth);
   std::string row;
-  if (!std::getline(stream, row) || row + '\n' != truth_header) return names;
+  const bool of_render =
+      std::getline(stream, row) && !row.empty() && std::string(truth_header).rfind(row, 0) == 0;
+  if (!of_render) return names;
   while (std::getline(stream, row)) {
     if (row.rfind("frame_", 0) == 0) names.insert(row.substr(0, row.find(',')));
   }
@@ -71,7 +74,7 @@ int run_render(const RenderOptions& options) {
   write_camera(folder, scenario.camera.camera);
 
   std::string rows = truth_header;
-  Progress progress("render", options.frames, options.common.quiet);
+  Progress progress("pictures", options.frames, options.common.quiet);
   int pictures = 0;
   SteppedClock clock;
   while (camera.next_frame() < options.frames && !interrupt_requested()) {
@@ -81,7 +84,7 @@ int run_render(const RenderOptions& options) {
     const std::string source = fmt::format("frame_{:04}.png", frame->number);
     write_image(folder, source, frame->bgr);
     for (const BallTruth& truth : ball_truth(scenario.camera.camera, scenario.world, camera.truth().view))
-      rows += truth_row(source, truth);
+      rows += truth_row(source, truth, frame->time_s);
     ++pictures;
   }
   const bool interrupted = camera.next_frame() < options.frames;

@@ -33,7 +33,7 @@ struct Source {
   Kind kind = Kind::fault;
   std::string text;             ///< as it was given
   std::vector<fs::path> files;  ///< the image, the folder's images in natural order, or the video
-  std::vector<double> times_s;  ///< of a recording's images
+  std::vector<double> times_s;  ///< of a recording's images, or of rendered ones
   CameraMode camera;
 };
 
@@ -126,7 +126,10 @@ Source classify(const std::string& text, double max_pixels, FaultList& faults) {
       }
     });
     try {
-      if (source.files.empty()) source.files = images_in_folder(text);
+      if (source.files.empty()) {
+        source.files = images_in_folder(text);
+        source.times_s = times_in_truth(text, source.files);
+      }
     } catch (const std::filesystem::filesystem_error& unreadable) {
       faults.add(text, system_error_text(unreadable.code().value()), "a folder that can be read");
       return source;

@@ -113,6 +113,37 @@ std::vector<std::pair<fs::path, double>> recorded_pictures(const fs::path& folde
   return pictures;
 }
 
+std::vector<std::string> truth_columns() {
+  return {"frame", "ball_id",          "class", "cx_px", "cy_px", "r_px", "x_m", "y_m",
+          "z_m",   "visible_fraction", "time_s"};
+}
+
+std::vector<double> times_in_truth(const fs::path& folder, const std::vector<fs::path>& pictures) {
+  const fs::path file = folder / "truth.csv";
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return {};
+  std::vector<double> times;
+  try {
+    const CsvTable table = read_csv(file, {"source", "time_s"}, truth_columns(),
+                                    {limits.bytes, limits.rows, CsvLimits{}.columns});
+    FaultList faults;
+    std::map<std::string, double> time_of;
+    for (std::size_t i = 0; i < table.rows.size(); ++i) {
+      const CsvRow row(table, i, faults);
+      if (const auto time_s = row.number("time_s", NumberRange::at_least(0, "s")))
+        time_of[row.text("source")] = *time_s;
+    }
+    for (const fs::path& picture : pictures) {
+      const auto found = time_of.find(picture.filename().string());
+      if (found == time_of.end() || (!times.empty() && found->second <= times.back())) return {};
+      times.push_back(found->second);
+    }
+  } catch (const InputError&) {
+    return {};  // a table of somebody else's
+  }
+  return times;
+}
+
 RecordingWriter::RecordingWriter(fs::path folder, Overwrite overwrite) : folder_(std::move(folder)) {
   begin_folder(folder_, overwrite);
   thread_ = std::thread([this] { write_all(); });

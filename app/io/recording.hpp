@@ -27,6 +27,13 @@ inline constexpr const char* recording_table = "recording.csv";
 /// InputError where the table is not as it should be.
 std::vector<std::pair<std::filesystem::path, double>> recorded_pictures(const std::filesystem::path& folder);
 
+/// What truth.csv may hold beside `source`.
+std::vector<std::string> truth_columns();
+/// When each of a folder's pictures was taken (s), as its truth.csv says; nothing unless it says so of all,
+/// in order.
+std::vector<double> times_in_truth(const std::filesystem::path& folder,
+                                   const std::vector<std::filesystem::path>& pictures);
+
 /// A picture that is compressed already.
 struct CompressedPicture {
   std::shared_ptr<const std::string> png;

@@ -2,6 +2,7 @@
 #include <opencv2/core.hpp>
 
 #include "app/experiment/simulated_camera.hpp"
+#include "calibration/base/csv_table.hpp"
 #include "calibration/base/numbers.hpp"
 #include "tests/program/program_run.hpp"
 
@@ -44,6 +45,30 @@ TEST_F(Render, PicturesAreTheFramesOfARunWhoseRobotStands) {
   EXPECT_EQ(expected.count("frame_0001.png"), 0u);
   const auto brightness = [&](const char* name) { return cv::mean(read_color_image(dir / "out" / name))[1]; };
   EXPECT_LT(brightness("frame_0003.png"), 0.5 * brightness("frame_0000.png"));
+}
+
+TEST_F(Render, PicturesAreFollowedAtTheTimesThatTheirTruthTells) {
+  const auto file = test::project_data_dir() / "scenarios" / "static_ball.yaml";
+  const auto colors = test::project_data_dir() / "colors" / "red.colors";
+  ASSERT_EQ(run("render '" + file.string() +
+                "' -o out --frames 4 --set camera.rate_hz=10 "
+                "--set 'camera.faults=[{type: dropped, from_s: 0.1, until_s: 0.2}]'")
+                .code,
+            0);
+  const auto times = [&] {
+    std::set<double> found;
+    const CsvTable table =
+        parse_csv(run("track out --colors '" + colors.string() + "'").out, "tracks", {"time_s"},
+                  {"source", "frame", "track_id", "class", "state", "quality", "cx_px", "cy_px", "r_px",
+                   "x_m", "y_m", "z_m", "sxx_m2", "sxy_m2", "sxz_m2", "syy_m2", "syz_m2", "szz_m2"});
+    for (const auto& row : table.rows)
+      found.insert(std::stod(row[static_cast<std::size_t>(table.column("time_s"))]));
+    return found;
+  };
+  const auto near = [](double time_s) { return testing::DoubleNear(time_s, 1e-9); };
+  EXPECT_THAT(times(), testing::ElementsAre(near(0.002), near(0.202), near(0.302)));
+  put("out/truth.csv", "source,mine\nframe_0000.png,1\n");  // somebody else's table
+  EXPECT_EQ(times().count(0), 1u);
 }
 
 TEST_F(Render, FewerPicturesLeaveNoneOfAnEarlierRunButTheUsersOwn) {

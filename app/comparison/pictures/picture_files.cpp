@@ -10,6 +10,7 @@
 #include <set>
 #include <tuple>
 
+#include "app/io/recording.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/numbers.hpp"
@@ -28,9 +29,6 @@ namespace {
 // How far votes lie from the truth: measured on rendered balls of 30 to 180 px (README).
 constexpr double vote_center_px = 0.6, vote_center_part = 0.02, vote_radius_share = 0.5;
 constexpr std::size_t most_file_bytes = 256u << 20, header_bytes = 1u << 16;
-
-const std::vector<std::string> optional_columns{"frame", "ball_id", "class", "cx_px", "cy_px",
-                                                "r_px",  "x_m",     "y_m",   "z_m",   "visible_fraction"};
 
 }  // namespace
 
@@ -96,7 +94,7 @@ PictureFiles::PictureFiles(const PictureFilesOptions& options) : options_(option
   std::string hashes = options.start_at_truth ? "truth" : "vote";
   hashes += number_text(options.diameter_m) + std::to_string(options.seed) + read_colors_and_camera(faults);
   CsvTable table;
-  faults.collect([&] { table = read_csv(options.truth, {"source"}, optional_columns); });
+  faults.collect([&] { table = read_csv(options.truth, {"source"}, truth_columns()); });
   if (!fs::is_directory(options.folder))
     faults.add("--images", options.folder.string(), "a folder of pictures");
   faults.throw_if_any();
