@@ -165,6 +165,7 @@ int run_sweep_command(const SweepCommandOptions& options) {
     spdlog::info("{} is finished already", options.work.output.string());
     results = read_sweeps(options.work.output);
   } else {
+    if (folder.has_grown()) note_results(options.work.output, works, folder.journal());
     std::optional<Progress> bar;
     results = run_sweeps(
         works, folder.journal(), [] { return !interrupt_requested(); },

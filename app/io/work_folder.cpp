@@ -68,6 +68,20 @@ nlohmann::json without_places(nlohmann::json description) {
   return description;
 }
 
+/// Of a grid, of each of its cells.
+nlohmann::json without_size(nlohmann::json description) {
+  description.erase(WorkJob::size_key);
+  if (description.contains("cells"))
+    for (nlohmann::json& cell : description["cells"]) cell.erase(WorkJob::size_key);
+  return description;
+}
+
+/// The trials of a job, of a grid's those of a cell; 0: it has none.
+long size_of(const nlohmann::json& description) {
+  if (description.contains("cells")) return size_of(description["cells"].at(0));
+  return description.value(WorkJob::size_key, 0L);
+}
+
 bool same_job(const nlohmann::json& a, const nlohmann::json& b) {
   return without_places(a) == without_places(b);
 }
@@ -107,7 +121,8 @@ std::string missing_parts(const std::map<int, fs::path>& parts, int count) {
 }  // namespace
 
 std::string WorkJob::sha256() const {
-  return sha256_hex(nlohmann::json{{"job", without_places(description)}, {"shard", shard.to_text()}}.dump());
+  return sha256_hex(
+      nlohmann::json{{"job", without_size(without_places(description))}, {"shard", shard.to_text()}}.dump());
 }
 
 WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite overwrite, NoteCheck is_note)
@@ -115,11 +130,13 @@ WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite over
   const fs::path journal_file = target_ / journal_name;
   std::error_code error;
   const bool begun = fs::exists(fs::symlink_status(journal_file, error));
-  if (resume && !begun) {
+  if (resume) {
     const auto manifest = read_manifest(target_);
     const bool same_shard = manifest && manifest->shard.to_text() == job_.shard.to_text();
-    if (same_shard && same_job(manifest->description, job_.description)) return;
-    if (manifest) {
+    if (!begun && same_shard && same_job(manifest->description, job_.description)) return;
+    has_grown_ = same_shard && size_of(manifest->description) < size_of(job_.description) &&
+                 same_job(without_size(manifest->description), without_size(job_.description));
+    if (manifest && !begun && !has_grown_) {
       throw InputError(target_.string(),
                        "the results of another job (it differs in " +
                            (same_shard ? difference(manifest->description, job_.description) : "--shard") +
@@ -132,7 +149,7 @@ WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite over
                      "--resume to go on with it, --force to begin anew, or another folder");
   }
   // Checks that the folder may be written, and makes it appear.
-  OutputFolder(target_, begun ? Overwrite::allow : overwrite).commit();
+  OutputFolder(target_, begun || has_grown_ ? Overwrite::allow : overwrite).commit();
   if (!resume) fs::remove(journal_file, error);
   replaces_results_ = fs::exists(target_ / manifest_name, error);
   journal_ = std::make_unique<Journal>(journal_file, job_.sha256(), std::move(is_note));

@@ -41,10 +41,11 @@ Shard parse_shard(const std::string& text, const std::string& place = "--shard")
 /// where inputs were found, which may be elsewhere on another machine.
 struct WorkJob {
   static constexpr const char* places_key = "places";
+  static constexpr const char* size_key = "trials";  ///< a job may be resumed with more of them
   nlohmann::json description;
   Shard shard;
 
-  std::string sha256() const;  ///< of description, but for its places, and shard
+  std::string sha256() const;  ///< of description, but for its places and size, and shard
 };
 
 /// A folder with, while the job is under way, `unfinished.journal`, and at the end its results and
@@ -55,13 +56,17 @@ class WorkFolder {
   static constexpr const char* manifest_name = "manifest.json";
 
   /// Makes the folder if need be. A folder that is not empty is refused, except: with `resume`, this job's
-  /// own (its journal is read; or it is finished); with Overwrite::allow (and no `resume`) the job begins
-  /// anew in it. `is_note` knows the job's notes. Throws InputError as OutputFolder and Journal do.
+  /// own, or a smaller one's (its journal is read; or it is finished); with Overwrite::allow (and no
+  /// `resume`) the job begins anew in it. `is_note` knows the job's notes. Throws InputError as OutputFolder
+  /// and Journal do.
   WorkFolder(std::filesystem::path target, WorkJob job, bool resume, Overwrite overwrite, NoteCheck is_note);
 
   /// The same job has been here before and left its results: there is nothing to do, but they may be written
   /// anew.
   bool already_finished() const { return journal_ == nullptr; }
+
+  /// A smaller job of the kind has left its results here: what they hold need not be done again.
+  bool has_grown() const { return has_grown_; }
 
   /// What is done so far; not to be called where the job is already finished.
   Journal& journal() { return *journal_; }
@@ -85,6 +90,7 @@ class WorkFolder {
   std::filesystem::path target_;
   WorkJob job_;
   bool replaces_results_ = false;  // of a finished job
+  bool has_grown_ = false;
   std::unique_ptr<Journal> journal_;
   std::optional<OutputFolder> results_;
   std::map<std::string, Sha256> hashes_;

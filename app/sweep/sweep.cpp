@@ -194,7 +194,7 @@ NoteCheck trials_of(const std::vector<SweepWork>& works) {
       const TrialRecord record = parse_record(value);
       const std::vector<Trial> read =
           parse_trials(trials_csv_header(drawn_keys(work->description)) + record.row, key);
-      return item < static_cast<std::uint64_t>(work->options.trials) && work->options.shard.holds(item) &&
+      return item < static_cast<std::uint64_t>(SweepOptions::max_trials) && work->options.shard.holds(item) &&
              read.size() == 1 && read[0].seed == seed &&
              read[0].scenario_hash == work->description.at("scenario_hash") &&
              trial_row(read[0]) == record.row &&
@@ -250,11 +250,14 @@ std::vector<Sweep> run_sweeps(const std::vector<SweepWork>& works, Journal& jour
   return sweeps;
 }
 
-std::vector<Sweep> read_sweeps(const MergeableShards& shards) {
-  const std::vector<nlohmann::json> descriptions = cell_descriptions(shards.description);
+namespace {
+
+/// By their scenarios' hashes.
+std::map<std::string, Records> read_records(const MergeableShards& shards,
+                                            const std::vector<nlohmann::json>& descriptions) {
   for (const nlohmann::json& description : descriptions)
     check_sweep_description(description, shards.folders.front());
-  std::map<std::string, Records> records;  // by their scenarios' hashes
+  std::map<std::string, Records> records;
   for (const std::filesystem::path& folder : shards.folders) {
     const std::string name = (folder / "trials.csv").string();
     for (const Trial& trial : parse_trials(read_file_bytes(name, max_trials_bytes), name)) {
@@ -270,6 +273,23 @@ std::vector<Sweep> read_sweeps(const MergeableShards& shards) {
       if (record != own.end()) record->second.trace = line + "\n";
     }
   }
+  return records;
+}
+
+}  // namespace
+
+void note_results(const std::filesystem::path& folder, const std::vector<SweepWork>& works,
+                  Journal& journal) {
+  const nlohmann::json description = read_finished_job(folder);
+  auto records = read_records({description, {folder}}, cell_descriptions(description));
+  for (const SweepWork& work : works)
+    for (const auto& [seed, record] : records[work.description.at("scenario_hash")])
+      journal.add(work.notes + std::to_string(seed), record.row + record.trace);
+}
+
+std::vector<Sweep> read_sweeps(const MergeableShards& shards) {
+  const std::vector<nlohmann::json> descriptions = cell_descriptions(shards.description);
+  std::map<std::string, Records> records = read_records(shards, descriptions);
   std::vector<Sweep> sweeps;
   for (const nlohmann::json& description : descriptions)
     sweeps.push_back(join(description, records[description.at("scenario_hash")]));

@@ -49,7 +49,7 @@ struct SweepWork {
   std::string notes;  ///< what its notes' keys begin with; empty for a sweep alone
 };
 
-/// Whether a note of a journal is a trial of the shard's.
+/// Whether a note of a journal is a trial of the shard's, be the sweep as long as it may.
 NoteCheck trials_of(const std::vector<SweepWork>& works);
 
 /// Runs the shard's trials that the journal does not hold yet and notes them there. Returns all of the
@@ -59,6 +59,9 @@ NoteCheck trials_of(const std::vector<SweepWork>& works);
 std::vector<Sweep> run_sweeps(const std::vector<SweepWork>& works, Journal& journal,
                               const std::function<bool()>& go_on,
                               const std::function<void(long done, long total)>& progress);
+
+/// Notes the trials of a finished folder, which is a smaller job's.
+void note_results(const std::filesystem::path& folder, const std::vector<SweepWork>& works, Journal& journal);
 
 /// Joins the results of finished folders, the parts of one job: a sweep, or the cells of a grid. Throws
 /// InputError for what does not fit together or was not written by a sweep.

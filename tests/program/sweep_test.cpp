@@ -56,6 +56,18 @@ TEST_F(SweepTest, AKilledSweepIsResumedToTheSameBytes) {
   EXPECT_EQ(sweep("-o killed --trials 40 --resume").code, 0);
 }
 
+TEST_F(SweepTest, MoreTrialsAreAddedToWhatIsFinishedOrWasKilled) {
+  ASSERT_EQ(sweep("-o whole --trials 40").code, 0);
+  ASSERT_EQ(sweep("-o grown --trials 3 --resume").code, 0);
+  sweep("-o grown --trials 20 --threads 1 --resume", "timeout -s KILL 0.3");
+  ASSERT_EQ(sweep("-o grown --trials 40 --resume").code, 0);
+  expect_same("whole", "grown");
+  EXPECT_EQ(sweep("-o grown --trials 39 --resume").code, 2) << "fewer";
+  EXPECT_EQ(sweep("-o grown --trials 41 --resume --set law.gain_per_s=1").code, 2) << "another job";
+  EXPECT_EQ(sweep("-o grown --trials 41").code, 2) << "without --resume";
+  expect_same("whole", "grown");
+}
+
 class GridTest : public SweepTest {
  protected:
   Ending grid(const std::string& arguments, const std::string& before = "") const {
@@ -87,6 +99,15 @@ TEST_F(GridTest, PartsMergedAndResumedAreTheWholeAtAnyNumberOfThreads) {
   expect_same_grid("whole", "killed");
   EXPECT_EQ(grid("-o killed --resume").code, 0);
   EXPECT_EQ(grid("-o killed").code, 2);
+}
+
+TEST_F(GridTest, MoreTrialsAreAddedToEachCell) {
+  ASSERT_EQ(grid("-o whole").code, 0);
+  const std::string fewer =
+      "--trials 2 --seed 3 --vary law.gain_per_s=0.5,1 --vary law.name=cone,visp -o grown";
+  ASSERT_EQ(sweep(fewer).code, 0);
+  ASSERT_EQ(grid("-o grown --resume").code, 0);
+  expect_same_grid("whole", "grown");
 }
 
 TEST_F(GridTest, EveryCellIsTheSweepThatItsValuesAre) {
