@@ -15,11 +15,6 @@ namespace ballservo {
 
 namespace {
 
-/// A path as it stands in the file: relative to the file's folder.
-std::filesystem::path beside(const std::filesystem::path& file, const std::string& text) {
-  return (file.parent_path() / text).lexically_normal();
-}
-
 std::vector<std::string> apply_sets(StrictYaml& yaml, const std::vector<std::string>& sets) {
   std::vector<std::string> keys;
   for (const std::string& set : sets) {
@@ -113,6 +108,7 @@ std::vector<Fault> at_their_entries(std::vector<Fault> faults, const StrictYaml&
 struct Draft {
   Scenario& scenario;
   const LawCatalog& laws;
+  std::vector<std::string> set_keys{};
   WorldOptions world{};
   std::string camera_file{}, colors{}, target_ball{}, taught{};
   ScenarioReading ok{};
@@ -243,23 +239,32 @@ void declare(OptionVisitor& v, Draft& draft) {
   v.map("avoidance", [&] { declare_avoidance(v, scenario.avoidance, scenario.robot); });
 }
 
+constexpr const char* where_paths_begin =
+    "; a path of --set begins in the folder that you are in, one of a scenario in the scenario's folder";
+
+/// The file that the text of a key names.
+std::filesystem::path path_of(const Draft& draft, const std::string& key, const std::string& text) {
+  const std::filesystem::path folder = is_set(draft.set_keys, key) ? "" : draft.scenario.file.parent_path();
+  return (folder / text).lexically_normal();
+}
+
 /// Faults of a file that a scenario names are its own, behind the key that names it.
 void read_camera_file(StrictYaml& yaml, Draft& draft) {
   CameraSettings& camera = draft.scenario.camera;
-  camera.file = beside(draft.scenario.file, draft.camera_file);
+  camera.file = path_of(draft, "camera.file", draft.camera_file);
   try {
     camera.camera = read_camera(camera.file.string());
   } catch (const InputError& error) {
     const std::string place = yaml.root().map("camera").place("file");
     for (const Fault& fault : error.faults())
-      yaml.faults().add(place + ": " + fault.place, fault.found, fault.allowed);
+      yaml.faults().add(place + ": " + fault.place, fault.found, fault.allowed + where_paths_begin);
     draft.ok.camera_ok = false;
   }
 }
 
 void read_taught(StrictYaml& yaml, Draft& draft) {
   Scenario& scenario = draft.scenario;
-  scenario.taught = beside(scenario.file, draft.taught);
+  scenario.taught = path_of(draft, "target.taught", draft.taught);
   yaml.faults().collect([&] {
     const TaughtTarget target = read_taught_target(scenario.taught);
     scenario.target_distance_m = target.distance_m;
@@ -313,10 +318,10 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   scenario.seed = seed;
   scenario.resolved_json = yaml.resolved_json();
 
-  Draft draft{scenario, laws};
+  Draft draft{scenario, laws, set_keys};
   OptionReader reader(yaml, yaml.root());
   declare(reader, draft);
-  if (!draft.colors.empty()) scenario.colors = beside(file, draft.colors);
+  if (!draft.colors.empty()) scenario.colors = path_of(draft, "colors", draft.colors);
   if (draft.ok.camera_ok) read_camera_file(yaml, draft);
   draw_world(draft.world, scenario.robot.pose, scenario.duration_s, seed);
   scenario.world = draft.world.world;
