@@ -170,7 +170,12 @@ cv::Mat segments_picture(const LearntColors& colors, std::size_t index, cv::Size
   cv::cvtColor(luv, bgr, cv::COLOR_Luv2BGR);
   bgr.convertTo(picture, CV_8U, 255);
   if (picture.size() != size) cv::resize(picture, picture, size, 0, 0, cv::INTER_NEAREST);
-  const int thickness = std::max(1, size.width / 500);
+  return picture;
+}
+
+/// The circles that were accepted, drawn into a picture.
+cv::Mat with_circles(cv::Mat picture, const LearntColors& colors, std::size_t index) {
+  const int thickness = std::max(1, picture.cols / 500);
   for (const auto& [name, circles] : colors.circles) {
     for (const LearntCircle& circle : circles) {
       if (circle.picture != index) continue;
@@ -261,8 +266,10 @@ std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::v
                                         std::size_t picture) {
   const cv::Mat& bgr = pictures.at(picture).bgr;
   std::vector<PreviewPanel> panels = {
-      {"a_source", "(a) source: " + pictures[picture].source, bgr.clone()},
-      {"b_segments", "(b) chroma, circles accepted", segments_picture(colors, picture, bgr.size())}};
+      {"a_source", "(a) circles accepted: " + pictures[picture].source,
+       with_circles(bgr.clone(), colors, picture)},
+      {"b_segments", "(b) chroma, circles accepted",
+       with_circles(segments_picture(colors, picture, bgr.size()), colors, picture)}};
   for (PreviewPanel& panel : color_preview(colors.table)) panels.push_back(std::move(panel));
   panels.insert(panels.end() - 1,
                 {"e_classes", "(e) class of every pixel", classes_picture(colors.table, bgr)});

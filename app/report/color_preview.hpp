@@ -17,10 +17,10 @@ struct PreviewPanel {
   cv::Mat picture;
 };
 
-/// The six panels for one of the pictures that were learnt from: (a) the picture, (b) its chroma,
-/// smoothed, at one lightness, with the circles that were accepted, (c) the chroma of all samples over (a, b) of
-/// Lab, (d) the groups of cells that became classes, (e) the class of every pixel, the others grey, and (f)
-/// the table at six lightnesses.
+/// The six panels for one of the pictures that were learnt from: (a) the picture and (b) its chroma,
+/// smoothed, at one lightness, both with the circles that were accepted, (c) the chroma of all samples over
+/// (a, b) of Lab, (d) the groups of cells that became classes, (e) the class of every pixel, the others grey,
+/// and (f) the table at six lightnesses.
 std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::vector<ColorPicture>& pictures,
                                         std::size_t picture);
 
