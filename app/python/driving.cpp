@@ -227,7 +227,8 @@ void add_driving(py::module_& module) {
                     "Of the ball's disc in the picture, 0 to 1.");
 
   py::class_<PyStep>(module, "Step", "A control step: the truth, and what the controller did.")
-      .def_property_readonly("time_s", [](const PyStep& s) { return s.now.time_s; })
+      .def_property_readonly(
+          "time_s", [](const PyStep& s) { return s.now.time_s; }, "Simulated.")
       .def_property_readonly(
           "pose", [](const PyStep& s) { return array_of(s.now.pose); },
           "The robot's in the world: x_m, y_m, yaw_rad.")
@@ -240,8 +241,12 @@ void add_driving(py::module_& module) {
           "The controller's, in a word.")
       .def_property_readonly(
           "p_WB", [](const PyStep& s) { return s.now.p_WB; }, "The ball's centre in the world, m, (3,).")
-      .def_property_readonly("range_error_m", [](const PyStep& s) { return s.now.range_error_m; })
-      .def_property_readonly("bearing_rad", [](const PyStep& s) { return s.now.bearing_rad; })
+      .def_property_readonly(
+          "range_error_m", [](const PyStep& s) { return s.now.range_error_m; },
+          "Of the axle's distance from the ball on the floor, less that of the goal.")
+      .def_property_readonly(
+          "bearing_rad", [](const PyStep& s) { return s.now.bearing_rad; },
+          "Of the ball in the robot frame, to the left.")
       .def_readonly("frame", &PyStep::frame,
                     "The newest camera frame that the controller has heard of; None before the first.");
   py::class_<PyRun>(module, "Run",
@@ -266,7 +271,7 @@ What law, robot or camera raise ends the run and comes out of the step. Its resu
              throw py::stop_iteration();
            })
       .def("stop", &PyRun::stop, "Ends the run here: its summary says interrupted.")
-      .def_property_readonly("over", &PyRun::over)
+      .def_property_readonly("over", &PyRun::over, "Whether it is.")
       .def_property_readonly(
           "summary", [](const PyRun& r) { return python_of(r.summary_json()); }, "As summary.json.")
       .def_property_readonly("log_csv", &PyRun::log_csv, "As log.csv: one row a control step.")

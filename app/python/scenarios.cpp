@@ -44,7 +44,7 @@ void add_scenarios(py::module_& module) {
       .def_property_readonly(
           "document", [](const Scenario& s) { return python_of(s.resolved_json); },
           "What stands in it, after sets and what the seed drew.")
-      .def_readonly("seed", &Scenario::seed)
+      .def_readonly("seed", &Scenario::seed, "That drew what varies.")
       .def_property_readonly(
           "pose",
           [](const Scenario& s) {
@@ -57,10 +57,12 @@ void add_scenarios(py::module_& module) {
       .def_property_readonly(
           "goal_p_RB", [](const Scenario& s) { return s.goal().desired_p_RB(); },
           "Where the ball's centre is in the robot frame at the goal, m, (3,).")
-      .def_property_readonly("camera",
-                             [](const Scenario& s) {
-                               return KnownCamera{s.camera.camera, std::nullopt};
-                             })
+      .def_property_readonly(
+          "camera",
+          [](const Scenario& s) {
+            return KnownCamera{s.camera.camera, std::nullopt};
+          },
+          "The robot's camera, as it truly is.")
       .def(
           "p_WB", [](const Scenario& s, double time_s) { return s.target_ball().p_WB(time_s); },
           py::arg("time_s"), "Where the target's centre is in the world then, m, (3,).")

@@ -251,7 +251,8 @@ void add_seeing(py::module_& module) {
           "Pixels (N, 2) -> unit rays (N, 3) of the camera frame; NaN where none reaches one.")
       .def_property_readonly(
           "model",
-          [](const KnownCamera& c) { return std::string(lens_model_name(c.camera.parameters().model)); })
+          [](const KnownCamera& c) { return std::string(lens_model_name(c.camera.parameters().model)); },
+          "pinhole, visp, brown, brown8 or kannala_brandt")
       .def_property_readonly(
           "size_px",
           [](const KnownCamera& c) { return std::pair(c.camera.size().width_px, c.camera.size().height_px); },
@@ -277,13 +278,13 @@ void add_seeing(py::module_& module) {
   py::class_<ColorTable, std::shared_ptr<ColorTable>>(module, "Colors", "Learnt colours of balls.")
       .def_static(
           "load", [](const Path& file) { return std::make_shared<ColorTable>(read_color_file(file)); },
-          py::arg("file"))
+          py::arg("file"), "Reads a colours file.")
       .def(
           "save",
           [](const ColorTable& colors, const Path& file, bool overwrite) {
             write_file(file, color_file_bytes(colors), overwrite ? Overwrite::allow : Overwrite::refuse);
           },
-          py::arg("file"), py::arg("overwrite") = false)
+          py::arg("file"), py::arg("overwrite") = false, "Writes a colours file.")
       .def_static(
           "learn", &learn, py::arg("pictures"), py::arg("at") = std::map<std::string, Eigen::Vector3d>{},
           py::arg("background") = Pictures{},
@@ -291,12 +292,14 @@ void add_seeing(py::module_& module) {
           "becomes a class. at: {\"red\": (x, y, radius)}, px, the ball meant in the first picture of its "
           "class; background: pictures without a ball. What is doubtful is warned of; RuntimeError where "
           "nothing can be learnt.")
-      .def_property_readonly("classes",
-                             [](const ColorTable& colors) {
-                               std::vector<std::string> names;
-                               for (const ColorClass& each : colors.classes) names.push_back(each.name);
-                               return names;
-                             })
+      .def_property_readonly(
+          "classes",
+          [](const ColorTable& colors) {
+            std::vector<std::string> names;
+            for (const ColorClass& each : colors.classes) names.push_back(each.name);
+            return names;
+          },
+          "Their names; class k of `classify` is classes[k - 1].")
       .def(
           "classify",
           [](const ColorTable& colors, const py::array& bgr) {

@@ -6,6 +6,7 @@
 #include "app/commands/ball_options.hpp"
 #include "app/commands/calibrate_camera.hpp"
 #include "app/comparison/comparison.hpp"
+#include "app/comparison/pictures/picture_files.hpp"
 #include "app/comparison/pictures/plan_pictures.hpp"
 #include "app/python/bindings.hpp"
 #include "app/sweep/grid.hpp"
@@ -153,18 +154,39 @@ FinishedSweep sweep(const Path& scenario, long trials, const py::dict& vary,
 }
 
 /// The tables by their names.
-std::map<std::string, py::object> compare(const Path& plan_file, std::uint64_t seed, int threads) {
-  checked_threads(threads);
+std::map<std::string, py::object> compare(const std::optional<Path>& plan_file, std::uint64_t seed,
+                                          int threads, const std::optional<Path>& images,
+                                          const std::optional<Path>& truth, const Path& colors,
+                                          const Path& camera, double diameter, const std::string& start) {
+  FaultList faults;
+  check_threads(faults, threads);
+  if (plan_file.has_value() == images.has_value() || images.has_value() != truth.has_value())
+    faults.add("plan, images, truth", plan_file ? "a plan and more" : "no plan",
+               "a plan, or images and truth");
+  check_range(faults, "diameter", diameter, 0, 10);
+  if (start != "vote" && start != "truth") faults.add("start", start, "vote or truth");
+  faults.throw_if_any();
   const auto tables = hearing_ctrl_c([&] {
-    ComparisonPlan plan = read_comparison_plan(plan_file);
-    plan.seed += seed;
-    PlanPictures source(plan);
-    const std::vector<ComparisonUnit> units = comparison_units(source.conditions());
+    std::unique_ptr<PictureSource> source;
+    MethodList methods;
+    std::uint64_t all_seed = seed;
+    if (plan_file) {
+      ComparisonPlan plan = read_comparison_plan(*plan_file);
+      all_seed = plan.seed += seed;
+      methods = plan.methods;
+      source = std::make_unique<PlanPictures>(plan);
+    } else {
+      PictureFilesOptions options{*images,          *truth, colors.string(), camera.string(), diameter,
+                                  start == "truth", seed};
+      for (const FitMethod& method : fit_methods()) methods.push_back(&method);
+      source = std::make_unique<PictureFiles>(options);
+    }
+    const std::vector<ComparisonUnit> units = comparison_units(source->conditions());
     Notes notes;
-    run_units(source, plan.methods, units, notes.journal(), threads, [](long) { throw_if_interrupted(); });
+    run_units(*source, methods, units, notes.journal(), threads, [](long) { throw_if_interrupted(); });
     std::map<std::string, std::string> files;
     ComparisonResults results =
-        collect_results(source.conditions(), plan.methods, units, notes.journal(), plan.seed,
+        collect_results(source->conditions(), methods, units, notes.journal(), all_seed,
                         [&](const std::string& name, std::string_view rows) { files[name] += rows; });
     files.merge(results.files);
     files.merge(results.timing_files);
@@ -209,9 +231,14 @@ void add_studies(py::module_& module) {
              "Runs a scenario's file many times, trial k with seed + k, as `ballservo sweep`; "
              "vary={\"law.gain_per_s\": [0.5, 1, 2]} for every combination of values, "
              "the last key's changing fastest.");
-  module.def("compare", &compare, py::arg("plan"), py::arg("seed") = 0, py::arg("threads") = 0,
-             "Runs every estimator on the pictures of a plan's file, as `ballservo compare`: its tables by "
-             "name (compare, fits, frames, pairs, tests ...), each an array a column.");
+  module.def(
+      "compare", &compare, py::arg("plan") = py::none(), py::arg("seed") = 0, py::arg("threads") = 0,
+      py::kw_only(), py::arg("images") = py::none(), py::arg("truth") = py::none(), py::arg("colors") = "",
+      py::arg("camera") = "", py::arg("diameter") = 0.0, py::arg("start") = "vote",
+      "Runs every estimator on the pictures of a plan's file, or on those of the folder `images`, whose "
+      "balls the table `truth` tells, as `ballservo compare`: its tables by name (compare, fits, frames, "
+      "pairs, tests ...), each an array a column. colors, camera: files; diameter in m, 0: not known; "
+      "start of the fits: vote (needs colors) or truth.");
 }
 
 }  // namespace ballservo

@@ -89,6 +89,18 @@ class PythonTest(unittest.TestCase):
         self.same(self.rows("detect"), [ball for bgr in self.pictures for ball in detector.detect(bgr)])
         self.same(self.rows("track"), [ball for k, bgr in enumerate(self.pictures) for ball in tracker.update(bgr, k / 30)])
 
+    def test_a_path_begins_where_it_is_written(self):
+        (self.place / "elsewhere").mkdir()
+        copy = shutil.copy(SCENARIO, self.place / "elsewhere")
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(self.place)
+        with self.assertRaisesRegex(ballservo.InputError, "camera.file.*begins in the folder that you are in.*scenario's folder"):
+            ballservo.Scenario(copy)
+        set_here = ["camera.file=wide.yaml"]
+        self.assertEqual(ballservo.Scenario(copy, set_here).camera.model, "brown")
+        with self.assertRaises(ballservo.InputError):
+            ballservo.Scenario(copy, ["camera.file=../wide.yaml"])
+
     def test_a_run_is_the_command_lines(self):
         self.program("servo", SCENARIO, "-o", "run", "--perception", "geometric", "--seed", 3, "--set", "law.name=visp")
         run = ballservo.simulate(ballservo.Scenario(SCENARIO, ["law.name=visp"], 3))
@@ -335,6 +347,20 @@ conditions: [{name: base}, {name: noisy, noise: {read: 10}}]
             text = (self.place / f"comparison/{name}.csv").read_text()
             for column, values in ballservo.tables.columns(text).items():
                 np.testing.assert_array_equal(tables[name][column], values, column)
+
+    def test_a_comparison_on_ones_own_pictures_is_the_command_lines(self):
+        words = {"images": self.place / "pictures", "truth": self.place / "pictures/truth.csv", "colors": COLORS,
+                 "camera": CAMERA, "diameter": 0.12, "start": "vote"}
+        self.program("compare", "-o", "own", *itertools.chain.from_iterable((f"--{k}", v) for k, v in words.items()))
+        tables = ballservo.compare(**words)
+        for name in "compare", "fits", "frames":
+            text = (self.place / f"own/{name}.csv").read_text()
+            for column, values in ballservo.tables.columns(text).items():
+                np.testing.assert_array_equal(tables[name][column], values, column)
+        for wrong in ({}, {"plan": "x.yaml", "images": "y"}, {"images": "y"}, {**words, "start": "here"},
+                      {**words, "diameter": np.nan}):
+            with self.assertRaises(ballservo.InputError):
+                ballservo.compare(**wrong)
 
     @staticmethod
     def boards():
