@@ -117,6 +117,14 @@ NoteCheck notes_of(const ComparisonSetting& setting, const Shard& shard) {
   };
 }
 
+// The answer in words, and where the page lies; what drew the page has written both.
+void say_answer(const std::filesystem::path& output, bool quiet) {
+  std::error_code error;
+  if (!quiet && std::filesystem::exists(output / "answer.txt", error))
+    print_result("{}{}\n", read_file_bytes(output / "answer.txt", max_file_bytes),
+                 std::filesystem::absolute(output / "report.html").lexically_normal().string());
+}
+
 // Adds up what the folder's journal holds and writes the results; a part keeps its journal.
 void write_results(const ComparisonSetting& setting, const ShowFrame& show, const Shard& shard,
                    const CommonOptions& common, const std::filesystem::path& output, WorkFolder& folder) {
@@ -137,6 +145,7 @@ void write_results(const ComparisonSetting& setting, const ShowFrame& show, cons
   draw_page_or_warn(folder.staging(), output.string(), common.quiet);
   common.files->commit();
   folder.commit_finished(shard.is_whole() ? "" : notes_name);
+  say_answer(output, common.quiet);
   write_json_results(common, comparison_json(results));
 }
 
@@ -149,6 +158,7 @@ int run_job(PictureSource& source, const nlohmann::json& description, Comparison
                     options.common.overwrite(options.work.output), notes_of(setting, shard));
   if (folder.already_finished()) {
     spdlog::info("compare: {} is finished already", options.work.output.string());
+    say_answer(options.work.output, options.common.quiet);
     if (!options.common.json.empty())
       write_json_results(options.common, nlohmann::json::parse(read_file_bytes(
                                              options.work.output / summary_name, max_file_bytes)));
@@ -164,7 +174,7 @@ int run_job(PictureSource& source, const nlohmann::json& description, Comparison
       spdlog::info("compare: looking at what the paper says of votes, classes and times");
       journal.add(claims_key, measure_paper_claims(*plan).dump());
     }
-    Progress progress("compare", frames, options.common.quiet);
+    Progress progress("frames", frames, options.common.quiet);
     run_units(source, setting.methods, units, journal, options.common.threads, [&](long done) {
       throw_if_interrupted();
       progress.step(done);

@@ -14,6 +14,7 @@ namespace {
 struct ReportOptions {
   CommonOptions common;
   std::vector<std::filesystem::path> folders;
+  bool figures = false;
 };
 
 int run_report(const ReportOptions& options) {
@@ -22,9 +23,12 @@ int run_report(const ReportOptions& options) {
     if (!std::filesystem::is_regular_file(folder / report_json_name))
       faults.add(folder.string(), "no report.json in it",
                  "a folder that servo, sweep, compare or --report of calibrate wrote");
+    if (options.figures && !options.common.force && std::filesystem::exists(folder / "figures"))
+      faults.add((folder / "figures").string(), "there already, and its scripts may have been changed",
+                 "--force to write it anew");
   }
   faults.throw_if_any();
-  const std::string why = draw_pages(options.folders, options.common.quiet);
+  const std::string why = draw_pages(options.folders, options.common.quiet, options.figures);
   throw_if_interrupted();
   if (!why.empty()) throw InputError("report.html", why, "what draws it, and folders as they were written");
   nlohmann::json pages = nlohmann::json::array();
@@ -43,12 +47,15 @@ void add_report_command(CLI::App& program, Action& action) {
   CLI::App* command = program.add_subcommand("report", "Draw the pages of result folders again");
   command->footer(R"(Example:
   ballservo report run sweep
+  ballservo report run --figures && python3 run/figures/clearance.py
 
 Draws report.html of each folder from the other files in it, in place of the one that is there, and prints
-where it lies. Needs Debian's python3-matplotlib and python3-jinja2. The page's figures are functions of the
-Python package ballservo.report, a module a page.
+where it lies. Needs Debian's python3-matplotlib and python3-jinja2. --figures puts into DIR/figures each figure of
+the page for a paper: NAME.svg and NAME.pdf, 85 mm wide, and NAME.py, the short script that draws both, to be changed.
 Exit: 0 drawn, 2 a folder without results of this program, or nothing to draw with.)");
   command->add_option("DIR", options->folders, "Folders of results")->required();
+  command->add_flag("--figures", options->figures,
+                    "Each figure as SVG and PDF for a paper, too, with its script");
   add_common_options(*command, options->common);
   command->callback([options, &action] { action = [options] { return run_report(*options); }; });
 }

@@ -63,6 +63,14 @@ class Film {
   TopView top_view_;
 };
 
+/// The command that repeats a run.
+std::string command_again(const ServoOptions& options) {
+  std::string command = servo_command(options.scenario.generic_string(), "again", options.common.seed,
+                                      options.perception, options.sets);
+  if (!options.touches.empty()) command += " --touches " + quoted(options.touches.generic_string());
+  return command + (options.realtime ? " --realtime" : "");
+}
+
 int exit_code(Outcome outcome) {
   if (outcome == Outcome::reached) return exit_done;
   return outcome == Outcome::interrupted ? exit_interrupted : exit_answer_is_no;
@@ -145,10 +153,10 @@ int run_servo(const ServoOptions& options) {
     return ran_before && (name == "video.mp4" || name == "report.html" || is_run_picture(name));
   });
 
-  // How long the run will take nobody knows: no total.
-  Progress progress(options.realtime ? "milliseconds" : "simulated milliseconds", 0, options.common.quiet);
+  Progress progress(options.realtime ? "seconds" : "simulated seconds, at most",
+                    std::lround(std::ceil(scenario.duration_s)), options.common.quiet);
   run_options.go_on = [&progress](double time_s) {
-    progress.step(std::lround(time_s * 1000));
+    progress.step(std::lround(time_s));
     return !interrupt_requested();
   };
   std::optional<Film> film;
@@ -166,8 +174,9 @@ int run_servo(const ServoOptions& options) {
 
   if (film) film->finish();
   write_run(folder, run, scenario, {options.perception, options.common.seed, options.realtime});
-  write_report(folder, run_report(run, scenario, options.perception, run_options.rule, folder),
-               options.common.quiet);
+  nlohmann::ordered_json report = run_report(run, scenario, options.perception, run_options.rule, folder);
+  report["command"] = command_again(options);
+  write_report(folder, report, options.common.quiet);
   options.common.files->commit(folder);
   write_json_results(options.common, nlohmann::json(summary_json(run.summary, run.timing)));
 

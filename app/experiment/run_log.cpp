@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <visp3/core/vpConfig.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <opencv2/core/version.hpp>
+#include <string_view>
 
 #include "app/report/picture.hpp"
 #include "calibration/base/checksum.hpp"
@@ -182,6 +185,25 @@ ordered_json run_report(const RunRecord& record, const Scenario& scenario, const
           {"picture_px", {size.width_px, size.height_px}},
           {"image", image_json(record, scenario)},
           {"key_frames", key_frames(record.key_frames, folder)}};
+}
+
+std::string quoted(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("_-./=:,+").find(static_cast<char>(c)) != std::string::npos;
+  });
+  if (plain) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::string servo_command(const std::string& scenario, const std::string& output, std::uint64_t seed,
+                          const std::string& perception, const std::vector<std::string>& sets) {
+  std::string command = fmt::format("ballservo servo {} -o {} --seed {} --perception {}", quoted(scenario),
+                                    quoted(output), seed, perception);
+  for (const std::string& set : sets) command += " --set " + quoted(set);
+  return command;
 }
 
 bool is_run_picture(const std::string& name) { return name.rfind(picture_prefix, 0) == 0; }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "app/experiment/outcome_judge.hpp"
 #include "app/experiment/run_record.hpp"
@@ -35,6 +36,12 @@ void write_run(const OutputFolder& folder, const RunRecord& run, const Scenario&
 nlohmann::ordered_json run_report(const RunRecord& record, const Scenario& scenario,
                                   const std::string& perception, const ReachedRule& rule,
                                   const OutputFolder& folder);
+
+/// A word as a shell takes it.
+std::string quoted(const std::string& word);
+/// The command line of a run.
+std::string servo_command(const std::string& scenario, const std::string& output, std::uint64_t seed,
+                          const std::string& perception, const std::vector<std::string>& sets);
 
 /// Whether a run wrote a file of that name for its page: a later run in the same folder removes it.
 bool is_run_picture(const std::string& name);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "app/experiment/run_log.hpp"
 #include "calibration/base/statistics.hpp"
 #include "servo/simulation/world/world.hpp"
 
@@ -202,17 +203,6 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t most_worst = 8, most_keys = 8, fewest_trials = 50;
 
-std::string quoted(const std::string& word) {
-  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("_-./=:,+").find(static_cast<char>(c)) != std::string::npos;
-  });
-  if (plain) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
 /// The worst first: collisions, then other failures, then by settling time over the time-optimal one.
 std::vector<const Trial*> worst_trials(const std::vector<Trial>& trials) {
   std::vector<const Trial*> worst;
@@ -287,13 +277,10 @@ ordered_json success_by_key(const std::vector<Trial>& trials) {
 }  // namespace
 
 std::string trial_command(const nlohmann::json& description, std::uint64_t seed) {
-  std::string command = "ballservo servo " +
-                        quoted(description.at(WorkJob::places_key).at("scenario_file").get<std::string>()) +
-                        fmt::format(" -o seed_{} --seed {} --perception ", seed, seed) +
-                        description.at("perception").get<std::string>();
-  for (const nlohmann::json& set : description.at("sets"))
-    command += " --set " + quoted(set.get<std::string>());
-  return command + " --video";
+  return servo_command(description.at(WorkJob::places_key).at("scenario_file").get<std::string>(),
+                       fmt::format("seed_{}", seed), seed, description.at("perception").get<std::string>(),
+                       description.at("sets").get<std::vector<std::string>>()) +
+         " --video";
 }
 
 nlohmann::ordered_json sweep_report(const Sweep& sweep, const SweepComparison* against) {

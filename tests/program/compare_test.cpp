@@ -59,6 +59,16 @@ TEST_F(CompareTest, PartsKilledAndResumedMergeIntoTheWhole) {
   EXPECT_EQ(run("compare plan.yaml -o part_1 --shard 1/2 --resume").code, 2);
 }
 
+TEST_F(CompareTest, EndsWithItsAnswerAndThePathOfItsPage) {
+  const std::string out = run("compare plan.yaml -o answered").out;
+  EXPECT_THAT(out, testing::StartsWith("Nearest to the truth in 3-D: "));
+  EXPECT_THAT(out, HasSubstr("one step is enough in "));
+  EXPECT_THAT(out, testing::EndsWith((dir / "answered/report.html\n").string()));
+  EXPECT_EQ(run("compare plan.yaml -o answered --resume").out, out);
+  EXPECT_EQ(run("compare plan.yaml -o answered --resume --quiet").out, "");
+  EXPECT_THAT(contents("answered/report.html"), HasSubstr("<h1>plan: is one step enough?</h1>"));
+}
+
 TEST_F(CompareTest, RefusesWhatCannotBeMeant) {
   put("huge.yaml", "frames: 1000000000\nconditions: [{name: a}]\n");
   const test::Ending huge = run("compare huge.yaml -o huge");

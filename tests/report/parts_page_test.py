@@ -59,7 +59,7 @@ class Figures(unittest.TestCase):
         plot = page.axes("title", "x", "y", log=log, **options)
         page.curve(plot, x, y, "s")
         page.legend(plot)
-        return page.drawing(plot)
+        return page.Drawing(plot)
 
     def test_a_gap_breaks_the_line_and_does_not_move_the_axes(self):
         whole, broken = self.line([0, 1, 2, 3, 4], [0, 1, 0, 1, 0]), self.line([0, 1, 2, 3, 4], [0, 1, NAN, 1, 0])
@@ -79,7 +79,7 @@ class Figures(unittest.TestCase):
         page.goal_line(plot, 0.5, "<b>$x")
         page.legend(plot)
         plot.set(title=page.clean(HOSTILE), xlabel=page.clean(HOSTILE), ylabel=page.clean(HOSTILE))
-        markup = html_of(page.drawing(plot))
+        markup = html_of(page.Drawing(plot))
         self.assertNotIn("<script", markup)
         self.assertEqual(markup.count("$x_1$</text>"), 4)  # title, axes, legend
 
@@ -109,12 +109,12 @@ class Figures(unittest.TestCase):
         for low, high in ((0.0, 1e-3), (-1e6, 1.0), (5, 1e6)):
             plot = page.map_axes("map", (low, low + high), (1, 0))
             self.assertEqual(plot.get_aspect(), 1)
-            html_of(page.drawing(plot))
+            html_of(page.Drawing(plot))
 
     def test_heat_maps_leave_out_what_is_not_known(self):
         for values in ([1, 2, NAN, 4, 5, 6], [NAN] * 6, [0] * 6, [INF, 1, 2, 3, 4, 5]):
-            html_of(page.drawing(page.heat_map("heat", "mm", (640, 480), 3, values)))
-        self.assertEqual(titles(str(page.drawing(page.heat_map("heat", "mm", (64, 48), 3, [0] * 6)).markup)), ["heat"])
+            html_of(page.Drawing(page.heat_map("heat", "mm", (640, 480), 3, values)))
+        self.assertEqual(titles(str(page.Drawing(page.heat_map("heat", "mm", (64, 48), 3, [0] * 6)).markup)), ["heat"])
 
 
 if __name__ == "__main__":

@@ -2,6 +2,8 @@
 import csv
 import json
 import math
+import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -38,11 +40,29 @@ class RunPage(PageTest):
     def test_tells_the_figures_of_the_summary(self):
         folder = self.copy(REACHED)
         html, s = drawn(folder), json.loads((folder / "summary.json").read_text())
-        self.assertIn(f"<p class=\"note\">reached: {s['outcome_text']}.</p>", html)
+        self.assertIn(f"reached: {s['outcome_text']}.</p>", html)
         for text in (f"{1e3 * s['range_error_m']:.2f} mm", f"{math.degrees(s['bearing_error_rad']):.3f} deg",
                      f"{s['settled_s']:.2f} s", f"{s['settled_s'] / s['time_optimal_s']:.2f}",
                      f"{s['min_clearance_m']:.2f} m", f"{s['steps']}"):
             self.assertIn(f"<td>{text}</td>", html)
+
+    def test_says_how_to_repeat_it(self):
+        html = drawn(self.copy(REACHED))
+        self.assertIn("seed 3", html)
+        command = re.search('<pre class="wrap">(.*)</pre>', html).group(1)
+        program(*shlex.split(command)[1:])
+        self.assertEqual((SCRATCH / "again/log.csv").read_bytes(), (REACHED / "log.csv").read_bytes())
+
+    def test_is_coloured_by_its_outcome(self):
+        self.assertIn('<p class="note good">reached', drawn(self.copy(REACHED)))
+        self.assertIn('<p class="note bad">', drawn(self.copy(SEEN)))
+
+    def test_names_the_laws_errors(self):
+        folder = self.copy(REACHED)
+        for law, names in (("cone", (">log of the range<", ">azimuth (rad)<")), ("my own", (">error 1<", ">error 2<"))):
+            self.edit(folder, "report.json", lambda facts: facts.update(law=law))
+            for name in names:
+                self.assertIn(name, drawn(folder))
 
     def test_a_run_that_did_not_settle_has_no_ending_and_a_dash(self):
         html = drawn(self.copy(SEEN))

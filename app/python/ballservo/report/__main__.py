@@ -1,36 +1,29 @@
-"""python3 -m ballservo.report DIR...: draws report.html, and of a comparison the tables in words and in LaTeX, into each
-folder from the files in it. Exit: 0 done, 2 not."""
-import importlib
+"""python3 -m ballservo.report [--figures] DIR...: draws report.html, and of a comparison the tables in words and in
+LaTeX, into each folder from the files in it; with --figures each figure for a paper, too (figures.py). Exit: 0 done, 2
+not."""
 import sys
 from pathlib import Path
 
-PAGES = ("run", "sweep", "grid", "comparison", "camera", "difference", "demo")
 
-
-def draw(folder):
-    """Draws one folder's page; each file is there whole or as it was."""
-    from . import page
+def draw(folder, for_paper=False):
+    """Draws one folder's page."""
+    from . import figures, page
     for file in sorted(folder.iterdir()):
         if file.suffix in (".csv", ".json") and not file.is_file():
             raise ValueError(f"{file.name}: found no regular file")
-    name = page.read_json(folder / "report.json")["page"]
-    if name not in PAGES:
-        raise ValueError(f"page: found {name}; allowed: {', '.join(PAGES)}")
-    module = importlib.import_module(f".{name}", __package__)
-    files = {"report.html": module.page(folder), **(module.tables(folder) if hasattr(module, "tables") else {})}
-    for file, text in files.items():
-        partial = folder / f"{file}.partial"
-        try:
-            partial.write_text(text, encoding="utf-8")
-            partial.replace(folder / file)
-        finally:
-            partial.unlink(missing_ok=True)
+    module = page.module_of(folder)
+    tables = module.tables(folder) if hasattr(module, "tables") else {}
+    page.write({folder / "report.html": page.render(module, folder),
+                **{folder / name: text for name, text in tables.items()}})
+    if for_paper:
+        figures.write_figures(module, folder)
 
 
-def main(folders):
+def main(words):
+    folders = [word for word in words if word != "--figures"]
     try:
         for folder in folders:
-            draw(Path(folder))
+            draw(Path(folder), len(folders) < len(words))
     except ImportError as error:
         sys.exit(f"{error}: install python3-matplotlib python3-jinja2")
     except OSError as error:

@@ -1,8 +1,8 @@
 """The page of a camera calibration: how far it can be trusted."""
 import numpy as np
 
-from .page import (axes, drawable, drawing, enlargement, goal_line, heat_map, legend, map_axes, number, photo, read_json,
-                   render, text_of)
+from .page import (Drawing, axes, drawable, enlargement, goal_line, heat_map, legend, map_axes, number, photo,
+                  read_json, text_of)
 
 MODES = ("along the radius", "across it")
 LONGEST = 0.08  # of the picture's width: the longest residual as drawn
@@ -12,8 +12,8 @@ def page(folder):
     facts = read_json(folder / "report.json")
     width, height = facts["picture_px"]
     maps = [ball_map(facts, ball) for ball in facts["ball_maps"]]
-    return render(
-        "camera.html", title="Camera calibration", facts=facts, keys=key_figures(facts), maps=maps,
+    return dict(
+        title="Camera calibration", facts=facts, keys=key_figures(facts), maps=maps,
         subtitle=f"{len(facts['boards'])} of {facts['looked_at']} pictures of {width} x {height} pixels",
         parameters=[(p["name"], f"{p['value']:.6g}", f"{number(p['sigma']):.2g}") for p in facts["parameters"]],
         trials=[(t["model"], pixels(t["rms_px"]), pixels(t["held_out_rms_px"]), t["remark"]) for t in facts["trials"]],
@@ -61,7 +61,7 @@ def residual_map(facts):
         plot.plot(*lines, color=f"C{k % 7}", linewidth=1)
         plot.plot(*found[~aside].T, ".", color=f"C{k % 7}", markersize=3)
         plot.plot(*found[aside].T, "o", color=f"C{k % 7}", markersize=7)
-    return drawing(plot, "Every board has its colour. Each line leads from a corner found towards where the camera expects it.")
+    return Drawing(plot, "Every board has its colour. Each line leads from a corner found towards where the camera expects it.")
 
 
 def residuals_by_radius(facts):
@@ -80,7 +80,7 @@ def residuals_by_radius(facts):
         plot.plot(radius, values, ".", markersize=3, alpha=0.55, label=name)
     goal_line(plot, 0)
     legend(plot)
-    return drawing(plot, "A cloud around zero at every distance: the lens model suffices. A bend along the radius: it does not.")
+    return Drawing(plot, "A cloud around zero at every distance: the lens model suffices. A bend along the radius: it does not.")
 
 
 def ball_map(facts, ball):
@@ -89,5 +89,5 @@ def ball_map(facts, ball):
     worst = np.nanmax(values)
     plot = heat_map(f"A ball at {ball['range_m']:g} m: at worst {worst:.2f} mm", "mm", facts["picture_px"], ball["columns"],
                     values, min(worst, 5 * np.nanmedian(values)))
-    return drawing(plot, f"1-sigma error of a 70 mm ball's centre at {ball['range_m']:g} m that the uncertainty of this camera's "
+    return Drawing(plot, f"1-sigma error of a 70 mm ball's centre at {ball['range_m']:g} m that the uncertainty of this camera's "
                    "parameters causes, by the ball's place in the picture; yellow is the scale's end and all above it.")

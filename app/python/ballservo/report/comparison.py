@@ -2,13 +2,13 @@
 import csv
 import io
 import re
+from pathlib import Path
 
 import numpy as np
 
 from .comparison_answers import answers, certificate_worth, percent
 from .comparison_results import Comparison, median
-from .page import (COLORS, INK, axes, curve, drawable, drawing, figure_text, goal_line, legend, number, photo, render,
-                   text_of)
+from .page import COLORS, INK, Drawing, axes, curve, drawable, figure_text, goal_line, legend, number, photo, text_of
 from .paper_claims import OF_TIMES, claims
 
 # What a plot has room for; a converged fit has its one step's colour, dashed, a whole detector its fit's, dash-dotted.
@@ -24,15 +24,13 @@ FEWEST_BREAKS = 5  # of a rule's curve
 LEAST_PX = 1e-4  # below it two fits are the same for any purpose
 
 
-
-
 def page(folder):
     data = Comparison(folder)
     facts, claimed = data.facts, claims(data)
     gallery = {kind: [photo(folder, item["file"], caption(data, kind, item)) for item in shown]
                for kind, shown in facts["photos"].items()}
-    return render(
-        "comparison.html", title="Is one step enough?", facts=facts, text=data.text, answers=answers(data), photos=gallery,
+    return dict(
+        title=title(data), facts=facts, text=data.text, answers=answers(data), photos=gallery,
         subtitle=f"Every estimator of the ball on the same pixels: {data.text['subject']}", places=data.places,
         methods=[(method["name"], method["minimises"]) for method in facts["methods"]],
         verdicts=[(it.says, it.verdict) for it in claimed],
@@ -50,7 +48,8 @@ def page(folder):
 def tables(folder):
     """Files that say in words, or in LaTeX, what the tables hold."""
     data = Comparison(folder)
-    files, claimed = {"tables.tex": latex_tables(data)}, [it for it in claims(data) if it.shown_by != OF_TIMES]
+    files = {"tables.tex": latex_tables(data), "answer.txt": "".join(f"{text}\n" for text in answers(data)["overall"])}
+    claimed = [it for it in claims(data) if it.shown_by != OF_TIMES]
     if claimed:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -58,6 +57,12 @@ def tables(folder):
         writer.writerows((it.says, it.measured, it.verdict, it.shown_by) for it in claimed)
         files["claims.csv"] = text.getvalue()
     return files
+
+
+def title(data):
+    subject = data.text["subject"]
+    return (f"{Path(subject).stem}: is one step enough?" if data.text["rendered"] else
+            f"{subject}: which method is nearest to the annotations?")
 
 
 def caption(data, kind, item):
@@ -84,8 +89,11 @@ def interval(plot, x, low, high, color):
 def error_figures(data):
     if not data.places:
         return []
-    figures = [sweep_errors(data, sweep) for sweep in data.sweeps()]
-    figures += [sweep_found(data, sweep) for sweep in data.sweeps() if misses(data, sweep.names)]
+    figures = []
+    for sweep in data.sweeps():
+        figures.append(sweep_errors(data, sweep))
+        if misses(data, sweep.names):
+            figures.append(sweep_found(data, sweep))
     return figures + [error_ellipses(data)]
 
 
@@ -102,7 +110,7 @@ def sweep_found(data, sweep):
         curve(plot, values, 100 * share, method, color=color, linestyle=line, marker="o", markersize=3)
     plot.set_ylim(0, 102)
     legend(plot)
-    return drawing(plot, "Frames in which the method's answer is at the ball.")
+    return Drawing(plot, "Frames in which the method's answer is at the ball.")
 
 
 def error_bars(data):
@@ -116,9 +124,14 @@ def error_bars(data):
                  label=method)
         interval(plot, x, data.column(method, "position_median_low_mm", names),
                  data.column(method, "position_median_high_mm", names), INK)
-    plot.set_xticks(np.arange(len(names)), [name.replace("_", " ") for name in names], rotation=20, ha="right")
-    legend(plot, len(methods), 0.24)
-    return drawing(plot, "Shorter is better; one grid line to the next is a factor.")
+        share = data.column(method, "found", names) / data.column(method, "frames", names)
+        for place in np.flatnonzero(share < 1):
+            plot.text(x[place], 0.99, f"{100 * share[place]:.0f} %", transform=plot.get_xaxis_transform(), rotation=90,
+                      fontsize="x-small", ha="center", va="top", color=color)
+    plot.set_xticks(np.arange(len(names)), [name.replace("_", " ") for name in names], rotation=40, ha="right")
+    legend(plot, len(methods), 6.5)
+    return Drawing(plot, "Shorter is better; one grid line to the next is a factor. At the top, where it is not 100 %: "
+                   "in how many frames the method found the ball.")
 
 
 def sweep_errors(data, sweep):
@@ -136,7 +149,7 @@ def sweep_errors(data, sweep):
           linestyle="--")
     legend(plot)
     start = " The fits start from the true circle, displaced: vote is that start."
-    return drawing(plot, "Solid: one step. Dashed: converged on the same points. Dash-dotted: whole detectors."
+    return Drawing(plot, "Solid: one step. Dashed: converged on the same points. Dash-dotted: whole detectors."
                    + (start if sweep.key.startswith("start.") else ""))
 
 
@@ -153,7 +166,7 @@ def error_ellipses(data):
               number(row["depth_bias_mm"]) + 2 * number(row["depth_spread_mm"]) * np.sin(angle), method,
               color=method_color(method))
     legend(plot)
-    return drawing(plot, "Bias (where an ellipse's middle lies) and two sigmas of the spread. Depth is the hard direction: it "
+    return Drawing(plot, "Bias (where an ellipse's middle lies) and two sigmas of the spread. Depth is the hard direction: it "
                    "follows from the radius alone.")
 
 
@@ -177,7 +190,7 @@ def distance_shares(data, pair):
     goal_line(plot, data.facts["break_px"], f"{data.facts['break_px']:g} px", vertical=True)
     plot.set(ylim=(0, 100), xlim=(LEAST_PX, None))
     legend(plot)
-    return drawing(plot, "A curve that rises early means that the two agree in nearly every frame. Differences below 0.0001 px "
+    return Drawing(plot, "A curve that rises early means that the two agree in nearly every frame. Differences below 0.0001 px "
                    "are drawn there.")
 
 
@@ -190,7 +203,7 @@ def errors_of_both(data, pair):
     both = both[both > 0]
     if len(both):
         plot.plot([both.min(), both.max()], [both.min(), both.max()], "--", color=INK, linewidth=1)
-    return drawing(plot, "On the dashed line both err alike; below it one step is the better.")
+    return Drawing(plot, "On the dashed line both err alike; below it one step is the better.")
 
 
 def sweep_distances(data, sweep):
@@ -210,7 +223,7 @@ def sweep_distances(data, sweep):
         interval(plot, values, np.where(unknown, np.nan, low), high, method_color(method))
     goal_line(plot, limit, f"{limit:g} px")
     legend(plot, 2)
-    return drawing(plot, f"Solid: the median with its 95 % interval. Dashed: the worst frame. Beyond {limit:g} px a frame "
+    return Drawing(plot, f"Solid: the median with its 95 % interval. Dashed: the worst frame. Beyond {limit:g} px a frame "
                    "counts as broken; a gap is where no frame was found.")
 
 
@@ -236,7 +249,7 @@ def roc_figure(data):
     goal_line(plot, 95, "95 %")
     plot.set(xlim=(0, 100), ylim=(0, 101))
     legend(plot, 2)
-    return drawing(plot, "Up and to the left is better. next_step: by the length of the step that would follow; bend: by this "
+    return Drawing(plot, "Up and to the left is better. next_step: by the length of the step that would follow; bend: by this "
                    "step's squared; logistic: by four things together. Fits with fewer than "
                    f"{FEWEST_BREAKS} breaks are left out.")
 
@@ -271,7 +284,7 @@ def cost_plot(data, time_ms, error_mm):
         plot.plot(drawable([time_ms[method]]), drawable([error_mm[method]]), "o", color=color, label=method,
                   markersize=6 if converged else 9, alpha=0.5 if converged else 1)
     legend(plot)
-    return drawing(plot, "Down and to the left is better. Small and pale: converged.")
+    return Drawing(plot, "Down and to the left is better. Small and pale: converged.")
 
 
 def with_interval(row, value, low, high):

@@ -3,7 +3,7 @@ import numpy as np
 
 from .page import figure_text, number
 
-MOST_ROWS = 24
+MOST_ROWS, MOST_NAMED = 24, 3
 
 
 def percent(part):
@@ -16,7 +16,7 @@ def answers(data):
     rows = [(data.by_name[name]["words"] if pair == pairs[0] else "", answer(data, name, pair))
             for name in data.named[:-(-MOST_ROWS // max(len(pairs), 1))] for pair in pairs]
     return {"fits": [fit_words(pair) for pair in pairs],
-            "overall": [text for text in (overall(data, pair) for pair in pairs) if text],
+            "overall": [text for text in (nearest(data), *(overall(data, pair) for pair in pairs)) if text],
             "second_look": second_look(data), "conditions": rows,
             "sweeps": [(f"{sweep.label}: {sweep.values[0]:g} to {sweep.values[-1]:g}",
                         *(along(data, sweep, pair) for pair in pairs)) for sweep in data.sweeps()],
@@ -51,6 +51,15 @@ def overall(data, pair):
     return (f"{text}. In the median condition the centres in the picture lie {figure_text(totals.center_median_px)} px "
             f"apart; in the worst frames the centres {figure_text(totals.center_max_px)} px, the radii "
             f"{figure_text(totals.radius_max_px)} px.")
+
+
+def nearest(data):
+    """Who does best, in a sentence."""
+    unit, what = ("mm", "in 3-D") if data.places else ("px", "in the picture")
+    named = [f"{method} ({figure_text(error)} {unit}{'' if found == 1 else f', found in {percent(found)}'})"
+             for method, error, found in data.nearest()[:MOST_NAMED] if np.isfinite(error)]
+    truth = "the truth" if data.text["rendered"] else "the annotations"
+    return f"Nearest to {truth} {what}: {', then '.join(named)}." if named else ""
 
 
 def second_look(data):

@@ -33,10 +33,22 @@ class Comparison:
         for row in read_rows(folder / "frames.csv"):
             self.frames[row["condition"]].append(row)
         self.places = any(np.isfinite(numbers(self.rows.values(), "position_median_mm")))
+        if not self.text["rendered"]:
+            self.methods = [method for method, _, _ in self.nearest()]
         self.step_pairs = [pair for pair in STEP_PAIRS if set(pair) <= set(self.methods)]
 
     def column(self, method, name, conditions=None):
         return numbers([self.rows[condition, method] for condition in conditions or self.names], name)
+
+    def nearest(self):
+        """The methods with their errors (medians over the conditions, mm or px) and the parts of the frames in which
+        they found the ball: the nearest to the truth first, those that miss far more than others last."""
+        name = "position_median_mm" if self.places else "center_rms_px"
+        methods = [(method, median(self.column(method, name)),
+                    self.column(method, "found").sum() / max(self.column(method, "frames").sum(), 1))
+                   for method in self.methods]
+        most = max((found for _, _, found in methods), default=0)
+        return sorted(methods, key=lambda m: (m[2] < 0.9 * most, np.nan_to_num(m[1], nan=np.inf)))
 
     def pair_column(self, method, name, conditions):
         rows = {condition: row for (condition, one, _), row in self.pairs.items() if one == method}

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 
-from .page import INK, drawing, enlargement, heat_map, number, read_json, render, text_of
+from .page import INK, Drawing, enlargement, heat_map, number, read_json, text_of
 
 COLOR_MEDIANS = 5  # the brightest colour stands for so many medians and more
 MOST_PLACES = 8
@@ -16,8 +16,9 @@ def page(folder):
     figures = [difference_map(facts, places)]
     if facts["ball_sigma_rms_mm"] is not None:
         figures.append(sigma_map(facts, places))
-    return render("difference.html", title="Two cameras compared", subtitle=f"{facts['a']} and {facts['b']}", facts=facts,
-                  keys=key_figures(facts), figures=figures, worst=worst_places(places))
+    return dict(
+        title="Two cameras compared", subtitle=f"{facts['a']} and {facts['b']}", facts=facts,
+        keys=key_figures(facts), figures=figures, worst=worst_places(places))
 
 
 def key_figures(f):
@@ -46,14 +47,14 @@ def difference_map(facts, places):
     plot.quiver(*(places[name][drawn] for name in ("x_px", "y_px")),
                 *(scale * places[name][drawn] for name in ("dx_px", "dy_px")), angles="xy", scale_units="xy", scale=1,
                 color="#ffffff", edgecolor=INK, linewidth=0.4, width=0.003)
-    return drawing(plot, "Colour: how far apart the two read the ball's centre. Arrows, "
+    return Drawing(plot, "Colour: how far apart the two read the ball's centre. Arrows, "
                    f"{scale:g} times as long as they are: from where the first camera sees a ray to where the second does; "
                    "overlong ones are left out. Without colour: the ball would not be wholly in the picture there.")
 
 
 def sigma_map(facts, places):
     plot = ball_map(facts, "What the uncertainties let expect at the ball (1 sigma)", places["ball_sigma_mm"])
-    return drawing(plot, "Where this is large, the boards did not reach: photograph the board there.")
+    return Drawing(plot, "Where this is large, the boards did not reach: photograph the board there.")
 
 
 def worst_places(places):

@@ -1,10 +1,12 @@
 """The page of a grid: sweeps of one scenario over the same seeds, with different values of its keys."""
 import json
 
+import matplotlib
 import numpy as np
 
-from .page import COLORS, MAP_COLORS, axes, curve, drawing, number, numbers, read_json, read_rows, render
-from .sweep import percent, rate
+from .page import COLORS, MAP_COLORS, Drawing, axes, curve, number, numbers, read_json, read_rows
+
+MOST_LETTERS = 5  # what a cell of a map must have room for
 
 
 def page(folder):
@@ -14,9 +16,10 @@ def page(folder):
     names = [key["key"] for key in keys]
     heading = [*names, "reached", "collisions", "settled, median (s)", "success less the first cell's",
                "settled less the first cell's (s)"]
-    return render("grid.html", title=facts["title"], subtitle=f"{len(cells)} cells, {summary['trials']} trials", summary=summary, names=names, heading=heading,
-                  rows=[table_row(names, cell) for cell in summary["cells"]], figures=figures,
-                  scenario=json.dumps(facts["scenario"], indent=2))
+    return dict(
+        title=facts["title"], subtitle=f"{len(cells)} cells, {summary['trials']} trials", summary=summary, names=names,
+        heading=heading, rows=[table_row(names, cell) for cell in summary["cells"]], figures=figures,
+        scenario=json.dumps(facts["scenario"], indent=2))
 
 
 def feasible(cell):
@@ -24,12 +27,18 @@ def feasible(cell):
 
 
 def table_row(names, cell):
-    low, high = map(percent, cell["success_less_first_ci95"])
     early, late = map(number, cell["settled_less_first_s_ci95"])
-    return [*(cell["values"][name] for name in names), rate(cell["reached"], feasible(cell), cell["success_ci95"]),
+    return [*(cell["values"][name] for name in names), f"{cell['reached']} of {feasible(cell)}: "
+            + share(cell["success_rate"], cell["success_ci95"]),
             cell["collisions"], f"{number(cell['settled_s']['p50']):.2f}",
-            f"{percent(cell['success_less_first'])} ({low} to {high})",
+            share(cell["success_less_first"], cell["success_less_first_ci95"]),
             f"{number(cell['settled_less_first_s']):+.2f} ({early:+.2f} to {late:+.2f})"]
+
+
+def share(value, interval):
+    """"97.3 % (94.8 to 98.8)" """
+    middle, low, high = (100 * number(part) for part in (value, *interval))
+    return f"{middle:.1f} % ({low:.1f} to {high:.1f})" if np.isfinite(middle) else "-"
 
 
 def places(values):
@@ -41,48 +50,50 @@ def places(values):
 
 
 def curves(keys, cells):
-    key = keys[0]
-    at, words = places(key["values"])
-    order = np.argsort(at)
-
-    def plot_of(title, label, middle, low, high, caption):
-        plot = axes(title, key["key"], label, 480, 300)
-        plot.fill_between(at[order], low[order], high[order], color=COLORS[0], alpha=0.2, linewidth=0)
-        curve(plot, at[order], middle[order], marker="o", markersize=4, color=COLORS[0])
-        if words:
-            plot.set_xticks(at, words)
-        plot.set_ylim(bottom=0)
-        return drawing(plot, caption)
-
     rates = [100 * numbers(cells, f"success_{name}") for name in ("rate", "ci95_low", "ci95_high")]
     settled = [numbers(cells, f"settled_s_{name}") for name in ("p50", "p50", "p95")]
-    return [plot_of("Reached", "reached (%)", *rates, "The band is the 95 % interval."),
-            plot_of("Settling time", "settled (s)", *settled, "Median, and up to 95 % of those that reached.")]
+    return [band(keys[0], "Reached", "reached (%)", *rates, "The band is the 95 % interval."),
+            band(keys[0], "Settling time", "settled (s)", *settled, "Median, and up to 95 % of those that reached.")]
+
+
+def band(key, title, label, middle, low, high, caption):
+    at, words = places(key["values"])
+    order = np.argsort(at)
+    plot = axes(title, key["key"], label, 480, 300)
+    plot.fill_between(at[order], low[order], high[order], color=COLORS[0], alpha=0.2, linewidth=0)
+    curve(plot, at[order], middle[order], marker="o", markersize=4, color=COLORS[0])
+    if words:
+        plot.set_xticks(at, words)
+    plot.set_ylim(bottom=0)
+    return Drawing(plot, caption)
 
 
 def maps(keys, cells):
-    rows, columns = (key["values"] for key in keys)
-
-    def plot_of(title, values, shown, high):
-        plot = axes(title, keys[1]["key"], keys[0]["key"], max(300, 90 * len(columns) + 120),
-                    max(220, 50 * len(rows) + 110))
-        grid = np.reshape(values, (len(rows), len(columns)))
-        plot.pcolormesh(np.ma.masked_invalid(grid), cmap=MAP_COLORS, vmin=0, vmax=high, edgecolors="face")
-        plot.set_xticks(np.arange(len(columns)) + 0.5, columns)
-        plot.set_yticks(np.arange(len(rows)) + 0.5, rows)
-        for place, text in enumerate(shown):
-            row, column = divmod(place, len(columns))
-            plot.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize=9,
-                      bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.5}, color="black")
-        return drawing(plot, CAPTIONS[title])
-
     rates, low, high = (100 * numbers(cells, f"success_{name}") for name in ("rate", "ci95_low", "ci95_high"))
     settled = numbers(cells, "settled_s_p50")
-    return [plot_of("Reached (%)", rates, [f"{r:.0f}\n{a:.0f} to {b:.0f}" if np.isfinite(r) else "-"
-                                           for r, a, b in zip(rates, low, high)], 100),
-            plot_of("Settling time (s)", settled, [f"{s:.1f}" if np.isfinite(s) else "-" for s in settled],
-                    np.nanmax(settled, initial=0) or 1)]
+    return [basin(keys, "Reached (%)", rates, [f"{r:.0f}\n{a:.0f} to {b:.0f}" if np.isfinite(r) else "-"
+                                               for r, a, b in zip(rates, low, high)], 100,
+                  "Under each rate its 95 % interval."),
+            basin(keys, "Settling time (s)", settled, [f"{s:.1f}" if np.isfinite(s) else "-" for s in settled],
+                  np.nanmax(settled, initial=0) or 1, "Median of those that reached.")]
 
 
-CAPTIONS = {"Reached (%)": "Under each rate its 95 % interval.", "Settling time (s)": "Median of those that reached."}
+def basin(keys, title, values, shown, high, caption):
+    rows, columns = (key["values"] for key in keys)
+    plot = axes(title, keys[1]["key"], keys[0]["key"], np.clip(90 * len(columns) + 120, 300, 1040),
+                np.clip(50 * len(rows) + 110, 220, 900))
+    grid = np.reshape(values, (len(rows), len(columns)))
+    image = plot.pcolormesh(np.ma.masked_invalid(grid), cmap=MAP_COLORS, vmin=0, vmax=high, edgecolors="face")
+    plot.set_xticks(np.arange(len(columns)) + 0.5, columns)
+    plot.set_yticks(np.arange(len(rows)) + 0.5, rows)
+    if 60 * plot.figure.get_figwidth() < MOST_LETTERS * len(columns) * matplotlib.rcParams["font.size"]:
+        plot.figure.colorbar(image, ax=plot, label=title)
+        shown = []
+    for place, text in enumerate(shown):
+        row, column = divmod(place, len(columns))
+        plot.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize="small",
+                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.5}, color="black")
+    return Drawing(plot, caption)
+
+
 FIGURES = {1: [curves], 2: [maps]}

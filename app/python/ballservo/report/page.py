@@ -1,6 +1,8 @@
 """What the pages share: files as numbers and clean texts, figures as SVG, pictures as data URIs, and the template."""
 import base64
 import csv
+import importlib
+import inspect
 import io
 import json
 import math
@@ -16,12 +18,16 @@ import numpy as np
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.transforms import ScaledTranslation
+
+PAGES = ("run", "sweep", "grid", "comparison", "camera", "difference", "demo")
 
 # Okabe and Ito's palette ("Color universal design", 2008): told apart by colour-blind readers too.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888")
 INK = "#1d2126"  # becomes the page's text colour, which follows the reader's light or dark system
 MAP_COLORS = "viridis"
 PHONE_PX = 520  # a wider drawing is scrolled on a phone, not shrunk
+LEAST_HEIGHT_PX = 190
 
 matplotlib.rcdefaults()
 matplotlib.rcParams.update({
@@ -30,7 +36,7 @@ matplotlib.rcParams.update({
     "axes.grid": True, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
     "grid.color": INK, "grid.alpha": 0.15, "legend.frameon": False, "legend.fontsize": 10, "lines.linewidth": 1.7,
     "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK,
-    "figure.constrained_layout.use": True})
+    "figure.constrained_layout.use": True, "figure.figsize": (20, 20)})
 warnings.simplefilter("ignore")
 
 # What neither XML nor a terminal should be handed: control characters, halves of surrogate pairs.
@@ -110,8 +116,11 @@ def drawable(values):
 
 
 def axes(title, x_label="", y_label="", width=480, height=320, log=""):
-    """Axes of a figure of their own; `log` names those with a logarithmic scale: "x", "y", "xy". Sizes in px."""
-    plot = Figure(figsize=(width / 72, height / 72)).subplots()
+    """Axes of a figure of their own; `log` names those with a logarithmic scale: "x", "y", "xy". Sizes in px, shrunk to
+    the widest that a figure may be (figure.figsize)."""
+    shrunk = min(1, matplotlib.rcParams["figure.figsize"][0] * 72 / width)
+    height = max(height * shrunk, min(height, LEAST_HEIGHT_PX))
+    plot = Figure(figsize=(width * shrunk / 72, height / 72)).subplots()
     plot.set(title=title, xlabel=x_label, ylabel=y_label)
     for name in log:
         plot.set(**{f"{name}scale": "log"})
@@ -130,9 +139,18 @@ def map_axes(title, x_range, y_range, x_label="", y_label="", width=480):
     return plot
 
 
-def legend(plot, columns=3, below=0.16):
-    """The series' names below the drawing, where they hide nothing."""
-    plot.legend(loc="upper center", bbox_to_anchor=(0.5, -below), ncol=columns)
+def legend(plot, columns=3, below=3.5):
+    """The series' names so many lines below the drawing, where they hide nothing; in fewer columns where the figure is
+    too narrow, which makes it higher."""
+    figure, line = plot.figure, matplotlib.rcParams["font.size"] / 72
+    place = plot.transAxes + ScaledTranslation(0, -below * line, figure.dpi_scale_trans)
+    names = len(plot.get_legend_handles_labels()[1])
+    for fitting in range(columns, 0, -1):
+        drawn = plot.legend(loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=place, ncol=fitting)
+        if names == 0 or drawn.get_window_extent().width <= figure.bbox.width:
+            break
+    rows = -(-names // fitting) - -(-names // columns)
+    figure.set_figheight(figure.get_figheight() + 1.2 * line * rows)
 
 
 def curve(plot, x, y, name=None, **style):
@@ -146,7 +164,7 @@ def goal_line(plot, value, text="", vertical=False):
     if text:
         place = (value, 0.98) if vertical else (0.98, value)
         plot.text(*place, text, transform=plot.get_xaxis_transform() if vertical else plot.get_yaxis_transform(),
-                  fontsize=9, alpha=0.8, va="top" if vertical else "bottom", ha="left" if vertical else "right")
+                  fontsize="small", alpha=0.8, va="top" if vertical else "bottom", ha="left" if vertical else "right")
 
 
 def enlargement(lengths, longest):
@@ -171,22 +189,29 @@ def heat_map(title, unit, size_px, columns, values, high=None, width=480):
     return plot
 
 
-def drawing(plot, caption=""):
-    """A plot as part of a page: text stays text, colours follow the page, no name refers to the network."""
-    text = io.StringIO()
-    plot.figure.savefig(text, format="svg", transparent=True,
-                        metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
-    svg = text.getvalue()
-    own = f"f{zlib.crc32(svg.encode()):x}-"  # names within a page are unique
-    svg = svg[svg.index("<svg"):].replace(INK, "currentColor").replace("xlink:href", "href")
-    svg = re.sub(r' xmlns(:xlink)?="[^"]*"', "", svg)
-    svg = re.sub(r"(font: [^;\"]*?) '[^;\"]*", r"\1 sans-serif", svg)
-    svg = re.sub(r'="([\d.]+)pt"', r'="\1"', svg)
-    svg = re.sub(r' id="(?![mpC][0-9a-f_])[^"]*"', "", svg)
-    svg = re.sub(r'(id="|url\(#|href="#)', rf"\g<1>{own}", svg)
-    svg = svg.replace("<svg ", f'<svg role="img" aria-label="{escape(plot.get_title())}" ', 1)
-    width = plot.figure.get_figwidth() * 72
-    return SimpleNamespace(markup=Markup(svg), caption=caption, wide=width > PHONE_PX)
+class Drawing:
+    """A plot as part of a page, and (figures.py) as a figure of a paper."""
+
+    def __init__(self, plot, caption=""):
+        self.plot, self.caption, self.title = plot, caption, plot.get_title()
+        self.wide = plot.figure.get_figwidth() * 72 > PHONE_PX
+        self.function = inspect.currentframe().f_back.f_code  # that drew it
+
+    @property
+    def markup(self):
+        """Text stays text, colours follow the page, no name refers to the network."""
+        text = io.StringIO()
+        self.plot.figure.savefig(text, format="svg", transparent=True,
+                                 metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+        svg = text.getvalue()
+        own = f"f{zlib.crc32(svg.encode()):x}-"  # names within a page are unique
+        svg = svg[svg.index("<svg"):].replace(INK, "currentColor").replace("xlink:href", "href")
+        svg = re.sub(r' xmlns(:xlink)?="[^"]*"', "", svg)
+        svg = re.sub(r"(font: [^;\"]*?) '[^;\"]*", r"\1 sans-serif", svg)
+        svg = re.sub(r'="([\d.]+)pt"', r'="\1"', svg)
+        svg = re.sub(r' id="(?![mpC][0-9a-f_])[^"]*"', "", svg)
+        svg = re.sub(r'(id="|url\(#|href="#)', rf"\g<1>{own}", svg)
+        return Markup(svg.replace("<svg ", f'<svg role="img" aria-label="{escape(self.title)}" ', 1))
 
 
 def photo(folder, name, caption=""):
@@ -198,9 +223,28 @@ def photo(folder, name, caption=""):
     return SimpleNamespace(markup=markup, caption=caption, wide=False)
 
 
-def render(template, **values):
+def module_of(folder):
+    """The module that makes this folder's page, by the page's name in report.json."""
+    name = read_json(folder / "report.json")["page"]
+    if name not in PAGES:
+        raise ValueError(f"page: found {name}; allowed: {', '.join(PAGES)}")
+    return importlib.import_module(f".{name}", __package__)
+
+
+def render(module, folder):
     """The page: every text that is put into a template is escaped."""
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
                                      autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
-    return environment.get_template(template).render(**values)
+    return environment.get_template(Path(module.__file__).stem + ".html").render(module.page(folder))
+
+
+def write(files):
+    """By their paths; each is there whole or as it was."""
+    for path, content in files.items():
+        partial = path.with_name(path.name + ".partial")
+        try:
+            partial.write_bytes(content if isinstance(content, bytes) else content.encode())
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)

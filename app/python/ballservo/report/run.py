@@ -4,25 +4,32 @@ import math
 
 import numpy as np
 
-from .page import (COLORS, axes, curve, drawing, goal_line, legend, map_axes, numbers, photo, read_json, read_rows,
-                   render, text_of)
+from .page import (COLORS, Drawing, axes, curve, goal_line, legend, map_axes, numbers, photo, read_json, read_rows,
+                  text_of)
 from .floor import draw_obstacles, draw_robot, draw_room
 
 ROBOT, BALL, GOAL = COLORS[:3]
 MOMENTS = 7  # footprints along the path
+# What a law's two errors are of; each less its value at the goal.
+FEATURES = {"cone": ("log of the range", "azimuth (rad)"), "visp": ("X / Z", "log of Z"),
+            "sphere": ("ahead (ball radii)", "to the left (ball radii)"), "pose": ("range (m)", "bearing (rad)")}
 
 
 def page(folder):
     facts, summary = read_json(folder / "report.json"), read_json(folder / "summary.json")
     log = read_rows(folder / "log.csv")
-    return render(
-        "run.html", title=facts["title"], law=facts["law"],
-        subtitle=f"One closed-loop run: law {facts['law']}, perception {facts['perception']}",
+    return dict(
+        title=facts["title"], subtitle=subtitle(facts, folder), command=facts.get("command"),
         summary=summary, keys=key_figures(summary), video=(folder / "video.mp4").exists(),
         ways=[top_view(facts, log), image_trace(facts)], errors=error_plots(facts, summary, log),
         commands=[speed_plot(log), turn_plot(log)],
         key_frames=[photo(folder, frame["file"], frame["caption"]) for frame in facts["key_frames"]],
         states=state_changes(log), scenario=json.dumps(read_json(folder / "manifest.json")["scenario"], indent=2))
+
+
+def subtitle(facts, folder):
+    seed = read_json(folder / "manifest.json")["seed"]
+    return f"One closed-loop run: law {facts['law']}, perception {facts['perception']}, seed {seed}"
 
 
 def degrees(value):
@@ -62,8 +69,8 @@ def top_view(facts, log):
             draw_robot(plot, facts["footprint_m"], path[k], yaw[k], ROBOT, dashed=0 < moment < MOMENTS - 1,
                        arrow=moment == MOMENTS - 1)
         draw_ball(plot, ball[-1], facts["ball"]["radius_m"], facts["distance_m"])
-        plot.annotate("start", path[0], (0, 22), textcoords="offset points", ha="center", fontsize=10)
-    return drawing(plot, "Robot path (with its footprint at seven moments), ball, and the circle of the desired distance "
+        plot.annotate("start", path[0], (0, 22), textcoords="offset points", ha="center")
+    return Drawing(plot, "Robot path (with its footprint at seven moments), ball, and the circle of the desired distance "
                    "around it (dashed).")
 
 
@@ -92,7 +99,7 @@ def image_trace(facts):
     for name, color, style in (("desired", COLORS[2], "--"), ("first", COLORS[0], "-"), ("last", COLORS[0], "-")):
         outline = facts["image"]["outlines_px"].get(name) or []
         curve(plot, *columns(outline + outline[:1]), color=color, linestyle=style, linewidth=1.2)
-    return drawing(plot, "Line: true centre of the outline. Dots: as measured. Circles: the outline in the first and the "
+    return Drawing(plot, "Line: true centre of the outline. Dots: as measured. Circles: the outline in the first and the "
                    "last frame, and where it should end (dashed).")
 
 
@@ -118,7 +125,7 @@ def whole(time, error, title, label):
     plot = axes(title, "time (s)", label)
     goal_line(plot, 0)
     curve(plot, time, error)
-    return drawing(plot, "The whole run.")
+    return Drawing(plot, "The whole run.")
 
 
 def ending(time, error, limit, settled_s, title, label):
@@ -129,22 +136,22 @@ def ending(time, error, limit, settled_s, title, label):
     goal_line(plot, settled_s, "settled", vertical=True)
     begin = max(0.0, settled_s - 0.5)
     plot.set(xlim=(begin, max(time[-1], begin + 0.1)), ylim=(-1.2 * limit, 1.2 * limit))
-    return drawing(plot, 'Within the limits of "reached".')
+    return Drawing(plot, 'Within the limits of "reached".')
 
 
 def own_errors(facts, log):
     plot = axes("The law's own errors", "time (s)", "error")
-    for k in (1, 2):
-        curve(plot, numbers(log, "time_s"), numbers(log, f"error_{k}"), f"error {k}")
+    for k, name in enumerate(FEATURES.get(facts["law"], ("error 1", "error 2")), 1):
+        curve(plot, numbers(log, "time_s"), numbers(log, f"error_{k}"), name)
     legend(plot)
-    return drawing(plot, f"Features less desired features of law {facts['law']}, predicted for the moment when the command "
+    return Drawing(plot, f"Features less desired features of law {facts['law']}, predicted for the moment when the command "
                    "acts.")
 
 
 def clearance(log):
     plot = axes("Clearance", "time (s)", "clearance (m)")
     curve(plot, numbers(log, "time_s"), numbers(log, "clearance_m"))
-    return drawing(plot, "From the footprint to the nearest wall or obstacle.")
+    return Drawing(plot, "From the footprint to the nearest wall or obstacle.")
 
 
 def command_plot(log, quantity, title, label, unit=lambda value: value):
@@ -157,12 +164,12 @@ def command_plot(log, quantity, title, label, unit=lambda value: value):
 
 
 def speed_plot(log):
-    return drawing(command_plot(log, ("v", "mps"), "Forward speed", "v (m/s)"),
+    return Drawing(command_plot(log, ("v", "mps"), "Forward speed", "v (m/s)"),
                    "The square-root shape of the braking envelope.")
 
 
 def turn_plot(log):
-    return drawing(command_plot(log, ("w", "radps"), "Turning rate", "w (deg/s)", degrees), "Positive: to the left.")
+    return Drawing(command_plot(log, ("w", "radps"), "Turning rate", "w (deg/s)", degrees), "Positive: to the left.")
 
 
 def state_changes(log):

@@ -5,8 +5,7 @@ import json
 import numpy as np
 
 from .floor import draw_obstacles, draw_robot, draw_room
-from .page import (COLORS, axes, curve, drawing, legend, map_axes, number, numbers, read_json, read_rows, read_text,
-                   render)
+from .page import COLORS, Drawing, axes, curve, legend, map_axes, number, numbers, read_json, read_rows, read_text
 
 REACHED, FAILED, BALL = COLORS[:3]
 MOST_WAYS, MOST_DRAWN_KEYS, BINS = 300, 3, 30
@@ -20,8 +19,8 @@ def page(folder):
     trials = [row for row in read_rows(folder / "trials.csv") if row["outcome"] != "infeasible"]
     traces = read_traces(folder / "traces.jsonl", seeds_to_draw(trials) | {trial["seed"] for trial in facts["worst"]})
     by_seed = {int(trial["seed"]): trial for trial in trials}
-    return render(
-        "sweep.html", title=facts["title"], summary=summary, facts=facts, feasible=len(trials),
+    return dict(
+        title=facts["title"], summary=summary, facts=facts, feasible=len(trials),
         subtitle=f"{summary['trials']} runs: law {summary['law']}, perception {summary['perception']}",
         reached=rate(summary["reached"], len(trials), summary["success_ci95"]), keys=key_figures(summary, trials),
         failures=[failure_row(group, len(trials)) for group in summary["failures"]],
@@ -136,7 +135,7 @@ def all_ways(trials, traces):
             plot.plot(*trace["path"].T, color=FAILED, linewidth=1.5, alpha=0.8)
             plot.plot(*trace["path"][-1], "o", color=FAILED, markersize=5)
         plot.plot(*trace["ball"][:1].T, "o", color=BALL, markersize=3)
-    return drawing(plot, f"{len(shown)} of the trials, failures first. Thin: reached. Thick, ending in a dot: not reached. "
+    return Drawing(plot, f"{len(shown)} of the trials, failures first. Thin: reached. Thick, ending in a dot: not reached. "
                    "Small dots: where the balls were at the start. Obstacles are shown where all trials share them.")
 
 
@@ -156,7 +155,7 @@ def worst_trial(trial, trace, facts):
         plot.plot(ball[-1, 0] + facts["distance_m"] * np.cos(angle), ball[-1, 1] + facts["distance_m"] * np.sin(angle),
                   "--", color=BALL, linewidth=1)
         plot.plot(*ball[-1], "o", color=BALL, markersize=6)
-    return drawing(plot, f"Seed {trial['seed']}: {trial['outcome']}: {trial['why']}.")
+    return Drawing(plot, f"Seed {trial['seed']}: {trial['outcome']}: {trial['why']}.")
 
 
 def success_plot(key):
@@ -168,7 +167,7 @@ def success_plot(key):
     for end in (low, high):
         curve(plot, value, 100 * end, color=REACHED, linewidth=1, linestyle="--")
     plot.set_ylim(0, 102)
-    return drawing(plot, "Dashed: 95 % intervals.")
+    return Drawing(plot, "Dashed: 95 % intervals.")
 
 
 def scatter_plots(trials):
@@ -183,7 +182,7 @@ def scatter_plot(trials, a, b):
     plot.plot(x[good], y[good], "o", color=REACHED, markersize=3, alpha=0.5, label="reached")
     plot.plot(x[~good], y[~good], "o", color=FAILED, markersize=4, label="not reached")
     legend(plot)
-    return drawing(plot, "One dot a trial.")
+    return Drawing(plot, "One dot a trial.")
 
 
 def histogram(values, title, label, caption):
@@ -191,7 +190,7 @@ def histogram(values, title, label, caption):
     values = values[np.isfinite(values)]
     if len(values):
         plot.hist(values, BINS, color=COLORS[0], alpha=0.85)
-    return drawing(plot, caption)
+    return Drawing(plot, caption)
 
 
 def distributions(trials):
