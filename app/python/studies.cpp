@@ -167,26 +167,24 @@ std::map<std::string, py::object> compare(const std::optional<Path>& plan_file, 
   if (start != "vote" && start != "truth") faults.add("start", start, "vote or truth");
   faults.throw_if_any();
   const auto tables = hearing_ctrl_c([&] {
+    ComparisonPlan plan;  // the source looks at it
+    if (plan_file) plan = read_comparison_plan(*plan_file);
+    plan.seed += seed;
     std::unique_ptr<PictureSource> source;
-    MethodList methods;
-    std::uint64_t all_seed = seed;
     if (plan_file) {
-      ComparisonPlan plan = read_comparison_plan(*plan_file);
-      all_seed = plan.seed += seed;
-      methods = plan.methods;
       source = std::make_unique<PlanPictures>(plan);
     } else {
       PictureFilesOptions options{*images,          *truth, colors.string(), camera.string(), diameter,
                                   start == "truth", seed};
-      for (const FitMethod& method : fit_methods()) methods.push_back(&method);
+      for (const FitMethod& method : fit_methods()) plan.methods.push_back(&method);
       source = std::make_unique<PictureFiles>(options);
     }
     const std::vector<ComparisonUnit> units = comparison_units(source->conditions());
     Notes notes;
-    run_units(*source, methods, units, notes.journal(), threads, [](long) { throw_if_interrupted(); });
+    run_units(*source, plan.methods, units, notes.journal(), threads, [](long) { throw_if_interrupted(); });
     std::map<std::string, std::string> files;
     ComparisonResults results =
-        collect_results(source->conditions(), methods, units, notes.journal(), all_seed,
+        collect_results(source->conditions(), plan.methods, units, notes.journal(), plan.seed,
                         [&](const std::string& name, std::string_view rows) { files[name] += rows; });
     files.merge(results.files);
     files.merge(results.timing_files);

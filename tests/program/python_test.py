@@ -351,10 +351,10 @@ conditions: [{name: base}, {name: noisy, noise: {read: 10}}]
     def test_a_comparison_on_ones_own_pictures_is_the_command_lines(self):
         words = {"images": self.place / "pictures", "truth": self.place / "pictures/truth.csv", "colors": COLORS,
                  "camera": CAMERA, "diameter": 0.12, "start": "vote"}
-        self.program("compare", "-o", "own", *itertools.chain.from_iterable((f"--{k}", v) for k, v in words.items()))
+        self.program("compare", "-o", "own_pictures", *itertools.chain.from_iterable((f"--{k}", v) for k, v in words.items()))
         tables = ballservo.compare(**words)
         for name in "compare", "fits", "frames":
-            text = (self.place / f"own/{name}.csv").read_text()
+            text = (self.place / f"own_pictures/{name}.csv").read_text()
             for column, values in ballservo.tables.columns(text).items():
                 np.testing.assert_array_equal(tables[name][column], values, column)
         for wrong in ({}, {"plan": "x.yaml", "images": "y"}, {"images": "y"}, {**words, "start": "here"},
