@@ -71,15 +71,18 @@ nlohmann::json without_places(nlohmann::json description) {
 /// Of a grid, of each of its cells.
 nlohmann::json without_size(nlohmann::json description) {
   description.erase(WorkJob::size_key);
-  if (description.contains("cells"))
-    for (nlohmann::json& cell : description["cells"]) cell.erase(WorkJob::size_key);
+  if (const auto cells = description.find("cells"); cells != description.end())
+    for (nlohmann::json& cell : *cells)
+      if (cell.is_object()) cell.erase(WorkJob::size_key);
   return description;
 }
 
 /// The trials of a job, of a grid's those of a cell; 0: it has none.
-long size_of(const nlohmann::json& description) {
-  if (description.contains("cells")) return size_of(description["cells"].at(0));
-  return description.value(WorkJob::size_key, 0L);
+double size_of(const nlohmann::json& description) {
+  const auto cells = description.find("cells");
+  const nlohmann::json& of = cells != description.end() && !cells->empty() ? cells->front() : description;
+  const auto size = of.find(WorkJob::size_key);
+  return size != of.end() && size->is_number() ? size->get<double>() : 0;
 }
 
 bool same_job(const nlohmann::json& a, const nlohmann::json& b) {
@@ -134,8 +137,9 @@ WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite over
     const auto manifest = read_manifest(target_);
     const bool same_shard = manifest && manifest->shard.to_text() == job_.shard.to_text();
     if (!begun && same_shard && same_job(manifest->description, job_.description)) return;
-    has_grown_ = same_shard && size_of(manifest->description) < size_of(job_.description) &&
-                 same_job(without_size(manifest->description), without_size(job_.description));
+    has_grown_ = same_shard &&
+                 same_job(without_size(manifest->description), without_size(job_.description)) &&
+                 size_of(manifest->description) < size_of(job_.description);
     if (manifest && !begun && !has_grown_) {
       throw InputError(target_.string(),
                        "the results of another job (it differs in " +
