@@ -32,7 +32,7 @@ def table_row(names, cell):
             + share(cell["success_rate"], cell["success_ci95"]),
             cell["collisions"], f"{number(cell['settled_s']['p50']):.2f}",
             share(cell["success_less_first"], cell["success_less_first_ci95"]),
-            f"{number(cell['settled_less_first_s']):+.2f} ({early:+.2f} to {late:+.2f})"]
+            f"{number(cell['settled_less_first_s']):+.2f}" + (f" ({early:+.2f} to {late:+.2f})" if np.isfinite(early) else "")]
 
 
 def share(value, interval):
@@ -73,7 +73,7 @@ def maps(keys, cells):
     settled = numbers(cells, "settled_s_p50")
     return [basin(keys, "Reached (%)", rates, [f"{r:.0f}\n{a:.0f} to {b:.0f}" if np.isfinite(r) else "-"
                                                for r, a, b in zip(rates, low, high)], 100,
-                  "Under each rate its 95 % interval."),
+                  "Under each rate its 95 % interval, where there is room for it."),
             basin(keys, "Settling time (s)", settled, [f"{s:.1f}" if np.isfinite(s) else "-" for s in settled],
                   np.nanmax(settled, initial=0) or 1, "Median of those that reached.")]
 
@@ -84,9 +84,11 @@ def basin(keys, title, values, shown, high, caption):
                 np.clip(50 * len(rows) + 110, 220, 900))
     grid = np.reshape(values, (len(rows), len(columns)))
     image = plot.pcolormesh(np.ma.masked_invalid(grid), cmap=MAP_COLORS, vmin=0, vmax=high, edgecolors="face")
-    plot.set_xticks(np.arange(len(columns)) + 0.5, columns)
+    letters = 60 * plot.figure.get_figwidth() / matplotlib.rcParams["font.size"]  # that have room along the map
+    every = int(np.ceil(MOST_LETTERS / 2 * len(columns) / letters))
+    plot.set_xticks(np.arange(len(columns))[::every] + 0.5, columns[::every])
     plot.set_yticks(np.arange(len(rows)) + 0.5, rows)
-    if 60 * plot.figure.get_figwidth() < MOST_LETTERS * len(columns) * matplotlib.rcParams["font.size"]:
+    if letters < MOST_LETTERS * len(columns):
         plot.figure.colorbar(image, ax=plot, label=title)
         shown = []
     for place, text in enumerate(shown):
