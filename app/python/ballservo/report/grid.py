@@ -28,11 +28,12 @@ def feasible(cell):
 
 def table_row(names, cell):
     early, late = map(number, cell["settled_less_first_s_ci95"])
+    interval = f" ({early:+.2f} to {late:+.2f})" if np.isfinite(early) else ""
     return [*(cell["values"][name] for name in names), f"{cell['reached']} of {feasible(cell)}: "
             + share(cell["success_rate"], cell["success_ci95"]),
             cell["collisions"], f"{number(cell['settled_s']['p50']):.2f}",
             share(cell["success_less_first"], cell["success_less_first_ci95"]),
-            f"{number(cell['settled_less_first_s']):+.2f}" + (f" ({early:+.2f} to {late:+.2f})" if np.isfinite(early) else "")]
+            f"{number(cell['settled_less_first_s']):+.2f}{interval}"]
 
 
 def share(value, interval):
