@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib
 from matplotlib.ticker import LogLocator
 
-from .page import Drawing, legend, module_of, write
+from .page import Drawing, module_of, write
 
 COLUMN_MM, MOST_TICKS = 85, 6
 STYLE = {"figure.figsize": (COLUMN_MM / 25.4, COLUMN_MM / 25.4), "font.size": 8, "axes.titlesize": 8,
