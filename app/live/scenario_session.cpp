@@ -269,7 +269,7 @@ void ScenarioSession::run_once() {
   options.go_on = [this](double) { return goes_on(); };
   if (!options_.keep) options.remembered_steps = trail_steps();
   const RunRecord run = run_closed_loop(scenario_, options);
-  touches_.steps = run.steps.back().step + 1;
+  touches_.steps = run.steps.empty() ? 0 : run.steps.back().step + 1;
   state_["outcome"] = outcome_name(run.summary.outcome);
   state_["outcome_text"] = run.summary.outcome_text;
   publish();
