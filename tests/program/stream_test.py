@@ -157,7 +157,7 @@ class StreamTest(unittest.TestCase):
         while len(frames) < 5:
             picture = program.hear()
             jsonschema.validate(picture, SCHEMA, jsonschema.Draft202012Validator)
-            frames += [picture["frame"]] if picture["balls"] else []
+            frames += [picture["source"]] if picture["balls"] else []
         self.assertGreater(len(set(frames)), 2)
         self.assertEqual(served.end(), 0)
 
