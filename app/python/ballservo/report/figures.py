@@ -23,7 +23,7 @@ from ballservo.report.{module} import *
 
 {source}
 
-redraw({function}, __file__)
+redraw({function}, __file__, {number})
 '''
 
 
@@ -68,27 +68,27 @@ def pictures(drawing):
             yield kind, file.getvalue()
 
 
-def script(name, drawing, module):
+def script(name, number, drawing, module):
     says = textwrap.wrap(" ".join(f"{drawing.title}. {drawing.caption}".split()), 116)  # nothing leaves its line
-    return SCRIPT.format(says="\n".join(f"# {line}" for line in says), name=name, module=Path(module.__file__).stem,
-                         source=inspect.getsource(drawing.function), function=drawing.function.co_name)
+    return SCRIPT.format(says="\n".join(f"# {line}" for line in says), name=name, number=number,
+                         module=Path(module.__file__).stem, source=inspect.getsource(drawing.function),
+                         function=drawing.function.co_name)
 
 
 def write_figures(module, folder):
     """Into `figures` in the folder."""
     place = folder / "figures"
     place.mkdir(exist_ok=True)
-    for name, drawing in figures(module, folder).items():
-        write({place / f"{name}.py": script(name, drawing, module),
+    for number, (name, drawing) in enumerate(figures(module, folder).items()):
+        write({place / f"{name}.py": script(name, number, drawing, module),
                **{place / f"{name}.{kind}": data for kind, data in pictures(drawing)}})
 
 
-def redraw(function, file):
-    """Draws the figure of a script again, by the script's function in place of the page's."""
+def redraw(function, file, number):
+    """Draws the figure of a script again, the page's numberth, by the script's function in place of the page's."""
     file = Path(file).resolve()
     folder = file.parent.parent
     module = module_of(folder)
-    number = list(figures(module, folder)).index(file.stem)  # the function may change the title
     setattr(module, function.__name__, function)
     drawing = list(figures(module, folder).values())[number]
     write({file.with_suffix(f".{kind}"): data for kind, data in pictures(drawing)})
