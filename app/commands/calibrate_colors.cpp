@@ -16,6 +16,8 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/report/color_preview.hpp"
+#include "app/report/draw_pages.hpp"
+#include "app/report/overlay.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/color/color_file.hpp"
@@ -110,11 +112,17 @@ struct ColorsOptions {
   std::filesystem::path output, preview, show;
 };
 
-/// The panels and their figure as files whose names begin with `prefix`.
-void write_panels(const OutputFolder& folder, const std::string& prefix,
-                  const std::vector<PreviewPanel>& panels) {
-  for (const PreviewPanel& panel : panels) write_image(folder, prefix + panel.name + ".png", panel.picture);
+/// The panels and their figure as files whose names begin with `prefix`; returns what the page says of them.
+nlohmann::ordered_json write_panels(const OutputFolder& folder, const std::string& prefix,
+                                    const std::vector<PreviewPanel>& panels) {
+  nlohmann::ordered_json listed = nlohmann::json::array();
+  for (const PreviewPanel& panel : panels) {
+    listed.push_back(
+        {{"name", panel.name}, {"file", prefix + panel.name + ".png"}, {"caption", panel.caption}});
+    write_image(folder, listed.back()["file"], panel.picture);
+  }
   write_image(folder, prefix + "figure.png", preview_figure(panels));
+  return listed;
 }
 
 /// What was learnt, and how to draw it.
@@ -125,17 +133,61 @@ struct Lesson {
   std::vector<std::string> sources;      // what LearntCircle::picture counts
 };
 
-void write_preview(const OutputFolder& folder, const Lesson& lesson) {
-  if (lesson.sources.empty()) write_panels(folder, "", color_preview(lesson.colors.table));
-  for (const BoxTrainer::Shown& shown : lesson.shown) {
-    write_panels(folder, fmt::format("frame_{:06}_", shown.frame), box_preview(lesson.colors.table, shown));
-  }
+/// The panels of every picture, and the page about the classes of the file.
+void write_preview(const OutputFolder& folder, const Lesson& lesson, const std::string& file,
+                   nlohmann::json classes, const std::vector<std::string>& warnings, bool quiet) {
+  const ColorTable& colors = lesson.colors.table;
+  nlohmann::ordered_json pictures = nlohmann::json::array();
+  const auto add = [&](const std::string& prefix, const std::vector<PreviewPanel>& panels) {
+    throw_if_interrupted();
+    pictures.push_back(write_panels(folder, prefix, panels));
+  };
+  if (lesson.sources.empty()) add("", color_preview(colors));
+  for (const BoxTrainer::Shown& shown : lesson.shown)
+    add(fmt::format("frame_{:06}_", shown.frame), box_preview(colors, shown));
   std::set<std::string> used;
   for (std::size_t i = 0; i < lesson.pictures.size(); ++i) {
-    throw_if_interrupted();
     const std::string stem = std::filesystem::path(lesson.pictures[i].source).stem().string();
-    write_panels(folder, unused_name(used, stem) + "_", color_preview(lesson.colors, lesson.pictures, i));
+    add(unused_name(used, stem) + "_", color_preview(lesson.colors, lesson.pictures, i));
   }
+  for (std::size_t k = 0; k < colors.classes.size(); ++k) {
+    const cv::Scalar bgr = class_display_color(colors, static_cast<ClassIndex>(k + 1));
+    classes[colors.classes[k].name]["rgb"] = {bgr[2], bgr[1], bgr[0]};
+  }
+  write_report(folder,
+               {{"page", "colors"},
+                {"file", file},
+                {"sources", lesson.sources},
+                {"classes", classes},
+                {"camera_settings", colors.camera_settings},
+                {"warnings", warnings},
+                {"pictures", pictures}},
+               quiet);
+}
+
+/// Says, draws and writes what the classes are; to `output` what was learnt now.
+int finish(const ColorsOptions& options, const Lesson& lesson, const std::vector<ClassReport>& reports,
+           const std::vector<std::string>& warnings, std::optional<OutputFile> output,
+           std::optional<OutputFolder> folder) {
+  const ColorTable& colors = lesson.colors.table;
+  const nlohmann::json classes = classes_json(colors, reports, lesson.colors.circles, lesson.sources);
+  for (const std::string& warning : warnings) spdlog::warn("{}", warning);
+  if (folder) {
+    const std::filesystem::path& file = output ? options.output : options.show;
+    write_preview(*folder, lesson, file.filename().string(), classes, warnings, options.common.quiet);
+  }
+  if (output) output->write(color_file_bytes(colors));
+  throw_if_interrupted();
+  options.common.files->commit(output, folder);
+  write_json_results(options.common, {{"classes", classes}, {"camera_settings", colors.camera_settings}});
+  if (options.common.quiet) return exit_done;
+  print_result("{}", classes_text(colors, reports, lesson.colors.circles));
+  for (const auto& [name, value] : colors.camera_settings)
+    print_result("camera {}: {}\n", name, number_text(value));
+  if (output) print_result("Written to {}\n", options.output.string());
+  if (folder)
+    print_result("report: {}\n", std::filesystem::absolute(options.preview / "report.html").string());
+  return exit_done;
 }
 
 int show_file(const ColorsOptions& options) {
@@ -146,23 +198,13 @@ int show_file(const ColorsOptions& options) {
     faults.add("--show", "options to learn with", "--show FILE, --preview and --json alone");
   }
   faults.throw_if_any();
-  const ColorTable colors = read_color_file(options.show);
+  Lesson lesson;
+  lesson.colors.table = read_color_file(options.show);
   std::optional<OutputFolder> folder;
   if (!options.preview.empty()) folder.emplace(options.preview, options.common.overwrite(options.preview));
-  const std::vector<ClassReport> reports = report_classes(colors);
-  if (!options.common.quiet) {
-    print_result("{}", classes_text(colors, reports, {}));
-    for (const auto& [name, value] : colors.camera_settings)
-      print_result("camera {}: {}\n", name, number_text(value));
-  }
-  for (const std::string& warning : judge_classes(colors, reports).warnings) spdlog::warn("{}", warning);
-  if (folder) {
-    write_panels(*folder, "", color_preview(colors));
-    options.common.files->commit(folder);
-  }
-  write_json_results(options.common, {{"classes", classes_json(colors, reports, {}, {})},
-                                      {"camera_settings", colors.camera_settings}});
-  return exit_done;
+  const std::vector<ClassReport> reports = report_classes(lesson.colors.table);
+  return finish(options, lesson, reports, judge_classes(lesson.colors.table, reports).warnings, {},
+                std::move(folder));
 }
 
 /// Shows that work goes on, and lets it be interrupted.
@@ -247,7 +289,7 @@ int run_calibrate_colors(const ColorsOptions& options) {
   std::vector<ColorTable> files;
   for (const std::string& file : options.add) faults.collect([&] { files.push_back(read_color_file(file)); });
   faults.throw_if_any();
-  OutputFile output(options.output, options.common.overwrite(options.output));
+  std::optional<OutputFile> output(std::in_place, options.output, options.common.overwrite(options.output));
   std::optional<OutputFolder> folder;
   if (!options.preview.empty()) folder.emplace(options.preview, options.common.overwrite(options.preview));
 
@@ -264,23 +306,12 @@ int run_calibrate_colors(const ColorsOptions& options) {
                                      : learn_classes(lesson.pictures, requests, search, background);
   }
   lesson.colors.table = joined(options, lesson, std::move(files));
-  const ColorTable& colors = lesson.colors.table;
-  const std::vector<ClassReport> reports = report_classes(colors);
-  const ClassFindings findings = judge_classes(colors, reports);
+  const std::vector<ClassReport> reports = report_classes(lesson.colors.table);
+  const ClassFindings findings = judge_classes(lesson.colors.table, reports);
   if (!findings.refusals.empty()) throw Refusal(fmt::format("{}", fmt::join(findings.refusals, "\n")));
-  for (const std::string& doubt : lesson.colors.doubts) spdlog::warn("{}", doubt);
-  for (const std::string& warning : findings.warnings) spdlog::warn("{}", warning);
-  if (folder) write_preview(*folder, lesson);
-  output.write(color_file_bytes(colors));
-  throw_if_interrupted();
-  options.common.files->commit(output, folder);
-  write_json_results(options.common,
-                     {{"classes", classes_json(colors, reports, lesson.colors.circles, lesson.sources)}});
-  if (!options.common.quiet) {
-    print_result("{}", classes_text(colors, reports, lesson.colors.circles));
-    print_result("Written to {}\n", options.output.string());
-  }
-  return exit_done;
+  std::vector<std::string> warnings = lesson.colors.doubts;
+  warnings.insert(warnings.end(), findings.warnings.begin(), findings.warnings.end());
+  return finish(options, lesson, reports, warnings, std::move(output), std::move(folder));
 }
 
 }  // namespace
@@ -326,7 +357,8 @@ or a class taught on background; 2 bad input.)");
   command->add_option("--box", options->box, "Where the ball is held in it (px), and the class's name")
       ->type_name("NAME=CX,CY,R");
   add_output_option(*command, "-o,--output", options->output, "FILE.colors", "The colours file");
-  add_output_option(*command, "--preview", options->preview, "DIR", "How it was learnt, picture by picture");
+  add_output_option(*command, "--preview", options->preview, "DIR",
+                    "How it was learnt, picture by picture, and what the classes bear: DIR/report.html");
   command->add_option("--show", options->show, "Say what a colours file holds, learning nothing")
       ->type_name("FILE");
   add_common_options(*command, options->common);

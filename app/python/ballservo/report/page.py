@@ -19,8 +19,9 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
+from PIL import Image
 
-PAGES = ("run", "sweep", "grid", "comparison", "camera", "difference", "demo")
+PAGES = ("run", "sweep", "grid", "comparison", "camera", "difference", "colors", "demo")
 
 # Okabe and Ito's palette ("Color universal design", 2008): told apart by colour-blind readers too.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888")
@@ -149,7 +150,8 @@ def legend(plot, columns=3, below=3.5):
         drawn = plot.legend(loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=place, ncol=fitting)
         if names == 0 or drawn.get_window_extent().width <= figure.bbox.width:
             break
-    rows = -(-names // fitting) - -(-names // columns)
+    has_room = plot.get_aspect() == "auto"  # that of a map is all taken
+    rows = -(-names // fitting) - -(-names // columns) * has_room
     figure.set_figheight(figure.get_figheight() + 1.2 * line * rows)
 
 
@@ -214,29 +216,36 @@ class Drawing:
         return Markup(svg.replace("<svg ", f'<svg role="img" aria-label="{escape(self.title)}" ', 1))
 
 
-def photo(folder, name, caption=""):
-    """A picture beside the page, taken into it."""
+def photo(folder, name, caption="", widest_px=None):
+    """A picture beside the page, taken into it; shrunk, as JPEG, to `widest_px`."""
     path = Path(folder) / Path(name).name
-    kind = "png" if path.suffix == ".png" else "jpeg"
-    data = base64.b64encode(path.read_bytes()).decode()
+    kind, content = "png" if path.suffix == ".png" else "jpeg", io.BytesIO(path.read_bytes())
+    if widest_px:
+        kind, content = "jpeg", io.BytesIO()
+        with Image.open(path) as picture:
+            picture.thumbnail((widest_px, widest_px))
+            picture.convert("RGB").save(content, "jpeg", quality=88)
+    data = base64.b64encode(content.getvalue()).decode()
     markup = Markup('<img src="data:image/{};base64,{}" alt="{}"/>').format(kind, Markup(data), caption)
     return SimpleNamespace(markup=markup, caption=caption, wide=False)
 
 
-def module_of(folder):
-    """The module that makes this folder's page, by the page's name in report.json."""
-    name = read_json(folder / "report.json")["page"]
+def module_of(results):
+    """The module that makes the page of a folder, by the page's name in report.json, or of a file of tracks."""
+    if not results.is_dir():
+        return importlib.import_module(".tracks", __package__)
+    name = read_json(results / "report.json")["page"]
     if name not in PAGES:
         raise ValueError(f"page: found {name}; allowed: {', '.join(PAGES)}")
     return importlib.import_module(f".{name}", __package__)
 
 
-def render(module, folder):
+def render(module, results):
     """The page: every text that is put into a template is escaped."""
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
                                      autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
-    return environment.get_template(Path(module.__file__).stem + ".html").render(module.page(folder))
+    return environment.get_template(Path(module.__file__).stem + ".html").render(module.page(results))
 
 
 def write(files):
