@@ -42,7 +42,7 @@ struct Child {
 
 /// Python runs in the package's folder and in a process group of its own: nothing that lies in the user's
 /// folder is imported, and Ctrl-C reaches this program alone, which then ends the child.
-int spawn(const fs::path& package, const std::vector<fs::path>& folders, bool figures, Child& child) {
+int spawn(const fs::path& package, const std::vector<fs::path>& results, bool figures, Child& child) {
   std::array<int, 2> pipe_ends{};
   if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) return errno;
   posix_spawn_file_actions_t actions;
@@ -57,7 +57,7 @@ int spawn(const fs::path& package, const std::vector<fs::path>& folders, bool fi
 
   std::vector<std::string> words{python, "-E", "-s", "-m", "ballservo.report"};
   if (figures) words.emplace_back("--figures");
-  for (const fs::path& folder : folders) words.push_back(fs::absolute(folder).string());
+  for (const fs::path& file : results) words.push_back(fs::absolute(file).string());
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
@@ -83,7 +83,7 @@ std::string listen(const Child& child, bool quiet) {
     }
     pollfd ready{child.messages, POLLIN, 0};
     if (poll(&ready, 1, look_ms) <= 0) {
-      if (++looks == said_after_looks && !quiet) print_message("ballservo: drawing report.html\n");
+      if (++looks == said_after_looks && !quiet) print_message("ballservo: drawing the page\n");
       continue;
     }
     std::array<char, 4096> piece{};
@@ -100,12 +100,12 @@ std::string last_line(std::string text) {
 
 }  // namespace
 
-std::string draw_pages(const std::vector<fs::path>& folders, bool quiet, bool figures) {
+std::string draw_pages(const std::vector<fs::path>& results, bool quiet, bool figures) {
   if (interrupt_requested()) return "interrupted";
   const fs::path package = package_folder();
   if (package.empty()) return "the Python package ballservo does not lie beside the program";
   Child child;
-  if (const int error = spawn(package, folders, figures, child); error != 0) {
+  if (const int error = spawn(package, results, figures, child); error != 0) {
     return fmt::format("{}: {}; install python3-matplotlib python3-jinja2", python, std::strerror(error));
   }
   const std::string said = listen(child, quiet);

@@ -15,10 +15,10 @@ namespace ballservo {
 /// tables.
 inline constexpr const char* report_json_name = "report.json";
 
-/// Draws report.html of each folder with `python3 -m ballservo.report`, with `figures` each figure for a
-/// paper, too, and returns why it could not, or an empty text. A page is there whole or as it was. Ctrl-C
-/// ends the drawing.
-std::string draw_pages(const std::vector<std::filesystem::path>& folders, bool quiet, bool figures = false);
+/// Draws the page of each folder of results or file of tracks with `python3 -m ballservo.report`, with
+/// `figures` each figure for a paper, too, and returns why it could not, or an empty text. A page is there
+/// whole or as it was. Ctrl-C ends the drawing.
+std::string draw_pages(const std::vector<std::filesystem::path>& results, bool quiet, bool figures = false);
 
 /// For a command that writes a folder's results: puts `report` (the contents of report.json) into it and
 /// draws its page. Where that cannot be done it warns, and the results stand without a page.

@@ -16,14 +16,14 @@ STYLE = {"figure.figsize": (COLUMN_MM / 25.4, COLUMN_MM / 25.4), "font.size": 8,
          "lines.markersize": 4, "axes.linewidth": 0.6, "grid.linewidth": 0.5, "xtick.major.width": 0.6,
          "ytick.major.width": 0.6, "pdf.fonttype": 42}
 SCRIPT = '''{says}
-# Draws {name}.svg and {name}.pdf beside it, from the results in the folder above. Change the function as you like.
+# Draws {name}.svg and {name}.pdf beside it, from the results above. Change the function as you like.
 from ballservo.report.figures import redraw
 from ballservo.report.{module} import *
 
 
 {source}
 
-redraw({function}, __file__, {number})
+redraw({function}, __file__, {number}, {results!r})
 '''
 
 
@@ -36,11 +36,11 @@ def drawings(values):
             yield from drawings(value)
 
 
-def figures(module, folder):
+def figures(module, results):
     """The page's drawings in a paper's style, by a name of each."""
     named = {}
     with matplotlib.rc_context(STYLE):
-        for drawing in drawings(module.page(folder)):
+        for drawing in drawings(module.page(results)):
             words = re.findall("[a-z0-9]+", re.split("[:,]", drawing.title.lower())[0])
             name = "_".join(words)[:60] or "figure"
             same = sum(re.fullmatch(rf"{name}(_\d+)?", other) is not None for other in named)
@@ -68,27 +68,28 @@ def pictures(drawing):
             yield kind, file.getvalue()
 
 
-def script(name, number, drawing, module):
+def script(name, number, drawing, module, results):
     says = textwrap.wrap(" ".join(f"{drawing.title}. {drawing.caption}".split()), 116)  # nothing leaves its line
-    return SCRIPT.format(says="\n".join(f"# {line}" for line in says), name=name, number=number,
+    return SCRIPT.format(says="\n".join(f"# {line}" for line in says), name=name, number=number, results=results,
                          module=Path(module.__file__).stem, source=inspect.getsource(drawing.function),
                          function=drawing.function.co_name)
 
 
-def write_figures(module, folder):
-    """Into `figures` in the folder."""
-    place = folder / "figures"
+def write_figures(module, results):
+    """Into `figures` in the folder, or beside tracks.csv into tracks_figures."""
+    folder = results.is_dir()
+    place = results / "figures" if folder else results.with_name(results.stem + "_figures")
     place.mkdir(exist_ok=True)
-    for number, (name, drawing) in enumerate(figures(module, folder).items()):
-        write({place / f"{name}.py": script(name, number, drawing, module),
-               **{place / f"{name}.{kind}": data for kind, data in pictures(drawing)}})
+    for number, (name, drawing) in enumerate(figures(module, results).items()):
+        text = script(name, number, drawing, module, ".." if folder else f"../{results.name}")
+        write({place / f"{name}.py": text, **{place / f"{name}.{kind}": data for kind, data in pictures(drawing)}})
 
 
-def redraw(function, file, number):
+def redraw(function, file, number, results):
     """Draws the figure of a script again, the page's numberth, by the script's function in place of the page's."""
     file = Path(file).resolve()
-    folder = file.parent.parent
-    module = module_of(folder)
+    results = (file.parent / results).resolve()
+    module = module_of(results)
     setattr(module, function.__name__, function)
-    drawing = list(figures(module, folder).values())[number]
+    drawing = list(figures(module, results).values())[number]
     write({file.with_suffix(f".{kind}"): data for kind, data in pictures(drawing)})
