@@ -24,7 +24,7 @@ COMMANDS = {
     "sweep merge": ["in/part_1", "in/part_2"],
     "compare": ["in/plan.yaml"],
     "compare merge": ["in/half_1", "in/half_2"],
-    "report": ["in/whole"],
+    "report": ["in/whole", "in/rows.csv"],
 }
 NAMES = {"FILE.csv": "rows.csv", "FILE.colors": "new.colors", "FILE": "file", "DIR": "folder"}
 CAMERA = """image_width: 160
@@ -105,7 +105,7 @@ def set_up(program, data, place):
     (stock / "scenario.yaml").write_text(scenario.split("vary:")[0])
     run("render in/scenario.yaml -o in/pictures --frames 6")
     (stock / "distances.csv").write_text("source,distance_m\n" + "".join(f"frame_{k:04}.png,1.2\n" for k in range(6)))
-    run("track in/pictures --colors in/red.colors --video in/film.mkv -o rows.csv")
+    run("track in/pictures --colors in/red.colors --video in/film.mkv -o in/rows.csv")
     for part in "1", "2":
         run(f"sweep in/scenario.yaml --trials 4 --perception truth --shard {part}/2 -o in/part_{part}")
         run(f"compare in/plan.yaml --shard {part}/2 -o in/half_{part}")
