@@ -27,7 +27,8 @@ def setUpModule():
     (SCRATCH / "plan.yaml").write_text("frames: 4\nconditions:\n" + "".join(
         f"  - {{name: {name}, noise: {{read: {k}}}}}\n" for k, name in enumerate(("base", "noisy"), 1)))
     results("comparison", "compare", "plan.yaml")
-    program("report", *FOLDERS.values(), "--figures")
+    for folder in FOLDERS.values():
+        figures.write_figures(page.module_of(folder), folder)
 
 
 def run(*scripts):

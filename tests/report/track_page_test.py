@@ -128,10 +128,9 @@ class TrackPage(PageTest):
 
     def test_a_hundred_thousand_rows_are_drawn_soon_and_small(self):
         noise = random.Random(9)
-        for count in (1, 3000):
-            html = self.drawn([row(k, k * count // 100000, (noise.gauss(0, 1), noise.gauss(0, 1), 3 + noise.gauss(0, 1)),
-                                   state=("confirmed", "coasting")[k % 7 == 0]) for k in range(100000)])
-            self.assertLess(len(html), 4e6)
+        html = self.drawn([row(k, max(0, k - 50000) // 17, (noise.gauss(0, 1), noise.gauss(0, 1), 3 + noise.gauss(0, 1)),
+                               state=("confirmed", "coasting")[k % 7 == 0]) for k in range(100000)])
+        self.assertLess(len(html), 4e6)
 
     def test_says_what_is_wrong_with_a_file(self):
         for rows, columns, message in (
