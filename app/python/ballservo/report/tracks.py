@@ -15,7 +15,8 @@ HOW_DRAWN = "Dots: where tracks begin. Faint: tentative. Dotted: coasting, which
 MOST_SEQUENCES, MOST_LISTED = 6, 100
 MOST_TRACKS = len(COLORS) - 1  # with colours of their own; the last is for all others
 MOST_ROWS, MOST_ELLIPSES, MOST_LANES = 3000, 12, 30  # as drawn, of a track; tracks in the figure of the states
-MOST_LETTERS, MOST_ASPECT = 24, 1.25
+MOST_LETTERS = 24
+HIGHEST, WIDEST = 1.25, 5  # of a map: height over width, width over height
 SPEED_OVER_S = 0.5
 
 
@@ -179,11 +180,12 @@ def shown(rows, *columns):
 
 
 def map_of(title, across, up, x_label, y_label):
-    """With enough room in both directions."""
-    least = max(across[1] - across[0], abs(up[1] - up[0])) / MOST_ASPECT
-    (low, high), (bottom, top) = ((min(middle - least / 2, ends[0]), max(middle + least / 2, ends[1]))
-                                  for ends in (across, sorted(up)) for middle in [np.mean(ends)])
-    return map_axes(title, (low, high), (bottom, top) if up[0] < up[1] else (top, bottom), x_label, y_label, 520)
+    """Neither much higher than wide nor a thin strip."""
+    def widened(ends, least):
+        more = max(0, least - abs(ends[1] - ends[0])) / 2 * np.sign(ends[1] - ends[0])
+        return ends[0] - more, ends[1] + more
+    wide, high = across[1] - across[0], abs(up[1] - up[0])
+    return map_axes(title, widened(across, high / HIGHEST), widened(up, wide / WIDEST), x_label, y_label, 520)
 
 
 def lines(plot, sequence, x, y):
