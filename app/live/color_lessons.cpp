@@ -132,13 +132,20 @@ void ColorLessons::learn() {
         pictures.push_back({fmt::format("picture {}", pictures.size() + 1), lesson.bgr, lesson.searched});
       requests.push_back({fmt::format("lesson{}", requests.size()), {place}, lesson.at});
     }
-    const LearntColors joint = learn_classes(pictures, requests);
+    LearntColors joint = learn_classes(pictures, requests);
+    if (tables.empty() && lessons_.size() == 1) {  // nothing to merge
+      joint.table.classes.front().name = lessons_.front().name;
+      return use(std::make_shared<const ColorTable>(std::move(joint.table)));
+    }
     for (std::size_t k = 0; k < lessons_.size(); ++k)
       tables.push_back(single_class(joint.table, k, lessons_[k].name));
     tables.back().background = joint.table.background;
   }
-  table_ = tables.empty() ? std::make_shared<const ColorTable>()
-                          : std::make_shared<const ColorTable>(merge_colors(tables));
+  use(std::make_shared<const ColorTable>(tables.empty() ? ColorTable() : merge_colors(tables)));
+}
+
+void ColorLessons::use(std::shared_ptr<const ColorTable> table) {
+  table_ = std::move(table);
   reports_ = report_classes(*table_);
   ClassFindings findings = judge_classes(*table_, reports_);
   if (!findings.refusals.empty()) throw Refusal(findings.refusals.front());

@@ -45,6 +45,7 @@ class ColorLessons {
 
  private:
   void learn();
+  void use(std::shared_ptr<const ColorTable> table);
 
   std::shared_ptr<const ColorTable> base_ = std::make_shared<ColorTable>();  // that was there before
   std::vector<PointedLesson> lessons_;                                       // each with a name and a radius

@@ -137,20 +137,17 @@ bool FootageSession::read_next() {
     if (!sequence_) open_again();
     next_ = sequence_->next();
     if (!next_ && interrupt_requested()) return false;
-    if (!next_) {
-      const bool still = sequence_->length() == 1;
+    if (!next_ && shown_ && sequence_->length() == 1) {  // a still: as a camera that sees nothing move
+      next_ = shown_;
+      next_->time_s += 1 / options_.fps;
+    } else if (!next_) {
       open_again();
       next_ = sequence_->next();
-      if (still) {
-        looped_s_ += 1 / options_.fps;  // as a camera that sees nothing move
-      } else {
-        pace_start_ = Clock::now();
-        restart_tracks();
-        is_recording_ = false;  // what follows has been recorded
-      }
+      pace_start_ = Clock::now();
+      restart_tracks();
+      is_recording_ = false;  // what follows has been recorded
     }
     if (!next_) throw InputError(options_.source, "no picture", "a source with pictures");
-    next_->time_s += looped_s_;
     next_taken_ = Clock::now();
     message_.clear();
     return true;

@@ -133,7 +133,7 @@ class FootageSession {
   std::deque<Kept> kept_;
   std::size_t kept_bytes_ = 0;
   Clock::time_point pace_start_, next_taken_;
-  double time_base_s_ = 0, looped_s_ = 0, work_ms_ = 0;
+  double time_base_s_ = 0, work_ms_ = 0;
   std::deque<Clock::time_point> shown_at_;
   long pictures_ = 0;
 };

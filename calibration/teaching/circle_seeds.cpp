@@ -1,5 +1,7 @@
 #include "calibration/teaching/circle_seeds.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,9 +21,9 @@ struct Seed {
   double votes = 0;  // of its circumference
 };
 
-/// Where the colour changes, and how surely: `direction` a unit vector of either sign.
+/// Where the colour changes, along which unit vector of either sign, and how surely.
 struct Gradient {
-  cv::Vec2f direction{0, 0};
+  cv::Vec2f place, direction;
   float weight = 0;
 };
 
@@ -36,38 +38,51 @@ Gradient gradient_at(const cv::Mat3f& lab, int x, int y) {
   const auto length = static_cast<float>(cv::norm(axis));
   if (!(length > 0)) return {};
   const float magnitude = std::sqrt(strongest);
-  return {axis / length, magnitude / (magnitude + full_gradient) * spread / (xx + yy)};
+  return {cv::Vec2f(static_cast<float>(x), static_cast<float>(y)), axis / length,
+          magnitude / (magnitude + full_gradient) * spread / (xx + yy)};
+}
+
+std::vector<Gradient> gradients_of(const cv::Mat3f& lab) {
+  std::vector<Gradient> gradients;
+  for (int y = 1; y + 1 < lab.rows; ++y) {
+    for (int x = 1; x + 1 < lab.cols; ++x) {
+      const Gradient gradient = gradient_at(lab, x, y);
+      if (gradient.weight > 0) gradients.push_back(gradient);
+    }
+  }
+  return gradients;
+}
+
+/// The circles of one radius for which more speaks than for those next to them.
+std::vector<Seed> peaks_of(const std::vector<Gradient>& gradients, const cv::Size& size, float radius_px) {
+  cv::Mat1f votes = cv::Mat1f::zeros(size), largest;
+  for (const Gradient& gradient : gradients) {
+    for (const float away : {-radius_px, radius_px}) {
+      const int u = static_cast<int>(gradient.place[0] + away * gradient.direction[0] + 0.5F),
+                v = static_cast<int>(gradient.place[1] + away * gradient.direction[1] + 0.5F);
+      if (u >= 0 && v >= 0 && u < votes.cols && v < votes.rows) votes(v, u) += gradient.weight;
+    }
+  }
+  cv::GaussianBlur(votes, votes, {}, 1.2);
+  cv::dilate(votes, largest, cv::Mat1b::ones(5, 5));
+  std::vector<Seed> peaks;
+  for (int y = 0; y < votes.rows; ++y) {
+    for (int x = 0; x < votes.cols; ++x) {
+      if (votes(y, x) > 0 && votes(y, x) >= largest(y, x))
+        peaks.push_back({{{x, y}, radius_px}, votes(y, x) / (2 * pi * radius_px)});
+    }
+  }
+  return peaks;
 }
 
 /// The circles of some radii, in pixels of `lab`.
 std::vector<Seed> seeds_of(const cv::Mat3f& lab, const std::array<float, radii_per_octave>& radii) {
-  std::array<cv::Mat1f, radii_per_octave> votes;
-  for (cv::Mat1f& plane : votes) plane = cv::Mat1f::zeros(lab.size());
-  for (int y = 1; y + 1 < lab.rows; ++y) {
-    for (int x = 1; x + 1 < lab.cols; ++x) {
-      const Gradient gradient = gradient_at(lab, x, y);
-      if (gradient.weight <= 0) continue;
-      for (std::size_t i = 0; i < radii.size(); ++i) {
-        for (const float away : {-radii[i], radii[i]}) {
-          const int u = static_cast<int>(static_cast<float>(x) + away * gradient.direction[0] + 0.5F),
-                    v = static_cast<int>(static_cast<float>(y) + away * gradient.direction[1] + 0.5F);
-          if (u >= 0 && v >= 0 && u < lab.cols && v < lab.rows) votes[i](v, u) += gradient.weight;
-        }
-      }
-    }
-  }
+  const std::vector<Gradient> gradients = gradients_of(lab);
+  std::array<std::vector<Seed>, radii_per_octave> of_radius;
+  tbb::parallel_for(std::size_t{0}, radii.size(),
+                    [&](std::size_t i) { of_radius[i] = peaks_of(gradients, lab.size(), radii[i]); });
   std::vector<Seed> peaks;
-  for (std::size_t i = 0; i < radii.size(); ++i) {
-    cv::GaussianBlur(votes[i], votes[i], {}, 1.2);
-    cv::Mat1f largest;
-    cv::dilate(votes[i], largest, cv::Mat1b::ones(5, 5));
-    for (int y = 0; y < lab.rows; ++y) {
-      for (int x = 0; x < lab.cols; ++x) {
-        if (votes[i](y, x) > 0 && votes[i](y, x) >= largest(y, x))
-          peaks.push_back({{{x, y}, radii[i]}, votes[i](y, x) / (2 * pi * radii[i])});
-      }
-    }
-  }
+  for (const std::vector<Seed>& some : of_radius) peaks.insert(peaks.end(), some.begin(), some.end());
   std::stable_sort(peaks.begin(), peaks.end(),
                    [](const Seed& a, const Seed& b) { return a.votes > b.votes; });
   std::vector<Seed> seeds;

@@ -1,5 +1,7 @@
 #include "calibration/teaching/round_regions.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -27,11 +29,19 @@ constexpr double hardly_round = -4;  // log odds; only where nothing reaches it 
 // Outlines so near each other, in radii, are drawn to the same rim; those near a sure one's rim to that.
 constexpr double same_place = 0.12, drawn_place = 0.4, sure_log_odds = 15;
 constexpr double same_hue_rad = 0.3;
+constexpr std::size_t asked_at_once = 16;
 
 /// An outline that was looked at, and how far around it the answer holds.
 struct Judged {
   Outline outline;
   double hue, reach;
+};
+
+/// Is this circle a ball of this colour?
+struct Question {
+  Outline seed;
+  Eigen::Vector3d color;
+  double hue;
 };
 
 /// A region's mask and where it lies.
@@ -200,19 +210,37 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
     region.smeared = smeared;
     found.push_back(std::move(region));
   };
+  std::vector<Question> questions;
   for (const Outline& seed : seeds) {
-    if (search.before_each_test) search.before_each_test();
     for (const Eigen::Vector3d& color : disc_colors(lab, seed)) {
-      const double hue = std::atan2(color.z(), color.y());
-      const bool known = std::any_of(judged.begin(), judged.end(), [&](const Judged& other) {
-        const double apart = (other.outline.center_px - seed.center_px).norm() / other.outline.radius_px;
-        return std::abs(std::remainder(hue - other.hue, 2 * pi)) < same_hue_rad && apart < other.reach &&
-               std::abs(seed.radius_px / other.outline.radius_px - 1) < other.reach;
-      });
-      if (known || color.tail<2>().norm() < least_chroma) continue;
-      const CircleEvidence e = circle_evidence(lab, seed, color);
-      judged.push_back({seed, hue, same_place});
-      if (e.log_odds() > sure_log_odds) judged.push_back({{e.center_px, e.radius_px}, hue, drawn_place});
+      if (color.tail<2>().norm() >= least_chroma)
+        questions.push_back({seed, color, std::atan2(color.z(), color.y())});
+    }
+  }
+  const auto is_known = [&](const Question& question) {
+    const Outline& seed = question.seed;
+    return std::any_of(judged.begin(), judged.end(), [&](const Judged& other) {
+      const double apart = (other.outline.center_px - seed.center_px).norm() / other.outline.radius_px;
+      return std::abs(std::remainder(question.hue - other.hue, 2 * pi)) < same_hue_rad &&
+             apart < other.reach && std::abs(seed.radius_px / other.outline.radius_px - 1) < other.reach;
+    });
+  };
+  // Some are asked side by side; then each is taken in its turn, or left out if the turns before answer it.
+  std::array<CircleEvidence, asked_at_once> answers;
+  for (std::size_t first = 0; first < questions.size(); first += asked_at_once) {
+    const std::size_t count = std::min(asked_at_once, questions.size() - first);
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      const Question& question = questions[first + i];
+      if (!is_known(question)) answers[i] = circle_evidence(lab, question.seed, question.color);
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      if (search.before_each_test) search.before_each_test();
+      const Question& question = questions[first + i];
+      if (is_known(question)) continue;
+      const CircleEvidence& e = answers[i];
+      judged.push_back({question.seed, question.hue, same_place});
+      if (e.log_odds() > sure_log_odds)
+        judged.push_back({{e.center_px, e.radius_px}, question.hue, drawn_place});
       keep(e, false);
     }
   }
