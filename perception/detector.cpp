@@ -199,7 +199,7 @@ bool Detector::fit_sphere(const cv::Mat& bgr, const UndistortedCircle& circle,
 void Detector::segment(const cv::Mat& bgr, const cv::Rect& window) {
   corner_ = window.tl();
   const int threads = window.area() >= worth_sharing_px ? options_.threads : 1;
-  classify(bgr(window), colors_, segmented_.classified, ClassificationKernel::fastest, threads);
+  classify(bgr(window), colors_, segmented_.classified, threads);
   morphology_.open(segmented_.classified, segmented_.opened);
   morphology_.close(segmented_.opened, segmented_.closed);
 }

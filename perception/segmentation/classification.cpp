@@ -12,35 +12,6 @@
 namespace ballservo {
 namespace {
 
-unsigned bits_of(const BoxTables& tables, const std::uint8_t* p) {
-  return tables.bits[0][p[0] >> 3] & tables.bits[1][p[1] >> 3] & tables.bits[2][p[2] >> 3];
-}
-
-struct Processor {
-  ClassificationKernel kernel;
-  BoxKernel tell_by_boxes;
-  bool is_this_one;
-};
-
-// That the kernel is for; the fastest of those that run here for `fastest`. Null where it does not run here.
-const Processor* processor_for(ClassificationKernel kernel) {
-  static const std::array fastest_first {
-#if defined(__x86_64__)
-    Processor{ClassificationKernel::avx512, tell_by_boxes_avx512,
-              __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                  __builtin_cpu_supports("avx512vbmi")},
-        Processor{ClassificationKernel::avx2, tell_by_boxes_avx2, __builtin_cpu_supports("avx2") != 0},
-#endif
-        Processor {
-      ClassificationKernel::portable, tell_by_boxes_portable, true
-    }
-  };
-  const auto found = std::find_if(fastest_first.begin(), fastest_first.end(), [&](const Processor& p) {
-    return p.is_this_one && (kernel == ClassificationKernel::fastest || kernel == p.kernel);
-  });
-  return found == fastest_first.end() ? nullptr : &*found;
-}
-
 // The rows' places in the pictures of all classes.
 using RowOfClass = std::array<std::uint64_t*, max_classes>;
 
@@ -75,8 +46,7 @@ void look_up(const std::uint8_t* bgr, const ColorLookup& colors, const std::uint
 // As many pixels of a row as are told by the boxes before what is left is looked up.
 constexpr int chunk_words = 16, chunk = chunk_words * BitPicture::word_bits;
 
-void classify_chunk(const std::uint8_t* bgr, int pixels, const ColorLookup& colors, BoxKernel tell_by_boxes,
-                    RowOfClass& rows) {
+void classify_chunk(const std::uint8_t* bgr, int pixels, const ColorLookup& colors, RowOfClass& rows) {
   std::array<std::uint64_t, chunk_words> unsure;
   const int words = (pixels + BitPicture::word_bits - 1) / BitPicture::word_bits;
   tell_by_boxes(bgr, pixels, colors.boxes(), rows.data(), unsure.data());
@@ -113,45 +83,18 @@ void for_rows(int rows, int threads, const Row& row) {
 
 }  // namespace
 
-void tell_by_boxes_portable(const std::uint8_t* bgr, int pixels, const ColorBoxes& boxes,
-                            std::uint64_t* const* rows, std::uint64_t* unsure) {
-  for (int word = 0; 64 * word < pixels; ++word, bgr += 3 * 64) {
-    const int count = std::min(pixels - 64 * word, 64);
-    std::uint64_t outer = 0;
-    for (int i = 0; i < count; ++i)
-      outer |= static_cast<std::uint64_t>(bits_of(boxes.outer, bgr + 3 * i) != 0) << i;
-    for (int k = 0; k < boxes.classes; ++k) rows[k][word] = 0;
-    unsure[word] = outer;
-    for (; outer != 0; outer &= outer - 1) {
-      const unsigned inner = bits_of(boxes.inner, bgr + 3 * __builtin_ctzll(outer));
-      if (inner == 0) continue;
-      const std::uint64_t pixel = outer & (0 - outer);
-      unsure[word] ^= pixel;
-      int k = 0;
-      while ((inner & boxes.inner_of_class[k]) == 0) ++k;
-      rows[k][word] |= pixel;
-    }
-  }
-}
-
-bool runs_here(ClassificationKernel kernel) { return processor_for(kernel) != nullptr; }
-
-void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& classes,
-              ClassificationKernel kernel, int threads) {
+void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& classes, int threads) {
   if (bgr.type() != CV_8UC3)
     throw InputError(
         "picture",
         std::to_string(bgr.channels()) + " channels of " + std::to_string(8 * bgr.elemSize1()) + " bits",
         "8-bit BGR");
-  const Processor* const processor = processor_for(kernel);
-  if (!processor) throw InputError("classification kernel", "one for another processor", "fastest");
   resize(classes, colors, bgr.size());
   if (classes.empty()) return;
   for_rows(bgr.rows, threads, [&](int v) {
     RowOfClass rows = rows_of(classes, v);
     for (int u = 0; u < bgr.cols; u += chunk) {
-      classify_chunk(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(chunk, bgr.cols - u), colors,
-                     processor->tell_by_boxes, rows);
+      classify_chunk(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(chunk, bgr.cols - u), colors, rows);
     }
   });
 }

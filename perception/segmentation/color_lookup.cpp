@@ -44,8 +44,7 @@ BoxTables pairs(const CellBits& bits, const Join& join) {
   constexpr std::size_t entries = ColorTable::side / 2;
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t i = 0; i < entries; ++i) {
-      const auto joined = static_cast<std::uint8_t>(join(bits[c][2 * i], bits[c][2 * i + 1]));
-      tables.bits[c][i] = tables.bits[c][entries + i] = joined;
+      tables.bits[c][i] = static_cast<std::uint8_t>(join(bits[c][2 * i], bits[c][2 * i + 1]));
     }
   }
   return tables;

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "calibration/color/color_table.hpp"
-#include "perception/segmentation/classification_kernels.hpp"
+#include "perception/segmentation/box_kernel.hpp"
 
 namespace ballservo {
 

@@ -86,11 +86,9 @@ Detector make_detector() {
 
 using Stage = std::function<void(const cv::Mat& bgr, int index)>;
 
-Stage classify_stage(ClassificationKernel kernel) {
-  return [kernel, colors = std::make_shared<ColorLookup>(red_table()),
-          classes = std::make_shared<ClassPictures>()](const cv::Mat& bgr, int) {
-    classify(bgr, *colors, *classes, kernel);
-  };
+Stage classify_stage() {
+  return [colors = std::make_shared<ColorLookup>(red_table()), classes = std::make_shared<ClassPictures>()](
+             const cv::Mat& bgr, int) { classify(bgr, *colors, *classes); };
 }
 
 Stage segment_stage() {
@@ -121,8 +119,7 @@ Stage track_stage() {
 }
 
 const std::vector<std::pair<const char*, Stage (*)()>> stages{
-    {"classify_portable", [] { return classify_stage(ClassificationKernel::portable); }},
-    {"classify_avx2", [] { return classify_stage(ClassificationKernel::avx2); }},
+    {"classify", classify_stage},
     {"segment", segment_stage},
     {"detect", detect_stage},
     {"track", track_stage},

@@ -2,7 +2,7 @@
 # usage: instruction_counts.sh PROGRAM FIGURES [--update]
 # Counts the instructions of the stages that PROGRAM runs, under callgrind: the same whatever else the machine does.
 # FIGURES has a line "STAGE COUNT" for each. Fails where one needs over 10 % more than its figure; --update writes the
-# figures anew. Callgrind knows no AVX-512, so that `segment`, `detect` and `track` classify with AVX2.
+# figures anew. Callgrind knows no AVX-512: AVX2 is what is counted.
 set -u
 program=$1 figures=$2 update=${3:-}
 if ! command -v valgrind >/dev/null; then

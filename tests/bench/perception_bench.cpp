@@ -10,6 +10,7 @@
 // those found).
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
 #include <cmath>
@@ -109,11 +110,17 @@ Method copy(const BenchSet&) {
   };
 }
 
-MakeMethod classify_with(ClassificationKernel kernel) {
-  return [kernel](const BenchSet& set) -> Method {
-    return [kernel, colors = ColorLookup(set.colors), classes = ClassPictures()](const cv::Mat& bgr,
-                                                                                 double) mutable {
-      classify(bgr, colors, classes, kernel);
+/// As if this were another processor, 0: as it is.
+struct Processor {
+  explicit Processor(std::int64_t target) { hwy::SetSupportedTargetsForTest(target); }
+  ~Processor() { hwy::SetSupportedTargetsForTest(0); }
+};
+
+MakeMethod classify_on(std::int64_t target) {
+  return [target](const BenchSet& set) -> Method {
+    return [processor = std::make_shared<Processor>(target), colors = ColorLookup(set.colors),
+            classes = ClassPictures()](const cv::Mat& bgr, double) mutable {
+      classify(bgr, colors, classes);
       return Candidates{};
     };
   };
@@ -251,18 +258,15 @@ void register_all() {
   std::vector<std::pair<std::string, std::pair<MakeMethod, bool>>> methods{
       {"read", {read, false}},
       {"memcpy", {copy, false}},
-      {"classify", {classify_with(ClassificationKernel::fastest), false}},
-      {"classify_portable", {classify_with(ClassificationKernel::portable), false}},
+      {"classify", {classify_on(0), false}},
       {"segment", {segment, false}},
       {"detect", {detect(BallFit::sphere), true}},
       {"detect_paper", {detect(BallFit::paper), true}},
       {"hough_gradient", {hough_gradient, true}},
       {"hsv_contour", {hsv_contour, true}},
   };
-  if (runs_here(ClassificationKernel::avx2))
-    methods.push_back({"classify_avx2", {classify_with(ClassificationKernel::avx2), false}});
-  if (runs_here(ClassificationKernel::avx512))
-    methods.push_back({"classify_avx512", {classify_with(ClassificationKernel::avx512), false}});
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets())
+    methods.push_back({fmt::format("classify_{}", hwy::TargetName(target)), {classify_on(target), false}});
   for (const ImageSize size : {ImageSize{640, 480}, ImageSize{1024, 683}, ImageSize{1920, 1080}}) {
     for (const bool cold : {false, true}) {
       const std::string suffix =

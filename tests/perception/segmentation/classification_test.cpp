@@ -1,6 +1,7 @@
 #include "perception/segmentation/classification.hpp"
 
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 
 #include <array>
 #include <string>
@@ -47,24 +48,21 @@ ClassIndex expected_class(const ColorTable& colors, const LightCells& light, con
   return colors.table[(cell[2] * 64 + cell[1]) * 64 + cell[0]];
 }
 
-class EveryKernel : public testing::TestWithParam<ClassificationKernel> {
+/// Of those that are compiled for this kind of machine and run on this one.
+class EveryProcessor : public testing::TestWithParam<std::int64_t> {
  protected:
-  void SetUp() override {
-    if (!runs_here(GetParam())) GTEST_SKIP() << "this processor has not the instructions";
-  }
+  void SetUp() override { hwy::SetSupportedTargetsForTest(GetParam()); }
+  void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
 };
 
-std::string name_of(const testing::TestParamInfo<ClassificationKernel>& info) {
-  const std::array<std::string, 4> names{"fastest", "portable", "avx2", "avx512"};
-  return names[static_cast<std::size_t>(info.param)];
+std::string name_of(const testing::TestParamInfo<std::int64_t>& target) {
+  return hwy::TargetName(target.param);
 }
 
-INSTANTIATE_TEST_SUITE_P(Classification, EveryKernel,
-                         testing::Values(ClassificationKernel::portable, ClassificationKernel::avx2,
-                                         ClassificationKernel::avx512, ClassificationKernel::fastest),
-                         name_of);
+INSTANTIATE_TEST_SUITE_P(Classification, EveryProcessor,
+                         testing::ValuesIn(hwy::SupportedAndGeneratedTargets()), name_of);
 
-TEST_P(EveryKernel, GivesTheTablesAnswerForAllColours) {
+TEST_P(EveryProcessor, GivesTheTablesAnswerForAllColours) {
   cv::Mat colors_of_a_red(256, 256, CV_8UC3);
   for (const auto& table : {test::red_and_green(), scattered_table()}) {
     ColorLookup lookup(table);
@@ -78,7 +76,7 @@ TEST_P(EveryKernel, GivesTheTablesAnswerForAllColours) {
               cv::Vec3b(static_cast<std::uint8_t>(i % 256), static_cast<std::uint8_t>(i / 256),
                         static_cast<std::uint8_t>(red));
         }
-        classify(colors_of_a_red, lookup, classes, GetParam());
+        classify(colors_of_a_red, lookup, classes);
         const cv::Mat numbers = class_numbers(classes, colors_of_a_red.size());
         for (int i = 0; i < 256 * 256; ++i) {
           wrong += numbers.at<ClassIndex>(i / 256, i % 256) !=
@@ -90,7 +88,7 @@ TEST_P(EveryKernel, GivesTheTablesAnswerForAllColours) {
   }
 }
 
-TEST_P(EveryKernel, TakesRowsOfAnyWidthAnywhere) {
+TEST_P(EveryProcessor, TakesRowsOfAnyWidthAnywhere) {
   const ColorLookup lookup(scattered_table());
   auto engine = random_stream(1, "classification_test");
   ClassPictures classes;
@@ -102,7 +100,7 @@ TEST_P(EveryKernel, TakesRowsOfAnyWidthAnywhere) {
     for (const cv::Rect& window :
          {cv::Rect(0, 0, width + 3, 5), cv::Rect(3, 1, width, 4), cv::Rect(1, 2, width, 1)}) {
       const cv::Mat bgr = whole(window);
-      classify(bgr, lookup, classes, GetParam());
+      classify(bgr, lookup, classes);
       ASSERT_TRUE(test::ends_are_clear(classes));
       const cv::Mat numbers = class_numbers(classes, bgr.size());
       for (int v = 0; v < bgr.rows; ++v) {

@@ -38,7 +38,7 @@ TEST(Threads, ColorsAreTheSameWithAnyNumberOfThreads) {
   testing::internal::CaptureStderr();
   for (const int threads : thread_counts) {
     ClassPictures shared;
-    classify(bgr, colors, shared, ClassificationKernel::fastest, threads);
+    classify(bgr, colors, shared, threads);
     EXPECT_TRUE(same(alone, shared)) << threads;
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "nor is anything said of more than there are";
