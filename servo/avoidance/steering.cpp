@@ -34,7 +34,7 @@ constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long
 
 // What was refused is taken to lie so far ahead; a radian of turn counts as so much of way. Ways avoid it so
 // long.
-constexpr double refused_ahead_m = 0.15, turn_m_per_rad = 0.5, refused_s = 30.0;
+constexpr double refused_ahead_m = 0.15, refused_turn_m_per_rad = 0.5, refused_s = 30.0;
 
 constexpr double tolerance = 1e-9;
 
@@ -300,7 +300,7 @@ bool Steering::is_stuck(const SteeringInput& input, const ShieldVerdict& last) {
 
 /// The pose that was wanted next will be no better in a while: it costs more for some time.
 void Steering::remember_refused(const SteeringInput& input) {
-  const double rate_mps = std::abs(wanted_.v_mps) + turn_m_per_rad * std::abs(wanted_.w_radps);
+  const double rate_mps = std::abs(wanted_.v_mps) + refused_turn_m_per_rad * std::abs(wanted_.w_radps);
   if (rate_mps < 1e-6) return;
   const Pose2 next = integrate(input.pose, wanted_, refused_ahead_m / rate_mps);
   refused_[next_refused_] = {next, input.time_s + refused_s};
