@@ -183,7 +183,8 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
   });
   faults.throw_if_any();
   const bool camera = rays_ || fov_rad_;
-  if (camera == options.diameter.empty())
+  const bool may_be_calibrated = !options.taught;  // in the page
+  if (camera == options.diameter.empty() && (camera || !may_be_calibrated))
     spdlog::warn("{} without {}: no positions in 3-D",
                  !camera    ? "--diameter"
                  : fov_rad_ ? "--fov"

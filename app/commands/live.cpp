@@ -123,8 +123,8 @@ void add_live_command(CLI::App& program, Action& action) {
   command->footer(R"(Examples:
   ballservo live camera:0 -o my.colors
   ballservo live camera:0 --board chessboard:9x6 --square 0.025 --diameter 0.07 --save-camera camera.yaml
-  ballservo live throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 --record out/throw
-  ballservo live data/scenarios/obstacles.yaml --perception geometric --record out/touched
+  ballservo live throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 --record throw
+  ballservo live data/scenarios/obstacles.yaml --perception geometric --record touched
 
 Prints the page's address, and serves it until Ctrl-C (130) or the page's End (0). Click on a ball to teach its
 colour; with Teach off, a click says why something is no ball. A video runs at its own pace, and again.

@@ -91,7 +91,9 @@ std::string distance_words(ImageSize size, const std::vector<BoardView>& views, 
   const bool is_nearer = largest < filling, is_farther = !is_nearer && largest < far_and_near * smallest;
   if (is_nearer) span = filling;
   if (is_farther) span = largest / 2;
-  return is_nearer ? "so near that it fills half of the picture" : is_farther ? "from twice as far" : "";
+  return is_nearer    ? "so near that it fills half of the picture"
+         : is_farther ? "twice as far away as it was"
+                      : "";
 }
 
 }  // namespace
@@ -194,8 +196,9 @@ BoardHint next_board(const Board& board, ImageSize size, const std::vector<Board
   const BoardCalibration* const found = fit != nullptr && fit->calibration ? &*fit->calibration : nullptr;
   hint.place_px = worst ? fit->map->places_px[*worst] : emptiest_place(size, views);
   AskedBoard asked{hint.place_px, side_to_tilt(views.size(), found != nullptr ? &found->poses : nullptr)};
-  hint.words = fmt::format("Hold the board {}, its {} tilted towards the camera by 20 to 40 degrees",
-                           place_name(hint.place_px, size), side_names[asked.side]);
+  hint.words =
+      fmt::format("Hold the board {} of the picture, its {} tilted towards the camera by 20 to 40 degrees",
+                  place_name(hint.place_px, size), side_names[asked.side]);
   const std::string distance = distance_words(size, views, asked.span);
   hint.outline_px = outline_of(asked, board, found != nullptr ? found->camera : camera_before(size));
   if (!distance.empty()) hint.words += ", " + distance;

@@ -361,7 +361,7 @@ void FootageSession::record(Clock::time_point taken) {
   if (recording_->put(shown_->bgr, time_s, unix_s(taken), std::move(rows)) || recording_->lost() > 1) return;
   const std::string fault = recording_->fault();
   spdlog::warn("{}: pictures are lost: {}", recording_->folder().string(),
-               fault.empty() ? "the disk is too slow" : fault);
+               fault.empty() ? "they come faster than they can be compressed and written" : fault);
 }
 
 void FootageSession::obey(LiveCommand command) {
@@ -517,7 +517,17 @@ FootageSession::Json FootageSession::why(const Json& what) {
   const Eigen::Vector2d point(number_at(what, "u_px", -1), number_at(what, "v_px", -1));
   if (colors_.empty()) throw Refusal("no colour has been taught yet: press Teach, and click on a ball");
   Detector detector = tracker_ ? tracker_->detector() : factory_.make({bgr.cols, bgr.rows}, options_.source);
-  return why_no_ball(bgr, point, detector);
+  Json said = why_no_ball(bgr, point, detector);
+  const auto known = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& track) {
+    const OutlineEllipse& outline = track.ball.outline;
+    return track.state != TrackState::coasting && (outline.center_px - point).norm() < outline.radius_px;
+  });
+  if (bgr.data != shown_->bgr.data || said["ball"] || known == tracks_.end()) return said;
+  said["ball"] = true;
+  said["text"] = fmt::format("track {} follows this ball, which passes with less for being known. Alone: {}",
+                             known->id, said["text"].get<std::string>());
+  said["remedy"] = "";
+  return said;
 }
 
 /// How the camera is set, after what is asked for has been done.

@@ -18,9 +18,10 @@ using Candidate = DetectionStages::Candidate;
 constexpr std::size_t most_candidates = 60;
 constexpr double z_95 = 1.959963984540054;
 
-/// Dark but where a pixel has a class: there in the class' colour.
+/// Darker but where a pixel has a class: there in the class' colour.
 cv::Mat taught_picture(const cv::Mat& bgr, const ColorTable& colors) {
-  cv::Mat picture = bgr * 0.3;
+  if (colors.classes.empty()) return bgr;
+  cv::Mat picture = bgr * 0.5;
   std::vector<cv::Vec3b> shown(1);
   for (std::size_t k = 1; k <= colors.classes.size(); ++k) {
     const cv::Scalar color = class_display_color(colors, static_cast<ClassIndex>(k));
@@ -60,10 +61,8 @@ std::string percent(double fraction) { return fmt::format("{:.0f} %", 100 * frac
 std::string figures_of(const Candidate& candidate) {
   const OutlineSupport& support = candidate.support;
   return fmt::format(
-      "edge on {} of the outline, colour in {} of the disc and in {} of a rim around it, {} hidden; {} "
-      "votes, Q_c {:.2f}",
-      percent(support.arc), percent(support.fill), percent(support.leak), percent(support.hidden),
-      candidate.estimate.votes, candidate.estimate.quality());
+      "edge on {} of the outline, colour in {} of the disc and in {} of a rim around it, {} hidden",
+      percent(support.arc), percent(support.fill), percent(support.leak), percent(support.hidden));
 }
 
 nlohmann::json answer(bool ball, const std::string& text, const std::string& figures,
@@ -147,8 +146,14 @@ std::string position_text(const BallPosition& position) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(across * position.covariance_m2 * across,
                                                             Eigen::EigenvaluesOnly);
   const double across_m = std::sqrt(std::max(0.0, axes.eigenvalues().maxCoeff()));
-  return fmt::format("{:.3f} m +- {:.1f} mm, across +- {:.1f} mm", position.p_C.norm(), 1000 * z_95 * along_m,
-                     1000 * z_95 * across_m);
+  // As many digits as mean something: 1.002 m +- 1.1 mm, 0.7 m +- 150 mm.
+  const auto bound = [](double sigma_m) {
+    const double bound_mm = 1000 * z_95 * sigma_m;
+    return fmt::format("+- {:.{}f} mm", bound_mm, bound_mm < 9.95 ? 1 : 0);
+  };
+  const int decimals = static_cast<int>(std::clamp(std::ceil(-std::log10(z_95 * along_m)), 1.0, 4.0));
+  return fmt::format("{:.{}f} m {}, across {}", position.p_C.norm(), decimals, bound(along_m),
+                     bound(across_m));
 }
 
 }  // namespace ballservo

@@ -21,6 +21,10 @@ export function connectCalibration(send) {
 }
 
 function begin() {
+  if (!(Number(at('square').value) > 0)) {
+    at('square').focus();
+    return say('Enter the side of the square first, as measured on the paper.', true);
+  }
   say('');
   ask({do: 'calibrate', board: at('board').value.trim(), square_m: Number(at('square').value) / 1000});
 }
@@ -43,11 +47,13 @@ export function calibrationAnswered(answer, download) {
   if (answer.answer !== 'save_camera') return;
   answer.files?.forEach(download);
   const good = state.fit?.enough;
-  say('', !good);
+  say('');
   const words = answer.saved ? [answer.saved] : answer.files.flatMap((file, place) => [place ? ' and ' : '', linkTo(file)]);
   at('calibrated').append('Saved as ', ...words, answer.saved ? '' : ', where the browser puts downloads. They belong side by side; click on one that it kept back',
-    '. From now on the balls are placed with this camera.',
-    good ? '' : ` It is not known well enough yet: where it is known least, a ball at 1 m is uncertain by ${millimetres(state.fit?.ball_sigma_mm ?? null)}. Go on takes more pictures.`);
+    `. From now on the balls are placed with this camera. Next: click on a ball${at('diameter').value || at('diameter').placeholder ? '' : ', and enter its diameter'}.`);
+  if (good) return;
+  at('calibrated').append(Object.assign(document.createElement('span'), {className: 'bad', textContent: ' It is not known well enough yet: ' +
+    `where it is known least, a ball at 1 m is uncertain by ${millimetres(state.fit?.ball_sigma_mm ?? null)}. Go on takes more pictures.`}));
 }
 
 function linkTo(file) {
@@ -86,7 +92,7 @@ export function showCalibration(now) {
   at('save_camera').disabled = state.fitting || !fit?.model;
   at('save_camera').title = state.output ? `Into ${state.output}` : 'As a download';
   at('count').textContent = taken || on ? `${taken} ${taken === 1 ? 'picture' : 'pictures'} taken` + (state.fitting ? ', fitting ...' : '') : '';
-  const least = taken < state.needed ? ` (a camera is fitted from ${state.needed} on)` : '';
+  const least = taken < state.needed ? ` ${state.needed} pictures at least are needed.` : '';
   at('next').textContent = on && !fit?.enough ? (state.next?.words ?? '') + least : '';
   at('enough').hidden = !fit?.enough;
   at('seen').textContent = state.said ?? '';

@@ -4,7 +4,7 @@ import {connectRoom, drop, showRoom} from './room.js';
 
 const at = (id) => document.getElementById(id);
 const canvas = at('picture'), pen = canvas.getContext('2d');
-let socket, state = null, bitmap = null, view = '', mark = null, drag = null, teaching = null, asked = null, countdown = null, controlled = false;
+let socket, state = null, bitmap = null, view = '', mark = null, drag = null, teaching = null, asked = null, countdown = null, controlled = false, recording = false, ended = false;
 
 // ---- messages
 
@@ -14,8 +14,8 @@ function connect() {
   socket.onopen = look;
   socket.onmessage = (message) => typeof message.data === 'string' ? answered(JSON.parse(message.data)) : arrived(message.data);
   socket.onclose = () => {
-    complain('The program has ended, or cannot be reached.');
-    setTimeout(connect, 2000);
+    complain(ended ? 'The program has ended, as you told it: this page can be closed.' : 'The program has ended, or cannot be reached.');
+    if (!ended) setTimeout(connect, 2000);
   };
 }
 
@@ -47,7 +47,10 @@ async function arrived(data) {
 function answered(answer) {
   if (answer.answer === 'why') return explain(answer);
   if (answer.controls) return showControls(answer.controls);
-  if (answer.answer.startsWith('calibrate') || answer.answer === 'save_camera' || answer.answer === 'diameter') return calibrationAnswered(answer, download);
+  if (answer.answer.startsWith('calibrate') || answer.answer === 'save_camera' || answer.answer === 'diameter') {
+    if (answer.answer === 'save_camera' && !answer.refused && !state.classes.length) setTeaching(true);
+    return calibrationAnswered(answer, download);
+  }
   if (answer.answer === 'teach') mark = null;
   if (answer.refused) return say(answer.refused, true);
   if (answer.answer === 'found') {
@@ -93,14 +96,16 @@ function paint() {
   const width = sharp * bitmap.width, height = sharp * bitmap.height;
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
   pen.drawImage(bitmap, 0, 0, width, height);
-  if (state.kind === 'footage' && (view === 'picture' || view === 'taught')) state.balls.forEach(drawBall);
   pen.font = `600 ${13 * pixel()}px system-ui, sans-serif`;
+  if (state.kind === 'footage' && (view === 'picture' || view === 'taught')) state.balls.forEach(drawBall);
   if (state.kind === 'footage' && view === 'picture') drawCalibration(pen, state.width_px, state.height_px, {onCanvas, pixel, trace, write});
   if (countdown) drawSquare();
   for (const circle of [drag, mark && mark.until > performance.now() ? mark : null]) {
     if (circle) trace(Array.from({length: 49}, (_, k) => [circle.u + circle.r * Math.cos(k * Math.PI / 24), circle.v + circle.r * Math.sin(k * Math.PI / 24)]), '#fff');
   }
 }
+
+window.addEventListener('resize', paint);
 
 const styles = {confirmed: ['#ff4dff', []], tentative: ['#ffd500', [6, 4]], coasting: ['#ddd', [2, 4]]};
 
@@ -217,6 +222,7 @@ connectCalibration((what) => {
 });
 const presses = {keep: {do: 'keep'}, hold: {do: 'hold'}, reset: {do: 'reset'}, undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}, end: {do: 'end'}};
 for (const [id, what] of Object.entries(presses)) at(id).onclick = () => send(what);
+at('end').addEventListener('click', () => { ended = true; });
 at('teach').onclick = () => setTeaching(!teaching);
 at('view').onchange = look;
 at('load').onchange = async (event) => {
@@ -312,20 +318,21 @@ function begin(kind) {
   at('quantity').replaceChildren(...Object.keys(quantities[kind]).map((name) => element('option', name)));
   if (kind === 'scenario') {
     at('bar').append(at('pace'), at('reset'), at('drop'), at('save'), at('touches'));
-    at('world').append(at('bar'));
+    at('world').append(at('bar'), at('said'));
+    at('right').prepend(at('scene'));
     at('step').title = 'The next control step, and pause';
     at('save').title = 'What was done to this run: ballservo servo SCENARIO --touches does it again';
     at('save').disabled = false;
     at('record').disabled = true;
-    at('record').title = 'With --record DIR each run is kept';
+    at('record').title = 'With --record DIR each run is kept when it ends';
   } else {
-    at('quantity').value = 'radius (px)';
+    at('quantity').value = state.calibration.diameter ? 'distance (m)' : 'radius (px)';
   }
 }
 
 function showFootage(message) {
   if (teaching === null) setTeaching(state.classes.length === 0);
-  at('status').textContent = `${state.rate_hz.toFixed(1)} pictures/s, ${state.work_ms.toFixed(1)} ms each; ` +
+  at('status').textContent = (state.paused ? 'paused; ' : `${state.rate_hz.toFixed(1)} pictures/s, ${state.work_ms.toFixed(1)} ms each; `) +
     `seen to painted ${message.painted_p95_ms.toFixed(0)} ms (95 %)` + (state.learning ? '; learning' : '');
   at('device').hidden = !state.camera;
   if (state.camera && !controlled) send({do: 'camera'});
@@ -334,10 +341,12 @@ function showFootage(message) {
   at('undo').disabled = !state.undo;
   at('save').disabled = !state.classes.length;
   at('save').title = state.colors_output ? `Into ${state.colors_output}` : 'As a download';
-  const recording = state.recording;
-  at('record').setAttribute('aria-pressed', Boolean(recording?.on));
-  at('record').textContent = recording?.on ? `Recording: ${recording.kept}` + (recording.lost ? `, ${recording.lost} lost` : '') : 'Record';
-  at('record').title = recording ? recording.fault || `In ${recording.folder}` : 'Start the program with --record DIR';
+  const record = state.recording, count = record && `${record.kept}` + (record.lost ? `, ${record.lost} lost` : '');
+  if (recording && record && !record.on) say(`Recorded: ${count} pictures in ${record.folder}`);
+  recording = record?.on;
+  at('record').setAttribute('aria-pressed', Boolean(recording));
+  at('record').textContent = recording ? `Recording: ${count}` : 'Record';
+  at('record').title = record ? record.fault || `In ${record.folder}` : 'Start the program with --record DIR';
   at('record').disabled = !state.can_record;
   at('keep').hidden = state.recent_s === null;
   at('keep').textContent = `Keep the last ${Math.round(state.recent_s)} s`;
@@ -351,17 +360,27 @@ function showFootage(message) {
   build('names', state.classes.map((one) => one.name), (names) => names.map((name) => Object.assign(document.createElement('option'), {value: name})));
   showCalibration(state.calibration);
   build('warnings', state.warnings, (all) => all.map((text) => element('li', text)));
-  at('balls').replaceChildren(...state.balls.map((ball) => {
-    const row = document.createElement('tr');
-    row.append(...[ball.track_id, ball.class, ball.state, ball.quality.toFixed(2),
-      ball.outline_px.map((x) => x.toFixed(1)).join(', '), placeOf(ball)].map((text) => element('td', text)));
-    return row;
-  }));
+  showBalls();
 }
 
-function placeOf(ball) {
+// In place, so that a figure can be selected.
+function showBalls() {
+  const rows = at('balls').rows;
+  while (rows.length > state.balls.length) at('balls').deleteRow(-1);
+  state.balls.forEach((ball, place) => {
+    const row = rows[place] ?? at('balls').insertRow();
+    [ball.track_id, ball.class, ball.state, ball.quality.toFixed(2), ball.outline_px.map((x) => x.toFixed(1)).join(', '),
+      ball.position ?? 'needs a camera and the diameter', millimetresOf(ball)].forEach((text, column) => {
+      const cell = row.cells[column] ?? row.insertCell();
+      if (cell.textContent !== String(text)) cell.textContent = text;
+    });
+  });
+}
+
+// As many digits as mean something.
+function millimetresOf(ball) {
   if (!ball.position) return '';
-  return `${ball.position}; x, y, z ${ball.p_m.map((metres) => (1000 * metres).toFixed(1)).join(', ')} mm`;
+  return ball.p_m.map((metres, axis) => (1000 * metres).toFixed(ball.covariance_m2[axis][axis] < 0.005 ** 2 ? 1 : 0)).join(', ');
 }
 
 // ---- a scenario
@@ -438,6 +457,8 @@ at('quantity').onchange = () => { if (chart) chart.data.datasets = []; };
 
 function plot(message) {
   if (!window.Chart) return;
+  Chart.defaults.color = getComputedStyle(document.body).color;
+  Chart.defaults.borderColor = '#8884';
   chart ??= new Chart(at('chart'), {
     type: 'line',
     data: {datasets: []},

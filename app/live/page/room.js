@@ -22,6 +22,7 @@ export function drop(on) {
   dropping = on;
   canvas.classList.toggle('dropping', on);
   at('drop').setAttribute('aria-pressed', on);
+  at('drop').textContent = on ? 'Click on the floor' : 'Drop a box';
 }
 
 // ---- drawing
