@@ -151,8 +151,8 @@ TEST_F(BoardLessonsTest, TheNextBoardIsAskedForWhereTheBallIsMostUncertain) {
   const auto& sigma_mm = fit.map->sigma_mm;
   const auto worst = std::find(sigma_mm.begin(), sigma_mm.end(), fit.map->worst_mm()) - sigma_mm.begin();
   EXPECT_EQ(hint.place_px, fit.map->places_px[static_cast<std::size_t>(worst)]);
-  EXPECT_THAT(hint.words, HasSubstr(hint.place_px.x() < 213   ? "left,"
-                                    : hint.place_px.x() > 426 ? "right,"
+  EXPECT_THAT(hint.words, HasSubstr(hint.place_px.x() < 213   ? "left of"
+                                    : hint.place_px.x() > 426 ? "right of"
                                                               : "at the"));
   EXPECT_THAT(hint.words, HasSubstr(fmt::format("{:.1f} mm", *fit.map->worst_mm())));
   EXPECT_FALSE(fit.is_good_enough()) << "eight boards in one half";

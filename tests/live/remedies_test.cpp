@@ -6,6 +6,7 @@
 #include <regex>
 #include <sstream>
 
+#include "app/live/picture_questions.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {
@@ -36,6 +37,16 @@ TEST(Remedies, ThereIsOneForEveryReasonOfTheJudge) {
       EXPECT_NE(remedy_of((*match)[1].str()), "") << file << ": " << (*match)[1];
   }
   EXPECT_GE(reasons, 9);
+}
+
+TEST(PositionText, HasAsManyDigitsAsMeanSomething) {
+  const auto text = [](double sigma_m) {
+    return position_text({{0, 0, 1.0023}, Eigen::Matrix3d::Identity() * sigma_m * sigma_m});
+  };
+  EXPECT_EQ(text(0.0005), "1.0023 m +- 1.0 mm, across +- 1.0 mm");
+  EXPECT_EQ(text(0.00056), "1.002 m +- 1.1 mm, across +- 1.1 mm");
+  EXPECT_EQ(text(0.0146), "1.00 m +- 29 mm, across +- 29 mm");
+  EXPECT_EQ(text(0.0765), "1.0 m +- 150 mm, across +- 150 mm");
 }
 
 }  // namespace
