@@ -2,10 +2,10 @@
 # Everything comes from Debian 12; apt is asked only when something is missing.
 
 build_packages="g++ cmake ninja-build libvisp-dev libopencv-dev libjpeg-dev libeigen3-dev libceres-dev libcli11-dev libfmt-dev
-  libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libtbb-dev libhwy-dev libboost-dev libssl-dev libxml2-dev libgtest-dev libgmock-dev
+  libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libtbb-dev libhwy-dev libboost-dev libssl-dev libxml2-dev libzmq3-dev cppzmq-dev libgtest-dev libgmock-dev
   librapidcheck-dev libbenchmark-dev python3-matplotlib python3-jinja2 libjs-chart.js
   pybind11-dev python3-dev python3-numpy"
-test_packages="locales dpkg-dev python3-camera-calibration-parsers python3-jsonschema python3-mypy python3-opencv poppler-utils xvfb xdotool chromium chromium-driver python3-selenium
+test_packages="locales dpkg-dev python3-camera-calibration-parsers python3-jsonschema python3-mypy python3-opencv python3-zmq poppler-utils xvfb xdotool chromium chromium-driver python3-selenium
   g++-aarch64-linux-gnu qemu-user"
 fuzz_packages="clang-16 libclang-rt-16-dev"
 log=$root/build/setup.log

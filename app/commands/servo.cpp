@@ -14,6 +14,7 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
+#include "app/peer/peer_run.hpp"
 #include "app/report/draw_pages.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/options.hpp"
@@ -28,6 +29,8 @@ struct ServoOptions {
   std::vector<std::string> sets;
   std::string perception = "image";
   bool video = false, teach = false, realtime = false;
+  std::string peer, serve;
+  double deadline_s = 1;
 };
 
 /// Where the target comes within the run, seen from above.
@@ -68,6 +71,8 @@ std::string command_again(const ServoOptions& options) {
   std::string command = servo_command(options.scenario.generic_string(), "again", options.common.seed,
                                       options.perception, options.sets);
   if (!options.touches.empty()) command += " --touches " + quoted(options.touches.generic_string());
+  if (!options.peer.empty()) command += " --peer " + quoted(options.peer);
+  if (!options.serve.empty()) command += " --serve " + quoted(options.serve);
   return command + (options.realtime ? " --realtime" : "");
 }
 
@@ -123,7 +128,41 @@ std::string lateness(const Scenario& scenario, const RunRecord& run) {
       median(wall.frame_age_ms), wall.frames_skipped);
 }
 
+/// Throws InputError for what a run with a peer has not.
+void check_peer(const ServoOptions& options) {
+  const std::string with = options.peer.empty() ? "with --serve" : "with --peer";
+  const auto refuse = [&](bool asked, const char* option) {
+    if (asked) throw InputError(option, with, "one of them");
+  };
+  if (options.peer.empty() && options.serve.empty()) return;
+  refuse(!options.peer.empty() && !options.serve.empty(), "--serve");
+  refuse(options.teach, "--teach");
+  refuse(options.realtime, "--realtime");
+  refuse(!options.touches.empty(), "--touches");
+  refuse(options.video && !options.peer.empty(), "--video");
+  refuse(options.perception == "truth" && !options.peer.empty(), "--perception truth");
+}
+
+/// The line to a peer.
+std::unique_ptr<LockstepSocket> make_socket(const ServoOptions& options, const Scenario& scenario) {
+  const bool serves = !options.serve.empty();
+  const ImageSize size = scenario.camera.camera.size();
+  LockstepSocket::Options line;
+  line.option = serves ? "--serve" : "--peer";
+  line.address = serves ? options.serve : options.peer;
+  line.deadline_s = options.deadline_s;
+  // Pictures of a wrong size are told from silence, if they are not too large by far.
+  line.most_bytes = std::max(most_header_bytes, 12u * static_cast<std::size_t>(size.width_px) *
+                                                    static_cast<std::size_t>(size.height_px));
+  auto socket = std::make_unique<LockstepSocket>(
+      serves ? LockstepSocket::Side::robot : LockstepSocket::Side::controller, line);
+  if (!options.common.quiet)
+    print_message("ballservo: waiting for a {} at {}\n", serves ? "controller" : "robot", socket->address());
+  return socket;
+}
+
 int run_servo(const ServoOptions& options) {
+  check_peer(options);
   if (options.teach) return run_teach(options);
   if (options.video && options.realtime) {
     throw InputError("--video", "with --realtime",
@@ -141,11 +180,17 @@ int run_servo(const ServoOptions& options) {
     run_options.touch = replay(touches);
     scenario.duration_s = touches.duration_s(scenario);
   }
+  std::unique_ptr<LockstepSocket> socket;
+  if (!options.peer.empty() || !options.serve.empty()) socket = make_socket(options, scenario);
+  if (!options.serve.empty()) {
+    run_options.controller = socket.get();
+    scenario.avoidance.type = AvoidanceOptions::Type::none;  // which is the controller's own affair
+  }
   run_options.perception = level;
   run_options.seed = options.common.seed;
   run_options.colors = colors_of(scenario, level);
   const std::string gain = gain_warning(scenario);
-  if (!gain.empty()) spdlog::warn(gain);
+  if (!gain.empty() && options.serve.empty()) spdlog::warn(gain);
   OutputFolder folder(options.output, options.common.overwrite(options.output));
   // A film, a page and key frames beside another run's log are that run's.
   const bool ran_before = std::filesystem::exists(options.output / "log.csv");
@@ -168,13 +213,20 @@ int run_servo(const ServoOptions& options) {
     };
   }
 
-  const RunRecord run =
-      options.realtime ? run_realtime(scenario, run_options) : run_closed_loop(scenario, run_options);
+  const RunRecord run = !options.peer.empty() ? drive_peer(scenario, run_options, *socket)
+                        : options.realtime    ? run_realtime(scenario, run_options)
+                                              : run_closed_loop(scenario, run_options);
+  if (socket && run.summary.outcome == Outcome::fault) spdlog::error(run.summary.outcome_text);
   if (const std::string late = lateness(scenario, run); !late.empty()) spdlog::warn(late);
 
   if (film) film->finish();
-  write_run(folder, run, scenario, {options.perception, options.common.seed, options.realtime});
+  write_run(folder, run, scenario,
+            {options.perception, options.common.seed, options.realtime,
+             !options.peer.empty()    ? "robot"
+             : !options.serve.empty() ? "controller"
+                                      : ""});
   nlohmann::ordered_json report = run_report(run, scenario, options.perception, run_options.rule, folder);
+  if (!options.serve.empty()) report["law"] = "of a peer";
   report["command"] = command_again(options);
   write_report(folder, report, options.common.quiet);
   options.common.files->commit(folder);
@@ -183,8 +235,12 @@ int run_servo(const ServoOptions& options) {
   const RunSummary& s = run.summary;
   print_result("{}\n", outcome_name(s.outcome));
   if (!options.common.quiet || s.outcome != Outcome::reached) {
-    print_message("ballservo: {}; range error {:.2f} mm, bearing error {:.3f} deg: {}\n", s.outcome_text,
-                  s.range_error_m * 1e3, s.bearing_error_rad * 57.29577951308232, options.output.string());
+    const std::string errors =
+        std::isfinite(s.range_error_m)
+            ? fmt::format("range error {:.2f} mm, bearing error {:.3f} deg", s.range_error_m * 1e3,
+                          s.bearing_error_rad * 57.29577951308232)
+            : "the peer told no truth, so that its errors are not known";
+    print_message("ballservo: {}; {}: {}\n", s.outcome_text, errors, options.output.string());
   }
   return exit_code(s.outcome);
 }
@@ -213,6 +269,11 @@ as the machine can: what comes late is said.
   ballservo servo data/scenarios/obstacles.yaml -o run --perception geometric --touches touches.yaml
 does again what was done to a run in the page of `ballservo live`, with the --perception, --set and --seed of that run:
 the same log.csv and tracks.csv. Such a run ends when the file says, and has reached its ball as one has that moves.
+  ballservo servo data/scenarios/static_ball.yaml -o run --perception geometric --peer tcp://127.0.0.1:5577
+drives a robot that another program simulates or has: python3 app/examples/lockstep_robot.py is one.
+  ballservo servo data/scenarios/static_ball.yaml -o run --perception geometric --serve tcp://127.0.0.1:5577
+measures another program's controller in this scenario: python3 app/examples/lockstep_controller.py is one. It is
+told pictures with --perception image, the ball with geometric. app/peer/README.md has the messages.
 Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 interrupted
 (the run so far is written without a page, its outcome is interrupted; an earlier result stays instead).)");
   command->add_option("SCENARIO", options->scenario, "Scenario (YAML)")->required();
@@ -227,6 +288,13 @@ Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad i
                     "robot moves within 0.2 m of something");
   command->add_flag("--realtime", options->realtime,
                     "On the wall clock, camera, control and guard in threads of their own");
+  command->add_option("--peer", options->peer, "Drive the robot that is served there: tcp://HOST:PORT")
+      ->type_name("ADDRESS");
+  command
+      ->add_option("--serve", options->serve, "Let a controller drive that comes there: tcp://127.0.0.1:PORT")
+      ->type_name("ADDRESS");
+  add_number_option(*command, "--deadline", options->deadline_s, NumberRange::within(0.001, 3600, "s"),
+                    "A peer that is silent for so long ends the run (default 1)");
   command->add_option("--touches", options->touches, "What is done to the run while it goes on (YAML)")
       ->type_name("FILE");
   add_keys_flag(*command, "scenario", [] { return scenario_keys(); });

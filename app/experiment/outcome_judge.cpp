@@ -27,10 +27,19 @@ std::string_view outcome_name(Outcome outcome) {
   return "interrupted";
 }
 
+void end_by(const PeerGone& gone, RunSummary& summary) {
+  summary.outcome = Outcome::fault;
+  for (int each = 0; each <= static_cast<int>(Outcome::interrupted); ++each)
+    if (gone.outcome() == outcome_name(static_cast<Outcome>(each)))
+      summary.outcome = static_cast<Outcome>(each);
+  summary.outcome_text = gone.what();
+}
+
 OutcomeJudge::OutcomeJudge(double duration_s, bool ball_moves, const ReachedRule& rule)
     : duration_s_(duration_s), ball_moves_(ball_moves), rule_(rule) {}
 
 bool OutcomeJudge::within(const StepRecord& step) const {
+  if (!step.known) return step.control.state == ControlState::hold;
   if (ball_moves_) {
     return std::abs(step.range_error_m) <= rule_.moving_range_m &&
            std::abs(step.bearing_rad) <= rule_.moving_bearing_rad;
@@ -63,8 +72,8 @@ void OutcomeJudge::look(const StepRecord& step, const std::string& collision) {
     within_since_s_ = t;
   if (!ball_moves_ && !ending_ && within_since_s_ && t - *within_since_s_ >= rule_.hold_s - 1e-9) {
     ending_ = Ending{Outcome::reached,
-                     fmt::format("the robot reached the ball: it settled at {:.2f} s and held for {} s",
-                                 *within_since_s_, rule_.hold_s)};
+                     fmt::format("the robot reached the ball{}: it settled at {:.2f} s and held for {} s",
+                                 step.known ? "" : ", by its own word", *within_since_s_, rule_.hold_s)};
     reached_s_ = t;
     settled_s_ = within_since_s_;
   }
@@ -130,6 +139,7 @@ RunSummary OutcomeJudge::summary(const std::vector<StepRecord>& steps, bool inte
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const StepRecord& step = steps[i];
     summary.min_clearance_m = std::min(summary.min_clearance_m, step.clearance_m);
+    if (!step.known) summary.out_of_view_s = std::nan("");
     if (!step.in_view && !step.hidden && i + 1 < steps.size())
       summary.out_of_view_s += steps[i + 1].time_s - step.time_s;
     if (step.time_s >= end_s - 1.0) {

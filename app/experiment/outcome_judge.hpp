@@ -1,4 +1,5 @@
-// When a run is over, and how it ended; from the truth alone.
+// When a run is over, and how it ended; from the truth alone, and by the controller's word where nobody knows
+// it.
 #pragma once
 
 #include <optional>
@@ -6,11 +7,12 @@
 #include <vector>
 
 #include "app/experiment/run_record.hpp"
+#include "app/peer/lockstep_messages.hpp"
 
 namespace ballservo {
 
 /// Ball at rest: within 10 mm, 0.5 degrees and 5 mm/s, held 1 s. Ball that moves: within 50 mm and 2 degrees
-/// for 80 % of the run's last 5 s.
+/// for 80 % of the run's last 5 s. Where the truth is not known: the controller holds.
 struct ReachedRule {
   double range_m = 0.010, bearing_rad = 0.5 * 0.017453292519943295, speed_mps = 0.005, hold_s = 1.0;
   double moving_range_m = 0.050, moving_bearing_rad = 2.0 * 0.017453292519943295;
@@ -18,6 +20,9 @@ struct ReachedRule {
   double tail_s = 0.5;   ///< a run goes on so long after it has reached a resting ball
   double fault_s = 1.0;  ///< a controller that stays in its fault state so long has failed
 };
+
+/// The run was ended by a peer that is gone.
+void end_by(const PeerGone& gone, RunSummary& summary);
 
 class OutcomeJudge {
  public:

@@ -25,10 +25,12 @@ std::string log_csv(const std::vector<StepRecord>& steps) {
       "hidden\n";
   for (const StepRecord& s : steps) {
     const ControlOutput& c = s.control;
+    const auto if_known = [&s](bool value) { return s.known ? std::optional(value) : std::nullopt; };
     csv += csv_row(s.step, s.time_s, s.pose.x_m, s.pose.y_m, s.pose.yaw_rad, s.twist.v_mps, s.twist.w_radps,
                    c.command.v_mps, c.command.w_radps, control_state_name(c.state), c.reason,
                    track_state_name(c.track_state), c.error_1, c.error_2, s.range_m, s.bearing_rad,
-                   s.clearance_m, c.intended.v_mps, c.intended.w_radps, c.shield, s.in_view, s.hidden);
+                   s.clearance_m, c.intended.v_mps, c.intended.w_radps, c.shield, if_known(s.in_view),
+                   if_known(s.hidden));
   }
   return csv;
 }
@@ -45,7 +47,7 @@ nlohmann::ordered_json manifest(const Scenario& scenario, const RunMaking& makin
   }
   hashes["log.csv"] = sha256_hex(log);
   hashes["tracks.csv"] = sha256_hex(run.tracks_csv);
-  return {
+  nlohmann::ordered_json made = {
       {"program", "ballservo " BALLSERVO_VERSION},
       {"libraries",
        {{"opencv", CV_VERSION},
@@ -58,6 +60,8 @@ nlohmann::ordered_json manifest(const Scenario& scenario, const RunMaking& makin
       {"seed", making.seed},
       {"sha256", hashes},
       {"scenario", nlohmann::ordered_json::parse(scenario.resolved_json)}};
+  if (!making.peer.empty()) made["peer"] = making.peer;
+  return made;
 }
 
 }  // namespace
@@ -170,11 +174,13 @@ ordered_json run_report(const RunRecord& record, const Scenario& scenario, const
     obstacles.push_back({{"points_m", points_json(outline.points_m)}, {"radius_m", outline.radius_m}});
   }
   std::vector<Eigen::Vector2d> ball_path;
-  for (const StepRecord& step : record.steps) ball_path.push_back(step.p_WB.head<2>());
+  for (const StepRecord& step : record.steps)
+    if (step.known) ball_path.push_back(step.p_WB.head<2>());
   return {{"page", "run"},
           {"title", scenario.file.stem().string()},
           {"law", scenario.law.name},
           {"perception", perception},
+          {"truth_known", record.steps.empty() || record.steps.back().known},
           {"distance_m", scenario.goal().distance_m},
           {"reached", {{"range_m", rule.range_m}, {"bearing_rad", rule.bearing_rad}}},
           {"room_m", {room.x_min_m, room.y_min_m, room.x_max_m, room.y_max_m}},

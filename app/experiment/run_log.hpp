@@ -25,6 +25,7 @@ struct RunMaking {
   std::string perception;
   std::uint64_t seed = 0;
   bool realtime = false;
+  std::string peer{};  ///< what somebody else had: robot, controller; empty: neither
 };
 
 /// Writes log.csv, tracks.csv, summary.json and manifest.json.

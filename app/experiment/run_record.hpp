@@ -17,6 +17,7 @@ namespace ballservo {
 struct StepRecord {
   long step = 0;
   double time_s = 0;
+  bool known = true;  ///< the truth; else what would be true is NaN or false, and `twist` is as measured
   Pose2 pose;
   Twist2 twist;
   Pose2 odometry;  ///< where the robot believes to be

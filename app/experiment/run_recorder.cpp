@@ -10,7 +10,7 @@
 
 namespace ballservo {
 
-RunRecorder::RunRecorder(const Scenario& scenario, const SimulatedRobot& robot, const SimulatedCamera& camera,
+RunRecorder::RunRecorder(const Scenario& scenario, const WatchedRobot& robot, const SimulatedCamera* camera,
                          const ReachedRule& rule, bool touched)
     : scenario_(scenario),
       robot_(robot),
@@ -22,14 +22,16 @@ RunRecorder::RunRecorder(const Scenario& scenario, const SimulatedRobot& robot, 
 }
 
 void RunRecorder::frame(const FrameEvent& event) {
-  const BallTruth& target = camera_.truth().target;
   FrameRecord record;
   record.frame = static_cast<int>(event.frame.number);
   record.time_s = event.frame.time_s;
   record.arrived_s = event.arrived_s;
-  record.truth = target.outline;
-  record.truth_p_CB = target.p_CB;
-  record.visible_fraction = target.visible_fraction;
+  if (camera_ != nullptr) {
+    const BallTruth& target = camera_->truth().target;
+    record.truth = target.outline;
+    record.truth_p_CB = target.p_CB;
+    record.visible_fraction = target.visible_fraction;
+  }
   record.measurement = event.percept.ball;
   record.measured = event.percept.outline;
   run_.frames.push_back(record);
@@ -38,15 +40,9 @@ void RunRecorder::frame(const FrameEvent& event) {
 }
 
 /// What is true at a control step, whatever the robot believes.
-StepRecord RunRecorder::observe(const StepEvent& event) const {
-  const RobotTruth& robot = robot_.when_read();
-  StepRecord record;
-  record.step = event.step;
-  record.time_s = robot.time_s;
+void RunRecorder::observe(const RobotTruth& robot, StepRecord& record) const {
   record.pose = robot.pose;
   record.twist = robot.twist;
-  record.odometry = event.robot.odometry;
-  record.control = event.control;
   record.p_WB = scenario_.target_ball().p_WB(record.time_s);
   const Eigen::Vector2d p_RB = in_robot_frame(record.pose, record.p_WB.head<2>());
   record.range_m = p_RB.norm();
@@ -65,7 +61,6 @@ StepRecord RunRecorder::observe(const StepEvent& event) const {
     record.in_view = pixel->x() >= -0.5 && pixel->x() <= size.width_px - 0.5 && pixel->y() >= -0.5 &&
                      pixel->y() <= size.height_px - 0.5;
   }
-  return record;
 }
 
 /// What the robot has run into; empty: nothing. Touching the target is none of it (the judge counts that),
@@ -80,11 +75,28 @@ std::string RunRecorder::collided_with(const ContactReport& contacts, const Twis
 }
 
 void RunRecorder::step(const StepEvent& event) {
-  StepRecord record = observe(event);
-  const ContactReport contacts =
-      find_contacts(scenario_.world, scenario_.robot.footprint, record.pose, record.time_s);
-  record.clearance_m = contacts.clearance_m;
-  record.ball_clearance_m = contacts.ball_clearance_m;
+  StepRecord record;
+  record.step = event.step;
+  record.time_s = event.robot.time_s;
+  record.twist = event.robot.twist;
+  record.odometry = event.robot.odometry;
+  record.control = event.control;
+  std::string touched;
+  if (const auto truth = robot_.when_read()) {
+    observe(*truth, record);
+    const ContactReport contacts =
+        find_contacts(scenario_.world, scenario_.robot.footprint, record.pose, record.time_s);
+    record.clearance_m = contacts.clearance_m;
+    record.ball_clearance_m = contacts.ball_clearance_m;
+    touched = collided_with(contacts, record.twist);
+  } else {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    record.known = false;
+    record.pose = {unknown, unknown, unknown};
+    record.p_WB.setConstant(unknown);
+    record.range_error_m = record.range_m = record.bearing_rad = unknown;
+    record.clearance_m = record.ball_clearance_m = unknown;
+  }
 
   run_.timing.control_us.push_back(event.control_s * 1e6);
   if (std::isfinite(event.perception_s))
@@ -93,7 +105,6 @@ void RunRecorder::step(const StepEvent& event) {
     wall_.control_period_ms.push_back((record.time_s - run_.steps.back().time_s) * 1e3);
   wall_.steps_skipped += event.skipped;
 
-  const std::string touched = collided_with(contacts, record.twist);
   judge_.look(record, touched);
   if (touched_.empty()) touched_ = touched;
   run_.steps.push_back(record);
@@ -114,14 +125,16 @@ void RunRecorder::forget(std::size_t most) {
 
 RunRecord RunRecorder::finish(bool realtime) {
   run_.summary = judge_.summary(run_.steps, !judge_.over());
-  run_.summary.time_optimal_s =
-      time_optimal_s(scenario_.robot.pose, scenario_.target_ball().p_WB(0).head<2>(),
-                     scenario_.target_distance_m, scenario_.robot.limits);
+  if (run_.steps.empty() || run_.steps.back().known)
+    run_.summary.time_optimal_s =
+        time_optimal_s(scenario_.robot.pose, scenario_.target_ball().p_WB(0).head<2>(),
+                       scenario_.target_distance_m, scenario_.robot.limits);
   if (!touched_.empty())
-    run_.summary.collision_cause = collision_cause(scenario_, {touched_, run_.steps, robot_.firings()});
+    run_.summary.collision_cause =
+        camera_ != nullptr ? collision_cause(scenario_, {touched_, run_.steps, robot_.firings()}) : "unknown";
   run_.commands = robot_.commands();
   if (realtime) {
-    wall_.frames_skipped = camera_.skipped();
+    wall_.frames_skipped = camera_->skipped();
     run_.timing.realtime = std::move(wall_);
   }
   return std::move(run_);

@@ -16,8 +16,9 @@ namespace ballservo {
 
 class RunRecorder final : public LoopObserver {
  public:
-  /// All three must outlive it. `touched`: the ball may be moved by somebody.
-  RunRecorder(const Scenario& scenario, const SimulatedRobot& robot, const SimulatedCamera& camera,
+  /// All three must outlive it. `camera` knows the truth of its frames; null: nobody does. `touched`: the
+  /// ball may be moved by somebody.
+  RunRecorder(const Scenario& scenario, const WatchedRobot& robot, const SimulatedCamera* camera,
               const ReachedRule& rule, bool touched);
 
   void frame(const FrameEvent& event) override;
@@ -37,12 +38,12 @@ class RunRecorder final : public LoopObserver {
   RunRecord finish(bool realtime);
 
  private:
-  StepRecord observe(const StepEvent& event) const;
+  void observe(const RobotTruth& robot, StepRecord& record) const;
   std::string collided_with(const ContactReport& contacts, const Twist2& twist) const;
 
   const Scenario& scenario_;
-  const SimulatedRobot& robot_;
-  const SimulatedCamera& camera_;
+  const WatchedRobot& robot_;
+  const SimulatedCamera* camera_;
   OutcomeJudge judge_;
   RunRecord run_;
   RealtimeTiming wall_;  // each member is one thread's own

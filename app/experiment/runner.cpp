@@ -9,6 +9,7 @@
 #include "app/experiment/run_recorder.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/loop/threaded_loop.hpp"
+#include "app/peer/peer_controller.hpp"
 #include "calibration/base/fault.hpp"
 #include "servo/simulation/world/collision.hpp"
 
@@ -26,9 +27,6 @@ std::string gain_warning(const Scenario& scenario) {
       scenario.law.gain_per_s, limit_per_s, rate_hz, delay_s);
 }
 
-namespace {
-
-/// The scenario's controller: its law, limits and delays, its mount and its goal.
 ControllerOptions controller_options(const Scenario& scenario) {
   ControllerOptions options;
   options.rate_hz = scenario.control_rate_hz;
@@ -44,6 +42,8 @@ ControllerOptions controller_options(const Scenario& scenario) {
   return options;
 }
 
+namespace {
+
 /// A scenario's ports and observers. Made in its place: they refer to each other.
 class SimulatedRun {
  public:
@@ -55,20 +55,24 @@ class SimulatedRun {
         camera_(
             scenario_, options.seed, options.perception == PerceptionLevel::image || options.on_picture,
             [this](double time_s) { return robot_.at(time_s); }, options.take_picture),
-        perception_(make_perception(scenario_, options.perception, options.seed, options.colors, camera_)),
-        controller_(controller, options.laws.make(scenario.law, controller.goal)),
-        recorder_(scenario_, robot_, camera_, options.rule, bool(options.touch)),
+        perception_(make_eyes()),
+        controller_(make_controller(controller)),
+        recorder_(scenario_, robot_, &camera_, options.rule, bool(options.touch)),
         pictures_(scenario_, [this](const cv::Mat& picture) {
           if (options_.on_picture) options_.on_picture(picture, recorder_.record(), robot_.firings());
         }) {}
 
-  LoopPorts ports() { return {camera_, *perception_, robot_, controller_, {&recorder_, &pictures_}}; }
+  LoopPorts ports() {
+    LoopPorts ports{camera_, *perception_, robot_, *controller_, {&recorder_, &pictures_}};
+    if (peer_ != nullptr) ports.observers.push_back(peer_);
+    return ports;
+  }
   const RunRecord& so_far() const { return recorder_.record(); }
 
   /// After each control step.
   bool goes_on(double time_s) {
     if (options_.touch && !recorder_.over()) {
-      for (const Touch& touch : options_.touch({scenario_, so_far(), robot_.firings(), controller_}))
+      for (const Touch& touch : options_.touch({scenario_, so_far(), robot_.firings(), *controller_}))
         feel(touch);
     }
     if (options_.remembered_steps > 0) {
@@ -76,18 +80,35 @@ class SimulatedRun {
       robot_.forget(options_.remembered_steps);
       perception_->forget();
     }
+    if (peer_ != nullptr && !recorder_.over()) peer_->throw_if_gone();
     const bool interrupted = options_.go_on && !options_.go_on(time_s);
     return !interrupted && !recorder_.over();
   }
 
-  RunRecord finish(bool realtime) {
+  RunRecord finish(bool realtime, const PeerGone* gone = nullptr) {
     RunRecord run = recorder_.finish(realtime);
+    if (gone != nullptr) end_by(*gone, run.summary);
+    if (peer_ != nullptr) peer_->leave(run.summary);
     run.tracks_csv = perception_->tracks_csv();
     run.key_frames = pictures_.finish();
     return run;
   }
 
  private:
+  std::unique_ptr<SimulatedPerception> make_eyes() {
+    if (options_.controller != nullptr && options_.perception == PerceptionLevel::image)
+      return std::make_unique<BlindPerception>();
+    return make_perception(scenario_, options_.perception, options_.seed, options_.colors, camera_);
+  }
+
+  std::unique_ptr<Controller> make_controller(const ControllerOptions& options) {
+    auto law = options_.laws.make(scenario_.law, options.goal);
+    if (options_.controller == nullptr) return std::make_unique<Controller>(options, std::move(law));
+    auto peer = std::make_unique<PeerController>(options, std::move(law), scenario_, *options_.controller);
+    peer_ = peer.get();
+    return peer;
+  }
+
   void feel(const Touch& touch) {
     touch_scenario(touch, untouched_, scenario_);
     if (touch.kind == Touch::Kind::robot) robot_.put(touch.to);
@@ -95,7 +116,7 @@ class SimulatedRun {
     camera_.look_around();
     perception_->look_around();
     const ControllerOptions controller = controller_options(scenario_);
-    controller_.retune(controller, options_.laws.make(scenario_.law, controller.goal));
+    controller_->retune(controller, options_.laws.make(scenario_.law, controller.goal));
   }
 
   const RunOptions& options_;
@@ -104,7 +125,8 @@ class SimulatedRun {
   SimulatedRobot robot_;
   SimulatedCamera camera_;
   std::unique_ptr<SimulatedPerception> perception_;
-  Controller controller_;
+  PeerController* peer_ = nullptr;  // the controller, where it is one
+  std::unique_ptr<Controller> controller_;
   RunRecorder recorder_;
   PictureKeeper pictures_;
 };
@@ -142,14 +164,20 @@ bool SteppedRun::step() {
 
 bool SteppedRun::over() const { return !parts_->rest; }
 const RunRecord& SteppedRun::so_far() const { return parts_->run.so_far(); }
-RunRecord SteppedRun::finish() {
+RunRecord SteppedRun::finish(const PeerGone* gone) {
   parts_->rest.reset();
-  return parts_->run.finish(false);
+  return parts_->run.finish(false, gone);
 }
 
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options) {
   SteppedRun run(scenario, options);
-  while (run.step()) {
+  try {
+    while (run.step()) {
+    }
+  } catch (const PeerGone& gone) {
+    RunRecord record = run.finish(&gone);
+    if (record.steps.empty()) throw;
+    return record;
   }
   return run.finish();
 }

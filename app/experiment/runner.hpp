@@ -13,6 +13,7 @@
 #include "app/experiment/simulated_perception.hpp"
 #include "app/experiment/touches.hpp"
 #include "app/loop/loop_observer.hpp"
+#include "app/peer/lockstep_socket.hpp"
 #include "app/scenario/scenario.hpp"
 #include "app/scenario/taught_target.hpp"
 #include "calibration/color/color_table.hpp"
@@ -41,6 +42,7 @@ struct RunOptions {
   LawCatalog laws = builtin_laws();          ///< among which the scenario's law is
   std::shared_ptr<RobotBody> body;           ///< instead of the scenario's drive; may be empty
   TakePicture take_picture;                  ///< instead of rendering; may be empty
+  LockstepSocket* controller = nullptr;      ///< where it decides instead of the scenario's; may be null
   ReachedRule rule;
   /// Receives each camera frame's picture (with what was measured drawn in), the record and the sonars'
   /// firings so far, for videos; frames are rendered for it at any level of perception. May be empty.
@@ -57,13 +59,17 @@ struct RunOptions {
   std::function<bool(double time_s)> go_on;
 };
 
+/// The scenario's controller: its law's goal, limits and delays.
+ControllerOptions controller_options(const Scenario& scenario);
+
 /// Does again what was done.
 std::function<std::vector<Touch>(const RunView& now)> replay(Touches touches);
 
 /// Runs in simulated time to the end: the judge's word, or `go_on`. A reached run ends `rule.hold_s` after it
 /// settled, plus a tail of `rule.tail_s`. The record is the same for the same scenario and seed, `timing`
 /// apart, at any number of threads. Throws InputError where the options do not fit the scenario (level image
-/// without colours, or without the target's class among them).
+/// without colours, or without the target's class among them), and PeerGone where a controller elsewhere
+/// never came; one that goes later ends the run as a fault.
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options);
 
 /// The same, a control step at a time.
@@ -77,7 +83,8 @@ class SteppedRun {
   bool step();
   bool over() const;
   const RunRecord& so_far() const;  ///< steps and frames
-  RunRecord finish();               ///< the whole record, `interrupted` where the run is not over
+  /// The whole record, `interrupted` where the run is not over; ended by `gone`, where a peer is.
+  RunRecord finish(const PeerGone* gone = nullptr);
 
  private:
   struct Parts;

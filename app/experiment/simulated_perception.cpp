@@ -35,11 +35,29 @@ std::shared_ptr<const ColorTable> colors_of(const Scenario& scenario, Perception
   return std::make_shared<ColorTable>(read_color_file(scenario.colors));
 }
 
+namespace {
+constexpr const char* source_name = "camera";
+}  // namespace
+
 SimulatedPerception::SimulatedPerception() : tracks_csv_(ball_rows_header()) {}
 
-namespace {
+void SimulatedPerception::note(const Scenario& scenario, const CameraFrame& frame, const Percept& percept,
+                               double quality) {
+  BallObservation ball;
+  if (percept.outline) ball.outline = *percept.outline;
+  ball.position = BallPosition{percept.ball.p_CB, percept.ball.covariance_m2};
+  ball.quality = quality;
+  tracks_csv_ += ball_row({source_name, static_cast<int>(frame.number), frame.time_s, 1,
+                           scenario.target_ball().class_name, track_state_name(percept.ball.state)},
+                          ball);
+}
 
-constexpr const char* source_name = "camera";
+void stamp_as_believed(const Scenario& scenario, Percept& percept) {
+  percept.ball.time_s -= scenario.believed.latency_error_s;
+  percept.floor.time_s = percept.ball.time_s;
+}
+
+namespace {
 
 bool looks_at_floor(const Scenario& scenario) {
   return scenario.avoidance.type != AvoidanceOptions::Type::none && scenario.avoidance.floor;
@@ -47,12 +65,6 @@ bool looks_at_floor(const Scenario& scenario) {
 
 double believed_radius_m(const Scenario& scenario) {
   return scenario.target_ball().radius_m() * scenario.believed.diameter_scale;
-}
-
-/// The robot stamps a frame with its arrival less the latency that it believes.
-void stamp_as_believed(const Scenario& scenario, Percept& percept) {
-  percept.ball.time_s -= scenario.believed.latency_error_s;
-  percept.floor.time_s = percept.ball.time_s;
 }
 
 class RenderedPerception final : public SimulatedPerception {
@@ -118,7 +130,7 @@ class GeometricPerception final : public SimulatedPerception {
     percept.ball =
         sensor_->measure(target, diameter_m, frame.time_s, static_cast<std::uint64_t>(frame.number));
     if (percept.ball.state != TrackState::none) believe(percept);
-    if (percept.ball.state != TrackState::none) note(frame, percept, target.visible_fraction);
+    if (percept.ball.state != TrackState::none) note(scenario_, frame, percept, target.visible_fraction);
     if (floor_ && shows_colors) {
       percept.floor =
           floor_->scan(truth.robot, frame.time_s, seed_, static_cast<std::uint64_t>(frame.number));
@@ -143,16 +155,6 @@ class GeometricPerception final : public SimulatedPerception {
     }
   }
 
-  void note(const CameraFrame& frame, const Percept& percept, double quality) {
-    BallObservation ball;
-    if (percept.outline) ball.outline = *percept.outline;
-    ball.position = BallPosition{percept.ball.p_CB, percept.ball.covariance_m2};
-    ball.quality = quality;
-    tracks_csv_ += ball_row({source_name, static_cast<int>(frame.number), frame.time_s, 1,
-                             scenario_.target_ball().class_name, track_state_name(percept.ball.state)},
-                            ball);
-  }
-
   const Scenario& scenario_;
   const SimulatedCamera& camera_;
   Camera believed_camera_;
@@ -162,8 +164,10 @@ class GeometricPerception final : public SimulatedPerception {
   std::optional<FloorSensor> floor_;
 };
 
-std::unique_ptr<SimulatedPerception> make_rendered(const Scenario& scenario, std::uint64_t seed,
-                                                   std::shared_ptr<const ColorTable> colors) {
+}  // namespace
+
+std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scenario, std::uint64_t seed,
+                                                           std::shared_ptr<const ColorTable> colors) {
   const Ball& target = scenario.target_ball();
   if (!colors) {
     throw InputError(scenario.file.string() + ": colors", "nothing",
@@ -194,13 +198,11 @@ std::unique_ptr<SimulatedPerception> make_rendered(const Scenario& scenario, std
       scenario, Tracker(Detector(rays, std::move(colors), detector), tracker), selected);
 }
 
-}  // namespace
-
 std::unique_ptr<SimulatedPerception> make_perception(const Scenario& scenario, PerceptionLevel level,
                                                      std::uint64_t seed,
                                                      std::shared_ptr<const ColorTable> colors,
                                                      const SimulatedCamera& camera) {
-  if (level == PerceptionLevel::image) return make_rendered(scenario, seed, std::move(colors));
+  if (level == PerceptionLevel::image) return make_image_perception(scenario, seed, std::move(colors));
   return std::make_unique<GeometricPerception>(scenario, level == PerceptionLevel::truth, seed, camera);
 }
 

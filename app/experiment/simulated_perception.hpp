@@ -33,8 +33,18 @@ class SimulatedPerception : public BallPerception {
 
  protected:
   SimulatedPerception();
+  /// Notes the target as measured.
+  void note(const Scenario& scenario, const CameraFrame& frame, const Percept& percept, double quality);
   std::string tracks_csv_;
 };
+
+/// The robot stamps a frame with its arrival less the latency that it believes.
+void stamp_as_believed(const Scenario& scenario, Percept& percept);
+
+/// Detector and tracker for the scenario's balls, with the believed camera and diameter. Throws as
+/// make_perception does.
+std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scenario, std::uint64_t seed,
+                                                           std::shared_ptr<const ColorTable> colors);
 
 /// What the run's options and the scenario ask for, as the robot believes camera, ball and latency to be:
 /// measurements are stamped with a frame's arrival less the latency that is believed.

@@ -20,6 +20,17 @@ struct RobotTruth {
   Twist2 twist;
 };
 
+/// A robot of which a record is made: beside what it says, the truth as far as somebody tells it.
+class WatchedRobot : public Robot {
+ public:
+  /// What was true at the last `read`; for its thread.
+  virtual std::optional<RobotTruth> when_read() const = 0;
+  /// All that the sonars have said, and all that the drive was told; not while other threads may look at the
+  /// robot.
+  virtual const std::vector<SonarFiring>& firings() const = 0;
+  virtual const std::vector<DriveCommand>& commands() const = 0;
+};
+
 /// What is driven: where it truly is, and how it answers commands. Called by one thread at a time.
 class RobotBody {
  public:
@@ -34,7 +45,7 @@ class RobotBody {
 
 /// Whoever looks at it moves it on to then, its sonars fire on the way. Loop and camera may do so from two
 /// threads.
-class SimulatedRobot final : public Robot {
+class SimulatedRobot final : public WatchedRobot {
  public:
   /// `world` must outlive the robot. Without `body` it is a UnicycleRobot.
   SimulatedRobot(const World& world, const RobotSettings& settings, std::uint64_t seed,
@@ -52,14 +63,11 @@ class SimulatedRobot final : public Robot {
 
   /// The truth then, or at the latest time that anybody has looked.
   RobotTruth at(double now_s);
-  /// What was true at the last `read`; for its thread.
-  const RobotTruth& when_read() const { return when_read_; }
+  std::optional<RobotTruth> when_read() const override { return when_read_; }
   /// The truth when anybody last looked; not while other threads may look at the robot.
   const RobotTruth& now() const { return now_; }
-  /// All that the sonars have said, and all that the drive was told; not while other threads may look at the
-  /// robot.
-  const std::vector<SonarFiring>& firings() const { return firings_; }
-  const std::vector<DriveCommand>& commands() const { return commands_; }
+  const std::vector<SonarFiring>& firings() const override { return firings_; }
+  const std::vector<DriveCommand>& commands() const override { return commands_; }
   /// Of both all but the newest ones: so many, or up to twice as many.
   void forget(std::size_t most) {
     forget_before_last(most, firings_);

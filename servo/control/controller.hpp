@@ -44,13 +44,14 @@ struct ControlOutput {
   std::string_view shield;  ///< what they did to it; a literal, empty where it passed
 };
 
-/// One run's controller. As deterministic as its law; after construction it takes no memory from the heap,
-/// but for what its law takes.
+/// One run's controller; who decides otherwise overrides `hear` and `step`. As deterministic as its law;
+/// after construction it takes no memory from the heap, but for what its law takes.
 class Controller {
  public:
   /// `law` drives to options.goal. Throws InputError with every fault of the options, std::invalid_argument
   /// without a law.
   Controller(const ControllerOptions& options, std::unique_ptr<Law> law);
+  virtual ~Controller() = default;
 
   const ControllerOptions& options() const { return options_; }
 
@@ -65,7 +66,7 @@ class Controller {
   }
 
   /// A sonar's answer, when it arrives; looked at in the next step. Ignored without avoidance.
-  void hear(const SonarReading& reading) {
+  virtual void hear(const SonarReading& reading) {
     if (avoidance_) avoidance_->hear(reading);
   }
 
@@ -88,7 +89,7 @@ class Controller {
 
   /// One control step at time_s with the odometry's pose and twist of that moment. Times that are not finite
   /// or do not advance, and an odometry that is not finite, stop the robot.
-  ControlOutput step(double time_s, const Pose2& odometry, const Twist2& odometry_twist);
+  virtual ControlOutput step(double time_s, const Pose2& odometry, const Twist2& odometry_twist);
 
  private:
   /// The ball at the moment when a command given now acts.

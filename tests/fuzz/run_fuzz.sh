@@ -47,6 +47,13 @@ case $target in
       '{"do":"touch","touch":{"do":"avoidance","type":"shield"}}' '{"do":"touch","touch":{"do":"latency","latency_s":0.1}}' >"$seeds/touches"
     printf '{"do":"calibrate","board":"chessboard:9x6","square_m":0.025}\n{"do":"load","base64":"%s"}\n' \
       "$(head -c 6000 "$root"/data/colors/red.colors | base64 -w 0)" >"$seeds/words" ;;
+  lockstep_message_fuzz)
+    printf '%s' '{"ballservo_lockstep":1,"until_s":0.6,"command":[0.1,-0.2],"end":"enough"}' >"$seeds/request"
+    printf '%s\n' '{"ballservo_lockstep":1,"over":{"outcome":"reached","text":"there"}}' >"$seeds/over"
+    printf '%s\n' '{"ballservo_lockstep":1,"time_s":0.58,"odometry":[1,2,0.5],"twist":[0.1,0],"truth":{"pose":[0,0,0],"twist":[0,0]},' \
+      '"sonars":[{"fired_s":0.55,"transducer":15,"range_m":2.5,"echo":true}],"frames":[{"frame":17,"time_s":0.53,"arrived_s":0.57,' \
+      '"ball":{"state":"confirmed","p_m":[0.1,0.2,2],"covariance_m2":[[1,0,0],[0,1,0],[0,0,1]]}}]}' | tr -d '\n' >"$seeds/answer"
+    { cat "$seeds/answer"; printf '\nabcdef'; } >"$seeds/answer_with_picture" ;;
   covariance_fuzz)
     printf '%s' '{"parameters":["fx_px","fy_px","cx_px","cy_px"],"values":[500,500,320,240],' \
       '"covariance":[[1,0.5,0,0],[0.5,1,0,0],[0,0,2,0],[0,0,0,2]]}' >"$seeds/covariance.json" ;;

@@ -53,7 +53,7 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
     all = "calibration/pictures calibration/camera/files calibration/boards calibration/ball calibration/teaching " \
           seen " perception perception/tracking " \
           simulated " servo/features servo/simulation/world servo/simulation/rendering servo/simulation/robot " \
-          "app app/io app/loop app/loop/visp app/scenario app/experiment app/sweep app/report app/comparison app/live app/commands"
+          "app app/io app/loop app/loop/visp app/scenario app/experiment app/sweep app/report app/comparison app/live app/peer app/commands"
     room("app", all)
     room("app/io", all)
     room("app/scenario", all)
@@ -62,6 +62,7 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
     room("app/report", all)
     room("app/comparison", all)
     room("app/live", all)
+    room("app/peer", all)
     room("app/commands", all)
   }
   FNR == 1 { here = room_of(FILENAME); header = FILENAME ~ /\.hpp$/ }

@@ -29,7 +29,8 @@ def page(folder):
 
 def subtitle(facts, folder):
     seed = read_json(folder / "manifest.json")["seed"]
-    return f"One closed-loop run: law {facts['law']}, perception {facts['perception']}, seed {seed}"
+    return (f"One closed-loop run: law {facts['law']}, perception {facts['perception']}, seed {seed}"
+            + ("" if facts.get("truth_known", True) else "; the peer told no truth, and what needs it is empty"))
 
 
 def degrees(value):
@@ -55,6 +56,7 @@ def key_figures(s):
 
 def top_view(facts, log):
     room, ball = facts["room_m"], np.reshape(facts["ball"]["path_m"], (-1, 2))
+    log = [step for step in log if step["x_m"]]  # what a peer told of the truth
     path = np.column_stack([numbers(log, "x_m"), numbers(log, "y_m")])
     low, high = shown_floor(room, np.vstack([path, ball]))
     plot = map_axes("From above", (low[0], high[0]), (low[1], high[1]), "x (m)", "y (m)", 520)

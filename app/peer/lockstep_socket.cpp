@@ -1,0 +1,116 @@
+#include "app/peer/lockstep_socket.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <zmq.hpp>
+
+#include "app/io/interrupt.hpp"
+#include "calibration/base/numbers.hpp"
+
+namespace ballservo {
+
+namespace {
+
+constexpr int linger_ms = 100;   // for the last word, where somebody listens
+constexpr int look_ms = 20;      // after which a wait looks for Ctrl-C
+constexpr int most_waiting = 2;  // messages that nobody has asked for yet
+// ZeroMQ bounds a message's parts, not their number, and holds them until the last has come.
+constexpr long most_growth_kb = 256 * 1024;
+
+/// The most memory that the process ever had.
+long peak_kb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+bool is_address(const std::string& address) {
+  const std::string prefix = "tcp://";
+  const std::size_t colon = address.rfind(':');
+  if (address.compare(0, prefix.size(), prefix) != 0 || colon <= prefix.size()) return false;
+  const auto port = parse_integer(address.substr(colon + 1));
+  return port && *port >= 0 && *port <= 65535;
+}
+
+}  // namespace
+
+struct LockstepSocket::Line {
+  zmq::context_t context{1};
+  zmq::socket_t socket;
+};
+
+LockstepSocket::LockstepSocket(Side side, const Options& options)
+    : side_(side), options_(options), line_(new Line), may_send_(side == Side::controller) {
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(options.option, "'" + options.address + "'" + why,
+                     "tcp://HOST:PORT with a host of this network and a free port from 1 to 65535");
+  };
+  if (!is_address(options.address)) refuse("");
+  try {
+    line_->socket = {line_->context, side == Side::controller ? ZMQ_REQ : ZMQ_REP};
+    zmq::socket_t& socket = line_->socket;
+    socket.set(zmq::sockopt::linger, linger_ms);
+    socket.set(zmq::sockopt::sndtimeo, linger_ms);
+    socket.set(zmq::sockopt::rcvhwm, most_waiting);
+    socket.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(options.most_bytes));
+    if (side == Side::robot) {
+      socket.bind(options.address);
+      return;
+    }
+    // The last word goes out even where an answer is missing; an answer that comes after it is not taken for
+    // the next one.
+    socket.set(zmq::sockopt::req_relaxed, true);
+    socket.set(zmq::sockopt::req_correlate, true);
+    socket.connect(options.address);
+  } catch (const zmq::error_t& error) {
+    refuse(fmt::format(" ({})", error.what()));
+  }
+}
+
+LockstepSocket::~LockstepSocket() = default;
+
+std::string LockstepSocket::address() const { return line_->socket.get(zmq::sockopt::last_endpoint); }
+
+void LockstepSocket::send(const LockstepParts& parts) {
+  if (!may_send_) return;
+  may_send_ = side_ == Side::controller;
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    line_->socket.send(zmq::buffer(parts[i]),
+                       i + 1 < parts.size() ? zmq::send_flags::sndmore : zmq::send_flags::none);
+}
+
+LockstepParts LockstepSocket::receive() {
+  using Steady = std::chrono::steady_clock;
+  const double within_s = heard_ ? options_.deadline_s : std::max(options_.first_s, options_.deadline_s);
+  const auto deadline = Steady::now() + std::chrono::duration<double>(within_s);
+  const long before_kb = peak_kb();
+  zmq_pollitem_t item{line_->socket.handle(), 0, ZMQ_POLLIN, 0};
+  while (zmq_poll(&item, 1, look_ms) <= 0) {
+    if (!heard_) throw_if_interrupted();
+    if (interrupt_requested()) throw PeerGone("the run was interrupted", "interrupted");
+    if (peak_kb() > before_kb + most_growth_kb)
+      throw PeerGone(options_.address + " sends a message without an end");
+    if (Steady::now() < deadline) continue;
+    // ZeroMQ gives a line up on which it was sent too large a part: the last word needs another.
+    if (side_ == Side::controller) {
+      line_->socket.disconnect(options_.address);
+      line_->socket.connect(options_.address);
+    }
+    throw PeerGone(fmt::format("{} was silent for {:g} s (parts of more than {} bytes are not read)",
+                               options_.address, within_s, options_.most_bytes));
+  }
+  heard_ = true;
+  LockstepParts parts;
+  zmq::message_t part;
+  do {
+    (void)line_->socket.recv(part);
+    if (parts.size() <= most_frames + 1) parts.push_back(part.to_string());
+  } while (part.more());
+  may_send_ = true;
+  return parts;
+}
+
+}  // namespace ballservo

@@ -1,0 +1,84 @@
+#include "app/peer/peer_robot.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace ballservo {
+
+PeerRobot::PeerRobot(LockstepSocket& socket, const Scenario& scenario, bool pictures)
+    : socket_(socket), scenario_(scenario) {
+  bounds_.until_s = -1;
+  bounds_.period_s = 1 / scenario.control_rate_hz;
+  if (pictures) bounds_.picture = scenario.camera.camera.size();
+  advance_to(0);
+}
+
+void PeerRobot::advance_to(double time_s) {
+  if (time_s <= bounds_.until_s) return;
+  LockstepRequest request{time_s, command_};
+  if (bounds_.until_s < 0) request.scenario = nlohmann::json::parse(scenario_.resolved_json);
+  bounds_.until_s = time_s;
+  socket_.send(parts_of(request));
+  LockstepAnswer answer = answer_of(socket_.receive(), bounds_);
+  if (!answer.outcome.empty()) throw PeerGone("the peer ended the run: " + answer.text, answer.outcome);
+  if (time_s == 0) has_sonars_ = answer.sonars.has_value();
+  now_ = answer.state;
+  truth_.reset();
+  if (answer.truth) truth_ = RobotTruth{now_.time_s, answer.truth->pose, answer.truth->twist};
+  if (answer.sonars) readings_.insert(readings_.end(), answer.sonars->begin(), answer.sonars->end());
+  for (LockstepFrame& frame : answer.frames) frames_.push_back(std::move(frame));
+  if (frames_.empty()) return;
+  bounds_.frame = std::max(bounds_.frame, frames_.back().frame.number);
+  bounds_.frame_s = std::max(bounds_.frame_s, frames_.back().frame.time_s);
+}
+
+RobotState PeerRobot::read(double now_s) {
+  advance_to(now_s);
+  when_read_ = truth_;
+  return now_;
+}
+
+void PeerRobot::command(const Twist2& twist, double now_s) {
+  command_ = twist;
+  commands_.push_back({now_s, twist});
+}
+
+void PeerRobot::listen(const std::function<void(const SonarReading&)>& hear) {
+  for (const SonarReading& reading : std::exchange(readings_, {})) hear(reading);
+}
+
+std::optional<LockstepFrame> PeerRobot::take_frame() {
+  if (frames_.empty()) return std::nullopt;
+  LockstepFrame frame = std::move(frames_.front());
+  frames_.pop_front();
+  return frame;
+}
+
+void PeerRobot::leave(const std::string& why) noexcept {
+  if (std::exchange(left_, true)) return;
+  try {
+    socket_.send(parts_of(LockstepRequest{std::max(bounds_.until_s, 0.0), {}, why}));
+  } catch (const std::exception&) {  // NOLINT: nobody is left to hear of it
+  }
+}
+
+std::optional<CameraFrame> PeerCamera::take(Clock&, double until_s) {
+  robot_.advance_to(until_s);
+  auto arrived = robot_.take_frame();
+  if (!arrived) return std::nullopt;
+  ball_ = arrived->ball;
+  return std::move(arrived->frame);
+}
+
+Percept PeerPerception::look(const CameraFrame& frame) {
+  Percept percept{camera_.ball()};
+  if (percept.ball.state != TrackState::none) {
+    percept.outline =
+        project_sphere(scenario_.camera.camera, percept.ball.p_CB, scenario_.target_ball().radius_m());
+    note(scenario_, frame, percept, 1);
+  }
+  stamp_as_believed(scenario_, percept);
+  return percept;
+}
+
+}  // namespace ballservo
