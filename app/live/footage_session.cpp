@@ -517,17 +517,7 @@ FootageSession::Json FootageSession::why(const Json& what) {
   const Eigen::Vector2d point(number_at(what, "u_px", -1), number_at(what, "v_px", -1));
   if (colors_.empty()) throw Refusal("no colour has been taught yet: press Teach, and click on a ball");
   Detector detector = tracker_ ? tracker_->detector() : factory_.make({bgr.cols, bgr.rows}, options_.source);
-  Json said = why_no_ball(bgr, point, detector);
-  const auto known = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& track) {
-    const OutlineEllipse& outline = track.ball.outline;
-    return track.state != TrackState::coasting && (outline.center_px - point).norm() < outline.radius_px;
-  });
-  if (bgr.data != shown_->bgr.data || said["ball"] || known == tracks_.end()) return said;
-  said["ball"] = true;
-  said["text"] = fmt::format("track {} follows this ball, which passes with less for being known. Alone: {}",
-                             known->id, said["text"].get<std::string>());
-  said["remedy"] = "";
-  return said;
+  return why_no_ball(bgr, point, detector, bgr.data == shown_->bgr.data ? tracks_ : std::vector<Track>());
 }
 
 /// How the camera is set, after what is asked for has been done.

@@ -88,6 +88,31 @@ nlohmann::json why_no_candidate(const cv::Mat& bgr, const cv::Point& pixel, cons
                 value, remedy("opened"));
 }
 
+/// What the detector says of the point, whatever is followed there.
+nlohmann::json why_not_found(const cv::Mat& bgr, const Eigen::Vector2d& point_px, Detector& detector) {
+  const cv::Point pixel(cvRound(point_px.x()), cvRound(point_px.y()));
+  if (!cv::Rect({0, 0}, bgr.size()).contains(pixel))
+    return answer(false, "that is outside the picture", "", "");
+  DetectionStages stages;
+  detector.detect(bgr, {{0, 0}, bgr.size()}, &stages);  // as the tracker does
+  const Candidate* best = nullptr;
+  for (const Candidate& candidate : stages.candidates) {
+    const Circle circle = circle_of(candidate);
+    if ((circle.center_px - point_px).norm() > circle.radius_px) continue;
+    const auto rank = [](const Candidate& each) {
+      return std::make_pair(each.accepted, each.support.quality());
+    };
+    if (best == nullptr || rank(candidate) > rank(*best)) best = &candidate;
+  }
+  if (best == nullptr) return why_no_candidate(bgr, pixel, stages, detector.colors());
+  const Circle circle = circle_of(*best);
+  const std::string what = fmt::format("{} around ({:.0f}, {:.0f}), radius {:.0f} px",
+                                       detector.colors().name_of(best->color_class), circle.center_px.x(),
+                                       circle.center_px.y(), circle.radius_px);
+  if (best->accepted) return answer(true, what + ": this is a ball", figures_of(*best), "");
+  return answer(false, what + ": " + best->reason, figures_of(*best), remedy_of(best->reason));
+}
+
 }  // namespace
 
 cv::Mat live_picture(const std::string& view, const SeenPicture& seen) {
@@ -115,28 +140,18 @@ nlohmann::json candidates_json(const DetectionStages& stages, const ColorTable& 
   return listed;
 }
 
-nlohmann::json why_no_ball(const cv::Mat& bgr, const Eigen::Vector2d& point_px, Detector& detector) {
-  const cv::Point pixel(cvRound(point_px.x()), cvRound(point_px.y()));
-  if (!cv::Rect({0, 0}, bgr.size()).contains(pixel))
-    return answer(false, "that is outside the picture", "", "");
-  DetectionStages stages;
-  detector.detect(bgr, {{0, 0}, bgr.size()}, &stages);  // as the tracker does
-  const Candidate* best = nullptr;
-  for (const Candidate& candidate : stages.candidates) {
-    const Circle circle = circle_of(candidate);
-    if ((circle.center_px - point_px).norm() > circle.radius_px) continue;
-    const auto rank = [](const Candidate& each) {
-      return std::make_pair(each.accepted, each.support.quality());
-    };
-    if (best == nullptr || rank(candidate) > rank(*best)) best = &candidate;
-  }
-  if (best == nullptr) return why_no_candidate(bgr, pixel, stages, detector.colors());
-  const Circle circle = circle_of(*best);
-  const std::string what = fmt::format("{} around ({:.0f}, {:.0f}), radius {:.0f} px",
-                                       detector.colors().name_of(best->color_class), circle.center_px.x(),
-                                       circle.center_px.y(), circle.radius_px);
-  if (best->accepted) return answer(true, what + ": this is a ball", figures_of(*best), "");
-  return answer(false, what + ": " + best->reason, figures_of(*best), remedy_of(best->reason));
+nlohmann::json why_no_ball(const cv::Mat& bgr, const Eigen::Vector2d& point_px, Detector& detector,
+                           const std::vector<Track>& tracks) {
+  nlohmann::json said = why_not_found(bgr, point_px, detector);
+  const auto known = std::find_if(tracks.begin(), tracks.end(), [&](const Track& track) {
+    const OutlineEllipse& outline = track.ball.outline;
+    return track.state != TrackState::coasting && (outline.center_px - point_px).norm() < outline.radius_px;
+  });
+  if (said["ball"] || known == tracks.end()) return said;
+  return answer(true,
+                fmt::format("track {} follows this ball, which passes with less for being known. Alone: {}",
+                            known->id, said["text"].get<std::string>()),
+                said["figures"], "");
 }
 
 std::string position_text(const BallPosition& position) {

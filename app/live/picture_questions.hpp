@@ -8,6 +8,7 @@
 
 #include "perception/detection_stages.hpp"
 #include "perception/detector.hpp"
+#include "perception/tracking/tracker.hpp"
 
 namespace ballservo {
 
@@ -26,8 +27,9 @@ cv::Mat live_picture(const std::string& view, const SeenPicture& seen);
 nlohmann::json candidates_json(const DetectionStages& stages, const ColorTable& colors);
 
 /// The answer to a click: {"ball": whether one is there, "text": what was found and why it is none,
-/// "figures": of it, "remedy": what helps}.
-nlohmann::json why_no_ball(const cv::Mat& bgr, const Eigen::Vector2d& point_px, Detector& detector);
+/// "figures": of it, "remedy": what helps}. `tracks` are those of the picture.
+nlohmann::json why_no_ball(const cv::Mat& bgr, const Eigen::Vector2d& point_px, Detector& detector,
+                           const std::vector<Track>& tracks);
 
 /// "1.002 m +- 1.1 mm": the range with its 95 % half-width, and the widest one across.
 std::string position_text(const BallPosition& position);

@@ -49,5 +49,24 @@ TEST(PositionText, HasAsManyDigitsAsMeanSomething) {
   EXPECT_EQ(text(0.0765), "1.0 m +- 150 mm, across +- 150 mm");
 }
 
+TEST(WhyNoBall, OfAFollowedBallSaysThatItIsOne) {
+  auto colors = std::make_shared<ColorTable>();
+  colors->classes.resize(1);
+  const Camera camera({LensModel::pinhole, {160, 120}, 150, 150, 79.5, 59.5, {}});
+  Detector detector(std::make_shared<const RayTable>(camera), colors, DetectorOptions());
+  const cv::Mat grey(120, 160, CV_8UC3, cv::Scalar::all(90));
+  Track track;
+  track.id = 3;
+  track.state = TrackState::confirmed;
+  track.ball.outline.center_px = {80, 60};
+  track.ball.outline.radius_px = 20;
+  const auto said = [&](double u_px) { return why_no_ball(grey, {u_px, 60}, detector, {track}); };
+  EXPECT_EQ(said(90)["ball"], true);
+  EXPECT_EQ(said(90)["text"].get<std::string>().rfind("track 3 follows this ball", 0), 0u) << said(90);
+  EXPECT_EQ(said(110)["ball"], false) << "beside it";
+  track.state = TrackState::coasting;
+  EXPECT_EQ(said(90)["ball"], false) << "a prediction";
+}
+
 }  // namespace
 }  // namespace ballservo
