@@ -77,21 +77,23 @@ const VerifiedCandidate& BallVerifier::verify(const ClassView& view, const Voted
       verdict = judge(view).of(candidate.fit, points);
     else
       verdict.reason = no_edge;
-    allow_oval(view, circle, rough, points, candidate);
+    allow_oval(view, candidate, [&](OutlineFit& fit) {
+      return fit_sphere(oval_fitter_, lens_oval_fraction, view.bgr, view.response, circle, rough, points,
+                        radius(view), fit);
+    });
   }
   return looked_at_again(view, candidate);
 }
 
-void BallVerifier::allow_oval(const ClassView& view, const VotedCircle& circle, const TangentCone& rough,
-                              const std::vector<BoundaryPoint>& points, VerifiedCandidate& candidate) {
+template <typename Refit>
+void BallVerifier::allow_oval(const ClassView& view, VerifiedCandidate& candidate, const Refit& refit) {
   if (options_.fit != BallFit::sphere || options_.oval_fraction > 0 || !candidate.is_ball() ||
       candidate.verdict.quality >= doubtful_quality || candidate.verdict.quality < least_of_stated_lens)
     return;
   forget(oval_);
-  oval_.is_fitted = fit_sphere(oval_fitter_, lens_oval_fraction, view.bgr, view.response, circle, rough,
-                               points, radius(view), oval_.fit);
+  oval_.is_fitted = refit(oval_.fit);
   if (!oval_.is_fitted) return;
-  oval_.verdict = judge(view).of(oval_.fit, points);
+  oval_.verdict = judge(view).of(oval_.fit, {});
   if (oval_.is_ball() && oval_.verdict.quality >= candidate.verdict.quality + clearer_by &&
       second_look_.log_odds(view.bgr, view.colored, oval_.fit.ball.outline) >= least_log_odds)
     std::swap(candidate, oval_);
@@ -170,6 +172,9 @@ std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, 
       around_.is_ball() || (!clearly && around_.is_fitted &&
                             judge(view).suffices_where_expected(around_.fit, around_.verdict.support));
   if (!is_there) return std::nullopt;
+  allow_oval(view, around_, [&](OutlineFit& fit) {
+    return oval_fitter_.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), fit, known);
+  });
   return around_.observation(view.colored.color_class, std::nullopt);
 }
 

@@ -83,8 +83,8 @@ class BallVerifier {
   bool fit_sphere(BallFitter& fitter, double oval_fraction, const cv::Mat& bgr,
                   const CameraResponse& response, const VotedCircle& circle, const TangentCone& rough,
                   const std::vector<BoundaryPoint>& points, const BallRadius& radius, OutlineFit& fit);
-  void allow_oval(const ClassView& view, const VotedCircle& circle, const TangentCone& rough,
-                  const std::vector<BoundaryPoint>& points, VerifiedCandidate& candidate);
+  template <typename Refit>  // bool(OutlineFit&), to an oval
+  void allow_oval(const ClassView& view, VerifiedCandidate& candidate, const Refit& refit);
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
                 VerifiedCandidate& candidate, const KnownAngle& known = {});
   const VerifiedCandidate& looked_at_again(const ClassView& view, VerifiedCandidate& candidate);

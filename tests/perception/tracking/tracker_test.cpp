@@ -34,6 +34,18 @@ TEST(Tracker, ConfirmsAfterThreePicturesAndKeepsTheIdentity) {
   }
 }
 
+TEST(Tracker, ALensThatIsNotQuiteTheStatedOneMakesNoBallDoubtful) {
+  cv::Mat wide = test::grey_picture(339), bgr;
+  test::paint_shaded_disc(wide, {160, 110}, 30, test::red);
+  cv::resize(wide, bgr, {320, 240}, 0, 0, cv::INTER_AREA);
+  Tracker tracker = make_tracker();
+  for (int k = 0; k < 12; ++k) {
+    const auto& tracks = tracker.update(bgr, k * dt_s);
+    ASSERT_EQ(tracks.size(), 1u);
+    EXPECT_GT(tracks[0].ball.quality, 0.9) << k;
+  }
+}
+
 TEST(Tracker, CoastsThroughAShortOcclusionAndKnowsTheBallAgain) {
   Tracker tracker = make_tracker();
   double last_trace = 0;
