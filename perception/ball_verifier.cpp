@@ -20,6 +20,11 @@ constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill =
 constexpr double looked_at_again_px = 12, least_log_odds = 3;
 constexpr double least_large_log_odds = 0;
 
+// Half a disc passes for a half-hidden ball. Where neither the class nor the second look sees most of the
+// disc, the second look must be so much surer. The circle that it sees lies off the fitted one by about so
+// much (radii); further off, it speaks of another thing.
+constexpr double half_hidden = 0.4, half_filled = 0.7, half_log_odds = 4, off_sigma = 0.15;
+
 // A lens may depart from the one that was stated, so that balls are ovals by about so much. That it does is
 // believed where it makes a doubtful ball so much clearer, and a second look is sure of that ball; but what
 // is less than this to the stated lens is an oval to any other.
@@ -31,6 +36,13 @@ constexpr double least_log_odds_after_all = 4, least_after_all_px = 8, most_afte
 constexpr double least_arc_after_all = 0.2, least_fill_after_all = 0.25, most_off_after_all = 0.12;
 
 constexpr const char* no_edge = "no edge along the circle";
+
+// How far the circle that a second look sees, if any, lies off the outline, radii.
+double radii_off(const SecondLook::Look& look, const OutlineEllipse& outline) {
+  if (!(look.radius_px > 0)) return 0;
+  return std::max((look.center_px - outline.center_px).norm(), std::abs(look.radius_px - outline.radius_px)) /
+         outline.radius_px;
+}
 
 void forget(VerifiedCandidate& candidate) {
   candidate.is_fitted = false;
@@ -109,8 +121,12 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
   const OutlineEllipse& outline = candidate.fit.ball.outline;
   const bool small = outline.radius_px < looked_at_again_px;
   const bool doubtful = small || (view.prior.anywhere && candidate.verdict.quality < doubtful_quality);
-  if (doubtful && second_look_.log_odds(view.bgr, view.colored, outline) <
-                      (small ? least_log_odds : least_large_log_odds) + view.prior.log_look_alikes)
+  if (!doubtful) return candidate;
+  const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
+  const bool half = candidate.verdict.support.hidden > half_hidden && look.filled < half_filled;
+  const double least = small ? least_log_odds : half ? half_log_odds : least_large_log_odds;
+  const double off = small ? 0 : radii_off(look, outline) / off_sigma;
+  if (look.log_odds - 0.5 * off * off < least + view.prior.log_look_alikes)
     candidate.verdict.reason = "contour and shading are no ball's";
   return candidate;
 }
@@ -127,10 +143,8 @@ bool BallVerifier::is_ball_after_all(const ClassView& view, const VerifiedCandid
       support.leak > options_.judge.max_leak)
     return false;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
-  const double off_px =
-      std::max((look.center_px - outline.center_px).norm(), std::abs(look.radius_px - outline.radius_px));
   return look.log_odds >= least_log_odds_after_all + view.prior.log_look_alikes &&
-         off_px < most_off_after_all * outline.radius_px;
+         radii_off(look, outline) < most_off_after_all;
 }
 
 bool BallVerifier::fit_sphere(BallFitter& fitter, double oval_fraction, const cv::Mat& bgr,

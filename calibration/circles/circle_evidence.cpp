@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <boost/container/static_vector.hpp>
 #include <cmath>
 
@@ -60,12 +61,21 @@ class Likeness {
   double strength_;
 };
 
+using RaySet = std::bitset<ray_count>;
+
+/// Where the disc and what lies around it are looked at: on which rays, and from how far inside on (radii).
+struct SampledRays {
+  RaySet inside = RaySet().set(), around = RaySet().set();
+  double nearest = 0;
+};
+
 /// How probably a colour is the disc's rather than that of what lies around it: two histograms of Lab, of
 /// which neighbouring cells share what lies between them. So the rim of a marbled ball is seen where its hue
 /// fails.
 class Belonging {
  public:
-  Belonging(const cv::Mat3f& lab, const Outline& circle) {
+  Belonging(const cv::Mat3f& lab, const Outline& circle, const SampledRays& sampled = {})
+      : sampled_(sampled) {
     std::array<double, 2> sums{};
     for_each_sample(lab, circle, [&](const cv::Vec3f& c, int side, double weight) {
       Eigen::Array4f on_side = Eigen::Array4f::Zero();
@@ -117,7 +127,7 @@ class Belonging {
 
   /// On every other ray, inside the rim (0) and around it (1), far enough off for its blur.
   template <class Visit>
-  static void for_each_sample(const cv::Mat3f& lab, const Outline& circle, Visit visit) {
+  void for_each_sample(const cv::Mat3f& lab, const Outline& circle, Visit visit) const {
     constexpr int steps = 10;
     constexpr double inner = 0.85, around = 1.15, outer = 1.6;
     for (int k = 0; k < ray_count; k += 2) {
@@ -125,6 +135,7 @@ class Belonging {
       for (int i = 0; i < 2 * steps; ++i) {
         const double part = (i / 2 + 0.5) / steps,
                      reach = i % 2 ? around + (outer - around) * part : inner * part;
+        if (!(i % 2 ? sampled_.around : sampled_.inside)[k] || reach < sampled_.nearest) continue;
         const Eigen::Vector2d p = circle.center_px + reach * ray;
         const int x = cvRound(p.x()), y = cvRound(p.y());
         if (x >= 0 && y >= 0 && x < lab.cols && y < lab.rows) visit(lab(y, x), i % 2, reach);
@@ -149,8 +160,31 @@ class Belonging {
     }
   }
 
+  SampledRays sampled_;
   std::array<float, 2 * levels * chromas * chromas> cells_{};
 };
+
+/// How far what hides a part of the disc is other than what lies around the rest of it. Nothing hides half a
+/// disc: the ground around it goes on where its other half would be.
+double difference_of_cover(const cv::Mat3f& lab, const Outline& circle, const Likeness& like) {
+  constexpr double most_whole = 0.8;  // of the rays, where nothing much is hidden
+  RaySet covered, seen;
+  for (int k = 0; k < ray_count; ++k) {
+    int samples = 0;
+    double alike = 0;
+    for (const double reach : {0.65, 0.75, 0.85}) {
+      const Eigen::Vector2d p =
+          circle.center_px + reach * circle.radius_px * (circle.shape * directions()[k]);
+      const int x = cvRound(p.x()), y = cvRound(p.y());
+      if (x < 0 || y < 0 || x >= lab.cols || y >= lab.rows) continue;
+      alike += like(lab(y, x));
+      ++samples;
+    }
+    if (samples > 0) (alike < alike_enough * samples ? covered : seen).set(k);
+  }
+  if (seen.none() || seen.count() > most_whole * (seen.count() + covered.count())) return 1;
+  return Belonging(lab, circle, {covered, seen, 0.4}).distinctness(lab, circle);
+}
 
 /// How far an edge may lie off a ball's outline: noise and blur alone; or perspective, JPEG, a fuzzy skin,
 /// the softness of a moving hand (`rough`, of the radius).
@@ -388,13 +422,16 @@ double CircleEvidence::log_odds() const {
   return log_odds_of_known_color() - vivid + std::clamp(4 * std::log(chroma / 25), -6.0, vivid);
 }
 
+constexpr double something = 0.3, nothing_hides_it = 12;
+
 // A perfect circle may be a disc: beyond some certainty its roundness counts as far as it is shaded.
 double CircleEvidence::log_odds_of_known_color() const {
   return -4 + std::clamp(8 * contour, -8.0, 9 + 7 * sphere()) + 8 * sphere() - 4.5 + vivid +
          std::clamp(std::log(std::max(1.0, edge) / 12), -1.5, 1.5) +
          std::clamp(6 * (distinct - 0.7), -2.0, 2.0) +
          std::max(-8.0, std::min(0.0, 4 * std::log(std::max(1e-3, rim) / whole_rim))) -
-         std::min(3.0, std::max(0.0, ellipse - 0.03) / 0.03) - pattern;
+         std::min(3.0, std::max(0.0, ellipse - 0.03) / 0.03) -
+         nothing_hides_it * std::max(0.0, 1 - hidden_by / something) - pattern;
 }
 
 CircleEvidence circle_evidence(const cv::Mat3f& lab, const Outline& outline, const Eigen::Vector3d& color) {
@@ -433,6 +470,7 @@ CircleEvidence circle_evidence(const cv::Mat3f& lab, const Outline& outline, con
   result.distinct = belonging.distinctness(lab, found);
   result.rim = belonging.part_of_rim(lab, found, like);
   judge_shading(lab, found, like, result);
+  result.hidden_by = difference_of_cover(lab, found, like);
   return result;
 }
 

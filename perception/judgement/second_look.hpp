@@ -18,6 +18,7 @@ class SecondLook {
     double log_odds = 0;              ///< that it is a ball (see CircleEvidence)
     Eigen::Vector2d center_px{0, 0};  ///< of the circle through the edges that were seen
     double radius_px = 0;
+    double filled = 0;  ///< part of the disc that has the ball's hue, in whatever light
   };
 
   /// In a dimmer light than the taught one, pixels are looked at as bright as that would have shown them:

@@ -113,6 +113,22 @@ cv::Mat striped_ball_in_a_hand() {
   return picture;
 }
 
+TEST(CircleEvidence, NothingHidesHalfADisc) {
+  // The same half: behind a sheet, and cut off before the ground that lies around it.
+  const cv::Mat ground = grey_picture();
+  cv::Mat ball = ground.clone();
+  draw_shaded_ball(ball, 160, 120, 25, red_paint);
+  const cv::Rect right(166, 60, 80, 120);
+  cv::Mat hidden = ball.clone(), cut = ball.clone();
+  hidden(right).setTo(cv::Scalar(60, 90, 70));
+  ground(right).copyTo(cut(right));
+  const CircleEvidence of_hidden = evidence_at(hidden, 25), of_cut = evidence_at(cut, 25);
+  EXPECT_GT(of_hidden.hidden_by, 0.8);
+  EXPECT_LT(of_cut.hidden_by, 0.1);
+  EXPECT_EQ(evidence_at(ball, 25).hidden_by, 1);
+  EXPECT_GT(of_hidden.log_odds(), of_cut.log_odds() + 10);
+}
+
 TEST(CircleEvidence, FingersAndStripesHideNoBall) {
   const std::vector<RoundRegion> regions = find_round_regions(striped_ball_in_a_hand()).regions;
   ASSERT_FALSE(regions.empty());

@@ -118,6 +118,14 @@ TEST(Detector, HalfAFlatDiscIsNoBall) {
   EXPECT_TRUE(detector.detect(bgr).empty());
 }
 
+TEST(Detector, HalfAShadedDiscBeforeOneGroundIsNoBall) {
+  cv::Mat bgr = test::grey_picture();
+  test::paint_shaded_disc(bgr, {160, 120}, 30, test::red);
+  cv::Mat(bgr, {160, 60, 70, 120}).setTo(test::grey);
+  Detector detector = test::detector_for(long_lens_camera(size));
+  EXPECT_TRUE(detector.detect(bgr).empty());
+}
+
 // It grows darker to one side, as a ball may, but has stripes across.
 TEST(Detector, HalfAStripedDiscIsNoBall) {
   cv::Mat bgr = test::grey_picture();
@@ -128,6 +136,7 @@ TEST(Detector, HalfAStripedDiscIsNoBall) {
         bgr.at<cv::Vec3b>(v, u) = test::red * (0.9 + 0.4 * n.x() + 0.05 * std::sin(7 * n.y()));
     }
   }
+  cv::rectangle(bgr, {160, 60}, {230, 180}, cv::Scalar(90, 100, 95), cv::FILLED);
   cv::GaussianBlur(bgr, bgr, {}, 0.7);
   const auto rays = std::make_shared<const RayTable>(long_lens_camera(size));
   EXPECT_TRUE(Detector(rays, test::red_and_green(), {}).detect(bgr).empty());

@@ -110,7 +110,7 @@ TEST(Tracker, ABallThatIsBelievedAnewNearAMissingOneIsThatOne) {
   Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
   const auto unclear_ball_at = [](int u_px) {
     cv::Mat bgr = picture_with({{static_cast<double>(u_px), 100}});
-    bgr(cv::Rect(u_px + 8, 80, 12, 40)).setTo(test::grey);
+    bgr(cv::Rect(u_px + 8, 80, 12, 40)).setTo(cv::Scalar(60, 90, 70));
     return bgr;
   };
   for (int k = 0; k < 20; ++k) tracker.update(unclear_ball_at(60), k * dt_s);
