@@ -334,7 +334,9 @@ std::string grid_table(const nlohmann::ordered_json& summary) {
     const auto& interval = cell.at("success_ci95");
     row.insert(row.end(), {std::to_string(trials), std::to_string(trials - cell.at("infeasible").get<long>()),
                            cell.at("reached").dump(),
-                           figure(interval[0], "{:.1f} to ", 100) + figure(interval[1], "{:.1f} %", 100),
+                           interval[0].is_null() ? "-"
+                                                 : figure(interval[0], "{:.1f} to ", 100) +
+                                                       figure(interval[1], "{:.1f} %", 100),
                            cell.at("collisions").dump(), cell.at("collisions_inside_assumptions").dump(),
                            pair("out_of_view_s"), pair("settled_s"),
                            figure(cell.at("settled_over_time_optimal").at("p50"), "{:.2f}"),
