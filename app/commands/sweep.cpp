@@ -29,10 +29,11 @@ struct SweepCommandOptions {
 };
 
 /// The other sweep's folder and what it holds; nothing where none was named.
-std::optional<Sweep> read_other(const std::filesystem::path& folder) {
+std::optional<Sweep> read_other(const std::filesystem::path& folder, const nlohmann::json& description) {
   if (folder.empty()) return std::nullopt;
   std::vector<Sweep> sweeps = read_sweeps(folder);
-  if (sweeps.size() > 1) throw InputError("--against " + folder.string(), "a grid", "a sweep without --vary");
+  if (is_grid(description) || sweeps.size() > 1)
+    throw InputError("--against " + folder.string(), "a grid", "a sweep of one scenario without --vary");
   return std::move(sweeps.front());
 }
 
@@ -62,19 +63,6 @@ void say(const Sweep& sweep, const SweepComparison* against, const std::filesyst
     spdlog::warn("in {} pairs the seed drew other values in {}: those worlds differ", against->other_worlds,
                  against->other);
   }
-}
-
-/// A cell a line.
-void say(const nlohmann::ordered_json& summary, const std::filesystem::path& folder, bool quiet) {
-  for (const nlohmann::ordered_json& cell : summary.at("cells")) {
-    std::string values;
-    for (const auto& [key, value] : cell.at("values").items())
-      values += fmt::format("{} = {}, ", key, value.get<std::string>());
-    const long feasible = cell.at("trials").get<long>() - cell.at("infeasible").get<long>();
-    print_result("{}{} of {} reached, {} collisions\n", values, cell.at("reached").get<long>(), feasible,
-                 cell.at("collisions").get<long>());
-  }
-  if (!quiet) print_message("ballservo: {} cells: {}\n", summary.at("cells").size(), folder.string());
 }
 
 /// What has become of a sweep, of a grid's cells, or of a part of them, with the sweep that it is compared
@@ -116,21 +104,18 @@ void finish(const SweepOutcome& outcome, const CommonOptions& common, const std:
       folder->commit_finished();
   }
   write_json_results(common, nlohmann::json(summary));
-  if (grid)
-    say(summary, output, common.quiet);
-  else
-    say(sweep, against, output, common.quiet);
+  if (!grid) return say(sweep, against, output, common.quiet);
+  print_result("{}", grid_table(summary));
+  if (!common.quiet) print_message("ballservo: {} cells: {}\n", sweeps.size(), output.string());
 }
 
 void check(const SweepCommandOptions& options) {
   FaultList faults;
-  if (options.scenario.empty()) faults.add("SCENARIO", "nothing", "a scenario file");
+  if (options.scenario.empty()) faults.add("SCENARIO", "nothing", "a scenario's or suite's file");
   if (options.work.output.empty()) faults.add("-o", "nothing", "a folder for the results");
   if (options.trials == 0) faults.add("--trials", "nothing", "how many runs");
   faults.collect([&] { parse_shard(options.work.shard); });
   faults.collect([&] { parse_perception_level(options.perception); });
-  if (!options.vary.empty() && !options.against.empty())
-    faults.add("--against", "a grid (--vary)", "a sweep without --vary");
   faults.throw_if_any();
 }
 
@@ -147,16 +132,10 @@ int run_sweep_command(const SweepCommandOptions& options) {
   sweep.threads = options.common.threads;
   const int pictures = sweep.perception == PerceptionLevel::image ? threads_of(options.common) : 0;
   sweep.admit = [&options, pictures](const Scenario& scenario) { admit(scenario, options.common, pictures); };
-  const bool grid = !options.vary.empty();
-  std::vector<SweepWork> works;
-  if (grid)
-    works = plan_grid(sweep, options.vary);
-  else
-    works.push_back({sweep, sweep_description(sweep), ""});
-  const nlohmann::json description = grid ? grid_description(works, options.vary) : works.front().description;
+  const auto [works, description] = plan_sweeps(sweep, options.vary);
   const std::string gain = works.front().description.at("gain_warning");
-  if (!gain.empty() && !grid) spdlog::warn(gain);
-  const std::optional<Sweep> other = read_other(options.against);
+  if (!gain.empty() && !is_grid(description)) spdlog::warn(gain);
+  const std::optional<Sweep> other = read_other(options.against, description);
   WorkFolder folder(options.work.output, {description, sweep.shard}, options.work.resume,
                     options.common.overwrite(options.work.output), trials_of(works));
   const bool finished_before = folder.already_finished();
@@ -188,9 +167,8 @@ int run_sweep_command(const SweepCommandOptions& options) {
 
 int run_merge(const MergeOptions& options) {
   const MergeableShards shards = read_shards(options.folders);
-  const std::optional<Sweep> other = read_other(options.against);
+  const std::optional<Sweep> other = read_other(options.against, shards.description);
   const std::vector<Sweep> sweeps = read_sweeps(shards);
-  if (other && sweeps.size() > 1) throw InputError("--against", "a grid (--vary)", "a sweep without --vary");
   // A merge is written at once and resumed by nobody: there are no notes of it.
   WorkFolder folder(options.output, {shards.description, {}}, false, options.common.overwrite(options.output),
                     [](auto&&...) { return false; });
@@ -203,7 +181,7 @@ int run_merge(const MergeOptions& options) {
 
 void add_sweep_command(CLI::App& program, Action& action) {
   auto options = std::make_shared<SweepCommandOptions>();
-  CLI::App* command = program.add_subcommand("sweep", "Run a scenario many times, a seed each, and count");
+  CLI::App* command = program.add_subcommand("sweep", "Run scenarios many times, a seed each, and count");
   command->footer(R"(Examples:
   ballservo sweep data/scenarios/static_ball.yaml -o sweep --trials 300
   ballservo sweep data/scenarios/static_ball.yaml -o visp --trials 300 --set law.name=visp --against sweep
@@ -221,8 +199,15 @@ so on; all cells run the same seeds. grid.csv has a row a cell, and the page a c
 
   ballservo sweep S.yaml -o grid --trials 100 --vary law.gain_per_s=0.5,1,2 --vary camera.latency_s=0.033,0.1
 
+A suite is a file that names scenarios, by their paths from it: `scenarios: [door.yaml, corner.yaml]`. It runs as a
+grid of them, with or without --vary; stdout is a table with a row a scenario and value:
+
+  ballservo sweep data/suites/hard.yaml -o hard --trials 100
+  ballservo sweep data/suites/hard.yaml -o laws --trials 100 --vary law.name=cone,visp --vary avoidance.type=full,none
+
 Exit: 0 done (whatever was found), 2 bad input, 130 interrupted (what was finished is written; --resume).)");
-  command->add_option("SCENARIO", options->scenario, "Scenario (YAML); required")->type_name("SCENARIO");
+  command->add_option("SCENARIO", options->scenario, "Scenario, or suite of them (YAML); required")
+      ->type_name("SCENARIO");
   add_work_options(*command, options->work);
   add_integer_option(*command, "--trials", options->trials, 1, SweepOptions::max_trials,
                      "How many runs, over all parts; required");

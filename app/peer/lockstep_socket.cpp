@@ -40,6 +40,41 @@ bool is_address(const std::string& address) {
 struct LockstepSocket::Line {
   zmq::context_t context{1};
   zmq::socket_t socket;
+  LockstepParts envelope{};  // robot: who asked last and, up to an empty part, what is to be sent back
+  std::string controller{};  // who asked first; everybody else is told so
+
+  void send(const LockstepParts& head, const LockstepParts& parts) {
+    for (const LockstepParts* some : {&head, &parts})
+      for (const std::string& part : *some)
+        socket.send(zmq::buffer(part),
+                    &part == &parts.back() ? zmq::send_flags::none : zmq::send_flags::sndmore);
+  }
+  LockstepParts receive() {
+    LockstepParts parts;
+    zmq::message_t part;
+    do {
+      (void)socket.recv(part);
+      if (parts.size() <= most_frames + 4) parts.push_back(part.to_string());
+    } while (part.more());
+    return parts;
+  }
+  /// Leaves the message; false: it is none of the controller's.
+  bool open(LockstepParts& parts) {
+    const auto end = std::find(parts.begin(), parts.end(), "");
+    if (end == parts.begin() || end == parts.end() || end + 1 == parts.end()) return false;
+    const LockstepParts head(parts.begin(), end + 1);
+    parts.erase(parts.begin(), end + 1);
+    if (controller.empty()) controller = head.front();
+    if (head.front() == controller) {
+      envelope = head;
+      return true;
+    }
+    LockstepAnswer taken;
+    taken.outcome = "fault";
+    taken.text = "another controller drives this robot already";
+    send(head, parts_of(taken));
+    return false;
+  }
 };
 
 LockstepSocket::LockstepSocket(Side side, const Options& options)
@@ -50,7 +85,7 @@ LockstepSocket::LockstepSocket(Side side, const Options& options)
   };
   if (!is_address(options.address)) refuse("");
   try {
-    line_->socket = {line_->context, side == Side::controller ? ZMQ_REQ : ZMQ_REP};
+    line_->socket = {line_->context, side == Side::controller ? ZMQ_REQ : ZMQ_ROUTER};
     zmq::socket_t& socket = line_->socket;
     socket.set(zmq::sockopt::linger, linger_ms);
     socket.set(zmq::sockopt::sndtimeo, linger_ms);
@@ -77,9 +112,7 @@ std::string LockstepSocket::address() const { return line_->socket.get(zmq::sock
 void LockstepSocket::send(const LockstepParts& parts) {
   if (!may_send_) return;
   may_send_ = side_ == Side::controller;
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    line_->socket.send(zmq::buffer(parts[i]),
-                       i + 1 < parts.size() ? zmq::send_flags::sndmore : zmq::send_flags::none);
+  line_->send(line_->envelope, parts);
 }
 
 LockstepParts LockstepSocket::receive() {
@@ -88,7 +121,14 @@ LockstepParts LockstepSocket::receive() {
   const auto deadline = Steady::now() + std::chrono::duration<double>(within_s);
   const long before_kb = peak_kb();
   zmq_pollitem_t item{line_->socket.handle(), 0, ZMQ_POLLIN, 0};
-  while (zmq_poll(&item, 1, look_ms) <= 0) {
+  while (true) {
+    if (zmq_poll(&item, 1, look_ms) > 0) {
+      LockstepParts parts = line_->receive();
+      if (side_ == Side::controller || line_->open(parts)) {
+        heard_ = may_send_ = true;
+        return parts;
+      }
+    }
     if (!heard_) throw_if_interrupted();
     if (interrupt_requested()) throw PeerGone("the run was interrupted", "interrupted");
     if (peak_kb() > before_kb + most_growth_kb)
@@ -102,15 +142,6 @@ LockstepParts LockstepSocket::receive() {
     throw PeerGone(fmt::format("{} was silent for {:g} s (parts of more than {} bytes are not read)",
                                options_.address, within_s, options_.most_bytes));
   }
-  heard_ = true;
-  LockstepParts parts;
-  zmq::message_t part;
-  do {
-    (void)line_->socket.recv(part);
-    if (parts.size() <= most_frames + 1) parts.push_back(part.to_string());
-  } while (part.more());
-  may_send_ = true;
-  return parts;
 }
 
 }  // namespace ballservo

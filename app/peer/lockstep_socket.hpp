@@ -11,7 +11,8 @@ namespace ballservo {
 /// Speaks and listens by turns.
 class LockstepSocket {
  public:
-  /// controller: connects, and speaks first (REQ). robot: is at home there, and answers (REP).
+  /// controller: connects, and speaks first (REQ). robot: is at home there, and answers the first who asks
+  /// (ROUTER); whoever else asks is refused.
   enum class Side { controller, robot };
 
   struct Options {

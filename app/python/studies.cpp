@@ -139,16 +139,13 @@ FinishedSweep sweep(const Path& scenario, long trials, const py::dict& vary,
   std::vector<std::string> varied;
   for (const auto& [key, values] : vary) varied.push_back(vary_text(key, values));
   return hearing_ctrl_c([&]() -> FinishedSweep {
-    const bool grid = !varied.empty();
-    const std::vector<SweepWork> works =
-        grid ? plan_grid(options, varied) : std::vector<SweepWork>{{options, sweep_description(options), ""}};
+    const auto [works, job] = plan_sweeps(options, varied);
     Notes notes;
     const std::vector<Sweep> done = run_sweeps(
         works, notes.journal(), [] { return !interrupt_requested(); }, [](long, long) {});
     throw_if_interrupted();
-    if (!grid)
+    if (!is_grid(job))
       return {sweep_summary_json(done.front(), {}, false, nullptr).dump(), done.front().trials_csv, ""};
-    const nlohmann::json job = grid_description(works, varied);
     return {grid_summary_json(job, done, {}, false).dump(), grid_trials_csv(done), grid_csv(job, done)};
   });
 }
@@ -221,14 +218,15 @@ void add_studies(py::module_& module) {
       .def_property_readonly(
           "grid",
           [](const FinishedSweep& s) { return s.grid_csv.empty() ? py::none() : columns_of(s.grid_csv); },
-          "grid.csv as an array a column, a cell a row, the last key's values changing fastest; None without "
-          "vary.");
-  module.def("sweep", &sweep, py::arg("scenario"), py::arg("trials"), py::arg("vary") = py::dict(),
-             py::arg("sets") = std::vector<std::string>{}, py::arg("perception") = "geometric",
-             py::arg("seed") = 0, py::arg("threads") = 0,
-             "Runs a scenario's file many times, trial k with seed + k, as `ballservo sweep`; "
-             "vary={\"law.gain_per_s\": [0.5, 1, 2]} for every combination of values, "
-             "the last key's changing fastest.");
+          "grid.csv as an array a column, a cell a row, the last key's values changing fastest; None for "
+          "one scenario without vary.");
+  module.def(
+      "sweep", &sweep, py::arg("scenario"), py::arg("trials"), py::arg("vary") = py::dict(),
+      py::arg("sets") = std::vector<std::string>{}, py::arg("perception") = "geometric", py::arg("seed") = 0,
+      py::arg("threads") = 0,
+      "Runs the file of a scenario, or of a suite, many times, trial k with seed + k, as `ballservo sweep`; "
+      "vary={\"law.gain_per_s\": [0.5, 1, 2]} for every combination of values, "
+      "the last key's changing fastest.");
   module.def(
       "compare", &compare, py::arg("plan") = py::none(), py::arg("seed") = 0, py::arg("threads") = 0,
       py::kw_only(), py::arg("images") = py::none(), py::arg("truth") = py::none(), py::arg("colors") = "",

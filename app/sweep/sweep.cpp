@@ -86,15 +86,16 @@ std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann
   Trial trial;
   trial.scenario_hash = description.at("scenario_hash");
   trial.seed = seed;
+  for (const std::string& key : drawn_keys(description))
+    trial.drawn.emplace_back(key, std::numeric_limits<double>::quiet_NaN());
   const auto scenario = load_trial(options, seed, trial.why);
   if (!scenario) {
     trial.feasible = false;
-    for (const std::string& key : drawn_keys(description)) {
-      trial.drawn.emplace_back(key, std::numeric_limits<double>::quiet_NaN());
-    }
     return TrialRecord{trial_row(trial), ""};
   }
-  trial.drawn = scenario->drawn;
+  for (auto& [key, value] : trial.drawn)
+    for (const auto& [drawn_key, drawn_value] : scenario->drawn)
+      if (drawn_key == key) value = drawn_value;
   if (const Feasibility can = check_feasible(*scenario); !can.feasible) {
     trial.feasible = false;
     trial.why = can.reason;
@@ -264,7 +265,7 @@ std::map<std::string, Records> read_records(const MergeableShards& shards,
       if (!records[trial.scenario_hash].insert({trial.seed, {trial_row(trial), ""}}).second)
         throw InputError(name, "seed " + std::to_string(trial.seed) + " twice", "each seed once");
     }
-    if (descriptions.size() > 1) continue;  // a grid keeps no ways
+    if (is_grid(shards.description)) continue;  // which keeps no ways
     const std::string traces = (folder / "traces.jsonl").string();
     std::istringstream lines(read_file_bytes(traces, max_traces_bytes));
     Records& own = records[descriptions.front().at("scenario_hash")];

@@ -172,12 +172,15 @@ nlohmann::ordered_json sweep_summary_json(const Sweep& sweep, const Shard& shard
   json["out_of_view_s"] = quantiles(values_of(trials, &RunSummary::out_of_view_s, false), {50, 95});
 
   std::vector<double> ratios, range_errors, bearing_errors;
+  long touched = 0;
   for (const Trial& trial : trials) {
+    touched += trial.feasible && trial.summary.ball_contacts > 0 ? 1 : 0;
     if (!trial.reached()) continue;
     ratios.push_back(trial.summary.settled_s / trial.summary.time_optimal_s);
     range_errors.push_back(std::abs(trial.summary.range_error_m));
     bearing_errors.push_back(std::abs(trial.summary.bearing_error_rad));
   }
+  json["touched"] = touched;
   json["settled_over_time_optimal"] = quantiles(ratios, {50, 95});
   json["range_error_abs_m"] = quantiles(range_errors, {50, 95});
   json["bearing_error_abs_rad"] = quantiles(bearing_errors, {50, 95});

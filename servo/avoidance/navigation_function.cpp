@@ -124,13 +124,17 @@ bool NavigationFunction::straight(const Eigen::Vector2d& from, const Eigen::Vect
                                   double gap_m) const {
   const Eigen::Vector2d way = to - from;
   const double length = way.norm();
-  double most_m = 0;  // out of a tight place the robot may go, into one it may not
+  double most_m = 0, most_sure_m = -far_m;  // out of a tight place the robot may go, into one it may not
+  // On open floor the robot may be where the shield is unsure: at speed it forgets beside it what it saw
+  // ahead.
   for (double s = 0; s <= length; s += ObstacleMap::cell_m) {
     const Eigen::Vector2d p = from + way * (length > 0 ? s / length : 0.0);
     most_m = std::max(most_m, clearance_m(p));
     if (clearance_m(p) < std::min(half_width_m_ + gap_m, most_m - 0.02)) return false;
-    if (from_body_m(sure_m_, {p.x(), p.y(), std::atan2(way.y(), way.x())}) < unsure_gap_m && s > 0.05)
-      return false;
+    const double sure_m = from_body_m(sure_m_, {p.x(), p.y(), std::atan2(way.y(), way.x())});
+    most_sure_m = std::max(most_sure_m, sure_m);
+    const bool open = clearance_m(p) >= half_width_m_ + wide_gap_m && sure_m >= most_sure_m - 0.02;
+    if (sure_m < unsure_gap_m && s > 0.05 && !open) return false;
   }
   return true;
 }

@@ -38,6 +38,20 @@ TEST(MovingBall, IsFollowedThroughItsBounces) {
   EXPECT_LE(median_of(runs, &RunSummary::bearing_rms_rad), 0.3 * degree);
 }
 
+TEST(FleeingBall, IsCaughtUpWithOnTheOpenFloor) {
+  for (const RunSummary& run : runs_of("flee.yaml")) {
+    EXPECT_EQ(run.outcome, Outcome::reached) << run.outcome_text;
+    EXPECT_LE(run.settled_s, 20.0);
+  }
+}
+
+TEST(BallThatComesTowards, IsNotTouched) {
+  for (const RunSummary& run : runs_of("towards.yaml")) {
+    EXPECT_EQ(run.outcome, Outcome::reached) << run.outcome_text;
+    EXPECT_EQ(run.ball_contacts, 0);
+  }
+}
+
 TEST(OccludedBall, IsLostWhileHiddenAndFoundAgain) {
   int lost = 0;
   for (const RunSummary& run : runs_of("occlusion.yaml")) {

@@ -218,6 +218,29 @@ class LockstepTest(unittest.TestCase):
             self.assertIn(words, err)
             self.assertEqual(self.summary("out")["outcome"], "interrupted" if left else "fault")
 
+    def test_a_second_controller_is_refused_and_the_first_drives_on(self):
+        port = free_port()
+        served = self.start("out", "--serve", f"tcp://127.0.0.1:{port}", "--set", "duration_s=0.8")
+        first, second = (LINES.socket(zmq.REQ) for _ in range(2))
+        for line in first, second:
+            self.addCleanup(line.close)
+            line.connect(f"tcp://127.0.0.1:{port}")
+
+        def answer(line, step):
+            line.send_json({"ballservo_lockstep": 1, "command": [0.2, 0], "until_s": step / 50})
+            self.assertTrue(line.poll(20000))
+            return line.recv_json()
+
+        for step in range(41):
+            self.assertNotIn("over", answer(first, step))
+            if step in (0, 20):
+                refusal = answer(second, step)
+                VALIDATOR.validate(refusal)
+                self.assertIn("another controller drives", refusal["over"]["text"])
+        self.assertEqual(answer(first, 41)["over"]["outcome"], "timeout")
+        self.end(served, 1)
+        self.assertEqual(self.summary("out")["outcome"], "timeout")
+
     def test_who_waits_can_be_interrupted(self):
         for option in "--peer", "--serve":
             waiting = self.start("out", option, f"tcp://127.0.0.1:{free_port()}")

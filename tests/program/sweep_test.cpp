@@ -147,6 +147,101 @@ TEST_F(GridTest, FaultsAreNamedAtTheirKeyBeforeAnyWork) {
   EXPECT_THAT(faults("--set law.gain_per_s=1 --vary law.gain_per_s=1,2"), HasSubstr("twice"));
 }
 
+TEST_F(GridTest, ACellAloneIsMergedAndResumed) {
+  const std::string one = "--trials 2 --vary law.name=visp -o one ";
+  ASSERT_EQ(sweep(one).code, 0);
+  EXPECT_EQ(run("sweep merge one -o merged").code, 0);
+  expect_same_grid("one", "merged");
+  EXPECT_EQ(sweep(one + "--resume").code, 0);
+}
+
+class SuiteTest : public GridTest {
+ protected:
+  void SetUp() override {
+    GridTest::SetUp();
+    const std::string moving = (project_data_dir() / "scenarios" / "moving_ball.yaml").string();
+    put("suite.yaml", "scenarios: [" + scenario() + ", " + moving + "]\n");
+  }
+  Ending suite(const std::string& arguments) const {
+    return run("sweep suite.yaml --perception truth --trials 4 --seed 3 " + arguments);
+  }
+  std::string faults(const std::string& text) const {
+    put("bad.yaml", text);
+    const Ending ending = run("sweep bad.yaml -o never --trials 2");
+    EXPECT_EQ(ending.code, 2) << text;
+    EXPECT_EQ(names().count("never"), 0u);
+    return ending.messages;
+  }
+};
+
+TEST_F(SuiteTest, PartsMergedAreTheWholeAtAnyNumberOfThreadsAndMoreTrialsAreAdded) {
+  ASSERT_EQ(suite("-o whole --threads 1").code, 0);
+  ASSERT_EQ(suite("-o whole_3 --threads 3").code, 0);
+  expect_same_grid("whole", "whole_3");
+  for (const std::string part : {"1", "2", "3"})
+    ASSERT_EQ(suite("-o part_" + part + " --shard " + part + "/3").code, 0);
+  ASSERT_EQ(run("sweep merge part_3 part_1 part_2 -o merged").code, 0);
+  expect_same_grid("whole", "merged");
+  ASSERT_EQ(run("sweep suite.yaml --perception truth --trials 2 --seed 3 -o grown").code, 0);
+  ASSERT_EQ(suite("-o grown --resume").code, 0);
+  expect_same_grid("whole", "grown");
+}
+
+TEST_F(SuiteTest, EachRowIsTheSweepOfItsScenarioAndIsComparedWithinIt) {
+  const Ending all = suite("-o all --vary law.name=cone,visp");
+  ASSERT_EQ(all.code, 0) << all.messages;
+  const auto cells = nlohmann::json::parse(contents("all/summary.json")).at("cells");
+  ASSERT_EQ(cells.size(), 4u);
+  for (const std::size_t cell : {1u, 3u}) {
+    const std::string name = cells[cell].at("values").at("scenario");
+    const std::string file = (project_data_dir() / "scenarios" / (name + ".yaml")).string();
+    for (const std::string law : {"cone", "visp"})
+      ASSERT_EQ(run("sweep " + file + " -o " + name + law +
+                    " --perception truth --trials 4 --seed 3 --set law.name=" + law +
+                    (law == "visp" ? " --against " + name + "cone" : ""))
+                    .code,
+                0);
+    const auto alone = nlohmann::json::parse(contents(name + "visp/summary.json"));
+    for (const char* key : {"scenario_hash", "success_ci95", "settled_s", "range_rms_m", "touched"})
+      EXPECT_EQ(cells[cell].at(key), alone.at(key)) << name << " " << key;
+    EXPECT_EQ(cells[cell].at("settled_less_first_s"),
+              alone.at("against").at("median_differences").at("settled_s").at("median"));
+  }
+  EXPECT_EQ(std::count(all.out.begin(), all.out.end(), '\n'), 5)
+      << "a heading and a line a cell: " << all.out;
+  EXPECT_THAT(all.out, HasSubstr("\nmoving_ball  visp      4       4         4 "));
+  // What one scenario alone draws is a column that is empty for the others.
+  const std::string trials = contents("all/trials.csv");
+  EXPECT_THAT(trials.substr(0, trials.find('\n')), HasSubstr("drawn.balls.0.motion.speed_mps"));
+}
+
+TEST_F(SuiteTest, FaultsOfASuiteAreNamedInItBeforeAnyWork) {
+  put("a.yaml", "duration_s: x\n");
+  EXPECT_THAT(faults("scenarios: []\n"), HasSubstr("bad.yaml:1: scenarios: found an empty list"));
+  EXPECT_THAT(faults("scenarios:\n"), HasSubstr("scenarios: found nothing; allowed: a list"));
+  EXPECT_THAT(faults("scenarios: 3\n"), HasSubstr("scenarios: found 3; allowed: a list"));
+  EXPECT_THAT(faults("scenarios: [{a: 1}]\n"), HasSubstr("scenarios[0]: found a map; allowed: text"));
+  EXPECT_THAT(faults("scenarios: [a.yaml]\ntrails: 3\n"),
+              HasSubstr("bad.yaml:2: trails: found an unknown key"));
+  const std::string several = faults("scenarios:\n  - nowhere.yaml\n  - .\n  - a.yaml\n  - ./a.yaml\n");
+  EXPECT_THAT(several, HasSubstr("bad.yaml:2: scenarios[0]: found nowhere.yaml; allowed: a scenario's file"));
+  EXPECT_THAT(several, HasSubstr("bad.yaml:3: scenarios[1]"));
+  EXPECT_THAT(several, HasSubstr("bad.yaml:5: scenarios[3]: found a twice"));
+  EXPECT_THAT(faults("scenarios: [a.yaml]\n"), HasSubstr("a.yaml:1: duration_s: found x"));
+  EXPECT_EQ(suite("-o never --against nowhere").code, 2);
+  EXPECT_EQ(run("sweep suite.yaml -o never --trials 1000000").code, 2);
+  EXPECT_EQ(names().count("never"), 0u);
+}
+
+TEST_F(SuiteTest, TheHardWorldsAreAllThere) {
+  const Ending hard = run("sweep '" + (project_data_dir() / "suites" / "hard.yaml").string() +
+                          "' -o hard --trials 1 --perception truth --set duration_s=0.2");
+  ASSERT_EQ(hard.code, 0) << hard.messages;
+  for (const char* name :
+       {"corridor", "dead_end", "door", "poles", "dense", "corner", "movers", "flee", "towards", "shelf"})
+    EXPECT_THAT(hard.out, HasSubstr(std::string("\n") + name + " ")) << hard.out;
+}
+
 TEST_F(SweepTest, AFinishedSweepResumedEndsAsIfItHadJustRun) {
   ASSERT_EQ(sweep("-o one --trials 4").code, 0);
   const Ending ran = sweep("-o two --trials 4 --set law.name=visp --against one --json ran.json");

@@ -43,6 +43,17 @@ class GridPage(PageTest):
                                                         for cell in held["cells"]])
         self.assertNotIn("<script>", drawn(folder))
 
+    def test_a_suite_has_a_row_a_scenario_and_says_what_went_wrong(self):
+        suite = SCRATCH / "suite.yaml"
+        suite.write_text(f"scenarios: [{SCENARIO}, {SCENARIO.with_name('moving_ball.yaml')}]")
+        program("sweep", suite, "-o", SCRATCH / "suite", "--trials", 2, "--perception", "truth", "--set", "duration_s=1")
+        html = drawn(self.copy(SCRATCH / "suite"))
+        self.assertEqual(html.count("0 of 2: 0.0 % ("), 2)
+        for said in "static_ball", "moving_ball", "What went wrong", "timeout":
+            self.assertIn(said, html)
+        self.assertNotIn("less the first cell", html)  # of another world
+        self.assertNotIn("nan", html)
+
     def test_stands_cells_without_a_success(self):
         program("sweep", SCENARIO, "-o", SCRATCH / "none", "--trials", 2, "--perception", "truth", "--set",
                 "duration_s=1", *GAIN, *LAW)

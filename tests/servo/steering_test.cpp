@@ -177,6 +177,29 @@ TEST(NavigationFunction, WhatTheShieldDoesNotKnowToBeFreeCostsMoreNearTheRobot) 
   EXPECT_GT(price(), 3.0) << "the shield's map alone knows of it";
 }
 
+TEST(NavigationFunction, AWayIsStraightUnlessItLeadsIntoFloorLessSureThanTheRobots) {
+  Place open(false);
+  NavigationFunction field(pioneer_3dx_footprint);
+  const auto straight = [&] {
+    field.update(open.map, open.grid, {0, 0}, {3, 0}, 0.8, 0.25);
+    return field.straight({0, 0}, {1.1, 0}, 0.1);
+  };
+  const auto forget = [&open](const Pose2& from, double from_m, double until_m) {
+    FloorScan scan;  // something flat, below the beams
+    scan.time_s = 0;
+    scan.count = 5;
+    for (std::size_t k = 0; k < 5; ++k)
+      scan.rays[k] = {0.02 * static_cast<double>(k) - 0.04, 0.1, from_m, until_m};
+    for (int k = 0; k < 2; ++k) open.grid.look_at_floor(scan, from);
+  };
+  ASSERT_TRUE(straight());
+  for (double x_m = -0.6; x_m < 0.3; x_m += 0.01) forget({x_m, 0, M_PI / 2}, 0.28, 0.36);
+  EXPECT_TRUE(straight()) << "what lies beside the robot lies in no way";
+  EXPECT_GT(field.price({0, 0, 0}), 1.0);
+  forget({}, 0.75, 0.85);
+  EXPECT_FALSE(straight());
+}
+
 /// The way from the origin to a ball.
 Way way_to(const Place& place, const Eigen::Vector2d& p_OB, double half_view_rad) {
   NavigationFunction field(pioneer_3dx_footprint);

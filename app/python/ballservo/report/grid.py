@@ -1,4 +1,4 @@
-"""The page of a grid: sweeps of one scenario over the same seeds, with different values of its keys."""
+"""The page of a grid: sweeps over the same seeds, of one scenario with different values of its keys, or of several."""
 import json
 
 import matplotlib
@@ -7,6 +7,9 @@ import numpy as np
 from .page import COLORS, MAP_COLORS, Drawing, axes, curve, number, numbers, read_json, read_rows
 
 MOST_LETTERS = 5  # what a cell of a map must have room for
+HEADING = ["reached", "collisions", "within the assumptions", "out of view, median, 95 % (s)", "settled, median, 95 % (s)",
+           "over time-optimal", "clearance, 5 % (m)"]
+PAIRED_HEADING = ["success less the first cell's", "settled less the first cell's (s)"]
 
 
 def page(folder):
@@ -14,11 +17,13 @@ def page(folder):
     keys, cells = facts["grid"], read_rows(folder / "grid.csv")
     figures = [figure for draw in FIGURES.get(len(keys), ()) for figure in draw(keys, cells)]
     names = [key["key"] for key in keys]
-    heading = [*names, "reached", "collisions", "settled, median (s)", "success less the first cell's",
-               "settled less the first cell's (s)"]
+    paired = names != ["scenario"]
+    heading = [*names, *HEADING, *PAIRED_HEADING[:2 * paired]]
     return dict(
         title=facts["title"], subtitle=f"{len(cells)} cells, {summary['trials']} trials", summary=summary, names=names,
-        heading=heading, rows=[table_row(names, cell) for cell in summary["cells"]], figures=figures,
+        heading=heading, rows=[table_row(names, paired, cell) for cell in summary["cells"]], figures=figures,
+        failures=[[*(cell["values"][name] for name in names), group["outcome"], group["cause"], group["count"]]
+                  for cell in summary["cells"] for group in cell["failures"]],
         scenario=json.dumps(facts["scenario"], indent=2))
 
 
@@ -26,14 +31,20 @@ def feasible(cell):
     return int(cell["trials"]) - int(cell["infeasible"])
 
 
-def table_row(names, cell):
-    early, late = map(number, cell["settled_less_first_s_ci95"])
-    interval = f" ({early:+.2f} to {late:+.2f})" if np.isfinite(early) else ""
-    return [*(cell["values"][name] for name in names), f"{cell['reached']} of {feasible(cell)}: "
-            + share(cell["success_rate"], cell["success_ci95"]),
-            cell["collisions"], f"{number(cell['settled_s']['p50']):.2f}",
-            share(cell["success_less_first"], cell["success_less_first_ci95"]),
-            f"{number(cell['settled_less_first_s']):+.2f}{interval}"]
+def table_row(names, paired, cell):
+    rate = f"{cell['reached']} of {feasible(cell)}: " + share(cell["success_rate"], cell["success_ci95"])
+    interval = " to ".join(shown(value, "+.2f") for value in cell["settled_less_first_s_ci95"])
+    less = [share(cell["success_less_first"], cell["success_less_first_ci95"]),
+            f"{shown(cell['settled_less_first_s'], '+.2f')} ({interval})"]
+    both = [", ".join(shown(cell[figure][part], ".1f") for part in ("p50", "p95"))
+            for figure in ("out_of_view_s", "settled_s")]
+    return [*(cell["values"][name] for name in names), rate, cell["collisions"], cell["collisions_inside_assumptions"],
+            *both, shown(cell["settled_over_time_optimal"]["p50"], ".2f"), shown(cell["min_clearance_m"]["p5"], ".2f"),
+            *less[:2 * paired]]
+
+
+def shown(value, how):
+    return format(value, how) if value is not None else "-"
 
 
 def share(value, interval):
@@ -59,12 +70,17 @@ def curves(keys, cells):
 
 def band(key, title, label, middle, low, high, caption):
     at, words = places(key["values"])
+    if words:
+        plot = axes(title, label, key["key"], 480, 80 + 26 * len(words))
+        plot.errorbar(middle, at, xerr=[middle - low, high - middle], fmt="o", markersize=4, capsize=3, color=COLORS[0])
+        plot.set_yticks(at, words)
+        plot.set_ylim(len(words) - 0.5, -0.5)
+        plot.set_xlim(left=0)
+        return Drawing(plot, caption.replace("band", "bar"))
     order = np.argsort(at)
     plot = axes(title, key["key"], label, 480, 300)
     plot.fill_between(at[order], low[order], high[order], color=COLORS[0], alpha=0.2, linewidth=0)
     curve(plot, at[order], middle[order], marker="o", markersize=4, color=COLORS[0])
-    if words:
-        plot.set_xticks(at, words)
     plot.set_ylim(bottom=0)
     return Drawing(plot, caption)
 
@@ -89,6 +105,8 @@ def basin(keys, title, values, shown, high, caption):
     every = int(np.ceil(MOST_LETTERS / 2 * len(columns) / letters))
     plot.set_xticks(np.arange(len(columns))[::every] + 0.5, columns[::every])
     plot.set_yticks(np.arange(len(rows)) + 0.5, rows)
+    if places(rows)[1]:  # words are read from above
+        plot.invert_yaxis()
     if letters < MOST_LETTERS * len(columns):
         plot.figure.colorbar(image, ax=plot, label=title)
         shown = []
