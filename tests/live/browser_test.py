@@ -100,6 +100,8 @@ def walk(page, name, saved):
     until(lambda: page.classes() == ["green"])
     until(lambda: "green" in page.text("balls"))
     page.shot(f"{name}_taught")
+    page.press("end")  # which asks first: nothing is saved
+    until(lambda: "not saved" in page.text("said"))
     page.press("undo")
     until(lambda: page.classes() == [])
     page.press("shot")

@@ -4,7 +4,7 @@ import {connectRoom, drop, showRoom} from './room.js';
 
 const at = (id) => document.getElementById(id);
 const canvas = at('picture'), pen = canvas.getContext('2d');
-let socket, state = null, bitmap = null, view = '', mark = null, drag = null, teaching = null, asked = null, countdown = null, controlled = false, recording = false, ended = false;
+let socket, state = null, bitmap = null, view = '', mark = null, drag = null, teaching = null, asked = null, countdown = null, controlled = false, recording = false, ended = false, unsaved = false;
 
 // ---- messages
 
@@ -59,6 +59,8 @@ function answered(answer) {
     say('Learning from this circle ...');
     return paint();
   }
+  if (['teach', 'rename', 'undo'].includes(answer.answer)) unsaved = true;
+  if (['save', 'load'].includes(answer.answer)) unsaved = false;
   if (answer.answer === 'teach') {
     const [u, v, r] = answer.circle_px;
     mark = {u, v, r, until: performance.now() + 4000};
@@ -220,9 +222,16 @@ connectCalibration((what) => {
   if (what.do === 'calibrate' && teaching) setTeaching(false);
   send(what);
 });
-const presses = {keep: {do: 'keep'}, hold: {do: 'hold'}, reset: {do: 'reset'}, undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}, end: {do: 'end'}};
+const presses = {keep: {do: 'keep'}, hold: {do: 'hold'}, reset: {do: 'reset'}, undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}};
 for (const [id, what] of Object.entries(presses)) at(id).onclick = () => send(what);
-at('end').addEventListener('click', () => { ended = true; });
+at('end').onclick = () => {
+  if (unsaved && state.classes.length) {
+    unsaved = false;
+    return say('The colours are not saved. Save keeps them; End, pressed again, ends without them.', true);
+  }
+  ended = true;
+  send({do: 'end'});
+};
 at('teach').onclick = () => setTeaching(!teaching);
 at('view').onchange = look;
 at('load').onchange = async (event) => {
