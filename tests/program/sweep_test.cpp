@@ -1,4 +1,5 @@
 // Sweeps from outside: the same bytes however they are split, killed and resumed.
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "tests/program/program_run.hpp"
@@ -80,16 +81,21 @@ class GridTest : public SweepTest {
       EXPECT_FALSE(contents(a + "/" + file).empty()) << file;
     }
   }
+  /// Leaves the whole in a folder of that name.
+  void expect_parts_and_threads_make_the_whole(
+      const std::function<Ending(const std::string& arguments)>& sweep) const {
+    ASSERT_EQ(sweep("-o whole --threads 1").code, 0);
+    ASSERT_EQ(sweep("-o whole_3 --threads 3").code, 0);
+    expect_same_grid("whole", "whole_3");
+    for (const std::string part : {"1", "2", "3"})
+      ASSERT_EQ(sweep("-o part_" + part + " --shard " + part + "/3").code, 0);
+    ASSERT_EQ(run("sweep merge part_3 part_1 part_2 -o merged").code, 0);
+    expect_same_grid("whole", "merged");
+  }
 };
 
 TEST_F(GridTest, PartsMergedAndResumedAreTheWholeAtAnyNumberOfThreads) {
-  ASSERT_EQ(grid("-o whole --threads 1").code, 0);
-  ASSERT_EQ(grid("-o whole_3 --threads 3").code, 0);
-  expect_same_grid("whole", "whole_3");
-  for (const std::string part : {"1", "2", "3"})
-    ASSERT_EQ(grid("-o part_" + part + " --shard " + part + "/3").code, 0);
-  ASSERT_EQ(run("sweep merge part_3 part_1 part_2 -o merged").code, 0);
-  expect_same_grid("whole", "merged");
+  expect_parts_and_threads_make_the_whole([&](const std::string& arguments) { return grid(arguments); });
   int kills = 0;
   for (const char* seconds : {"0.3", "0.5", "0.7"})
     kills +=
@@ -175,13 +181,7 @@ class SuiteTest : public GridTest {
 };
 
 TEST_F(SuiteTest, PartsMergedAreTheWholeAtAnyNumberOfThreadsAndMoreTrialsAreAdded) {
-  ASSERT_EQ(suite("-o whole --threads 1").code, 0);
-  ASSERT_EQ(suite("-o whole_3 --threads 3").code, 0);
-  expect_same_grid("whole", "whole_3");
-  for (const std::string part : {"1", "2", "3"})
-    ASSERT_EQ(suite("-o part_" + part + " --shard " + part + "/3").code, 0);
-  ASSERT_EQ(run("sweep merge part_3 part_1 part_2 -o merged").code, 0);
-  expect_same_grid("whole", "merged");
+  expect_parts_and_threads_make_the_whole([&](const std::string& arguments) { return suite(arguments); });
   ASSERT_EQ(run("sweep suite.yaml --perception truth --trials 2 --seed 3 -o grown").code, 0);
   ASSERT_EQ(suite("-o grown --resume").code, 0);
   expect_same_grid("whole", "grown");
