@@ -120,6 +120,7 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
   const RegionPrior prior{min_quality, window.empty()};
   find_balls(bgr, seen.tl(), prior, stages);
   if (learn_response(bgr)) find_balls(bgr, seen.tl(), prior, stages);
+  admit_other_responses(bgr);
   return balls_;
 }
 
@@ -231,6 +232,18 @@ bool Detector::learn_response(const cv::Mat& bgr) {
   }
   response_belief_.add(evidence);
   return &response() != &before;
+}
+
+// What the edges leave open of the camera, they leave open of the balls.
+void Detector::admit_other_responses(const cv::Mat& bgr) {
+  constexpr double least_probability = 1e-3;
+  if (options_.fit != BallFit::sphere || options_.response != ResponseChoice::by_edges) return;
+  for (const auto& [response, probability] : response_belief_.alternatives()) {
+    if (probability < least_probability) continue;
+    for (BallObservation& ball : balls_)
+      search_.verifier().fitter().admit(*response, probability, bgr, options_.radius_of(ball.color_class),
+                                        ball);
+  }
 }
 
 }  // namespace ballservo

@@ -99,6 +99,7 @@ class Detector {
   void find_balls(const cv::Mat& bgr, const cv::Point& corner, RegionPrior prior, DetectionStages* stages);
   void segment(const cv::Mat& bgr, const cv::Rect& window);
   bool learn_response(const cv::Mat& bgr);
+  void admit_other_responses(const cv::Mat& bgr);
 
   std::shared_ptr<const RayTable> rays_;
   DetectorOptions options_;

@@ -81,6 +81,20 @@ bool BallFitter::fit_circle(const cv::Mat& bgr, const UndistortedCircle& start, 
   return finish(start, fit);
 }
 
+void BallFitter::admit(const CameraResponse& other, double probability, const cv::Mat& bgr,
+                       const BallRadius& radius, FittedBall& ball) {
+  measure(bgr, other, ball.cone, evident_edges_);
+  const auto there = one_gauss_newton_step(ball.cone, evident_edges_.points, oval_fraction_);
+  if (!there) return;
+  Eigen::Vector3d away_rad;
+  away_rad << perpendicular_basis(ball.cone.axis).transpose() * there->cone.axis,
+      there->cone.alpha_rad - ball.cone.alpha_rad;
+  ball.cone_covariance_rad2 += probability * away_rad * away_rad.transpose();
+  if (!ball.position) return;
+  const Eigen::Vector3d away_m = there->cone.center(radius.radius_m) - ball.position->p_C;
+  ball.position->covariance_m2 += probability * away_m * away_m.transpose();
+}
+
 // With what both fits share.
 bool BallFitter::finish(const UndistortedCircle& start, OutlineFit& fit) const {
   const TangentCone& cone = fit.ball.cone;

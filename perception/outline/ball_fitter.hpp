@@ -87,6 +87,11 @@ class BallFitter {
   bool fit_circle(const cv::Mat& bgr, const UndistortedCircle& start, const BallRadius& radius,
                   OutlineFit& fit) const;
 
+  /// The response may be `other` with that probability, and the ball is elsewhere then: adds this to the
+  /// covariances of a ball that `fit_sphere` has fitted.
+  void admit(const CameraResponse& other, double probability, const cv::Mat& bgr, const BallRadius& radius,
+             FittedBall& ball);
+
   /// What the edges of a ball say of the camera. `response` is the one under which they are measured.
   ResponseEvidence response_evidence(const cv::Mat& bgr, const CameraResponse& response,
                                      const TangentCone& cone);

@@ -76,6 +76,18 @@ bool ResponseBelief::open() const {
   return !settled && looks_ < most_looks;
 }
 
+std::array<ResponseBelief::Alternative, 2> ResponseBelief::alternatives() const {
+  const auto probability = [](double log_odds) { return 1 / (1 + std::exp(-log_odds)); };
+  const double coarse = probability(coarse_chroma_), srgb = probability(srgb_);
+  const CameraResponse& believed = srgb_ > 0 ? CameraResponse::srgb() : CameraResponse::linear();
+  const CameraResponse& other = srgb_ > 0 ? CameraResponse::linear() : CameraResponse::srgb();
+  const double of_believed = (1 - coarse) * std::max(srgb, 1 - srgb),
+               of_other = (1 - coarse) * std::min(srgb, 1 - srgb);
+  return {{{&other, of_other},
+           coarse_chroma() ? Alternative{&believed, of_believed}
+                           : Alternative{&CameraResponse::srgb(true), coarse}}};
+}
+
 void ResponseBelief::doubt() {
   srgb_ = std::clamp(srgb_, prior - carried, prior + 2);
   coarse_chroma_ = std::clamp(coarse_chroma_, prior_chroma - carried_chroma, carried_chroma);

@@ -54,9 +54,16 @@ class ResponseBelief {
   bool srgb() const { return coarse_chroma() || srgb_ > 0; }
   bool coarse_chroma() const { return coarse_chroma_ > 0; }
 
+  /// A response that is not believed, with its probability.
+  struct Alternative {
+    const CameraResponse* response;
+    double probability;
+  };
+  std::array<Alternative, 2> alternatives() const;
+
  private:
   // Of sRGB, and against coarse colours: what noise makes the edges of one picture say now and then.
-  static constexpr double prior = 3.5, prior_chroma = -3.5;
+  static constexpr double prior = 3.5, prior_chroma = -5;
   double srgb_ = prior, coarse_chroma_ = prior_chroma;
   int looks_ = 0;
 };

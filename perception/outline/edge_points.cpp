@@ -36,9 +36,10 @@ constexpr double coarse_chroma_sigma_px = 0.2;
 // Half resolution moves the colours' edge by less than that: where luma puts it elsewhere, it is another
 // edge.
 constexpr double luma_and_colors_agree_px = 1;
-// Averaging over two pixels and interpolating widens a blur by 0.9 px^2 in each halved direction; less than
-// this is said by noise and shading. An edge is asked only where it is clear in luma and in colour.
-constexpr double coarse_chroma_px2 = 0.25, clear_contrast = 20;
+// Averaging over two pixels and interpolating widens a blur by up to 0.9 px^2 in each halved direction;
+// shading says as much as the noise (sigma), and a blur that is not well known more. An edge is asked only
+// where it is clear in luma and in colour.
+constexpr double coarse_chroma_px2 = 0.5, blur_noise_px2 = 0.35, clear_contrast = 20;
 // Of the camera's response a texture may seem to say much: one segment counts no more than this. And what the
 // profile leaves beyond a camera's noise (grey levels^2) is structure, whose pixels err together: the
 // evidence counts by as much less (half and twice that tell the same pictures).
@@ -347,9 +348,9 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
   return ring_.segments_in_picture > 0;
 }
 
-// By how much (px^2) the colours of the gathered edge are blurred more than its luma; nothing where it is not
-// clear in both. In grey levels: where both were blurred alike their curve is the same.
-std::optional<double> EdgeMeter::excess_chroma_blur(const EdgeProfileFit& edge) {
+// Are the colours of the gathered edge blurred more than its luma? 0 where it is not clear in both. In grey
+// levels: where both were blurred alike their curve is the same.
+double EdgeMeter::coarse_chroma_evidence(const EdgeProfileFit& edge) {
   const auto chroma = [](const cv::Vec3b& bgr) {
     const Eigen::Vector3f grey = grey_levels(bgr);
     return Eigen::Vector3f(grey.array() - luma_of.dot(grey));
@@ -361,22 +362,27 @@ std::optional<double> EdgeMeter::excess_chroma_blur(const EdgeProfileFit& edge) 
     if (outside_px < -coarse_clear_px) inside += chroma(pixel.bgr), ++inside_count;
     if (outside_px > coarse_clear_px) outside += chroma(pixel.bgr), ++outside_count;
   }
-  if (inside_count < 3 || outside_count < 3) return std::nullopt;
+  if (inside_count < 3 || outside_count < 3) return 0;
   const Eigen::Vector3f direction =
       (inside / static_cast<float>(inside_count) - outside / static_cast<float>(outside_count)).normalized();
   EdgeProfileOptions options;
   options.min_contrast = clear_contrast;
-  const auto variance_px2 = [&](const auto& level) -> std::optional<double> {
+  const auto profile_of = [&](const auto& level) {
     samples_.count = 0;
     for (const RingColor& pixel : pixels_) samples_.add(pixel.distance_px, level(pixel.bgr));
-    const auto fit = fit_edge_profile(samples_, edge.offset_px, ring_.prior, options);
-    return fit ? std::optional(fit->blur_px * fit->blur_px) : std::nullopt;
+    return fit_edge_profile(samples_, edge.offset_px, ring_.prior, options);
   };
-  const auto of_luma = variance_px2([](const cv::Vec3b& bgr) { return luma_of.dot(grey_levels(bgr)); });
-  if (!of_luma) return std::nullopt;
-  const auto of_chroma = variance_px2([&](const cv::Vec3b& bgr) { return direction.dot(chroma(bgr)); });
-  if (!of_chroma) return std::nullopt;
-  return *of_chroma - *of_luma;
+  const auto of_luma = profile_of([](const cv::Vec3b& bgr) { return luma_of.dot(grey_levels(bgr)); });
+  if (!of_luma) return 0;
+  const auto of_chroma = profile_of([&](const cv::Vec3b& bgr) { return direction.dot(chroma(bgr)); });
+  if (!of_chroma) return 0;
+  // The variance of a blur's estimate is twice that of the place (Fisher information of a blurred step).
+  const double luma_px2 = of_luma->blur_px * of_luma->blur_px,
+               chroma_px2 = of_chroma->blur_px * of_chroma->blur_px,
+               place_px2 = of_luma->sigma_px * of_luma->sigma_px;
+  const double noise_px4 = blur_noise_px2 * blur_noise_px2 + 2 * (4 * luma_px2 * 2 * place_px2);
+  return std::clamp((chroma_px2 - luma_px2 - 0.5 * coarse_chroma_px2) * coarse_chroma_px2 / noise_px4, -1.0,
+                    1.0);
 }
 
 ResponseEvidence EdgeMeter::evidence(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline,
@@ -397,8 +403,7 @@ ResponseEvidence EdgeMeter::evidence(const cv::Mat& bgr, const RayTable& rays, c
         values * std::min(1.0, noise_variance * values / std::min(left_by_srgb, left_by_linear));
     evidence.srgb += std::clamp(0.5 * independent * std::log(left_by_linear / left_by_srgb),
                                 -most_of_a_segment, most_of_a_segment);
-    if (const auto excess_px2 = excess_chroma_blur(*by_srgb))
-      evidence.coarse_chroma += std::clamp(*excess_px2 / coarse_chroma_px2 - 1, -1.0, 1.0);
+    evidence.coarse_chroma += coarse_chroma_evidence(*by_srgb);
   }
   return evidence;
 }

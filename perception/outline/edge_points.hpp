@@ -81,7 +81,7 @@ class EdgeMeter {
   std::optional<EdgeProfileFit> fit_segment(const CameraResponse& response);
   std::optional<EdgeProfileFit> fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
                                          const EdgeProfileOptions& options);
-  std::optional<double> excess_chroma_blur(const EdgeProfileFit& edge);
+  double coarse_chroma_evidence(const EdgeProfileFit& edge);
   double coarse_offset(double reach_px) const;
 
   Ring ring_;

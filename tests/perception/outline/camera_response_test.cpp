@@ -38,7 +38,7 @@ TEST(ResponseBelief, IsSrgbUntilTheEdgesSayOtherwise) {
 
 TEST(ResponseBelief, OfCoarseColoursSaysNothingOfTheResponse) {
   ResponseBelief belief;
-  belief.add({-1e9, 5});
+  belief.add({-1e9, 8});
   EXPECT_TRUE(belief.coarse_chroma());
   EXPECT_TRUE(belief.srgb());
 }
@@ -61,12 +61,35 @@ TEST(ResponseBelief, AsksNoLongerWhereNothingIsToldForLong) {
   EXPECT_FALSE(belief.open());
 }
 
+TEST(ResponseBelief, GivesEveryResponseItsProbability) {
+  for (const ResponseEvidence& evidence :
+       {ResponseEvidence{0, 0}, {-2, -1}, {-6, -1}, {5, -8}, {0, 6}, {-20, 3}}) {
+    ResponseBelief belief;
+    belief.add(evidence);
+    double others = 0;
+    for (const auto& [response, probability] : belief.alternatives()) {
+      EXPECT_GT(probability, 0);
+      const bool is_believed = response->coarse_chroma == belief.coarse_chroma() &&
+                               (response == &CameraResponse::srgb(belief.coarse_chroma())) == belief.srgb();
+      EXPECT_FALSE(is_believed);
+      others += probability;
+    }
+    EXPECT_LT(others, 2.0 / 3);  // none is likelier than the one that is believed
+  }
+  ResponseBelief undecided, settled;
+  undecided.add({-3.5, -20});
+  EXPECT_NEAR(undecided.alternatives()[0].probability, 0.5, 1e-6);
+  settled.add({-20, -20});
+  for (const auto& [response, probability] : settled.alternatives()) EXPECT_LT(probability, 1e-6);
+}
+
 // What a camera makes of this light.
-cv::Mat taken(const cv::Mat& light, const CameraResponse& response, std::uint64_t seed, double noise = 2) {
+cv::Mat taken(const cv::Mat& light, const CameraResponse& response, std::uint64_t seed, double noise = 2,
+              double blur_px = 0.8) {
   RandomEngine engine = random_stream(seed, "camera_response_test");
   cv::Mat blurred, bgr(light.size(), CV_8UC3);
   light.convertTo(blurred, CV_32FC3);
-  cv::GaussianBlur(blurred, blurred, {}, 0.8);
+  cv::GaussianBlur(blurred, blurred, {}, blur_px);
   for (int v = 0; v < bgr.rows; ++v) {
     for (int u = 0; u < bgr.cols; ++u) {
       for (int c = 0; c < 3; ++c) {
@@ -105,21 +128,28 @@ TEST(CameraResponse, IsToldByTheEdgesOfABall) {
   }
 }
 
-// What an sRGB picture of a ball before bricks of these colours says of its camera.
+// The light of a ball before bricks of these colours.
+const Eigen::Vector3d before_bricks_p_C(0.004, 0.002, 0.6);
 template <class Color>
-ResponseEvidence evidence_before_bricks(cv::Size brick, const cv::Vec3b& ball, std::uint64_t seed,
-                                        const Color& color) {
-  RandomEngine engine = random_stream(seed, "what is behind");
+cv::Mat ball_before_bricks(cv::Size brick, const cv::Vec3b& ball, RandomEngine& engine, const Color& color) {
   cv::Mat light(120, 120, CV_8UC3);
   for (int v = 0; v < light.rows; v += brick.height) {
     for (int u = 0; u < light.cols; u += brick.width)
       cv::rectangle(light, {{u, v}, brick}, color(engine), cv::FILLED);
   }
+  test::paint_ball(light, test::pinhole({120, 120}, 500), before_bricks_p_C, 0.035, ball);
+  return light;
+}
+
+// What an sRGB picture of that says of its camera.
+template <class Color>
+ResponseEvidence evidence_before_bricks(cv::Size brick, const cv::Vec3b& ball, std::uint64_t seed,
+                                        const Color& color) {
+  RandomEngine engine = random_stream(seed, "what is behind");
   const Camera camera = test::pinhole({120, 120}, 500);
-  const Eigen::Vector3d p_C(0.004, 0.002, 0.6);
-  test::paint_ball(light, camera, p_C, 0.035, ball);
+  const Eigen::Vector3d& p_C = before_bricks_p_C;
   const CameraResponse& srgb = CameraResponse::srgb();
-  const cv::Mat bgr = taken(light, srgb, seed, 1);
+  const cv::Mat bgr = taken(ball_before_bricks(brick, ball, engine, color), srgb, seed, 1);
   BallFitter fitter(std::make_shared<const RayTable>(camera), 0);
   OutlineFit fit;
   EXPECT_TRUE(fitter.fit_sphere(bgr, srgb, {p_C.normalized(), std::asin(0.035 / p_C.norm())}, {}, fit));
@@ -149,6 +179,37 @@ TEST(CameraResponse, IsAskedAgainWhereTheOtherOnePutsTheEdges) {
         });
     EXPECT_GT(evidence.srgb, -3) << "seed " << seed;
   }
+}
+
+// A wide blur before many colours may leave the camera open; the ball is then no better known than that.
+TEST(CameraResponse, WhatTheEdgesLeaveOpenOfItIsInTheCovariance) {
+  const Camera camera = test::pinhole({120, 120}, 500);
+  const auto truth = TangentCone::of_sphere(before_bricks_p_C, 0.035);
+  constexpr int pictures = 100;
+  int found = 0, far_off = 0;
+  double sum = 0, worst = 0;
+  for (std::uint64_t seed = 0; seed < pictures; ++seed) {
+    RandomEngine engine = random_stream(seed, "what is behind");
+    const cv::Mat light = ball_before_bricks({14, 10}, {12, 15, 160}, engine, [](RandomEngine& any) {
+      const double blue = uniform(any, 0, 120), green = uniform(any, 0, 120);
+      return cv::Scalar(blue, green, uniform(any, 0, 60));
+    });
+    const cv::Mat bgr = taken(light, CameraResponse::linear(), seed, 2, 1.5);
+    Detector detector(std::make_shared<const RayTable>(camera), test::red_and_green(), DetectorOptions{});
+    for (const BallObservation& ball : detector.detect(bgr)) {
+      if (angle_outside(ball.cone, truth->axis) > -0.5 * truth->alpha_rad) continue;  // a brick
+      ++found;
+      const double error_rad = ball.cone.alpha_rad - truth->alpha_rad;
+      const double normalized = error_rad * error_rad / ball.cone_covariance_rad2(2, 2);
+      far_off += 500 * std::abs(error_rad) > 0.3 ? 1 : 0;
+      sum += normalized;
+      worst = std::max(worst, normalized);
+    }
+  }
+  EXPECT_EQ(found, pictures);
+  EXPECT_LE(far_off, 4);
+  EXPECT_LT(sum / found, 2);
+  EXPECT_LT(worst, 16);
 }
 
 // As JPEG files (4:2:0) and videos keep it: colours averaged over 2x2 pixels.
