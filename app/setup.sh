@@ -5,7 +5,7 @@ build_packages="g++ cmake ninja-build libvisp-dev libopencv-dev libjpeg-dev libe
   libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libtbb-dev libhwy-dev libboost-dev libssl-dev libxml2-dev libzmq3-dev cppzmq-dev libgtest-dev libgmock-dev
   librapidcheck-dev libbenchmark-dev python3-matplotlib python3-jinja2 libjs-chart.js
   pybind11-dev python3-dev python3-numpy"
-test_packages="locales dpkg-dev python3-camera-calibration-parsers python3-jsonschema python3-mypy python3-opencv python3-zmq poppler-utils xvfb xdotool chromium chromium-driver python3-selenium
+test_packages="locales dpkg-dev libmujoco-dev python3-camera-calibration-parsers python3-jsonschema python3-mypy python3-opencv python3-zmq poppler-utils xvfb xdotool chromium chromium-driver python3-selenium
   g++-aarch64-linux-gnu qemu-user"
 fuzz_packages="clang-16 libclang-rt-16-dev"
 log=$root/build/setup.log

@@ -18,6 +18,7 @@ import zmq
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = os.environ["BALLSERVO_PROGRAM"]
+MUJOCO_ROBOT = os.environ.get("BALLSERVO_MUJOCO_ROBOT")
 SCENARIOS = ROOT / "data/scenarios"
 EXAMPLES = ROOT / "app/examples"
 VALIDATOR = jsonschema.Draft202012Validator(json.loads((ROOT / "data/lockstep.schema.json").read_text()))
@@ -128,6 +129,30 @@ class LockstepTest(unittest.TestCase):
         self.assertLess(abs(summary["range_error_m"]), 0.005)
         self.assertEqual(summary["outcome"], "reached")
         self.assertTrue((self.place / "out/report.html").exists())
+
+    @unittest.skipUnless(MUJOCO_ROBOT, "the example mujoco_robot was not built: there is no MuJoCo (libmujoco-dev)")
+    def test_the_example_robot_in_mujoco_is_driven_to_its_ball(self):
+        for scenario, clearance_m in ("static_ball.yaml", 1), ("corridor.yaml", 0.1):
+            port = free_port()
+            robot = subprocess.Popen([MUJOCO_ROBOT, str(port)], cwd=self.place, stdout=subprocess.PIPE, text=True)
+            self.addCleanup(robot.kill)
+            self.end(self.start(scenario, "--seed", 3, "--peer", f"tcp://127.0.0.1:{port}", scenario=scenario), 0)
+            self.assertIn("reached", robot.communicate(timeout=20)[0])
+            self.assertEqual(robot.returncode, 0)
+            summary = self.summary(scenario)
+            self.assertEqual(summary["outcome"], "reached")
+            self.assertLess(abs(summary["range_error_m"]), 0.005)
+            self.assertGreater(summary["min_clearance_m"], clearance_m)
+
+    @unittest.skipUnless(MUJOCO_ROBOT, "the example mujoco_robot was not built: there is no MuJoCo (libmujoco-dev)")
+    def test_the_example_robot_in_mujoco_says_what_it_cannot_build(self):
+        port = free_port()
+        robot = subprocess.Popen([MUJOCO_ROBOT, str(port)], cwd=self.place, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(robot.kill)
+        _, err = self.end(self.start("out", "--peer", f"tcp://127.0.0.1:{port}", scenario="moving_ball.yaml"), 1)
+        for said in err, robot.communicate(timeout=20)[1]:
+            self.assertIn("balls: moving ones are not built here", said)
+        self.assertEqual(robot.returncode, 1)
 
     def test_the_example_controller_drives_to_the_ball(self):
         port = free_port()
