@@ -140,7 +140,8 @@ class PythonTest(unittest.TestCase):
                     frame = frames[number]
                     self.assertEqual([frame.time_s, frame.state, *frame.p_m, frame.covariance_m2[0, 2]],
                                      [tracks[name][row] for name in "time_s state x_m y_m z_m sxz_m2".split()])
-                    self.assertLess(np.linalg.norm(frame.p_m - frame.true_p_m), 0.1)
+                    error_m = frame.p_m - frame.true_p_m
+                    self.assertLess(error_m @ np.linalg.solve(frame.covariance_m2, error_m), 25)
                     self.assertLess(abs(frame.outline_px - frame.true_outline_px).max(), 3)
                     self.assertGreater(frame.visible_fraction, 0.9)
             for step in steps:
