@@ -128,6 +128,7 @@ const std::vector<BallObservation>& Detector::detect_after_all(const cv::Mat& bg
   RegionPrior prior{min_ball_quality, true};
   prior.in_vain = true;
   find_balls(bgr, {0, 0}, prior, stages);
+  admit_other_responses(bgr);
   return balls_;
 }
 
