@@ -154,6 +154,18 @@ bool drive_strayed(const Scenario& scenario, const std::vector<StepRecord>& step
   return false;
 }
 
+/// Whether it moved, up to the end, and not as the robot was told to reckon with.
+bool moves_otherwise(const Ball& ball, const MovingThingOptions& reckoned, double end_s) {
+  if (std::holds_alternative<StaticMotion>(ball.motion)) return false;
+  if (ball.radius_m() < reckoned.radius_m) return true;
+  constexpr double step_s = 0.1, rounding_mps = 1e-6;
+  for (double time_s = 0; time_s < end_s; time_s += step_s) {
+    const double way_m = (ball.p_WB(time_s + step_s) - ball.p_WB(time_s)).norm();
+    if (way_m > (reckoned.speed_mps + rounding_mps) * step_s) return true;
+  }
+  return false;
+}
+
 /// Whether a command that may have led here passed by the rule of creeping away.
 bool crept(const std::vector<StepRecord>& steps) {
   constexpr double brake_s = 1.0;  // more than the delay and a brake from creeping speed
@@ -170,7 +182,8 @@ std::string collision_cause(const Scenario& scenario, const CollisionEvidence& e
   const std::vector<StepRecord>& steps = evidence.steps;
   if (scenario.avoidance.type == AvoidanceOptions::Type::none || !robot.sonar) return "A1_shield";
   const auto ball = find_named(world.balls, evidence.touched);
-  if (ball != world.balls.end() && !std::holds_alternative<StaticMotion>(ball->motion)) return "A2_static";
+  if (ball != world.balls.end() && moves_otherwise(*ball, scenario.avoidance.moving, steps.back().time_s))
+    return "A2_static";
   const auto thing = find_named(world.obstacles, evidence.touched);
   if (thing != world.obstacles.end() &&
       (thing->bottom_m() > robot.sonar->height_m || thing->top_m() < robot.sonar->height_m)) {

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "servo/avoidance/braking_shield.hpp"
+#include "servo/avoidance/moving_things.hpp"
 #include "servo/avoidance/obstacle_map.hpp"
 #include "servo/avoidance/occupancy_grid.hpp"
 #include "servo/avoidance/sonar.hpp"
@@ -24,6 +25,7 @@ struct AvoidanceOptions {
   enum class Type { none, shield, full };
   Type type = Type::none;
   OccupancyGridOptions grid;
+  MovingThingOptions moving;    ///< what is reckoned with besides things that rest
   bool creep = true;            ///< see ShieldOptions
   bool floor = true;            ///< what the camera sees standing on the floor is not free
   double half_view_rad = 0.50;  ///< the ball further aside is out of the picture
@@ -39,7 +41,7 @@ inline std::string_view avoidance_type_name(AvoidanceOptions::Type type) {
 
 class Avoidance {
  public:
-  Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double period_s);
+  Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limits, double delay_s, double period_s);
 
   /// An answer of a sonar, as it arrives.
   void hear(const SonarReading& reading) { readings_.put(reading); }
@@ -59,7 +61,7 @@ class Avoidance {
   /// Whether ways around obstacles are looked for (type full).
   bool steers() const { return steering_.has_value(); }
   /// The way to the ball; only where steers().
-  SteeringOutput steer(const SteeringInput& input) { return steering_->steer(input, *map_, grid_, last_); }
+  SteeringOutput steer(const SteeringInput& input);
   /// Where to look for the ball next; only where steers().
   Eigen::Vector2d place_to_look_from() { return steering_->place_to_look_from(*map_, grid_, viewed_); }
   /// Whether a turn on the spot would show hardly anything that was not seen before.
@@ -85,9 +87,12 @@ class Avoidance {
     }
   };
 
+  std::optional<Twist2> out_of_the_way(const Twist2& wanted, const RobotMotion& when_it_acts) const;
+
   AvoidanceOptions options_;
   ShieldOptions shield_;
   OccupancyGrid grid_;
+  std::optional<MovingThings> moving_;  // where anything moves
   SonarWatch watch_;
   std::optional<ObstacleMap> map_;  // with steering
   std::optional<Steering> steering_;

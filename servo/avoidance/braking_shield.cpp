@@ -16,7 +16,7 @@ bool finite(const Twist2& twist) { return std::isfinite(twist.v_mps) && std::isf
 }  // namespace
 
 Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
-                      const ShieldOptions& options, FloorCell* blocked) {
+                      const ShieldOptions& options, const MovingThings* moving) {
   const double margin_m = drive_model_m + 0.5 * spacing_m;
   const double corner_m = options.footprint.reach_m();
   const auto rate_mps = [corner_m](const Twist2& twist) {
@@ -28,8 +28,9 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
 
   // No place along the way is further than half the spacing from one that is looked at.
   const auto clear = [&](OccupancyGrid::Drift drift, const Pose2* standing) {
-    const auto covers = [&](const Pose2& pose) {
-      return grid.covers(options.footprint, pose, margin_m, drift, blocked, standing);
+    const auto covers = [&](const Pose2& pose, double later_s) {
+      return grid.covers(options.footprint, pose, margin_m, drift, standing) &&
+             (moving == nullptr || !moving->may_touch(options.footprint, pose, margin_m, later_s));
     };
     after = when_it_acts;
     double to_next_m = 0.5 * spacing_m;
@@ -37,7 +38,7 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
       const RobotMotion next = drive(after, command, options.limits, step_s, 1);
       const double step_m = step_s * rate_mps(mean_twist(after.twist, next.twist));
       if (!(step_m < to_next_m)) {
-        if (!(step_m < spacing_m) || !covers(after.pose)) return false;
+        if (!(step_m < spacing_m) || !covers(after.pose, options.delay_s + k * step_s)) return false;
         to_next_m = spacing_m;
       }
       to_next_m -= step_m;
@@ -47,11 +48,16 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
     const double brake_s = std::max(std::abs(after.twist.v_mps) / options.limits.a_max_mps2,
                                     std::abs(after.twist.w_radps) / options.limits.alpha_max_radps2);
     const double way_m = 0.5 * brake_s * rate_mps(after.twist);
+    const double brakes_s = options.delay_s + options.period_s;
     double at_m = to_next_m;
     for (; at_m < way_m; at_m += spacing_m) {
-      if (!covers(integrate(after.pose, after.twist, 0.5 * brake_s * at_m / way_m))) return false;
+      const double share = at_m / way_m;
+      if (!covers(integrate(after.pose, after.twist, 0.5 * brake_s * share),
+                  brakes_s + brake_s * (1.0 - std::sqrt(1.0 - share))))
+        return false;
     }
-    return at_m - way_m > 0.5 * spacing_m || covers(integrate(after.pose, after.twist, 0.5 * brake_s));
+    return at_m - way_m > 0.5 * spacing_m ||
+           covers(integrate(after.pose, after.twist, 0.5 * brake_s), brakes_s + brake_s);
   };
   // What was seen lately needs less clearance around the robot than what is half forgotten.
   if (clear(OccupancyGrid::Drift::allowed, nullptr) || clear(OccupancyGrid::Drift::close, nullptr))
@@ -65,7 +71,7 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
 }
 
 ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
-                     const ShieldOptions& options) {
+                     const ShieldOptions& options, const MovingThings* moving) {
   ShieldVerdict verdict;
   const bool sane = finite(command) && finite(when_it_acts.twist) && std::isfinite(when_it_acts.pose.x_m) &&
                     std::isfinite(when_it_acts.pose.y_m) && std::isfinite(when_it_acts.pose.yaw_rad);
@@ -76,27 +82,25 @@ ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, con
   }
   verdict.command = command;
   if (command.v_mps == 0.0 && command.w_radps == 0.0) return verdict;
-  FloorCell cell;
-  const auto passes = [&](FloorCell* blocked) {
-    const Brake brake = can_brake_after(verdict.command, when_it_acts, grid, options, blocked);
+  const auto passes = [&] {
+    const Brake brake = can_brake_after(verdict.command, when_it_acts, grid, options, moving);
     if (brake == Brake::creeping) verdict.reason = creeping_reason;
     return brake != Brake::blocked;
   };
-  if (passes(&cell)) return verdict;
+  if (passes()) return verdict;
   verdict.passed = false;
-  verdict.blocked = cell;
   for (const double share : {0.7, 0.4, 0.15}) {
     verdict.command = {share * command.v_mps, share * command.w_radps};
     verdict.reason = "slowed: the brake would leave the space seen free";
-    if (passes(nullptr)) return verdict;
+    if (passes()) return verdict;
   }
   // The least turn comes nearer to what has been forgotten along a flank.
   verdict.command = {std::clamp(command.v_mps, -creeping_mps, creeping_mps), 0.0};
   verdict.reason = "straight on: a turn would leave the space seen free";
-  if (command.v_mps != 0.0 && passes(nullptr)) return verdict;
+  if (command.v_mps != 0.0 && passes()) return verdict;
   verdict.command = {0.0, command.w_radps};
   verdict.reason = "turning only: ahead is not seen free";
-  if (command.w_radps != 0.0 && passes(nullptr)) return verdict;
+  if (command.w_radps != 0.0 && passes()) return verdict;
   verdict.command = {};
   verdict.reason = "stopped: what lies ahead is not seen free";
   return verdict;

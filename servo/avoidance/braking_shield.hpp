@@ -2,9 +2,9 @@
 // free.
 #pragma once
 
-#include <optional>
 #include <string_view>
 
+#include "servo/avoidance/moving_things.hpp"
 #include "servo/avoidance/occupancy_grid.hpp"
 #include "servo/motion/motion_history.hpp"
 
@@ -17,6 +17,7 @@ inline constexpr double drive_model_m = 0.01;
 struct ShieldOptions {
   UnicycleLimits limits;
   Footprint footprint;
+  double delay_s = 0;      ///< from now until a command acts
   double period_s = 0.02;  ///< a command drives at most so long before the next one, or rest, takes over
   bool creep = true;       ///< slow commands may pass by the rule of creeping away (SAFETY.md)
 };
@@ -26,10 +27,9 @@ inline constexpr std::string_view creeping_reason = "creeping away from what is 
 
 /// What became of a command.
 struct ShieldVerdict {
-  Twist2 command;                    ///< never faster than what was asked for, in either part
-  bool passed = true;                ///< as it was asked for
-  std::string_view reason;           ///< empty where it passed by what was seen free; a literal
-  std::optional<FloorCell> blocked;  ///< the first cell in the way that is not known to be free
+  Twist2 command;           ///< never faster than what was asked for, in either part
+  bool passed = true;       ///< as it was asked for
+  std::string_view reason;  ///< empty where it passed by what was seen free; a literal
 };
 
 /// A pure function of its arguments. Of a command (v, w) it lets pass the first of (v, w), less of both, (v,
@@ -38,12 +38,12 @@ struct ShieldVerdict {
 /// model's error and by the way between two places looked at. (0, 0) needs no test: it is the brake that was
 /// part of the test of the command before.
 ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
-                     const ShieldOptions& options);
+                     const ShieldOptions& options, const MovingThings* moving = nullptr);
 
 /// Whether the robot, from that motion, can be driven by the command for a period and then brake to rest:
 /// within free space, or by creeping away from what is not seen free.
 enum class Brake { blocked, creeping, free };
 Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
-                      const ShieldOptions& options, FloorCell* blocked);
+                      const ShieldOptions& options, const MovingThings* moving = nullptr);
 
 }  // namespace ballservo

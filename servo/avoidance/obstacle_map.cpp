@@ -52,13 +52,10 @@ void ObstacleMap::explain(float right, float wrong) {
 }
 
 void ObstacleMap::look(const SonarReading& reading, const Pose2& pose_then) {
-  const bool sane = reading.transducer < sonar_count && std::isfinite(reading.range_m) &&
-                    reading.range_m >= options_.beam.min_range_m && started_;
-  if (!sane) return;
-  const SonarMount& mount = pioneer_3dx_sonars[reading.transducer];
-  const Eigen::Vector2d p = in_world_frame(pose_then, {mount.x_m, mount.y_m});
-  const double heading = pose_then.yaw_rad + mount.heading_rad;
-  const Eigen::Vector2d axis(std::cos(heading), std::sin(heading));
+  const std::optional<Pose2> transducer = transducer_of(reading, pose_then);
+  if (!started_ || !transducer || !(reading.range_m >= options_.beam.min_range_m)) return;
+  const Eigen::Vector2d p(transducer->x_m, transducer->y_m);
+  const Eigen::Vector2d axis(std::cos(transducer->yaw_rad), std::sin(transducer->yaw_rad));
   const double cosine = std::cos(options_.beam.half_angle_rad);
   constexpr double farthest_m = 0.5 * size * cell_m;
   const double tolerance_m = 0.5 * options_.range_error_m + 0.5 * cell_m;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "servo/avoidance/floor_region.hpp"
 #include "servo/avoidance/floor_scan.hpp"
 #include "servo/avoidance/floor_window.hpp"
 #include "servo/avoidance/sonar.hpp"
@@ -80,12 +81,12 @@ class OccupancyGrid {
     return drift == Drift::allowed ? options_.drift_allowed_m : drift_close_m;
   }
 
-  /// Whether every cell is free that comes within `margin_m`, and the drift, of the footprint at that pose;
-  /// else the first one that is not. With `from`, where the footprint stands now without touching anything: a
+  /// Whether every cell is free that comes within `margin_m`, and the drift, of the footprint at that pose.
+  /// With `from`, where the footprint stands now without touching anything: a
   /// cell that is not free and comes no nearer to the footprint than it is there is let pass, unless nobody
   /// ever saw it free and the footprint's edge lies over it.
   bool covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
-              FloorCell* obstacle, const Pose2* from = nullptr) const;
+              const Pose2* from = nullptr) const;
 
   const OccupancyGridOptions& options() const { return options_; }
   const Pose2& pose() const { return pose_; }
@@ -95,11 +96,6 @@ class OccupancyGrid {
   struct Epoch {
     double time_s = 0, motion_s = 0, path_m = 0, turn_rad = 0;
   };
-  /// The part of a convex region along a line of constant y.
-  struct Span {
-    double low_m, high_m;
-  };
-  struct Region;
 
   void take_back(const FloorCell& cell);
   void set_standing(const FloorCell& cell, bool yes) {
@@ -111,7 +107,7 @@ class OccupancyGrid {
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
   bool still_free(const FloorCell& cell, std::uint32_t seen, Drift drift) const;
   /// Free, but for what is standing; where the body has been nothing stands.
-  void mark_free(const Region& region, std::uint32_t epoch_number, bool by_body);
+  void mark_free(const FloorRegion& region, std::uint32_t epoch_number, bool by_body);
   bool comes_no_nearer(const FloorCell& cell, const Footprint& footprint, const Pose2& pose,
                        const Pose2& from) const;
   void mark_arc(const SonarReading& reading, const Pose2& transducer, bool heard_before);

@@ -18,6 +18,11 @@ constexpr double late_s = 0.12;     // answers older than this on arrival are no
 constexpr int stuck_after = 4;      // equal ranges in a row while the robot moves are not believed
 constexpr double stuck_way_m = 0.05;  // equal ranges mean nothing while the robot rests
 
+bool sane(const SonarReading& reading) {
+  return reading.transducer < sonar_count && std::isfinite(reading.range_m) &&
+         std::isfinite(reading.fired_s) && reading.range_m >= 0.0;
+}
+
 /// Older than `age_s`, or of a time that cannot be.
 bool old(double now_s, double stamp_s, double age_s) {
   return !(now_s - stamp_s <= age_s && now_s - stamp_s >= 0.0);
@@ -35,6 +40,13 @@ void declare(OptionVisitor& v, SonarBeam& beam) {
   v.number("max_range_m", beam.max_range_m, NumberRange::within(1, 10, "m"), "nothing further is heard");
   v.number("half_angle_rad", beam.half_angle_rad, NumberRange::within(0.02, 0.7, "rad"),
            "of the cone in which things echo");
+}
+
+std::optional<Pose2> transducer_of(const SonarReading& reading, const Pose2& robot) {
+  if (!sane(reading)) return std::nullopt;
+  const SonarMount& mount = pioneer_3dx_sonars[reading.transducer];
+  const Eigen::Vector2d p = in_world_frame(robot, {mount.x_m, mount.y_m});
+  return Pose2{p.x(), p.y(), robot.yaw_rad + mount.heading_rad};
 }
 
 GuardVerdict guard(double now_s, const SensorStamps& stamps, const GuardOptions& options) {
@@ -66,10 +78,7 @@ GuardVerdict guard(double now_s, const SensorStamps& stamps, const GuardOptions&
 }
 
 bool SonarWatch::hear(const SonarReading& reading, double now_s, double way) {
-  const bool sane = reading.transducer < sonar_count && std::isfinite(reading.range_m) &&
-                    std::isfinite(reading.fired_s) && std::isfinite(now_s) && reading.range_m >= 0.0 &&
-                    reading.fired_s <= now_s;
-  if (!sane) return false;
+  if (!sane(reading) || !(reading.fired_s <= now_s)) return false;
   const std::uint32_t bit = 1u << reading.transducer;
   const auto set = [bit](std::uint32_t& bits, bool yes) { bits = yes ? bits | bit : bits & ~bit; };
   stamps_.array_heard_s[reading.transducer / 8] = now_s;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 #include "servo/motion/unicycle.hpp"
@@ -50,6 +51,10 @@ struct SonarReading {
   double range_m = 0;          ///< to the nearest echo; the maximum range where there is none
   bool echo = false;
 };
+
+/// Where the transducer sat that fired, and where it pointed, for a robot at that pose; nothing where an
+/// answer is not of this world.
+std::optional<Pose2> transducer_of(const SonarReading& reading, const Pose2& robot);
 
 /// When each sensor was last alive; -inf: never.
 struct SensorStamps {

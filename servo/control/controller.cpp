@@ -81,7 +81,7 @@ Controller::Controller(const ControllerOptions& options, std::unique_ptr<Law> la
   goal_polar_ = {std::hypot(p_RB.x(), p_RB.y()), std::atan2(p_RB.y(), p_RB.x())};
   if (options.avoidance.type != AvoidanceOptions::Type::none) {
     const double command_s = options.command_s > 0.0 ? options.command_s : 1.0 / options.rate_hz;
-    avoidance_.emplace(options.avoidance, options.limits, command_s);
+    avoidance_.emplace(options.avoidance, options.limits, options.actuation_delay_s, command_s);
   }
 }
 

@@ -76,9 +76,9 @@ TEST(FloorScan, GlimpsesWithAScanBetweenThemAreNotTwoInARow) {
 TEST(FloorScan, TheShieldsPlaceIsBlockedByIt) {
   OccupancyGrid grid = open_space();
   const Pose2 there{0.9, 0, 0};
-  ASSERT_TRUE(grid.covers(pioneer_3dx_footprint, there, 0.02, OccupancyGrid::Drift::close, nullptr));
+  ASSERT_TRUE(grid.covers(pioneer_3dx_footprint, there, 0.02, OccupancyGrid::Drift::close));
   for (int k = 0; k < 2; ++k) grid.look_at_floor(scan_of(1.1, 1.2), {});
-  EXPECT_FALSE(grid.covers(pioneer_3dx_footprint, there, 0.02, OccupancyGrid::Drift::close, nullptr));
+  EXPECT_FALSE(grid.covers(pioneer_3dx_footprint, there, 0.02, OccupancyGrid::Drift::close));
 }
 
 TEST(FloorScan, FloorThatIsSeenAgainAndTheBodyLiftIt) {

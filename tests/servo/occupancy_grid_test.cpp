@@ -143,7 +143,7 @@ TEST(OccupancyGrid, WhatWasTakenBackUnderTheBodysEdgeMayBeCreptAwayFrom) {
   const Pose2 here{}, ahead{0.01, 0, 0}, turned_towards_it{0, 0, 0.05};
   grid.move(0, here);
   const auto covers = [&](const Pose2& pose, const Pose2* from) {
-    return grid.covers(options.footprint, pose, 0.02, OccupancyGrid::Drift::allowed, nullptr, from);
+    return grid.covers(options.footprint, pose, 0.02, OccupancyGrid::Drift::allowed, from);
   };
   ASSERT_TRUE(covers(ahead, nullptr));
   look_twice(grid, 0, 0.105, 0);  // 3 cm from the left side

@@ -282,7 +282,7 @@ void fight(std::uint64_t seed, Broken broken, int commands, Tally& tally) {
   const Duel duel = draw_duel(engine, broken);
   Adversary adversary(duel, broken, engine);
   Driver driver(duel, engine);
-  Avoidance avoidance(duel.avoidance, duel.limits, duel.period_s);
+  Avoidance avoidance(duel.avoidance, duel.limits, duel.delay_s, duel.period_s);
   MotionPredictor predictor(duel.limits, duel.delay_s, 300);
   PoseHistory poses(300);
   ++tally.duels;

@@ -104,7 +104,7 @@ TEST(BrakingShield, CreepsSlowlyAndOnlyAway) {
   const auto brake = [&grid](const Twist2& twist, bool creep) {
     ShieldOptions options;
     options.creep = creep;
-    return can_brake_after(twist, {{}, twist}, grid, options, nullptr);
+    return can_brake_after(twist, {{}, twist}, grid, options);
   };
   EXPECT_EQ(brake({0.08, 0}, true), Brake::creeping) << "ahead is free, behind nothing comes nearer";
   EXPECT_EQ(brake({0.08, 0}, false), Brake::blocked);
@@ -120,7 +120,7 @@ TEST(BrakingShield, CreepsStraightOnWhereATurnWouldComeNearer) {
     for (int twice = 0; twice < 2; ++twice) grid.look({0, side, 0.14, true}, {});
   }
   const RobotMotion motion{{}, {0.08, 0}};
-  EXPECT_EQ(can_brake_after({0.08, 0}, motion, grid, {}, nullptr), Brake::creeping);
+  EXPECT_EQ(can_brake_after({0.08, 0}, motion, grid, {}), Brake::creeping);
   for (const double turn_radps : {-0.3, -0.01, 0.01, 0.3}) {
     const ShieldVerdict verdict = shield({0.08, turn_radps}, motion, grid, {});
     EXPECT_FALSE(verdict.passed);
@@ -134,9 +134,7 @@ TEST(BrakingShield, DoesNotCreepWhereItsOwnPlaceWasNeverSeen) {
   OccupancyGrid grid(OccupancyGridOptions{});
   grid.move(0, {});
   const Twist2 slow{0.05, 0};
-  const auto brake_at = [&](double x_m) {
-    return can_brake_after(slow, {{x_m, 0, 0}, slow}, grid, {}, nullptr);
-  };
+  const auto brake_at = [&](double x_m) { return can_brake_after(slow, {{x_m, 0, 0}, slow}, grid, {}); };
   EXPECT_EQ(brake_at(-0.30), Brake::creeping) << "the body lies in the disc of the start, its margins do not";
   EXPECT_EQ(brake_at(-0.45), Brake::blocked) << "its rear does not";
 }

@@ -42,12 +42,13 @@ inline World random_world(RandomEngine& engine, double clear_m) {
 /// and no goal.
 class ShieldedRobot {
  public:
-  ShieldedRobot(const World& world, double actuation_delay_s, std::uint64_t seed)
+  ShieldedRobot(const World& world, double actuation_delay_s, std::uint64_t seed,
+                const MovingThingOptions& moving = {})
       : world_(world),
         actuation_delay_s_(actuation_delay_s),
         body_(std::make_shared<Body>(settings(actuation_delay_s), actuation_delay_s)),
         robot_(world, settings(actuation_delay_s), seed, body_),
-        avoidance_(avoidance(), limits, period_s),
+        avoidance_(avoidance(moving), limits, actuation_delay_s, period_s),
         poses_(300),
         predictor_(limits, actuation_delay_s, 300) {}
 
@@ -107,8 +108,9 @@ class ShieldedRobot {
     settings.sonar = SonarOptions{};
     return settings;
   }
-  static AvoidanceOptions avoidance() {
+  static AvoidanceOptions avoidance(const MovingThingOptions& moving) {
     AvoidanceOptions options;
+    options.moving = moving;
     options.grid.odometry = stated_bound;
     return options;
   }

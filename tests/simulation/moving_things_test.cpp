@@ -1,0 +1,103 @@
+#include "servo/avoidance/moving_things.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/simulation/shielded_robot.hpp"
+
+namespace ballservo {
+namespace {
+
+using test::RecklessDriver;
+using test::ShieldedRobot;
+
+constexpr MovingThingOptions people{0.3, 0.2};
+
+TEST(MovingThings, ComeNearerUnlessSonarsShowThatTheyDoNot) {
+  MovingThings things(people, OccupancyGridOptions{});
+  const auto clear_m = [&things](double y_m) {
+    return things.clearance_m(pioneer_3dx_footprint, {0, y_m, 0});
+  };
+  things.move(0, {});
+  const double at_first_m = clear_m(0);
+  EXPECT_NEAR(at_first_m, 0.70 - pioneer_3dx_footprint.reach_m(), 0.15) << "the disc of the start";
+  things.move(0.5, {});
+  EXPECT_NEAR(clear_m(0), at_first_m - 0.15, 0.04);
+  things.move(4, {});
+  EXPECT_EQ(clear_m(0), 0) << "one may be close by now";
+  for (int twice = 0; twice < 2; ++twice) {
+    for (std::size_t k = 0; k < sonar_count; ++k) things.look({4, k, k == 0 ? 0.8 : 5.0, k == 0}, {});
+  }
+  EXPECT_GT(clear_m(0), 0.4) << "gaps between cones are too narrow for it";
+  EXPECT_LT(clear_m(0.7), 0.1) << "this is where something was heard";
+  things.move(5, {});
+  EXPECT_LT(clear_m(0), 0.3);
+}
+
+/// Runs after the robot, or away from it where it has touched it, at its greatest speed.
+void chase(Ball& ball, const Pose2& robot, bool away, double speed_mps) {
+  const Eigen::Vector2d to = Eigen::Vector2d(robot.x_m, robot.y_m) - ball.position_m.head<2>();
+  ball.position_m.head<2>() += to.normalized() * (away ? -1 : 1) * speed_mps * ShieldedRobot::period_s;
+}
+
+struct Chase {
+  int hits_while_moving = 0, hits_at_rest = 0;
+  double way_m = 0;
+};
+
+/// Discs go for a robot that a reckless driver drives; each turns back for a while after a hit.
+Chase run(std::uint64_t seed, const MovingThingOptions& reckoned) {
+  RandomEngine engine = random_stream(seed, "moving");
+  World world;
+  world.room = {-4, 4, -4, 4, 2.5, {}, {}, {}};
+  for (int k = 0; k < 3; ++k) {
+    Ball ball;
+    ball.name = "thing";
+    ball.sonar = true;
+    ball.diameter_m = 2 * uniform(engine, people.radius_m, 0.4);
+    const double angle = uniform(engine, 0, 6.28);
+    ball.position_m = {3 * std::cos(angle), 3 * std::sin(angle), 0.5 * ball.diameter_m};
+    world.balls.push_back(ball);
+  }
+  ShieldedRobot robot(world, 0.05, seed, reckoned);
+  RecklessDriver driver(engine);
+  Chase chased;
+  Twist2 last;
+  std::array<int, 3> away{};
+  bool touched = false;
+  for (int k = 0; k < 3000; ++k) {
+    const Pose2 before = robot.pose();
+    last = robot.step(driver.next(last)).command;
+    chased.way_m += std::hypot(robot.pose().x_m - before.x_m, robot.pose().y_m - before.y_m);
+    const bool touches = find_contacts(world, pioneer_3dx_footprint, robot.pose(), 0).ball_contact();
+    const bool moves = robot.twist().v_mps != 0 || robot.twist().w_radps != 0;
+    if (touches && !touched) ++(moves ? chased.hits_while_moving : chased.hits_at_rest);
+    touched = touches;
+    for (std::size_t each = 0; each < away.size(); ++each) {
+      Ball& ball = world.balls[each];
+      const double gap_m =
+          pioneer_3dx_footprint.distance_m(in_robot_frame(robot.pose(), ball.position_m.head<2>())) -
+          ball.radius_m();
+      if (gap_m <= 0 && away[each] == 0) away[each] = 200 + static_cast<int>(uniform_index(engine, 300));
+      chase(ball, robot.pose(), away[each] > 0, people.speed_mps);
+      away[each] = std::max(0, away[each] - 1);
+    }
+  }
+  return chased;
+}
+
+TEST(MovingThings, TouchARecklessRobotOnlyAtRestHoweverTheyChaseIt) {
+  Chase all, unreckoned;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Chase chased = run(seed, people);
+    EXPECT_EQ(chased.hits_while_moving, 0) << seed;
+    all.hits_at_rest += chased.hits_at_rest;
+    all.way_m += chased.way_m;
+    unreckoned.hits_while_moving += run(seed, {}).hits_while_moving;
+  }
+  EXPECT_GT(all.hits_at_rest, 20) << "things that touch nothing prove nothing";
+  EXPECT_GT(all.way_m, 20) << "a robot that stands proves nothing";
+  EXPECT_GT(unreckoned.hits_while_moving, 10);
+}
+
+}  // namespace
+}  // namespace ballservo
