@@ -36,6 +36,7 @@ NavigationFunction::NavigationFunction(const Footprint& footprint)
       sure_m_(clearance_m_),
       cost_(static_cast<std::size_t>(size) * size, none),
       goal_(static_cast<std::size_t>(size) * size, 0),
+      sight_(goal_.size(), Sight::unknown),
       queue_(static_cast<std::size_t>(9 * size) * size) {  // a block may start, and eight neighbours lower it
   const double third_m = (footprint.front_m + footprint.rear_m) / 3.0;
   disc_radius_m_ = std::hypot(0.5 * third_m, footprint.half_width_m);
@@ -112,12 +113,20 @@ void NavigationFunction::spread_clearance(std::vector<float>& field_m, int step)
   }
 }
 
-bool NavigationFunction::sees_ball(const Eigen::Vector2d& p_O) const {
-  const double length = (p_OB_ - p_O).norm();
-  for (double s = 0; s < length - 0.25; s += ObstacleMap::cell_m) {
-    if (clearance_m(p_O + (p_OB_ - p_O) * (s / length)) < 0.5 * ObstacleMap::cell_m) return false;
+bool NavigationFunction::sees_ball(const Block& block) {
+  if (!inside(block)) return false;
+  Sight& sight = sight_[index(block)];
+  if (sight == Sight::unknown) {
+    sight = Sight::free;
+    const Eigen::Vector2d p_O = center_m(block), way = p_OB_ - p_O;
+    const double length_m = way.norm();
+    for (double s_m = 0; s_m < length_m - 0.25; s_m += ObstacleMap::cell_m) {
+      if (clearance_m(p_O + way * (s_m / length_m)) >= 0.5 * ObstacleMap::cell_m) continue;
+      sight = Sight::hidden;
+      break;
+    }
   }
-  return true;
+  return sight == Sight::free;
 }
 
 bool NavigationFunction::straight(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
@@ -154,7 +163,7 @@ void NavigationFunction::seed() {
       double cost_m = 0;
       if (border && !whole) {
         cost_m = std::min(std::max(away_m - distance_m_, 0.0), 9.0);
-      } else if (std::abs(away_m - distance_m_) >= 0.8 * block_m || !sees_ball(p)) {
+      } else if (std::abs(away_m - distance_m_) >= 0.8 * block_m || !sees_ball({c, r})) {
         continue;
       }
       if (distance_m_ > 0.0) cost_m += goal_price_m * (price(gap_there_m, far_m) - 1.0);
@@ -206,6 +215,7 @@ void NavigationFunction::update(const ObstacleMap& map, const OccupancyGrid& gri
   p_OR_ = p_OR;
   distance_m_ = distance_m;
   measure_clearance(map, grid, ball_gap_m);
+  std::fill(sight_.begin(), sight_.end(), Sight::unknown);
   ways_known_ = false;
 }
 

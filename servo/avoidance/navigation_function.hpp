@@ -76,8 +76,6 @@ class NavigationFunction {
   double gap_m(const Pose2& pose) const { return from_body_m(clearance_m_, pose); }
   /// How many times as much as on open floor a way costs there; infinite where the body does not fit.
   double price(const Pose2& pose) const { return price(gap_m(pose), from_body_m(sure_m_, pose)); }
-  /// Nothing stands on the line from there to the ball.
-  bool sees_ball(const Eigen::Vector2d& p_O) const;
   /// Whether the robot can go straight from one place to the other with that gap.
   bool straight(const Eigen::Vector2d& from_O, const Eigen::Vector2d& to_O, double gap_m) const;
 
@@ -99,6 +97,8 @@ class NavigationFunction {
     return static_cast<std::size_t>(block.row) * size + static_cast<std::size_t>(block.column);
   }
 
+  /// Nothing stands on the line from the middle of a block to the ball; remembered until the next update.
+  bool sees_ball(const Block& block);
   /// Cost of the best way from there; infinite where there is none.
   double cost_m(const Block& block);
   /// Whether ways end there.
@@ -130,6 +130,8 @@ class NavigationFunction {
   std::vector<float> clearance_m_, sure_m_;  // of the map's cells: to what stands, to what is not free
   std::vector<std::int32_t> cost_;           // of blocks, in quanta; `none` where unknown
   std::vector<std::uint8_t> goal_;
+  enum class Sight : std::uint8_t { unknown, free, hidden };
+  std::vector<Sight> sight_;  // of blocks
   BucketQueue queue_;
   bool ways_known_ = false;
   Eigen::Vector2d p_OR_{0, 0}, p_OB_{0, 0};

@@ -81,8 +81,8 @@ WayPlanner::WayPlanner() : nodes_(static_cast<std::size_t>(states), Node{0, 0, 0
 }
 
 /// Of one move; infinite where the body does not fit at its end, and where it started from fits better.
-double WayPlanner::move_cost_m(const NavigationFunction& navigation, const WayRequest& request,
-                               const Pose2& from, const Pose2& to) const {
+double WayPlanner::move_cost_m(NavigationFunction& navigation, const WayRequest& request, const Pose2& from,
+                               const Pose2& to) const {
   const Eigen::Vector2d p(to.x_m, to.y_m), way = p - Eigen::Vector2d(from.x_m, from.y_m);
   double price = navigation.price(to);
   if (!std::isfinite(price)) {
@@ -104,7 +104,8 @@ double WayPlanner::move_cost_m(const NavigationFunction& navigation, const WayRe
     cost_m *= astern;
   }
   if (request.half_view_rad > 0.0) {
-    if (aside_rad(request, to) > request.half_view_rad || !navigation.sees_ball(p)) price += unseen;
+    if (aside_rad(request, to) > request.half_view_rad || !navigation.sees_ball(navigation.block_at(p)))
+      price += unseen;
   }
   return cost_m * price;
 }
@@ -187,8 +188,7 @@ bool WayPlanner::plan(NavigationFunction& navigation, const WayRequest& request,
   return true;
 }
 
-double WayPlanner::cost_m(const NavigationFunction& navigation, const WayRequest& request,
-                          const Way& way) const {
+double WayPlanner::cost_m(NavigationFunction& navigation, const WayRequest& request, const Way& way) const {
   if (way.count == 0 || !ends(navigation, request, way.poses[way.count - 1])) return infinite;
   std::size_t nearest = 0;
   double nearest_m = infinite;

@@ -52,7 +52,7 @@ class WayPlanner {
 
   /// What the rest of a way costs now, from the pose nearest to the robot on; infinite where something has
   /// come to stand in it, or where it no longer leads to a place that faces the ball.
-  double cost_m(const NavigationFunction& navigation, const WayRequest& request, const Way& way) const;
+  double cost_m(NavigationFunction& navigation, const WayRequest& request, const Way& way) const;
 
  private:
   struct Node {
@@ -70,7 +70,7 @@ class WayPlanner {
   };
 
   static bool ends(const NavigationFunction& navigation, const WayRequest& request, const Pose2& pose);
-  double move_cost_m(const NavigationFunction& navigation, const WayRequest& request, const Pose2& from,
+  double move_cost_m(NavigationFunction& navigation, const WayRequest& request, const Pose2& from,
                      const Pose2& to) const;
 
   std::vector<Node> nodes_;

@@ -77,6 +77,7 @@ Eigen::Isometry3d CameraMount::X_RC() const {
 }
 
 double wrap_angle(double angle_rad) {
+  if (angle_rad > -M_PI && angle_rad <= M_PI) return angle_rad;  // std::remainder takes long
   const double wrapped = std::remainder(angle_rad, 2.0 * M_PI);
   return wrapped <= -M_PI ? M_PI : wrapped;
 }

@@ -156,8 +156,8 @@ TEST(NavigationFunction, CostsMoreWhereSomethingStandsInTheWay) {
   EXPECT_FALSE(field.straight({0, 0}, {1.1, 0}, 0.1));
   EXPECT_GT(field.cost_m(field.block_at({0, 0})), 2.4);
   EXPECT_LT(field.cost_m(field.block_at({0, 0})), 8.0);
-  EXPECT_FALSE(field.sees_ball({0.0, 0.0}));
-  EXPECT_TRUE(field.sees_ball({2.6, 1.5}));
+  EXPECT_FALSE(field.sees_ball(field.block_at({0.0, 0.0})));
+  EXPECT_TRUE(field.sees_ball(field.block_at({2.6, 1.5})));
 }
 
 TEST(NavigationFunction, WhatTheShieldDoesNotKnowToBeFreeCostsMoreNearTheRobot) {
