@@ -54,6 +54,7 @@ void MovingThings::move(double time_s, const Pose2& pose) {
     const double turn_rad = std::abs(wrap_angle(pose.yaw_rad - pose_.yaw_rad));
     grown_m_ += options_.speed_mps * std::max(0.0, time_s - time_s_) +
                 grid_.odometry.point_error_m(path_m, turn_rad, grid_.look_range_m);
+    grown_m_ = std::min(grown_m_, size * cell_m);  // by then it is everywhere
     for (; grown_m_ >= cell_m; grown_m_ -= cell_m) grow();
   }
   time_s_ = time_s;

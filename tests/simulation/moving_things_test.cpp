@@ -33,6 +33,16 @@ TEST(MovingThings, ComeNearerUnlessSonarsShowThatTheyDoNot) {
   EXPECT_LT(clear_m(0), 0.3);
 }
 
+TEST(MovingThings, AreEverywhereAfterAnyLeapOfClockOrOdometry) {
+  for (const Pose2& pose : {Pose2{}, Pose2{9e5, -9e5, 9e5}}) {
+    MovingThings things(people, OccupancyGridOptions{});
+    things.move(0, {});
+    things.move(1e12, pose);
+    EXPECT_EQ(things.clearance_m(pioneer_3dx_footprint, pose), 0);
+    EXPECT_TRUE(things.may_touch(pioneer_3dx_footprint, {NAN, 0, 0}, 0, 0));
+  }
+}
+
 /// Runs after the robot, or away from it where it has touched it, at its greatest speed.
 void chase(Ball& ball, const Pose2& robot, bool away, double speed_mps) {
   const Eigen::Vector2d to = Eigen::Vector2d(robot.x_m, robot.y_m) - ball.position_m.head<2>();
