@@ -24,6 +24,11 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
   };
   const int steps = static_cast<int>(std::ceil(options.period_s / drive_step_s));
   const double step_s = options.period_s / steps;
+  const double brakes_s = options.delay_s + options.period_s;
+  // A place stands for the way until half the spacing later, the last part of a brake at most.
+  const UnicycleLimits& limits = options.limits;
+  const double lingers_s =
+      std::sqrt(spacing_m * std::max(1.0 / limits.a_max_mps2, 1.0 / (limits.alpha_max_radps2 * corner_m)));
   RobotMotion after;  // the command's period
 
   // No place along the way is further than half the spacing from one that is looked at.
@@ -38,7 +43,7 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
       const RobotMotion next = drive(after, command, options.limits, step_s, 1);
       const double step_m = step_s * rate_mps(mean_twist(after.twist, next.twist));
       if (!(step_m < to_next_m)) {
-        if (!(step_m < spacing_m) || !covers(after.pose, options.delay_s + k * step_s)) return false;
+        if (!(step_m < spacing_m) || !covers(after.pose, brakes_s + lingers_s)) return false;
         to_next_m = spacing_m;
       }
       to_next_m -= step_m;
@@ -48,12 +53,11 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
     const double brake_s = std::max(std::abs(after.twist.v_mps) / options.limits.a_max_mps2,
                                     std::abs(after.twist.w_radps) / options.limits.alpha_max_radps2);
     const double way_m = 0.5 * brake_s * rate_mps(after.twist);
-    const double brakes_s = options.delay_s + options.period_s;
     double at_m = to_next_m;
     for (; at_m < way_m; at_m += spacing_m) {
-      const double share = at_m / way_m;
-      if (!covers(integrate(after.pose, after.twist, 0.5 * brake_s * share),
-                  brakes_s + brake_s * (1.0 - std::sqrt(1.0 - share))))
+      const double left = std::max(0.0, 1.0 - (at_m + 0.5 * spacing_m) / way_m);
+      if (!covers(integrate(after.pose, after.twist, 0.5 * brake_s * at_m / way_m),
+                  brakes_s + brake_s * (1.0 - std::sqrt(left))))
         return false;
     }
     return at_m - way_m > 0.5 * spacing_m ||

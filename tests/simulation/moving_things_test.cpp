@@ -43,6 +43,29 @@ TEST(MovingThings, AreEverywhereAfterAnyLeapOfClockOrOdometry) {
   }
 }
 
+TEST(MovingThings, AreReckonedWithUntilTheRobotRests) {
+  OccupancyGrid grid(OccupancyGridOptions{});
+  MovingThings things(people, OccupancyGridOptions{});
+  grid.move(0, {});
+  ShieldOptions options;
+  options.delay_s = 0.05;
+  int passed = 0;
+  for (double time_s = 0; time_s < 1; time_s += 0.01) {
+    things.move(time_s, {});
+    for (const double v_mps : {0.01, 0.02, 0.04, 0.08, 0.16}) {
+      const Twist2 command{v_mps, 0};
+      if (can_brake_after(command, {{}, command}, grid, options, &things) == Brake::blocked) continue;
+      ++passed;
+      const double brake_s = v_mps / options.limits.a_max_mps2;
+      const Pose2 end{v_mps * (options.period_s + 0.5 * brake_s), 0, 0};
+      EXPECT_FALSE(things.may_touch(options.footprint, end, drive_model_m,
+                                    options.delay_s + options.period_s + brake_s))
+          << time_s << " " << v_mps;
+    }
+  }
+  EXPECT_GT(passed, 50);
+}
+
 /// Runs after the robot, or away from it where it has touched it, at its greatest speed.
 void chase(Ball& ball, const Pose2& robot, bool away, double speed_mps) {
   const Eigen::Vector2d to = Eigen::Vector2d(robot.x_m, robot.y_m) - ball.position_m.head<2>();
