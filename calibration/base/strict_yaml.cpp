@@ -272,16 +272,6 @@ std::vector<std::string> YamlNode::keys() const {
   return keys;
 }
 
-bool YamlNode::is_map() const { return impl_->value->kind == Kind::map; }
-bool YamlNode::is_scalar() const { return impl_->value->kind == Kind::scalar; }
-bool YamlNode::is_list() const { return impl_->value->kind == Kind::list; }
-
-double YamlNode::as_number(const NumberRange& range) {
-  if (const auto number = number_in(range, *impl_->value)) return *number;
-  impl_->add_fault(*impl_->value, range.to_text());
-  return harmless_in(range);
-}
-
 std::string YamlNode::as_text() {
   if (impl_->value->kind == Kind::scalar) return impl_->value->scalar;
   impl_->add_fault(*impl_->value, "text");
@@ -301,10 +291,6 @@ void YamlNode::fault(const std::string& key, std::string found, std::string allo
   if (YamlValue* child = impl_->value->child(key)) child->settled = true;
 }
 
-struct StrictYaml::Impl {
-  std::shared_ptr<YamlTree> tree = std::make_shared<YamlTree>();
-};
-
 StrictYaml StrictYaml::from_file(const std::filesystem::path& file) {
   return from_text(read_file_bytes(file, max_bytes), file.string());
 }
@@ -316,19 +302,19 @@ StrictYaml StrictYaml::from_text(const std::string& text, const std::string& nam
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     throw InputError(name, "an empty file", "YAML with keys and values");
   StrictYaml yaml;
-  yaml.impl_ = std::make_shared<Impl>();
-  yaml.impl_->tree->name = name;
-  if (tags == YamlTags::opencv) yaml.impl_->tree->tags_prefix = "tag:yaml.org,2002:opencv-";
-  yaml.impl_->tree->root = parse_yaml(*yaml.impl_->tree, text, true);
+  yaml.tree_ = std::make_shared<YamlTree>();
+  yaml.tree_->name = name;
+  if (tags == YamlTags::opencv) yaml.tree_->tags_prefix = "tag:yaml.org,2002:opencv-";
+  yaml.tree_->root = parse_yaml(*yaml.tree_, text, true);
   return yaml;
 }
 
-YamlNode StrictYaml::root() const { return YamlNode::Impl::node(impl_->tree, impl_->tree->root); }
+YamlNode StrictYaml::root() const { return YamlNode::Impl::node(tree_, tree_->root); }
 
-FaultList& StrictYaml::faults() { return impl_->tree->faults; }
+FaultList& StrictYaml::faults() { return tree_->faults; }
 
 void StrictYaml::set(const std::string& key_path, const std::string& yaml_value) {
-  YamlTree& tree = *impl_->tree;
+  YamlTree& tree = *tree_;
   const auto refuse = [&](std::string found, std::string allowed) {
     tree.faults.add("--set " + key_path, std::move(found), std::move(allowed));
   };
@@ -365,10 +351,10 @@ void StrictYaml::set(const std::string& key_path, const std::string& yaml_value)
 }
 
 void StrictYaml::finish() {
-  add_faults_of_unknown_keys(*impl_->tree, *impl_->tree->root);
-  impl_->tree->faults.throw_if_any();
+  add_faults_of_unknown_keys(*tree_, *tree_->root);
+  tree_->faults.throw_if_any();
 }
 
-std::string StrictYaml::resolved_json() const { return to_json(*impl_->tree->root).dump(); }
+std::string StrictYaml::resolved_json() const { return to_json(*tree_->root).dump(); }
 
 }  // namespace ballservo

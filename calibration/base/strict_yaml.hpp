@@ -15,6 +15,8 @@
 
 namespace ballservo {
 
+struct YamlTree;
+
 /// The closed or half-open range that a number may lie in, and its unit for messages.
 struct NumberRange {
   double low = -std::numeric_limits<double>::infinity();
@@ -76,11 +78,7 @@ class YamlNode {
   /// `vary`).
   std::vector<std::string> keys() const;
 
-  bool is_map() const;
-  bool is_scalar() const;
-  bool is_list() const;
   /// The scalar of this node itself (items of a list); faults as above.
-  double as_number(const NumberRange& range);
   std::string as_text();
 
   /// What is under this key, if anything, is not the reader's business: known, whatever it holds.
@@ -128,8 +126,7 @@ class StrictYaml {
   std::string resolved_json() const;
 
  private:
-  struct Impl;
-  std::shared_ptr<Impl> impl_;
+  std::shared_ptr<YamlTree> tree_;
 };
 
 }  // namespace ballservo

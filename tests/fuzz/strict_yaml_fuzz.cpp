@@ -26,7 +26,7 @@ void visit(YamlNode node, int depth) {
       case 4:
         for (YamlNode item : node.list(key)) {
           visit(item, depth + 1);
-          if (item.is_scalar()) item.as_number(NumberRange::within(0, 1, ""));
+          item.as_text();
         }
         break;
       case 5:
