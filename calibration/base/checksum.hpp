@@ -6,23 +6,20 @@
 #include <string>
 #include <string_view>
 
+struct evp_md_ctx_st;  // of OpenSSL
+
 namespace ballservo {
 
 /// SHA-256 of bytes that come piece by piece.
 class Sha256 {
  public:
   Sha256();
-  ~Sha256();
-  Sha256(Sha256&&) noexcept;
-  Sha256& operator=(Sha256&&) noexcept;
-
   void add(std::string_view bytes);
   /// As 64 lower-case hexadecimal digits, of all that was added; nothing is added afterwards.
   std::string hex();
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<evp_md_ctx_st, void (*)(evp_md_ctx_st*)> context_;
 };
 
 /// SHA-256 of the bytes, as 64 lower-case hexadecimal digits.
