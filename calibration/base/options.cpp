@@ -80,10 +80,6 @@ void OptionReader::entries(Text key, Text, const Entry& entry) {
   });
 }
 
-void OptionReader::only_if(bool holds, Text, const Body& body) {
-  if (holds) body();
-}
-
 void OptionReader::require(bool holds, Text key, Text found, Text allowed) {
   if (!holds) node_.fault(key, found, allowed);
 }
@@ -119,10 +115,6 @@ void OptionChecker::below(std::string place, const Body& body) {
 
 void OptionChecker::list(Text key, std::size_t count, const Fallback&, const Item& item) {
   for (std::size_t i = 0; i < count; ++i) below(fmt::format("{}[{}]", path(key), i), [&] { item(i); });
-}
-
-void OptionChecker::only_if(bool holds, Text, const Body& body) {
-  if (holds) body();
 }
 
 void OptionChecker::require(bool holds, Text key, Text found, Text allowed) {

@@ -75,8 +75,10 @@ class OptionVisitor {
   virtual void entries(Text key, Text example, const Entry& entry) = 0;
   /// Whether a key is there; `now`: whether the struct has its value already.
   virtual bool present(Text key, bool now) = 0;
-  /// The keys that `body` declares are known only if `holds`; `condition` says when that is: "type: rolling".
-  virtual void only_if(bool holds, Text condition, const Body& body) = 0;
+  /// The keys that `body` declares are known only if `holds`; the text says when that is: "type: rolling".
+  virtual void only_if(bool holds, Text, const Body& body) {
+    if (holds) body();
+  }
   /// A fault at `key` unless `holds`: for what no range can say.
   virtual void require(bool holds, Text key, Text found, Text allowed) = 0;
   virtual std::size_t fault_count() const { return 0; }
@@ -160,7 +162,6 @@ class OptionReader : public OptionVisitor {
   void list(Text key, std::size_t, const Fallback&, const Item& item) override;
   void entries(Text key, Text, const Entry& entry) override;
   bool present(Text key, bool) override { return node_.has(key); }
-  void only_if(bool holds, Text, const Body& body) override;
   void require(bool holds, Text key, Text found, Text allowed) override;
   std::size_t fault_count() const override { return yaml_.faults().faults().size(); }
 
@@ -181,7 +182,6 @@ class OptionChecker : public OptionVisitor {
   void list(Text key, std::size_t count, const Fallback&, const Item& item) override;
   void entries(Text, Text, const Entry&) override {}
   bool present(Text, bool now) override { return now; }
-  void only_if(bool holds, Text, const Body& body) override;
   void require(bool holds, Text key, Text found, Text allowed) override;
   std::size_t fault_count() const override { return faults_.faults().size(); }
 
