@@ -66,7 +66,7 @@ BallSearch::BallSearch(const BallSearchOptions& options, const std::string& name
   if (streams_to_stdout && (rows_to_stdout || options.common.json == standard_output))
     throw InputError(rows_to_stdout ? "-o" : "--json", "stdout, where the stream goes", "the name of a file");
   if (!rows_to_stdout && !options.output.empty())
-    csv_file_ = std::make_unique<OutputFile>(options.output, options.common.overwrite(options.output));
+    csv_file_.emplace(options.output, options.common.overwrite(options.output));
   if (!options.stages.empty()) stages_.emplace(options.stages, options.common.overwrite(options.stages));
   long total = 0;
   for (const auto& sequence : sequences_) total += sequence->length();
@@ -128,7 +128,7 @@ void BallSearch::end() {
   options_.common.files->commit(stages_);
 }
 
-int BallSearch::finish(nlohmann::json results, const std::string& summary) const {
+int BallSearch::finish(nlohmann::json results, const std::string& summary) {
   results["interrupted"] = interrupted_;
   if (csv_file_) {
     csv_file_->write(csv_);

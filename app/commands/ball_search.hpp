@@ -62,13 +62,13 @@ class BallSearch {
   void end();
   /// Writes the rows, to stdout where no file was named, and then the JSON results; `summary` is said where
   /// the rows went into a file. Returns the exit code.
-  int finish(nlohmann::json results, const std::string& summary) const;
+  int finish(nlohmann::json results, const std::string& summary);
 
  private:
   const BallSearchOptions& options_;
   DetectorFactory factory_;
   std::vector<std::unique_ptr<FrameSequence>> sequences_;
-  std::unique_ptr<OutputFile> csv_file_;
+  std::optional<OutputFile> csv_file_;
   std::optional<OutputFolder> stages_;
   std::unique_ptr<Progress> progress_;
   std::string csv_ = ball_rows_header(), left_out_example_, first_light_;

@@ -167,8 +167,8 @@ void write_preview(const OutputFolder& folder, const Lesson& lesson, const std::
 
 /// Says, draws and writes what the classes are; to `output` what was learnt now.
 int finish(const ColorsOptions& options, const Lesson& lesson, const std::vector<ClassReport>& reports,
-           const std::vector<std::string>& warnings, std::optional<OutputFile> output,
-           std::optional<OutputFolder> folder) {
+           const std::vector<std::string>& warnings, std::optional<OutputFile>& output,
+           std::optional<OutputFolder>& folder) {
   const ColorTable& colors = lesson.colors.table;
   const nlohmann::json classes = classes_json(colors, reports, lesson.colors.circles, lesson.sources);
   for (const std::string& warning : warnings) spdlog::warn("{}", warning);
@@ -200,11 +200,12 @@ int show_file(const ColorsOptions& options) {
   faults.throw_if_any();
   Lesson lesson;
   lesson.colors.table = read_color_file(options.show);
+  std::optional<OutputFile> no_output;
   std::optional<OutputFolder> folder;
   if (!options.preview.empty()) folder.emplace(options.preview, options.common.overwrite(options.preview));
   const std::vector<ClassReport> reports = report_classes(lesson.colors.table);
-  return finish(options, lesson, reports, judge_classes(lesson.colors.table, reports).warnings, {},
-                std::move(folder));
+  return finish(options, lesson, reports, judge_classes(lesson.colors.table, reports).warnings, no_output,
+                folder);
 }
 
 /// Shows that work goes on, and lets it be interrupted.
@@ -311,7 +312,7 @@ int run_calibrate_colors(const ColorsOptions& options) {
   if (!findings.refusals.empty()) throw Refusal(fmt::format("{}", fmt::join(findings.refusals, "\n")));
   std::vector<std::string> warnings = lesson.colors.doubts;
   warnings.insert(warnings.end(), findings.warnings.begin(), findings.warnings.end());
-  return finish(options, lesson, reports, warnings, std::move(output), std::move(folder));
+  return finish(options, lesson, reports, warnings, output, folder);
 }
 
 }  // namespace

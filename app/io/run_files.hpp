@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -65,10 +64,6 @@ class RunFiles {
   }
   template <class Out>
   static void commit_one(std::optional<Out>& output) {
-    if (output) output->commit();
-  }
-  template <class Out>
-  static void commit_one(const std::unique_ptr<Out>& output) {
     if (output) output->commit();
   }
 

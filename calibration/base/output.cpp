@@ -124,11 +124,6 @@ OutputFile::OutputFile(fs::path target, Overwrite overwrite)
   }
 }
 
-OutputFile::OutputFile(OutputFile&& other) noexcept
-    : target_(std::move(other.target_)),
-      staging_(std::exchange(other.staging_, fs::path())),
-      overwrite_(other.overwrite_) {}
-
 OutputFile::~OutputFile() {
   std::error_code ignored;
   if (!staging_.empty()) fs::remove(staging_, ignored);
@@ -197,12 +192,6 @@ OutputFolder::OutputFolder(fs::path target, Overwrite overwrite)
     if (make_new_folder(name, target_.string())) staging_ = name;
   }
 }
-
-OutputFolder::OutputFolder(OutputFolder&& other) noexcept
-    : target_(std::move(other.target_)),
-      staging_(std::exchange(other.staging_, fs::path())),
-      existed_(other.existed_),
-      is_earlier_(std::move(other.is_earlier_)) {}
 
 OutputFolder::~OutputFolder() {
   std::error_code ignored;

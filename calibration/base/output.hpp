@@ -20,8 +20,6 @@ class OutputFile {
  public:
   OutputFile(std::filesystem::path target, Overwrite overwrite);
   ~OutputFile();
-  OutputFile(OutputFile&& other) noexcept;
-  OutputFile& operator=(OutputFile&&) = delete;
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
@@ -58,8 +56,6 @@ class OutputFolder {
  public:
   OutputFolder(std::filesystem::path target, Overwrite overwrite);
   ~OutputFolder();
-  OutputFolder(OutputFolder&& other) noexcept;
-  OutputFolder& operator=(OutputFolder&&) = delete;
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 

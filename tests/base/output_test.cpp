@@ -269,16 +269,5 @@ TEST_F(Output, FolderRefusesNamesOutsideIt) {
   }
 }
 
-TEST_F(Output, MovedFromObjectLeavesTheFileAlone) {
-  std::unique_ptr<OutputFile> kept;
-  {
-    OutputFile file(dir / "a", Overwrite::refuse);
-    kept = std::make_unique<OutputFile>(std::move(file));
-  }
-  kept->write("1");
-  kept->commit();
-  EXPECT_EQ(contents(dir / "a"), "1");
-}
-
 }  // namespace
 }  // namespace ballservo
