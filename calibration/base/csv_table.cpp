@@ -10,11 +10,6 @@
 namespace ballservo {
 namespace {
 
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t");
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 /// Whether a spreadsheet would take the text for a formula: written, it gets an apostrophe, which is taken
 /// off again when it is read; so does what already begins with apostrophes before such a text.
 bool is_formula(std::string_view text) {
@@ -57,9 +52,9 @@ class Records {
     while (!at_end() && (text_[at_] == ' ' || text_[at_] == '\t')) ++at_;
     if (!at_end() && text_[at_] == '"') return quoted();
     const std::size_t end = std::min(text_.find_first_of(",\r\n", at_), text_.size());
-    const std::string result = trimmed(text_.substr(at_, end - at_));
+    const std::string_view found = trimmed(std::string_view(text_).substr(at_, end - at_), " \t");
     at_ = end;
-    return result;
+    return std::string(found);
   }
 
   std::string quoted() {
@@ -73,7 +68,7 @@ class Records {
         result += '"', ++at_;
       } else {
         const std::size_t end = std::min(text_.find_first_of(",\r\n", ++at_), text_.size());
-        if (!trimmed(text_.substr(at_, end - at_)).empty())
+        if (!trimmed(std::string_view(text_).substr(at_, end - at_), " \t").empty())
           throw InputError(fmt::format("{}:{}", name_, line_), "text after a closing quote",
                            "a comma or the end of the line");
         at_ = end;

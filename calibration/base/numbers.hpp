@@ -7,6 +7,9 @@
 
 namespace ballservo {
 
+/// The text without the blanks around it.
+std::string_view trimmed(std::string_view text, std::string_view blanks = " \t\r\n");
+
 /// The whole of `text` (surrounding blanks apart) as a finite decimal number; nothing otherwise (NaN, inf,
 /// hex, "1,5").
 std::optional<double> parse_number(std::string_view text);

@@ -81,6 +81,16 @@ std::string read_file_bytes(const std::filesystem::path& file, std::size_t max_b
   }
 }
 
+std::string read_text_file(const std::filesystem::path& file, std::size_t max_bytes) {
+  std::string text = read_file_bytes(file, max_bytes);
+  if (text.compare(0, 3, "\xef\xbb\xbf") == 0) text.erase(0, 3);
+  std::size_t kept = 0;
+  for (std::size_t at = 0; at < text.size(); ++at)
+    if (text[at] != '\r' || at + 1 == text.size() || text[at + 1] != '\n') text[kept++] = text[at];
+  text.resize(kept);
+  return text;
+}
+
 void write_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place) {
   write_with(O_TRUNC, file, contents, place);
 }

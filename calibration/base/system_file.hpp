@@ -36,6 +36,10 @@ std::string system_error_text(int error_number);
 /// The whole file as bytes; InputError if it is missing, not a regular file, or larger than `max_bytes`.
 std::string read_file_bytes(const std::filesystem::path& file, std::size_t max_bytes);
 
+/// The same of a text as editors of any system leave it: without a byte order mark, its lines ended by LF
+/// where they ended in CR LF.
+std::string read_text_file(const std::filesystem::path& file, std::size_t max_bytes);
+
 /// Replaces the contents of `file` (made if missing). InputError about `place` if that fails, on a full disk
 /// too.
 void write_bytes(const std::filesystem::path& file, std::string_view contents, const std::string& place);

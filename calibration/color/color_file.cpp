@@ -30,7 +30,7 @@
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
-#include "calibration/base/text_file.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
-#include "calibration/base/text_file.hpp"
+#include "calibration/base/system_file.hpp"
 #include "calibration/camera/files/camera_formats.hpp"
 
 namespace ballservo {

@@ -27,10 +27,7 @@ bool is_one_of(const std::string& key, const Names& names) {
   return std::find(names.begin(), names.end(), plain(key)) != names.end();
 }
 
-bool recognises(std::string_view text) {
-  if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);
-  return text.substr(0, 5) == "%YAML";
-}
+bool recognises(std::string_view text) { return text.substr(0, 5) == "%YAML"; }
 
 /// The key that is spelled in one of these ways; `usual` where there is none. A second one is a fault.
 std::string key_of(YamlNode& root, const Names& names, const std::string& usual) {

@@ -30,12 +30,6 @@ struct XmlElement {
 
 constexpr int max_depth = 16;
 
-std::string without_blanks_around(std::string_view text) {
-  const auto start = text.find_first_not_of(" \t\r\n");
-  if (start == std::string_view::npos) return "";
-  return std::string(text.substr(start, text.find_last_not_of(" \t\r\n") - start + 1));
-}
-
 std::string line_of(const std::string& name, long line) { return name + ":" + std::to_string(line); }
 
 XmlElement element_of(xmlNode* node, const std::string& name, int depth) {
@@ -50,7 +44,7 @@ XmlElement element_of(xmlNode* node, const std::string& name, int depth) {
     if (child->type == XML_TEXT_NODE || child->type == XML_CDATA_SECTION_NODE)
       result.text += reinterpret_cast<const char*>(child->content);
   }
-  result.text = without_blanks_around(result.text);
+  result.text = std::string(trimmed(result.text));
   return result;
 }
 
@@ -65,7 +59,7 @@ XmlElement parse_xml(const std::string& text, const std::string& name) {
       xmlFreeDoc);
   if (!document) {
     const xmlError* error = xmlCtxtGetLastError(parser.get());
-    const std::string found = error && error->message ? without_blanks_around(error->message) : "no XML";
+    const std::string found(error && error->message ? trimmed(error->message) : "no XML");
     throw InputError(line_of(name, error ? error->line : 1), found, "a well-formed XML document");
   }
   if (document->intSubset) throw InputError(name, "a document type", "elements, text and comments only");
@@ -227,7 +221,6 @@ void check_kud(const CameraParameters& p, double kud, const std::string& place) 
 }
 
 bool recognises(std::string_view text) {
-  if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);
   const auto start = text.find_first_not_of(" \t\r\n");
   return start != std::string_view::npos && text[start] == '<' && text.substr(start, 2) != "<<" &&
          text.find("<opencv_storage") == std::string_view::npos;
