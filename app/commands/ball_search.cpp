@@ -6,7 +6,6 @@
 #include "app/io/interrupt.hpp"
 #include "app/report/picture.hpp"
 #include "app/report/stage_pictures.hpp"
-#include "calibration/pictures/image_file.hpp"
 
 namespace ballservo {
 namespace {
@@ -111,7 +110,8 @@ void BallSearch::add_row(const Frame& frame, std::optional<int> track_id, ClassI
 
 void BallSearch::write_stages(const std::string& name, const Frame& frame, const DetectionStages& stages,
                               const Detector& detector) const {
-  write_image(*stages_, name + "_stages.png", labelled_grid(stage_pictures(frame.bgr, stages, detector), 3));
+  const cv::Mat grid = labelled_grid(stage_pictures(frame.bgr, stages, detector));
+  stages_->write(name + "_stages.png", picture_bytes(grid, PictureFormat::png));
 }
 
 void BallSearch::end() {

@@ -18,6 +18,7 @@
 #include "app/report/color_preview.hpp"
 #include "app/report/draw_pages.hpp"
 #include "app/report/overlay.hpp"
+#include "app/report/picture.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/color/color_file.hpp"
@@ -119,9 +120,9 @@ nlohmann::ordered_json write_panels(const OutputFolder& folder, const std::strin
   for (const PreviewPanel& panel : panels) {
     listed.push_back(
         {{"name", panel.name}, {"file", prefix + panel.name + ".png"}, {"caption", panel.caption}});
-    write_image(folder, listed.back()["file"], panel.picture);
+    folder.write(listed.back()["file"], picture_bytes(panel.picture, PictureFormat::png));
   }
-  write_image(folder, prefix + "figure.png", preview_figure(panels));
+  folder.write(prefix + "figure.png", picture_bytes(preview_figure(panels), PictureFormat::png));
   return listed;
 }
 

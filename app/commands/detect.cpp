@@ -8,6 +8,7 @@
 
 #include "app/commands/ball_search.hpp"
 #include "app/report/overlay.hpp"
+#include "app/report/picture.hpp"
 #include "calibration/base/fault.hpp"
 #include "perception/tracking/light_search.hpp"
 
@@ -108,7 +109,7 @@ int run_detect(const DetectOptions& options) {
       if (overlay_folder) {
         cv::Mat picture = frame->bgr.clone();
         draw_balls(picture, balls, detector);
-        write_image(*overlay_folder, name + ".png", picture);
+        overlay_folder->write(name + ".png", picture_bytes(picture, PictureFormat::png));
       }
       if (search.shows_stages()) search.write_stages(name, *frame, stages, detector);
       balls_found += static_cast<long>(balls.size());

@@ -11,6 +11,7 @@
 #include "app/experiment/simulated_camera.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
+#include "app/report/picture.hpp"
 #include "app/scenario/scenario.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/fault.hpp"
@@ -82,7 +83,7 @@ int run_render(const RenderOptions& options) {
     progress.step(camera.next_frame());
     if (!frame) continue;
     const std::string source = fmt::format("frame_{:04}.png", frame->number);
-    write_image(folder, source, frame->bgr);
+    folder.write(source, picture_bytes(frame->bgr, PictureFormat::png));
     for (const BallTruth& truth : ball_truth(scenario.camera.camera, scenario.world, camera.truth().view))
       rows += truth_row(source, truth, frame->time_s);
     ++pictures;

@@ -312,7 +312,7 @@ cv::Mat preview_figure(const std::vector<PreviewPanel>& panels) {
     cv::resize(panel.picture, fitted, {}, scale, scale, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
     named.emplace_back(panel.caption, fitted);
   }
-  return labelled_grid(named, 3);
+  return labelled_grid(named);
 }
 
 }  // namespace ballservo

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "calibration/base/fault.hpp"
@@ -60,34 +59,6 @@ cv::Mat upright(const cv::Mat& image, int orientation) {
   cv::Mat flipped;
   cv::flip(result, flipped, flip);
   return flipped;
-}
-
-namespace {
-
-/// The file's bytes in the format that its name tells.
-std::string encoded_image(const std::filesystem::path& file, const cv::Mat& image) {
-  std::vector<unsigned char> bytes;
-  bool encoded = false;
-  try {
-    encoded = cv::imencode(file.extension().string(), image, bytes);
-  } catch (const cv::Exception&) {
-    encoded = false;
-  }
-  if (!encoded) {
-    throw InputError(file.string(), fmt::format("a name that ends in \"{}\"", file.extension().string()),
-                     "the name of a picture: .png, .jpg, .bmp, .ppm, .tiff or .webp");
-  }
-  return {bytes.begin(), bytes.end()};
-}
-
-}  // namespace
-
-void write_image(const std::filesystem::path& file, const cv::Mat& image) {
-  write_bytes(file, encoded_image(file, image), file.string());
-}
-
-void write_image(const OutputFolder& folder, const std::string& name, const cv::Mat& image) {
-  folder.write(name, encoded_image(name, image));
 }
 
 }  // namespace ballservo

@@ -1,10 +1,9 @@
-// Pictures from files and into files.
+// Pictures from files.
 #pragma once
 
 #include <filesystem>
 #include <opencv2/core.hpp>
 
-#include "calibration/base/output.hpp"
 #include "calibration/pictures/image_header.hpp"
 
 namespace ballservo {
@@ -18,11 +17,5 @@ cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels = 
 
 /// The picture as it is to be shown, by its EXIF orientation (1 to 8).
 cv::Mat upright(const cv::Mat& image, int orientation);
-
-/// Encodes by the file name's extension and writes the bytes at `file` (an ordinary write into a staging
-/// folder).
-void write_image(const std::filesystem::path& file, const cv::Mat& image);
-/// The same of a picture of a folder's results.
-void write_image(const OutputFolder& folder, const std::string& name, const cv::Mat& image);
 
 }  // namespace ballservo

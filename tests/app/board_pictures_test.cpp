@@ -43,7 +43,7 @@ class BoardFiles : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
   std::string write(const std::string& name, const cv::Mat& picture) const {
-    write_image(path(name), picture);
+    cv::imwrite(path(name), picture);
     return path(name);
   }
 

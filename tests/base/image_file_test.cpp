@@ -214,15 +214,6 @@ TEST_F(ImageFile, EmbeddedThumbnailDoesNotHideACut) {
   EXPECT_THROW(read_color_image(put(jpeg.substr(0, jpeg.size() - 10))), InputError);
 }
 
-TEST_F(ImageFile, WritesWhatItReads) {
-  const fs::path file = folder.path() / "out.png";
-  write_image(file, sample(9, 5));
-  EXPECT_EQ(cv::norm(read_color_image(file), sample(9, 5), cv::NORM_INF), 0);
-  EXPECT_THROW(write_image(folder.path() / "out.nothing", sample(9, 5)), InputError);
-  EXPECT_THROW(write_image(folder.path() / "no" / "out.png", sample(9, 5)), InputError);
-  EXPECT_THROW(write_image("/dev/full", sample(9, 5)), InputError);
-}
-
 TEST_F(ImageFile, FileBytesStopAtTheLimit) {
   EXPECT_EQ(read_file_bytes(put("12345"), 5), "12345");
   EXPECT_THROW(read_file_bytes(put("123456"), 5), InputError);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
 #include "calibration/base/fault.hpp"
@@ -19,7 +20,7 @@ namespace {
 class ImageSource : public testing::Test {
  protected:
   std::string put_image(const std::string& name, int width = 8) const {
-    write_image(folder.path() / name, cv::Mat(6, width, CV_8UC3, cv::Scalar(1, 2, 3)));
+    cv::imwrite((folder.path() / name).string(), cv::Mat(6, width, CV_8UC3, cv::Scalar(1, 2, 3)));
     return (folder.path() / name).string();
   }
   std::string put_text(const std::string& name, const std::string& text) const {
@@ -101,7 +102,7 @@ TEST_F(ImageSource, SingleFilesFormOneSequenceInTheirOrder) {
 TEST_F(ImageSource, ALargeTiffIsAPicture) {
   cv::Mat noise(300, 400, CV_8UC3);
   cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
-  write_image(folder.path() / "large.tiff", noise);
+  cv::imwrite((folder.path() / "large.tiff").string(), noise);
   ASSERT_GT(fs::file_size(folder.path() / "large.tiff"), 1u << 17);
   const auto sequences = open_sources({(folder.path() / "large.tiff").string()}, 30, default_max_pixels);
   EXPECT_EQ(cv::norm(sequences.at(0)->next()->bgr, noise, cv::NORM_INF), 0);

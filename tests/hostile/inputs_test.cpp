@@ -43,7 +43,7 @@ TEST_F(Inputs, TextOfAnyEditorIsRead) {
 TEST_F(Inputs, AJpegThatPromisesMoreThanItHoldsIsRefusedInOurWordsAlone) {
   cv::Mat noise(64, 64, CV_8UC3);
   cv::randu(noise, 0, 255);
-  write_image(dir / "noise.jpg", noise);
+  cv::imwrite((dir / "noise.jpg").string(), noise);
   const std::string detect = "detect noise.jpg --colors red.colors";
   EXPECT_EQ(run(detect).code, 1);
   std::string bytes = contents("noise.jpg");
@@ -65,7 +65,7 @@ TEST_F(Inputs, LibrariesSayNothingOnStderr) {
 #endif
   cv::Mat noise(64, 64, CV_8UC3);
   cv::randu(noise, 0, 255);
-  write_image(dir / "noise.png", noise);
+  cv::imwrite((dir / "noise.png").string(), noise);
   std::string bytes = contents("noise.png");
   bytes[bytes.size() / 2] ^= 0x55;  // libpng has its own words for a wrong checksum
   put("noise.png", bytes);

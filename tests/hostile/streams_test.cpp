@@ -34,7 +34,7 @@ TEST_F(Streams, ABrokenPipeEndsNothingBySignal) {
 }
 
 TEST_F(Streams, AFullDiskIsNoReaderThatLeft) {
-  write_image(dir / "grey.png", cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(90)));
+  cv::imwrite((dir / "grey.png").string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(90)));
   const std::string track = "track grey.png --stream - --colors '" +
                             (test::project_data_dir() / "colors/red.colors").string() + "' ";
   EXPECT_EQ(run(track + ">/dev/full 2>said #").code, 2);

@@ -72,7 +72,7 @@ class RadiusCommand : public CameraCommands {
     cv::Mat bgr = test::grey_picture(640, 480);
     const double radius_px = 600 * 0.035 / std::sqrt(distance_m * distance_m - 0.035 * 0.035);
     test::paint_disc(bgr, {319.5, 239.5}, radius_px, color);
-    write_image(dir / name, bgr);
+    cv::imwrite((dir / name).string(), bgr);
   }
   std::string table(double last_m) const {
     return fmt::format("source,distance_m\nat_0.8.png,0.8\nat_1.png,1.0\nat_1.2.png,{}\n", last_m);

@@ -5,7 +5,6 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "calibration/pictures/image_file.hpp"
 #include "tests/program/program_run.hpp"
 
 namespace ballservo {
@@ -20,7 +19,7 @@ TEST_F(ColorCommands, ColorsAreTaughtMergedAndShown) {
   const auto put_ball = [&](const std::string& name, const cv::Scalar& color, cv::Point at) {
     cv::Mat picture(120, 160, CV_8UC3, cv::Scalar::all(128));
     cv::circle(picture, at, 22, color, cv::FILLED, cv::LINE_AA);
-    write_image(dir / name, picture);
+    cv::imwrite((dir / name).string(), picture);
   };
   put_ball("red.png", {30, 30, 200}, {60, 60});
   put_ball("blue.png", {200, 60, 30}, {90, 50});

@@ -8,12 +8,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <sstream>
 #include <string>
 
-#include "calibration/pictures/image_file.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo::test {
@@ -51,7 +50,7 @@ class ProgramTest : public testing::Test {
   }
   /// Pictures without anything in them, which no command can like.
   void put_grey_picture(const std::string& name) const {
-    write_image(dir / name, cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(128)));
+    cv::imwrite((dir / name).string(), cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(128)));
   }
 
   TemporaryFolder temporary;

@@ -150,7 +150,7 @@ TEST_F(Program, PicturesAreNotDrawnOverTheirSources) {
 
 TEST_F(Program, TrackNamesThePictureOfAnotherSize) {
   put_grey_picture("first.png");
-  write_image(dir / "second.png", cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(128)));
+  cv::imwrite((dir / "second.png").string(), cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(128)));
   const std::string colors = (test::project_data_dir() / "colors" / "red.colors").lexically_normal().string();
   const Ending ending = run("track first.png second.png --colors '" + colors + "' -o tracks.csv");
   EXPECT_EQ(ending.code, 2);

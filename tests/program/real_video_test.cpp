@@ -29,7 +29,7 @@ TEST_P(RealVideo, ItsBallIsTracked) {
   cv::VideoCapture capture(video);
   cv::Mat picture;
   for (int i = 0; i <= GetParam().taught_by; ++i) ASSERT_TRUE(capture.read(picture));
-  write_image(dir / "taught.png", picture);
+  cv::imwrite((dir / "taught.png").string(), picture);
   ASSERT_EQ(run("calibrate colors taught.png -o ball.colors --quiet").code, 0);
   ASSERT_EQ(run("track '" + video + "' --colors ball.colors -o tracks.csv --quiet").code, 0);
 

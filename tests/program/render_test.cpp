@@ -4,6 +4,7 @@
 #include "app/experiment/simulated_camera.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/pictures/image_file.hpp"
 #include "tests/program/program_run.hpp"
 
 namespace ballservo {
