@@ -19,6 +19,13 @@ constexpr long long max_seed = 1'000'000'000'000'000'000;
 
 constexpr const char* outputs_group = "Outputs";
 
+long long whole_number(const std::string& option, const std::string& text, long long low, long long high) {
+  const auto number = parse_integer(text);
+  if (!number || *number < low || *number > high)
+    throw InputError(option, text, fmt::format("a whole number from {} to {}", low, high));
+  return *number;
+}
+
 /// What follows from the common options before the command does anything.
 void apply(CommonOptions& options) {
   if (options.quiet) spdlog::set_level(spdlog::level::err);
@@ -113,15 +120,7 @@ CLI::Option* add_integer_option(CLI::App& command, const std::string& name, int&
       .add_option_function<std::string>(
           name,
           [&value, low, high, name](const std::string& text) {
-            const auto number = parse_integer(text);
-            if (!number || *number < low || *number > high) {
-              const bool bounded = high < std::numeric_limits<int>::max();
-              throw InputError(
-                  name, text,
-                  bounded ? "a whole number from " + std::to_string(low) + " to " + std::to_string(high)
-                          : "a whole number of at least " + std::to_string(low));
-            }
-            value = static_cast<int>(*number);
+            value = static_cast<int>(whole_number(name, text, low, high));
           },
           help)
       ->type_name("N");
@@ -145,10 +144,7 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
       .add_option_function<std::string>(
           "--seed",
           [&options](const std::string& text) {
-            const auto seed = parse_integer(text);
-            if (!seed || *seed < 0 || *seed > max_seed)
-              throw InputError("--seed", text, fmt::format("a whole number from 0 to {}", max_seed));
-            options.seed = static_cast<std::uint64_t>(*seed);
+            options.seed = static_cast<std::uint64_t>(whole_number("--seed", text, 0, max_seed));
           },
           "Seed of everything random (default 0)")
       ->type_name("N");
