@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "app/comparison/resampling.hpp"
-#include "calibration/base/numbers.hpp"
+#include "calibration/base/csv_table.hpp"
 #include "perception/outline/ball_fitter.hpp"
 
 namespace ballservo {
@@ -173,11 +173,10 @@ std::array<double, CertificateStudy::features> CertificateStudy::regression(
   return weights;
 }
 
-Certificate CertificateStudy::certificate(const MethodList& methods, const Pair& pair) {
+Certificate CertificateStudy::certificate(const Pair& pair) const {
   Certificate certificate;
-  certificate.one_step = methods[pair.one]->name;
-  certificate.two_steps = methods[pair.two]->name;
-  certificate.converged = methods[pair.converged]->name;
+  certificate.one_step = methods_[pair.one]->name;
+  certificate.converged = methods_[pair.converged]->name;
   std::vector<Sample> training;
   for (const Sample& sample : pair.samples) {
     if (!sample.tested) training.push_back(sample);
@@ -233,7 +232,7 @@ Certificate CertificateStudy::certificate(const MethodList& methods, const Pair&
 
 std::vector<Certificate> CertificateStudy::certificates() const {
   std::vector<Certificate> all;
-  for (const Pair& pair : pairs_) all.push_back(certificate(methods_, pair));
+  for (const Pair& pair : pairs_) all.push_back(certificate(pair));
   return all;
 }
 
@@ -245,15 +244,13 @@ std::string certificate_csv(const std::vector<Certificate>& certificates) {
   for (const Certificate& c : certificates) {
     for (const CertificateRule& rule : c.rules) {
       const CertificateScore &a = rule.trained, &b = rule.tested;
-      csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},", c.one_step, c.converged,
-                         number_text(break_px), rule.name, number_text(rule.threshold), a.frames, a.breaks,
-                         a.caught, a.false_alarms, b.frames, b.breaks, b.caught, b.false_alarms,
-                         number_text(b.area));
-      const bool first = &rule == &c.rules.front();  // one more step was tried by the first rule
-      csv += first ? fmt::format("{},{},{},{},{}\n", number_text(c.second_step_rate), c.breaks_before,
-                                 c.breaks_after, number_text(c.largest_before_px),
-                                 number_text(c.largest_after_px))
-                   : ",,,,\n";
+      const auto of_first = [&](auto value) {  // which tried one more step
+        return &rule == &c.rules.front() ? std::optional(value) : std::nullopt;
+      };
+      csv += csv_row(c.one_step, c.converged, break_px, rule.name, rule.threshold, a.frames, a.breaks,
+                     a.caught, a.false_alarms, b.frames, b.breaks, b.caught, b.false_alarms, b.area,
+                     of_first(c.second_step_rate), of_first(c.breaks_before), of_first(c.breaks_after),
+                     of_first(c.largest_before_px), of_first(c.largest_after_px));
     }
   }
   return csv;

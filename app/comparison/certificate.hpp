@@ -38,7 +38,7 @@ struct CertificateRule {
 
 /// The certificate of one pair of one step and converged fit.
 struct Certificate {
-  std::string one_step, converged, two_steps;  ///< methods
+  std::string one_step, converged;  ///< methods
   std::vector<CertificateRule> rules;
   /// What one more step where the first rule says so would do on the conditions tested: the share of frames
   /// that take it, the breaks before and after, and how far apart the two fits are at most.
@@ -71,7 +71,7 @@ class CertificateStudy {
 
     void keep(const Sample& sample);
   };
-  static Certificate certificate(const MethodList& methods, const Pair& pair);
+  Certificate certificate(const Pair& pair) const;
   static std::array<double, features> regression(const std::vector<Sample>& samples);
 
   MethodList methods_;

@@ -25,6 +25,17 @@ void add_pair(const MethodList& methods, std::string_view a, std::string_view b,
   if (place_a && place_b) pairs.push_back({*place_a, *place_b});
 }
 
+// What runs on line, and the paper's one step, against each of the others.
+std::vector<MethodPair> tested_pairs(const MethodList& methods) {
+  std::vector<MethodPair> pairs;
+  for (const FitMethod* method : methods) {
+    if (method->name != "sphere_one_step") add_pair(methods, method->name, "sphere_one_step", pairs);
+    if (method->name.rfind("paper_", 0) == 0 && method->name != "paper_one_step")
+      add_pair(methods, method->name, "paper_one_step", pairs);
+  }
+  return pairs;
+}
+
 // Every n-th, so that a long condition is kept as a short one is.
 std::vector<double> thinned(const std::vector<double>& values) {
   const std::size_t stride =
@@ -47,16 +58,6 @@ std::vector<MethodPair> converged_pairs(const MethodList& methods) {
   }
   add_pair(methods, "paper_robust", "paper_converged", pairs);
   add_pair(methods, "sphere_robust", "sphere_converged", pairs);
-  return pairs;
-}
-
-std::vector<MethodPair> tested_pairs(const MethodList& methods) {
-  std::vector<MethodPair> pairs;
-  for (const FitMethod* method : methods) {
-    if (method->name != "sphere_one_step") add_pair(methods, method->name, "sphere_one_step", pairs);
-    if (method->name.rfind("paper_", 0) == 0 && method->name != "paper_one_step")
-      add_pair(methods, method->name, "paper_one_step", pairs);
-  }
   return pairs;
 }
 

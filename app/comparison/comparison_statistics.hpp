@@ -76,9 +76,6 @@ struct ConditionSummary {
   std::vector<PairedTest> tests;
 };
 
-/// The methods that all others are tested against: what runs on line, and the paper's.
-std::vector<MethodPair> tested_pairs(const MethodList& methods);
-
 /// Adds up the frames of one condition, of which it keeps a few numbers each.
 class ConditionStatistics {
  public:

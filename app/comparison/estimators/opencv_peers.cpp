@@ -18,7 +18,7 @@ std::vector<OutlineEllipse> HoughGradient::find(const cv::Mat& bgr) {
   return found;
 }
 
-void HsvContour::make_mask(const cv::Mat& bgr) {
+const cv::Mat& HsvContour::mask(const cv::Mat& bgr) {
   constexpr int reach = 10, turn = 180;
   const double s = settings_.least_saturation, v = settings_.least_value;
   cv::cvtColor(bgr, hsv_, cv::COLOR_BGR2HSV);
@@ -32,11 +32,11 @@ void HsvContour::make_mask(const cv::Mat& bgr) {
   }
   cv::morphologyEx(mask_, mask_, cv::MORPH_OPEN, cv::Mat());
   cv::morphologyEx(mask_, mask_, cv::MORPH_CLOSE, cv::Mat());
+  return mask_;
 }
 
 std::vector<OutlineEllipse> HsvContour::find(const cv::Mat& bgr) {
-  make_mask(bgr);
-  cv::findContours(mask_, contours_, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+  cv::findContours(mask(bgr), contours_, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
   std::vector<OutlineEllipse> found;
   for (const auto& contour : contours_) {
     cv::Point2f center;
@@ -45,12 +45,6 @@ std::vector<OutlineEllipse> HsvContour::find(const cv::Mat& bgr) {
     if (radius >= 3) found.push_back({{center.x, center.y}, radius});
   }
   return found;
-}
-
-cv::Mat hsv_mask(const cv::Mat& bgr, int hue, const HsvSettings& settings) {
-  HsvContour recipe(hue, settings);
-  recipe.make_mask(bgr);
-  return recipe.mask_;
 }
 
 }  // namespace ballservo

@@ -38,20 +38,16 @@ struct HsvSettings {
   double least_saturation = 120, least_value = 30;
 };
 
-/// The pixels whose hue (0 to 180) and saturation are a ball's, opened and closed.
-cv::Mat hsv_mask(const cv::Mat& bgr, int hue, const HsvSettings& settings);
-
 /// The recipe of countless tutorials: range in HSV, opening and closing, contours, smallest enclosing circle.
 class HsvContour {
  public:
   /// `hue` of the balls as OpenCV counts it, 0 to 180; 10 to each side count.
   explicit HsvContour(int hue, const HsvSettings& settings = {}) : hue_(hue), settings_(settings) {}
   std::vector<OutlineEllipse> find(const cv::Mat& bgr);
+  /// The pixels whose hue and saturation are a ball's, opened and closed; until the next call.
+  const cv::Mat& mask(const cv::Mat& bgr);
 
  private:
-  void make_mask(const cv::Mat& bgr);
-  friend cv::Mat hsv_mask(const cv::Mat& bgr, int hue, const HsvSettings& settings);
-
   int hue_;
   HsvSettings settings_;
   cv::Mat hsv_, mask_, other_;

@@ -97,7 +97,7 @@ std::optional<OutlineEllipse> vpdot2_blob(const cv::Mat& bgr, int hue, const Eig
                                           const VpDot2Settings& settings) {
   cv::Mat grey;
   if (settings.mask) {
-    grey = hsv_mask(bgr, hue, settings.hsv);
+    HsvContour(hue, settings.hsv).mask(bgr).copyTo(grey);
   } else {
     cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
   }

@@ -14,7 +14,7 @@ namespace ballservo {
 
 /// What ViSP's blob tracker is started on, and how round a blob must be.
 struct VpDot2Settings {
-  bool mask = true;         ///< the picture of the ball's hue (see hsv_mask) instead of the grey one
+  bool mask = true;         ///< the picture of the ball's hue (see HsvContour) instead of the grey one
   double roundness = 0.65;  ///< setEllipsoidShapePrecision: 0 takes any shape
   HsvSettings hsv{80, 30};
 };

@@ -37,9 +37,6 @@ int own_channel(const std::string& ball_color);
 /// within 0.2 rad of it where that says 0, or at the picture's border.
 Eigen::Vector3d draw_ball_place(const ComparisonCondition& condition, RandomEngine& engine);
 
-/// The whole outline lies at least `margin_px` inside the picture.
-bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d& p_CB, double margin_px);
-
 /// A camera at `p_WC` (m) that looks along the world's x axis, upright.
 Eigen::Isometry3d level_camera(const Eigen::Vector3d& p_WC);
 

@@ -1,10 +1,7 @@
 #include "app/comparison/pictures/picture_files.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -12,7 +9,6 @@
 
 #include "app/io/recording.hpp"
 #include "calibration/base/checksum.hpp"
-#include "calibration/base/csv_table.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/random.hpp"
 #include "calibration/base/strict_yaml.hpp"
@@ -28,45 +24,56 @@ namespace {
 
 // How far votes lie from the truth: measured on rendered balls of 30 to 180 px (README).
 constexpr double vote_center_px = 0.6, vote_center_part = 0.02, vote_radius_share = 0.5;
-constexpr std::size_t most_file_bytes = 256u << 20, header_bytes = 1u << 16;
+constexpr std::size_t most_file_bytes = 256u << 20;
 
-}  // namespace
-
-// Cells of one row, by name; faults are collected.
-class PictureFiles::RowReader : public CsvRow {
- public:
-  using CsvRow::CsvRow;
-
-  // All three or none of them.
-  std::optional<Eigen::Vector3d> triple(const std::array<std::string, 3>& names,
-                                        const std::array<NumberRange, 3>& ranges) const {
-    std::array<std::optional<double>, 3> values;
-    int known = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      values[k] = number(names[k], ranges[k]);
-      known += text(names[k]).empty() ? 0 : 1;
-    }
-    if (known > 0 && known < 3)
-      fault(names[0], "some of " + names[0] + ", " + names[1] + ", " + names[2], "all three or none");
-    if (!values[0] || !values[1] || !values[2]) return std::nullopt;
-    return Eigen::Vector3d(*values[0], *values[1], *values[2]);
+// Three cells of a row: all of them, or none.
+std::optional<Eigen::Vector3d> triple(const CsvRow& row, const std::array<std::string, 3>& names,
+                                      const std::array<NumberRange, 3>& ranges) {
+  std::array<std::optional<double>, 3> values;
+  int known = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    values[k] = row.number(names[k], ranges[k]);
+    known += row.text(names[k]).empty() ? 0 : 1;
   }
-};
+  if (known > 0 && known < 3)
+    row.fault(names[0], "some of " + names[0] + ", " + names[1] + ", " + names[2], "all three or none");
+  if (!values[0] || !values[1] || !values[2]) return std::nullopt;
+  return Eigen::Vector3d(*values[0], *values[1], *values[2]);
+}
 
-FrameTruth PictureFiles::read_truth(const RowReader& row) {
+FrameTruth read_truth(const CsvRow& row) {
   FrameTruth truth;
   truth.source = row.text("source");
   if (const std::string frame = row.text("frame"); !frame.empty() && parse_integer(frame) != 0)
     row.fault("frame", frame, "0 or nothing: every row is of a still");
   const NumberRange px = NumberRange::within(-1e5, 1e5, "px"), m = NumberRange::within(-1e4, 1e4, "m");
-  if (const auto circle = row.triple({"cx_px", "cy_px", "r_px"}, {px, px, {0, 1e5, true, false, "px"}}))
+  if (const auto circle = triple(row, {"cx_px", "cy_px", "r_px"}, {px, px, {0, 1e5, true, false, "px"}}))
     truth.outline = OutlineEllipse{circle->head<2>(), circle->z()};
-  truth.p_CB = row.triple({"x_m", "y_m", "z_m"}, {m, m, {0, 1e4, true, false, "m"}});
+  truth.p_CB = triple(row, {"x_m", "y_m", "z_m"}, {m, m, {0, 1e4, true, false, "m"}});
   truth.visible_fraction = row.number("visible_fraction", NumberRange::within(0, 1, ""));
   return truth;
 }
 
-namespace {
+// As OpenCV counts it: the most frequent hue of the saturated pixels inside the ball's circle.
+int hue_of(const FrameTruth& truth, const cv::Mat& bgr) {
+  if (!truth.outline) return 0;
+  const OutlineEllipse& ball = *truth.outline;
+  const int reach = std::max(1, static_cast<int>(0.6 * ball.radius_px));
+  const cv::Rect box = cv::Rect(static_cast<int>(ball.center_px.x()) - reach,
+                                static_cast<int>(ball.center_px.y()) - reach, 2 * reach, 2 * reach) &
+                       cv::Rect({0, 0}, bgr.size());
+  if (box.empty()) return 0;
+  cv::Mat hsv;
+  cv::cvtColor(bgr(box), hsv, cv::COLOR_BGR2HSV);
+  std::array<int, 180> counts{};
+  for (int v = 0; v < hsv.rows; ++v) {
+    for (int u = 0; u < hsv.cols; ++u) {
+      const cv::Vec3b& pixel = hsv.at<cv::Vec3b>(v, u);
+      if (pixel[1] > 60) ++counts[std::min<std::size_t>(pixel[0], 179)];
+    }
+  }
+  return static_cast<int>(std::max_element(counts.begin(), counts.end()) - counts.begin());
+}
 
 // A class's name as a condition's.
 std::string condition_name(const std::string& class_name) {
@@ -102,7 +109,7 @@ PictureFiles::PictureFiles(const PictureFilesOptions& options) : options_(option
   std::set<std::tuple<std::string, std::string, std::string>> seen;
   std::map<std::string, std::string> picture_hashes;
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
-    const RowReader reader(table, r, faults);
+    const CsvRow reader(table, r, faults);
     auto row = read_row(reader);
     if (!row) continue;
     const std::string& source = row->truth.source;
@@ -142,7 +149,7 @@ std::string PictureFiles::read_colors_and_camera(FaultList& faults) {
 }
 
 // Nothing where there is no such picture.
-std::optional<PictureFiles::Row> PictureFiles::read_row(const RowReader& reader) const {
+std::optional<PictureFiles::Row> PictureFiles::read_row(const CsvRow& reader) const {
   Row row;
   row.truth = read_truth(reader);
   row.class_name = reader.text("class");
@@ -192,27 +199,6 @@ std::shared_ptr<const RayTable> PictureFiles::rays_of(const cv::Mat& bgr) const 
   return rays_ ? rays_ : std::make_shared<const RayTable>(long_lens_camera({bgr.cols, bgr.rows}));
 }
 
-// As OpenCV counts it: the most frequent hue of the saturated pixels inside the ball's circle.
-int PictureFiles::hue_of(const Row& row, const cv::Mat& bgr) const {
-  if (!row.truth.outline) return 0;
-  const OutlineEllipse& ball = *row.truth.outline;
-  const int reach = std::max(1, static_cast<int>(0.6 * ball.radius_px));
-  const cv::Rect box = cv::Rect(static_cast<int>(ball.center_px.x()) - reach,
-                                static_cast<int>(ball.center_px.y()) - reach, 2 * reach, 2 * reach) &
-                       cv::Rect({0, 0}, bgr.size());
-  if (box.empty()) return 0;
-  cv::Mat hsv;
-  cv::cvtColor(bgr(box), hsv, cv::COLOR_BGR2HSV);
-  std::array<int, 180> counts{};
-  for (int v = 0; v < hsv.rows; ++v) {
-    for (int u = 0; u < hsv.cols; ++u) {
-      const cv::Vec3b& pixel = hsv.at<cv::Vec3b>(v, u);
-      if (pixel[1] > 60) ++counts[std::min<std::size_t>(pixel[0], 179)];
-    }
-  }
-  return static_cast<int>(std::max_element(counts.begin(), counts.end()) - counts.begin());
-}
-
 ComparisonPicture PictureFiles::picture(std::size_t condition, int frame) const {
   const Row& row = rows_[condition][static_cast<std::size_t>(frame)];
   ComparisonPicture picture;
@@ -226,8 +212,7 @@ ComparisonPicture PictureFiles::picture(std::size_t condition, int frame) const 
   picture.detector.options.seed = options_.seed;
   MethodTask& task = picture.task;
   task.color_class = row.color_class;
-  task.loss = options_.loss;
-  task.hue = hue_of(row, picture.bgr);
+  task.hue = hue_of(row.truth, picture.bgr);
   if (!row.truth.outline) return picture;
   const OutlineEllipse& ball = *row.truth.outline;
   RandomEngine engine = random_stream(options_.seed, "start/" + row.class_name + "/" + row.truth.source,

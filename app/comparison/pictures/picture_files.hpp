@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/comparison/pictures/picture_source.hpp"
-#include "calibration/base/fault.hpp"
+#include "calibration/base/csv_table.hpp"
 
 namespace ballservo {
 
@@ -22,7 +22,6 @@ struct PictureFilesOptions {
   bool start_at_truth = false;  ///< the fits start from the truth's circle, displaced as votes err
   std::uint64_t seed = 0;
   double max_pixels = 32e6;
-  RobustLoss loss{RobustLossKind::cauchy, 0.3};
 };
 
 /// One condition for each class that the truth names (all rows without one: "pictures"), one frame for each
@@ -51,14 +50,11 @@ class PictureFiles : public PictureSource {
     ClassIndex color_class = 1;
     std::string class_name;
   };
-  class RowReader;
   std::string read_colors_and_camera(FaultList& faults);
-  static FrameTruth read_truth(const RowReader& row);
-  std::optional<Row> read_row(const RowReader& reader) const;
+  std::optional<Row> read_row(const CsvRow& reader) const;
   std::string checked_picture_sha256(const std::filesystem::path& file) const;
   void keep(Row row);
   std::shared_ptr<const RayTable> rays_of(const cv::Mat& bgr) const;
-  int hue_of(const Row& row, const cv::Mat& bgr) const;
 
   PictureFilesOptions options_;
   std::shared_ptr<const ColorTable> colors_;

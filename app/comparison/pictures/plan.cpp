@@ -182,8 +182,10 @@ void finish_condition(const std::string& place, FaultList& faults, std::set<std:
   }
 }
 
-ComparisonPlan read_plan(const std::string& text, const std::string& name,
-                         const std::filesystem::path& folder) {
+}  // namespace
+
+ComparisonPlan parse_comparison_plan(const std::string& text, const std::string& name,
+                                     const std::filesystem::path& folder) {
   StrictYaml document = StrictYaml::from_text(text, name);
   YamlNode root = document.root();
   FaultList& faults = document.faults();
@@ -225,15 +227,9 @@ ComparisonPlan read_plan(const std::string& text, const std::string& name,
   return plan;
 }
 
-}  // namespace
-
 ComparisonPlan read_comparison_plan(const std::filesystem::path& file) {
-  return read_plan(read_file_bytes(file, StrictYaml::max_bytes), file.string(), file.parent_path());
-}
-
-ComparisonPlan parse_comparison_plan(const std::string& text, const std::string& name,
-                                     const std::filesystem::path& folder) {
-  return read_plan(text, name, folder);
+  return parse_comparison_plan(read_file_bytes(file, StrictYaml::max_bytes), file.string(),
+                               file.parent_path());
 }
 
 std::vector<OptionRow> plan_keys() {

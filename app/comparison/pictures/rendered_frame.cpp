@@ -51,6 +51,16 @@ std::string not_shown(const ComparisonCondition& c) {
   return "";
 }
 
+// The whole outline lies at least `margin_px` inside the picture.
+bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d& p_CB, double margin_px) {
+  const auto outline = project_outline(condition.camera, p_CB, condition.radius_m(), 64);
+  const ImageSize size = condition.camera.size();
+  return !outline.empty() && std::all_of(outline.begin(), outline.end(), [&](const Eigen::Vector2d& p) {
+    return p.x() >= margin_px && p.y() >= margin_px && p.x() <= size.width_px - 1 - margin_px &&
+           p.y() <= size.height_px - 1 - margin_px;
+  });
+}
+
 }  // namespace
 
 Eigen::Vector3d draw_ball_place(const ComparisonCondition& condition, RandomEngine& engine) {
@@ -71,15 +81,6 @@ Eigen::Vector3d draw_ball_place(const ComparisonCondition& condition, RandomEngi
 
 int own_channel(const std::string& ball_color) {
   return ball_color == "red" ? 0 : ball_color == "green" ? 1 : 2;
-}
-
-bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d& p_CB, double margin_px) {
-  const auto outline = project_outline(condition.camera, p_CB, condition.radius_m(), 64);
-  const ImageSize size = condition.camera.size();
-  return !outline.empty() && std::all_of(outline.begin(), outline.end(), [&](const Eigen::Vector2d& p) {
-    return p.x() >= margin_px && p.y() >= margin_px && p.x() <= size.width_px - 1 - margin_px &&
-           p.y() <= size.height_px - 1 - margin_px;
-  });
 }
 
 Eigen::Isometry3d level_camera(const Eigen::Vector3d& p_WC) {
