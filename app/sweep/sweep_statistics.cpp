@@ -62,21 +62,14 @@ nlohmann::ordered_json against_json(const SweepComparison& comparison) {
   return json;
 }
 
-}  // namespace
+/// Failures alike: the same outcome for the same cause.
+struct FailureGroup {
+  std::string outcome, cause;
+  long count = 0;
+  std::vector<std::uint64_t> seeds;  ///< the first few
+};
 
-SweepCounts count_trials(const std::vector<Trial>& trials) {
-  SweepCounts counts;
-  for (const Trial& trial : trials) {
-    ++counts.trials;
-    counts.infeasible += trial.feasible ? 0 : 1;
-    counts.reached += trial.reached() ? 1 : 0;
-    counts.collisions += trial.collided() ? 1 : 0;
-    counts.collisions_inside_assumptions +=
-        trial.collided() && trial.summary.collision_cause == "none_broken" ? 1 : 0;
-  }
-  return counts;
-}
-
+/// The most frequent first; infeasible trials last.
 std::vector<FailureGroup> failure_groups(const std::vector<Trial>& trials) {
   std::map<std::pair<std::string, std::string>, FailureGroup> groups;
   for (const Trial& trial : trials) {
@@ -97,6 +90,7 @@ std::vector<FailureGroup> failure_groups(const std::vector<Trial>& trials) {
   return sorted;
 }
 
+/// Of a figure, over the feasible trials where it is known; `reached_only`: over those that reached.
 std::vector<double> values_of(const std::vector<Trial>& trials, double RunSummary::*value,
                               bool reached_only) {
   std::vector<double> values;
@@ -105,6 +99,21 @@ std::vector<double> values_of(const std::vector<Trial>& trials, double RunSummar
     if (std::isfinite(trial.summary.*value)) values.push_back(trial.summary.*value);
   }
   return values;
+}
+
+}  // namespace
+
+SweepCounts count_trials(const std::vector<Trial>& trials) {
+  SweepCounts counts;
+  for (const Trial& trial : trials) {
+    ++counts.trials;
+    counts.infeasible += trial.feasible ? 0 : 1;
+    counts.reached += trial.reached() ? 1 : 0;
+    counts.collisions += trial.collided() ? 1 : 0;
+    counts.collisions_inside_assumptions +=
+        trial.collided() && trial.summary.collision_cause == "none_broken" ? 1 : 0;
+  }
+  return counts;
 }
 
 SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std::string& other_name) {
@@ -116,17 +125,16 @@ SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std
   for (const Trial& trial : other.trials) others[trial.seed] = &trial;
 
   struct Figure {
-    const char *name, *unit;
-    double scale;
+    const char* name;
     double RunSummary::*value;
     bool reached_only;
     std::vector<double> differences;
   };
-  std::array<Figure, 5> figures{{{"settled_s", "s", 1, &RunSummary::settled_s, true, {}},
-                                 {"range_rms_m", "mm", 1e3, &RunSummary::range_rms_m, true, {}},
-                                 {"bearing_rms_rad", "mrad", 1e3, &RunSummary::bearing_rms_rad, true, {}},
-                                 {"min_clearance_m", "m", 1, &RunSummary::min_clearance_m, false, {}},
-                                 {"out_of_view_s", "s", 1, &RunSummary::out_of_view_s, false, {}}}};
+  std::array<Figure, 5> figures{{{"settled_s", &RunSummary::settled_s, true, {}},
+                                 {"range_rms_m", &RunSummary::range_rms_m, true, {}},
+                                 {"bearing_rms_rad", &RunSummary::bearing_rms_rad, true, {}},
+                                 {"min_clearance_m", &RunSummary::min_clearance_m, false, {}},
+                                 {"out_of_view_s", &RunSummary::out_of_view_s, false, {}}}};
   long pairs = 0;
   for (const Trial& a : sweep.trials) {
     const auto found = others.find(a.seed);
@@ -145,8 +153,7 @@ SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std
   comparison.unmatched =
       static_cast<long>(sweep.trials.size()) + static_cast<long>(other.trials.size()) - 2 * pairs;
   for (Figure& figure : figures) {
-    comparison.differences.push_back({figure.name, figure.unit, figure.scale,
-                                      static_cast<long>(figure.differences.size()),
+    comparison.differences.push_back({figure.name, static_cast<long>(figure.differences.size()),
                                       median(figure.differences), median_ci95(figure.differences)});
   }
   return comparison;

@@ -17,18 +17,6 @@ struct SweepCounts {
 };
 SweepCounts count_trials(const std::vector<Trial>& trials);
 
-/// Failures alike: the same outcome for the same cause.
-struct FailureGroup {
-  std::string outcome, cause;
-  long count = 0;
-  std::vector<std::uint64_t> seeds;  ///< the first few
-};
-/// The most frequent first; infeasible trials last.
-std::vector<FailureGroup> failure_groups(const std::vector<Trial>& trials);
-
-/// Values of a figure over the feasible trials where it is known; `reached_only`: over those that reached.
-std::vector<double> values_of(const std::vector<Trial>& trials, double RunSummary::*value, bool reached_only);
-
 /// Two sweeps, paired by their seeds.
 struct SweepComparison {
   std::string other;  ///< the other sweep's folder, as the user named it
@@ -38,8 +26,7 @@ struct SweepComparison {
   long other_worlds = 0;                ///< pairs whose seed drew something else in the other sweep
   /// A figure's paired differences (this sweep's less the other's), where both know it.
   struct Difference {
-    std::string name, unit;
-    double scale = 1;
+    std::string name;
     long pairs = 0;
     double median = 0;
     ConfidenceInterval median_ci95{0, 0};
