@@ -21,7 +21,6 @@ using Samples = boost::container::static_vector<T, most_samples>;
 template <class T>
 using RaySamples = boost::container::static_vector<T, most_along_ray>;
 constexpr double alike_enough = 0.3;
-constexpr double pi = 3.14159265358979323846;
 
 cv::Vec3f at(const cv::Mat3f& lab, double x, double y) {
   const int x0 = std::clamp(static_cast<int>(std::floor(x)), 0, lab.cols - 2);
@@ -35,7 +34,7 @@ const std::array<Eigen::Vector2d, ray_count>& directions() {
   static const auto result = [] {
     std::array<Eigen::Vector2d, ray_count> rays;
     for (int k = 0; k < ray_count; ++k)
-      rays[k] = {std::cos(2 * pi * k / ray_count), std::sin(2 * pi * k / ray_count)};
+      rays[k] = {std::cos(2 * M_PI * k / ray_count), std::sin(2 * M_PI * k / ray_count)};
     return rays;
   }();
   return result;
@@ -367,7 +366,7 @@ Contour contour_of(const std::array<Ray, ray_count>& rays, const Harmonics& x, i
                uniform = 1 / r;
   const double exact = rough == smooth_rim ? precise : 0;
   const auto gauss = [](double v, double s) {
-    return std::exp(-0.5 * v * v / (s * s)) / (s * std::sqrt(2 * pi));
+    return std::exp(-0.5 * v * v / (s * s)) / (s * std::sqrt(2 * M_PI));
   };
   Contour result;
   int seen = 0, on = 0;

@@ -43,7 +43,7 @@ const std::vector<std::string>& color_words() {
 }
 
 double lab_hue_deg(double a, double b) {
-  const double degrees = std::atan2(b, a) * (180.0 / 3.14159265358979323846);
+  const double degrees = std::atan2(b, a) * (180.0 / M_PI);
   return degrees < 0 ? degrees + 360 : degrees;
 }
 

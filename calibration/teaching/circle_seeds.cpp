@@ -14,7 +14,6 @@ constexpr int radii_per_octave = 4;
 constexpr std::size_t most_per_octave = 45;  // true balls are among the first 20 of theirs, hidden ones 40
 constexpr float least_gradient = 1,
                 full_gradient = 4;  // Lab a pixel; from the latter on, half a vote and more
-constexpr double pi = 3.14159265358979323846;
 
 struct Seed {
   Outline outline;
@@ -69,7 +68,7 @@ std::vector<Seed> peaks_of(const std::vector<Gradient>& gradients, const cv::Siz
   for (int y = 0; y < votes.rows; ++y) {
     for (int x = 0; x < votes.cols; ++x) {
       if (votes(y, x) > 0 && votes(y, x) >= largest(y, x))
-        peaks.push_back({{{x, y}, radius_px}, votes(y, x) / (2 * pi * radius_px)});
+        peaks.push_back({{{x, y}, radius_px}, votes(y, x) / (2 * M_PI * radius_px)});
     }
   }
   return peaks;

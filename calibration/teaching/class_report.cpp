@@ -76,8 +76,9 @@ LightTolerance light_tolerance(const ColorTable& colors, ClassIndex index,
     double reached = taught_mired;
     for (double mired = taught_mired + step_mired; step_mired > 0 ? mired <= last_mired : mired >= last_mired;
          mired += step_mired) {
-      const LightTemperature light(1e6 / mired);
-      if (!survives(colors, index, samples, [&](const Sample& s) { return light(s.linear_rgb); })) break;
+      const Eigen::Matrix3d change = light_change(1e6 / mired);
+      if (!survives(colors, index, samples, [&](const Sample& s) { return (change * s.linear_rgb).eval(); }))
+        break;
       reached = mired;
     }
     return reached;

@@ -50,8 +50,7 @@ std::size_t lab_bin(const Eigen::Vector3f& lab) {
   return static_cast<std::size_t>((l * chroma_bins + b) * chroma_bins + a);
 }
 
-}  // namespace
-
+/// As lab_density, over the cells of the table.
 std::vector<float> cell_density(const OccupiedCells& cells) {
   std::vector<float> result(ColorTable::entries, 0.0f);
   for (const CellCount& cell : cells) result[cell.cell] = static_cast<float>(cell.count);
@@ -60,6 +59,8 @@ std::vector<float> cell_density(const OccupiedCells& cells) {
   normalise(result);
   return result;
 }
+
+}  // namespace
 
 std::vector<float> lab_density(const OccupiedCells& cells) {
   const std::vector<Eigen::Vector3f>& colors = table_cell_colors();

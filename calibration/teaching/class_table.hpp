@@ -15,10 +15,8 @@ struct ClassEvidence {
   ChromaGroup group;
 };
 
-/// A class's smoothed density over the cells of the table: sums to 1 (to nothing for no cells).
-std::vector<float> cell_density(const OccupiedCells& cells);
-
-/// The same over coarse cells of (L, a, b), 8 x 4 x 4 units.
+/// A class's smoothed density over coarse cells of (L, a, b), 8 x 4 x 4 units: sums to 1 (to nothing for no
+/// cells).
 std::vector<float> lab_density(const OccupiedCells& cells);
 
 /// The common area of two such densities: 1 for the same colour, 0 for colours that share no cell.

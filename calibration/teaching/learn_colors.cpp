@@ -113,8 +113,7 @@ LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vect
   return result;
 }
 
-}  // namespace
-
+/// Throws Refusal for pictures of grey alone, naming them all: there is nothing to learn from.
 void refuse_grey(const std::vector<ColorPicture>& pictures) {
   constexpr double least_colored = 1e-4;  // what a sensor's noise gives a grey scene is more
   std::string grey;
@@ -135,6 +134,8 @@ void refuse_grey(const std::vector<ColorPicture>& pictures) {
       "colour (not as a grey-scale file); if the camera is one, look for its night or black-and-white "
       "mode, or give it more light");
 }
+
+}  // namespace
 
 LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search,
                           const std::vector<ColorPicture>& background) {

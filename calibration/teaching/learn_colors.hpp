@@ -54,9 +54,6 @@ struct LearntColors {
   std::vector<SearchedPicture> pictures;  ///< in the order of the pictures
 };
 
-/// Throws Refusal for pictures of grey alone, naming them all: there is nothing to learn from.
-void refuse_grey(const std::vector<ColorPicture>& pictures);
-
 /// Every colour whose regions are round becomes a class, named by its colour word; where several share a word
 /// the largest keeps it plain, the others are red_2, red_3 and so on. `background`: pictures without any
 /// ball. Throws Refusal when nothing round and coloured is seen; InputError for bad pictures.

@@ -29,11 +29,11 @@ Eigen::Matrix3d bradford() {
 
 }  // namespace
 
-LightTemperature::LightTemperature(double temperature_k) {
+Eigen::Matrix3d light_change(double temperature_k) {
   const Eigen::Matrix3d cones = bradford(), xyz = xyz_from_linear_rgb();
   const Eigen::Vector3d gains =
       (cones * planckian_white(temperature_k)).cwiseQuotient(cones * planckian_white(taught_temperature_k));
-  adapt_ = (cones * xyz).inverse() * gains.asDiagonal() * (cones * xyz);
+  return (cones * xyz).inverse() * gains.asDiagonal() * (cones * xyz);
 }
 
 }  // namespace ballservo

@@ -17,9 +17,8 @@
 namespace ballservo {
 namespace {
 
-constexpr double least_log_odds = -8;  // a region below is no candidate
-constexpr double least_chroma = 4;     // (a, b); a disc of less has no colour to learn
-constexpr double pi = 3.14159265358979323846;
+constexpr double least_log_odds = -8;                   // a region below is no candidate
+constexpr double least_chroma = 4;                      // (a, b); a disc of less has no colour to learn
 constexpr double least_smear = 1.15, most_smear = 2.5;  // ratio of the axes
 constexpr double least_smeared_radius_px = 8;
 constexpr double most_of_box =
@@ -66,7 +65,7 @@ std::vector<Eigen::Vector3d> disc_colors(const cv::Mat3f& lab, const Outline& di
       const int u = cvRound(disc.center_px.x() + x), v = cvRound(disc.center_px.y() + y);
       if (x * x + y * y > radius * radius || u < 0 || v < 0 || u >= lab.cols || v >= lab.rows) continue;
       const cv::Vec3f& c = lab(v, u);
-      const double turn = (std::atan2(c[2], c[1]) / (2 * pi) + 0.5) * bins;
+      const double turn = (std::atan2(c[2], c[1]) / (2 * M_PI) + 0.5) * bins;
       Sum& sum = hues[static_cast<std::size_t>(turn) % bins];
       sum.chroma += std::hypot(c[1], c[2]);
       sum.count += 1;
@@ -127,7 +126,7 @@ struct Ellipse {
 /// The ellipse of the component's moments, where it may be a ball smeared by motion.
 std::optional<Ellipse> ellipse_of(const Placed& placed) {
   const cv::Moments m = cv::moments(placed.mask, true);
-  if (m.m00 < pi * least_smeared_radius_px * least_smeared_radius_px) return std::nullopt;
+  if (m.m00 < M_PI * least_smeared_radius_px * least_smeared_radius_px) return std::nullopt;
   const double xx = m.mu20 / m.m00, yy = m.mu02 / m.m00, xy = m.mu11 / m.m00;
   const double mean = (xx + yy) / 2, spread = std::hypot((xx - yy) / 2, xy);
   if (!(mean - spread > 0)) return std::nullopt;
@@ -148,7 +147,7 @@ std::optional<Ellipse> ellipse_of(const Placed& placed) {
   const auto common = std::count_if(points.begin(), points.end(), [&](const cv::Point& p) {
     return (to_unit * (Eigen::Vector2d(p.x, p.y) - center)).squaredNorm() <= 1;
   });
-  result.fill = static_cast<double>(common) / (pi * a * b + m.m00 - static_cast<double>(common));
+  result.fill = static_cast<double>(common) / (M_PI * a * b + m.m00 - static_cast<double>(common));
   return result.fill >= least_ellipse_fill ? std::optional(result) : std::nullopt;
 }
 
@@ -221,7 +220,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
     const Outline& seed = question.seed;
     return std::any_of(judged.begin(), judged.end(), [&](const Judged& other) {
       const double apart = (other.outline.center_px - seed.center_px).norm() / other.outline.radius_px;
-      return std::abs(std::remainder(question.hue - other.hue, 2 * pi)) < same_hue_rad &&
+      return std::abs(std::remainder(question.hue - other.hue, 2 * M_PI)) < same_hue_rad &&
              apart < other.reach && std::abs(seed.radius_px / other.outline.radius_px - 1) < other.reach;
     });
   };
