@@ -5,12 +5,11 @@
 #include <memory>
 #include <optional>
 
+#include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
 #include "app/report/draw_pages.hpp"
 #include "calibration/ball/camera_difference.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/camera/files/camera_covariance.hpp"
-#include "calibration/camera/files/camera_file.hpp"
 
 namespace ballservo {
 namespace {
@@ -60,20 +59,6 @@ std::string uncertainty_verdict(const ComparedCameras& compared) {
     return "The difference is within what the calibrations' uncertainties allow: " + expected + ".";
   return "The difference is more than the calibrations' uncertainties allow: " + expected +
          ". Either the camera changed in between (focus, zoom, a knock), or a lens model does not fit.";
-}
-
-struct CameraFile {
-  std::optional<Camera> camera;
-  Eigen::MatrixXd covariance;  // empty: not known
-};
-
-CameraFile read_file(const std::string& name, FaultList& faults) {
-  CameraFile file;
-  faults.collect([&] {
-    file.camera = read_camera(name);
-    if (const auto known = read_camera_covariance(name, *file.camera)) file.covariance = known->covariance;
-  });
-  return file;
 }
 
 nlohmann::json number(std::optional<double> value, double scale = 1) {
@@ -134,9 +119,11 @@ void print_summary(const ComparedCameras& compared) {
 
 int calibrate_diff(const CalibrateDiffOptions& options) {
   FaultList faults;
-  const CameraFile a = read_file(options.a, faults), b = read_file(options.b, faults);
+  std::optional<KnownCamera> a, b;
+  faults.collect([&] { a = read_known_camera(options.a); });
+  faults.collect([&] { b = read_known_camera(options.b); });
   faults.throw_if_any();
-  const ImageSize size_a = a.camera->size(), size_b = b.camera->size();
+  const ImageSize size_a = a->camera.size(), size_b = b->camera.size();
   if (size_a != size_b)
     throw InputError(options.b, fmt::format("a camera of {} x {} pixels", size_b.width_px, size_b.height_px),
                      fmt::format("one of {} x {}, as {}: two calibrations of one camera", size_a.width_px,
@@ -144,11 +131,15 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
   std::optional<OutputFolder> report;
   if (!options.report.empty()) report.emplace(options.report, options.common.overwrite(options.report));
 
+  const auto covariance_of = [](const KnownCamera& known) {
+    return known.covariance ? known.covariance->covariance : Eigen::MatrixXd();
+  };
   ComparedCameras compared{
-      options.a,          options.b, a.covariance.size() > 0, b.covariance.size() > 0, a.camera->size(),
+      options.a,          options.b, a->covariance.has_value(), b->covariance.has_value(), size_a,
       options.comparison, {}};
   compared.options.seed = options.common.seed;
-  compared.difference = compare_cameras(*a.camera, a.covariance, *b.camera, b.covariance, compared.options);
+  compared.difference =
+      compare_cameras(a->camera, covariance_of(*a), b->camera, covariance_of(*b), compared.options);
   if (report) {
     nlohmann::ordered_json page = results_json(compared);
     page["page"] = "difference";

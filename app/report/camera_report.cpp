@@ -19,10 +19,7 @@ constexpr int page_width_px = 800;
 constexpr double overlay_enlarged = 50;
 constexpr double ball_diameter_m = 0.070;
 
-ordered_json known(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-ordered_json known(std::optional<double> value) { return known(value.value_or(std::nan(""))); }
+ordered_json known(std::optional<double> value) { return value ? ordered_json(*value) : ordered_json(); }
 
 ordered_json points_json(const std::vector<Eigen::Vector2d>& points) {
   ordered_json list = ordered_json::array();
@@ -38,7 +35,7 @@ ordered_json parameters_json(const BoardCalibration& result) {
     const auto at = static_cast<Eigen::Index>(i);
     list.push_back({{"name", names[i]},
                     {"value", values(at)},
-                    {"sigma", known(std::sqrt(result.covariance.parameters(at, at)))}});
+                    {"sigma", std::sqrt(result.covariance.parameters(at, at))}});
   }
   return list;
 }
@@ -47,8 +44,8 @@ ordered_json trials_json(const BoardCalibration& result) {
   ordered_json list = ordered_json::array();
   for (const ModelTrial& trial : result.trials)
     list.push_back({{"model", lens_model_name(trial.model)},
-                    {"rms_px", known(trial.rms_px)},
-                    {"held_out_rms_px", known(trial.held_out_rms_px)},
+                    {"rms_px", trial.rms_px},
+                    {"held_out_rms_px", trial.held_out_rms_px},
                     {"remark", trial.model == result.camera.parameters().model ? "chosen"
                                : trial.usable                                  ? ""
                                               : "not usable over the whole picture"}});
@@ -175,11 +172,11 @@ nlohmann::ordered_json camera_report(const CameraReportInput& input, const Outpu
           {"principal_point_px", {camera.cx_px, camera.cy_px}},
           {"model", lens_model_name(camera.model)},
           {"rms_px", result.rms_px},
-          {"held_out_rms_px", known(result.held_out_rms_px)},
+          {"held_out_rms_px", result.held_out_rms_px},
           {"noise_px", result.covariance.noise_px},
           {"structure_px", known(result.structure_px)},
           {"coverage", result.coverage},
-          {"focal_distance_correlation", known(result.covariance.focal_distance_correlation)},
+          {"focal_distance_correlation", result.covariance.focal_distance_correlation},
           {"ball_sigma_mm", known(result.ball_sigma_mm)},
           {"covered_ball_sigma_mm", known(result.covered_ball_sigma_mm)},
           {"parameters", parameters_json(result)},

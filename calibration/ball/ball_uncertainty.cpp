@@ -87,8 +87,8 @@ std::optional<BallSigmaMap> ball_sigma_map(const Camera& camera, const Eigen::Ma
   return map;
 }
 
-std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance,
-                                    double diameter_m, double range_m) {
+std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance) {
+  constexpr double diameter_m = 0.070, range_m = 1;
   const auto map = ball_sigma_map(camera, covariance, diameter_m, range_m);
   if (!map) return std::nullopt;
   if (map->worst_mm()) return map->worst_mm();

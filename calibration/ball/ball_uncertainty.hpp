@@ -23,7 +23,6 @@ class CameraUncertainty {
   /// False where a parameter is so uncertain that a twentieth of its sigma leaves what is valid: then no
   /// derivatives are given.
   bool is_valid() const { return valid_; }
-  std::size_t axes() const { return changed_.size(); }
 
   /// The derivatives of what `read(camera)` makes of a camera (an optional) per standard deviation along each
   /// axis of the covariance, by central differences. Nothing where it makes nothing of one of them.
@@ -69,7 +68,6 @@ std::optional<BallSigmaMap> ball_sigma_map(const Camera& camera, const Eigen::Ma
 
 /// The worst of that map for a ball of 70 mm at 1 m; where no place shows that ball whole (a long lens), in
 /// the picture's middle. Nothing where no such ball can be seen.
-std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance,
-                                    double diameter_m = 0.070, double range_m = 1.0);
+std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd& covariance);
 
 }  // namespace ballservo

@@ -10,6 +10,7 @@ namespace ballservo {
 namespace {
 
 constexpr int starts = 5, max_rounds = 8;
+constexpr std::size_t least_views = 4;  // of each camera
 // How much the boards' squared errors must fall, each under a camera fitted without it. In real sets of one
 // camera of 8 to 20 pictures they fall by 1.1 at most, in those of two by 1.5.
 constexpr double least_error_ratio = 1.3;
@@ -127,7 +128,7 @@ struct Split {
 };
 
 std::optional<Split> improve(const std::vector<BoardView>& views, const BoardAdjustment& together,
-                             std::vector<bool> second, std::size_t least_views) {
+                             std::vector<bool> second) {
   std::optional<Split> split;
   for (int round = 0; round < max_rounds; ++round) {
     const Group a = group_of(views, together, second, false), b = group_of(views, together, second, true);
@@ -185,7 +186,7 @@ double error_ratio(const std::vector<BoardView>& views, const BoardAdjustment& t
 }  // namespace
 
 std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& all_views,
-                                                const BoardAdjustment& flat, std::size_t least_views) {
+                                                const BoardAdjustment& flat) {
   if (all_views.size() < 2 * least_views) return std::nullopt;
   // A bent board is the commonest other reason why no one camera fits: what it explains is no second camera.
   const auto best_bent = bend_boards(believed_corners(all_views, flat), flat);
@@ -199,7 +200,7 @@ std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& al
     for (std::size_t v = 0; v < views.size(); ++v) second[v] = uniform(engine, 0, 1) < 0.5;
     if (start == 0)  // as pictures of two cameras most often come: one after the other
       for (std::size_t v = 0; v < views.size(); ++v) second[v] = v >= views.size() / 2;
-    const auto split = improve(views, together, second, least_views);
+    const auto split = improve(views, together, second);
     if (split && (!best || split->error_px2 < best->error_px2)) best = split;
   }
   if (!best) return std::nullopt;

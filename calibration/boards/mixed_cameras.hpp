@@ -17,11 +17,11 @@ struct CameraMixture {
 
 /// Splits the views into two groups, each with a camera of its own, going back and forth between fitting the
 /// cameras and giving each view to the one that explains it better, from several starts. A mixture is
-/// reported where each group has `least_views`, the error falls clearly, that of each view under its camera
+/// reported where each group has four views, the error falls clearly, that of each view under its camera
 /// as fitted without it, and nearly every view is explained clearly worse by the other camera.
 /// What a bend of the board explains counts for no second camera.
-/// Nothing for fewer than twice `least_views`.
+/// Nothing for fewer than eight.
 std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& views,
-                                                const BoardAdjustment& flat, std::size_t least_views = 4);
+                                                const BoardAdjustment& flat);
 
 }  // namespace ballservo
