@@ -14,6 +14,7 @@
 #include "calibration/pictures/image_file.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {
@@ -98,12 +99,8 @@ TEST_F(BoardFiles, ACameraGivesEachPlaceOfTheBoardOnceAndEndsAfterTwoMinutes) {
 }
 
 TEST_F(BoardFiles, ACameraThatIsNotThereIsNamed) {
-  try {
-    find_boards({"camera:251"}, search_for("chessboard:9x6"));
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("camera:251: found no camera that can be opened"));
-  }
+  EXPECT_THAT(test::fault_lines([] { find_boards({"camera:251"}, search_for("chessboard:9x6")); }),
+              HasSubstr("camera:251: found no camera that can be opened"));
 }
 
 TEST_F(BoardFiles, APictureOfAPixelMoreIsUsedAndSaidToBe) {

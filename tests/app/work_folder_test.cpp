@@ -14,27 +14,16 @@
 #include "app/io/journal.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {
 namespace {
 
+using test::fault_lines;
 using testing::HasSubstr;
 
 const NoteCheck any = [](const std::string&, const std::string&) { return true; };
-
-/// The faults of what `call` throws, as a user sees them; empty where it throws nothing.
-template <class Call>
-std::string faults_of(const Call& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    std::string text;
-    for (const Fault& fault : error.faults()) text += to_text(fault) + "\n";
-    return text;
-  }
-  return "";
-}
 
 TEST(Shards, HoldEachItemOnceWhateverTheirNumber) {
   for (const int count : {1, 2, 3, 7, 50}) {
@@ -50,7 +39,7 @@ TEST(Shards, AreReadStrictly) {
   EXPECT_EQ(parse_shard("2/4").to_text(), "2/4");
   for (const char* bad : {"", "/", "0/4", "5/4", "-1/4", "1/0", "1", "1/4/2", "a/b", "1.0/4", "1/100001",
                           "99999999999999999999/99999999999999999999"}) {
-    EXPECT_THAT(faults_of([&] { parse_shard(bad); }), HasSubstr("--shard")) << bad;
+    EXPECT_THAT(fault_lines([&] { parse_shard(bad); }), HasSubstr("--shard")) << bad;
   }
 }
 
@@ -106,13 +95,13 @@ TEST_F(Work, AJournalTakesInThoseOfParts) {
     EXPECT_EQ(whole.find("key " + std::to_string(k)), many + "\n" + std::to_string(k));
   const std::string first = "[\"ballservo journal 1\",\"job\"]\n";
   std::ofstream(dir / "bad") << first << "[\"a\",3]\n";
-  EXPECT_THAT(faults_of([&] { whole.add_part(dir / "bad"); }), HasSubstr("bad:2"));
+  EXPECT_THAT(fault_lines([&] { whole.add_part(dir / "bad"); }), HasSubstr("bad:2"));
   std::ofstream(dir / "short") << first << "[\"a\",\"b\"]";
-  EXPECT_THAT(faults_of([&] { whole.add_part(dir / "short"); }), HasSubstr("unfinished"));
-  EXPECT_THAT(faults_of([&] { whole.add_part(dir / "none"); }), HasSubstr("none"));
+  EXPECT_THAT(fault_lines([&] { whole.add_part(dir / "short"); }), HasSubstr("unfinished"));
+  EXPECT_THAT(fault_lines([&] { whole.add_part(dir / "none"); }), HasSubstr("none"));
   ASSERT_EQ(::mkfifo((dir / "pipe").c_str(), 0600), 0);  // must not be waited for
-  EXPECT_THAT(faults_of([&] { whole.add_part(dir / "pipe"); }), HasSubstr("pipe"));
-  EXPECT_THAT(faults_of([&] { Journal(dir / "pipe", "job", any); }), HasSubstr("pipe"));
+  EXPECT_THAT(fault_lines([&] { whole.add_part(dir / "pipe"); }), HasSubstr("pipe"));
+  EXPECT_THAT(fault_lines([&] { Journal(dir / "pipe", "job", any); }), HasSubstr("pipe"));
 }
 
 TEST_F(Work, ResultsWrittenPieceByPieceAreThoseWrittenWhole) {
@@ -168,12 +157,12 @@ TEST_F(Work, AJournalSurvivesAKilledProcess) {
 
 TEST_F(Work, AJournalRefusesOtherJobsDamageAndASecondProcess) {
   { Journal(dir / "journal", "job", any).add("a", "b"); }
-  EXPECT_THAT(faults_of([&] { Journal(dir / "journal", "other", any); }), HasSubstr("another job"));
+  EXPECT_THAT(fault_lines([&] { Journal(dir / "journal", "other", any); }), HasSubstr("another job"));
   const Journal held(dir / "journal", "job", any);
-  EXPECT_THAT(faults_of([&] { Journal(dir / "journal", "job", any); }), HasSubstr("another process"));
+  EXPECT_THAT(fault_lines([&] { Journal(dir / "journal", "job", any); }), HasSubstr("another process"));
   for (const char* bad : {"nonsense\n", "[\"a\",\"b\"]\n", "[[[[[[\n", "[\"ballservo journal 1\",1]\n"}) {
     std::ofstream(dir / "bad", std::ios::trunc) << bad;
-    EXPECT_THAT(faults_of([&] { Journal(dir / "bad", "job", any); }),
+    EXPECT_THAT(fault_lines([&] { Journal(dir / "bad", "job", any); }),
                 HasSubstr("bad:1: found a damaged line"))
         << bad;
   }
@@ -181,11 +170,11 @@ TEST_F(Work, AJournalRefusesOtherJobsDamageAndASecondProcess) {
 
 TEST_F(Work, AFolderIsResumedByItsOwnJobOnly) {
   { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse, any).journal().add("0", "done"); }
-  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse, any); }),
+  EXPECT_THAT(fault_lines([&] { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse, any); }),
               HasSubstr("--resume"));
-  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("y"), true, Overwrite::refuse, any); }),
+  EXPECT_THAT(fault_lines([&] { WorkFolder(dir / "out", job("y"), true, Overwrite::refuse, any); }),
               HasSubstr("another job"));
-  EXPECT_THAT(faults_of([&] {
+  EXPECT_THAT(fault_lines([&] {
                 WorkFolder(dir / "out", job("x", {1, 2}), true, Overwrite::refuse, any);
               }),
               HasSubstr("another job"));
@@ -203,9 +192,9 @@ TEST_F(Work, AFolderIsResumedByItsOwnJobOnly) {
   EXPECT_EQ(contents(dir / "out/trials.csv"), "whole\n");
   EXPECT_FALSE(std::filesystem::exists(dir / "out/unfinished.journal"));
   EXPECT_TRUE(WorkFolder(dir / "out", job("x"), true, Overwrite::refuse, any).already_finished());
-  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("y"), true, Overwrite::refuse, any); }),
+  EXPECT_THAT(fault_lines([&] { WorkFolder(dir / "out", job("y"), true, Overwrite::refuse, any); }),
               HasSubstr("differs in scenario"));
-  EXPECT_THAT(faults_of([&] { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse, any); }),
+  EXPECT_THAT(fault_lines([&] { WorkFolder(dir / "out", job("x"), false, Overwrite::refuse, any); }),
               HasSubstr("not empty"));
   EXPECT_EQ(WorkFolder(dir / "out", job("y"), false, Overwrite::allow, any).journal().size(), 0u);
 }
@@ -227,7 +216,7 @@ TEST_F(Work, ShardsThatDoNotFitAreAllNamed) {
   finish("count", job("x", {2, 4}), "2");
   std::ofstream(dir / "changed/trials.csv") << "edited";
   { WorkFolder(dir / "begun", job("x", {4, 5}), false, Overwrite::refuse, any); }
-  const std::string faults = faults_of([&] {
+  const std::string faults = fault_lines([&] {
     read_shards(
         {dir / "a", dir / "b", dir / "twin", dir / "changed", dir / "count", dir / "begun", dir / "no"});
   });
@@ -238,7 +227,7 @@ TEST_F(Work, ShardsThatDoNotFitAreAllNamed) {
   EXPECT_THAT(faults, HasSubstr("an unfinished job"));
   EXPECT_THAT(faults, HasSubstr("no results of a job"));
   EXPECT_THAT(faults, HasSubstr("parts 2/5, 4/5, 5/5 missing"));
-  EXPECT_THAT(faults_of([&] { read_shards({}); }), HasSubstr("no folders"));
+  EXPECT_THAT(fault_lines([&] { read_shards({}); }), HasSubstr("no folders"));
 }
 
 TEST_F(Work, AManifestIsNotBelieved) {
@@ -247,12 +236,12 @@ TEST_F(Work, AManifestIsNotBelieved) {
                           "{\"job\": {}, \"shard\": \"1/1\", \"sha256\": {\"/etc/passwd\": \"0\"}}"}) {
     std::filesystem::create_directory(dir / "out");
     std::ofstream(dir / "out/manifest.json", std::ios::trunc) << bad;
-    EXPECT_THAT(faults_of([&] { read_shards({dir / "out"}); }), HasSubstr("manifest.json")) << bad;
+    EXPECT_THAT(fault_lines([&] { read_shards({dir / "out"}); }), HasSubstr("manifest.json")) << bad;
   }
   std::ofstream(dir / "out/manifest.json", std::ios::trunc)
       << "{\"job\": {\"a\":" + std::string(100000, '[') + std::string(100000, ']') +
              "}, \"shard\": \"1/2\", \"sha256\": {}}";
-  EXPECT_THAT(faults_of([&] { read_shards({dir / "out"}); }), HasSubstr("missing"));
+  EXPECT_THAT(fault_lines([&] { read_shards({dir / "out"}); }), HasSubstr("missing"));
 }
 
 }  // namespace

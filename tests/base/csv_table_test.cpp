@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/faults.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -11,14 +13,7 @@ CsvTable parsed(const std::string& text) {
 }
 
 std::string faults_of(const std::string& text) {
-  try {
-    parsed(text);
-  } catch (const InputError& error) {
-    std::string lines;
-    for (const Fault& fault : error.faults()) lines += to_text(fault) + "\n";
-    return lines;
-  }
-  return "";
+  return test::fault_lines([&] { parsed(text); });
 }
 
 TEST(CsvTables, AsSpreadsheetsWriteThem) {

@@ -10,6 +10,7 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
 #include "calibration/pictures/image_file.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace fs = std::filesystem;
@@ -60,13 +61,9 @@ class ImageSource : public testing::Test {
     std::ofstream(file, std::ios::binary) << bytes;
     return file;
   }
-  static std::size_t faults_of(const std::vector<std::string>& sources) {
-    try {
-      open_sources(sources, 30, default_max_pixels);
-    } catch (const InputError& error) {
-      return error.faults().size();
-    }
-    return 0;
+  static std::size_t faults_of(const std::vector<std::string>& sources,
+                               double max_pixels = default_max_pixels) {
+    return test::faults_of([&] { open_sources(sources, 30, max_pixels); }).size();
   }
 
   test::TemporaryFolder folder;
@@ -165,28 +162,18 @@ TEST_F(ImageSource, PlaylistsAndDamagedVideosAreRefused) {
 }
 
 TEST_F(ImageSource, LargePicturesAndVideosAreRefusedBeforeDecoding) {
-  const std::vector<std::string> both = {put_image("wide.png", 1000), put_video("v.mkv", 2)};
-  try {
-    open_sources(both, 30, 100);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.faults().size(), 2u) << error.what();
-  }
+  EXPECT_EQ(faults_of({put_image("wide.png", 1000), put_video("v.mkv", 2)}, 100), 2u);
 }
 
 TEST_F(ImageSource, ImageFilesRefuseWhatMoves) {
   const std::string image = put_image("a.png");
   EXPECT_EQ(image_files({image}), std::vector<fs::path>{image});
   const std::string video = put_video("v.mkv", 2);
-  try {
-    image_files({image, video, "camera:0"});
-    FAIL();
-  } catch (const InputError& error) {
-    ASSERT_EQ(error.faults().size(), 2u) << error.what();
-    EXPECT_EQ(error.faults()[0].found, "a video");
-    EXPECT_EQ(error.faults()[1].found, "a camera");
-    for (const Fault& fault : error.faults()) EXPECT_EQ(fault.allowed, "image files or folders of images");
-  }
+  const auto faults = test::faults_of([&] { image_files({image, video, "camera:0"}); });
+  ASSERT_EQ(faults.size(), 2u);
+  EXPECT_EQ(faults[0].found, "a video");
+  EXPECT_EQ(faults[1].found, "a camera");
+  for (const Fault& fault : faults) EXPECT_EQ(fault.allowed, "image files or folders of images");
 }
 
 TEST_F(ImageSource, RateMustBePositive) {

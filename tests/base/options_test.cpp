@@ -6,6 +6,8 @@
 #include <array>
 #include <limits>
 
+#include "tests/support/faults.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -76,14 +78,14 @@ Sample read(const std::string& text) {
   return sample;
 }
 
-std::vector<std::string> faults_in(const std::string& text) {
+std::vector<std::string> texts_of(const std::vector<Fault>& faults) {
   std::vector<std::string> texts;
-  try {
-    read(text);
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults()) texts.push_back(to_text(fault));
-  }
+  for (const Fault& fault : faults) texts.push_back(to_text(fault));
   return texts;
+}
+
+std::vector<std::string> faults_in(const std::string& text) {
+  return texts_of(test::faults_of([&] { read(text); }));
 }
 
 std::vector<std::string> faults_of(const Sample& sample) {
@@ -91,9 +93,7 @@ std::vector<std::string> faults_of(const Sample& sample) {
   Sample copy = sample;
   OptionChecker checker(faults, "sample");
   declare(checker, copy);
-  std::vector<std::string> texts;
-  for (const Fault& fault : faults.faults()) texts.push_back(to_text(fault));
-  return texts;
+  return texts_of(faults.faults());
 }
 
 TEST(OptionReader, ReadsWhatTheFileSaysAndKeepsTheRest) {

@@ -6,21 +6,14 @@
 #include <functional>
 #include <random>
 
+#include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {
 namespace {
 
+using test::faults_of;
 using testing::HasSubstr;
-
-std::vector<Fault> faults_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.faults();
-  }
-  return {};
-}
 
 /// The faults of reading `text` by `reader`, which includes unknown keys.
 std::vector<Fault> faults_in(const std::string& text, const std::function<void(YamlNode)>& reader) {

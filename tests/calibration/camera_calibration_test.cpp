@@ -19,6 +19,7 @@
 #include "calibration/pictures/image_file.hpp"
 #include "tests/calibration/board_examples.hpp"
 #include "tests/calibration/camera_examples.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {
@@ -188,11 +189,7 @@ TEST(Boards, NamesAndFaults) {
     EXPECT_THROW(parse_board(text, 0.025), InputError) << text;
   for (const double square : {0.0, -0.025, std::nan(""), HUGE_VAL})
     EXPECT_THROW(parse_board("chessboard:9x6", square), InputError) << square;
-  try {
-    parse_board("charuco:9x6", -1);
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.faults().size(), 2u);
-  }
+  EXPECT_EQ(test::faults_of([] { parse_board("charuco:9x6", -1); }).size(), 2u);
 }
 
 TEST(BoardDetector, PicturesWithoutABoard) {

@@ -11,6 +11,7 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 #include "tests/calibration/camera_examples.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo::test {
@@ -27,14 +28,7 @@ class CameraFormats : public testing::Test {
   }
   /// The faults of reading such a file, a line each; empty if it was accepted.
   std::string faults_of(const std::string& contents, const std::string& camera_name = "") {
-    try {
-      read(contents, camera_name);
-    } catch (const InputError& error) {
-      std::string lines;
-      for (const Fault& fault : error.faults()) lines += to_text(fault) + "\n";
-      return lines;
-    }
-    return "";
+    return fault_lines([&] { read(contents, camera_name); });
   }
   TemporaryFolder folder_;
 };

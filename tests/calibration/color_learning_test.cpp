@@ -11,6 +11,7 @@
 #include "calibration/teaching/class_report.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "tests/calibration/color_pictures.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {
@@ -313,13 +314,10 @@ TEST(LearnClasses, FaultsOfTheRequestAreAllNamed) {
   const std::vector<ColorPicture> pictures = {four_balls()};
   const auto faults = [&](const std::vector<ClassRequest>& requests) -> std::size_t {
     try {
-      learn_classes(pictures, requests);
-    } catch (const InputError& error) {
-      return error.faults().size();
+      return test::faults_of([&] { learn_classes(pictures, requests); }).size();
     } catch (const Refusal&) {
       return 100;
     }
-    return 0;
   };
   const auto at = [&](double x, double y, double r) { return faults({{"a", {0}, PointedBall{{x, y}, r}}}); };
   EXPECT_EQ(at(60, 60, 30), 0u);

@@ -11,9 +11,9 @@
 namespace ballservo {
 namespace {
 
-// What estimators and bound are not told: the edge's blur, and in each arc segment of the outline the background,
-// the contrast and the shading. The exact fits are those that claim to be unbiased: they fit the ball's own
-// outline, whatever the lens.
+// What estimators and bound are not told: the edge's blur, and in each arc segment of the outline the
+// background, the contrast and the shading. The exact fits are those that claim to be unbiased: they fit the
+// ball's own outline, whatever the lens.
 const char* const plan_text =
     "seed: 5\nframes: 16\nmethods: [sphere_one_step, sphere_steps_2, sphere_converged, sphere_robust]\n"
     "defaults: {camera: {focal_px: 400, width_px: 240, height_px: 180}, noise: {read: 2}, blur_px: 0.7, "

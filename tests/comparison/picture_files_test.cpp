@@ -9,6 +9,7 @@
 
 #include "app/comparison/comparison_archive.hpp"
 #include "calibration/base/fault.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {
@@ -37,12 +38,7 @@ struct Pictures {
 };
 
 std::vector<Fault> faults_of(const PictureFilesOptions& options) {
-  try {
-    PictureFiles source(options);
-  } catch (const InputError& error) {
-    return error.faults();
-  }
-  return {};
+  return test::faults_of([&] { PictureFiles source(options); });
 }
 
 bool any_at(const std::vector<Fault>& faults, const std::string& part) {

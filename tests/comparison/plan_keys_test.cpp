@@ -3,6 +3,7 @@
 
 #include "app/comparison/pictures/plan.hpp"
 #include "calibration/base/system_file.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/option_keys.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -15,12 +16,7 @@ using ::testing::Not;
 constexpr const char* small_plan = "frames: 1\nconditions: [{name: a}]\n";
 
 std::string faults_of(const std::string& text) {
-  try {
-    parse_comparison_plan(text, "plan.yaml", ".");
-  } catch (const InputError& error) {
-    return std::string("\n") + error.what() + "\n";
-  }
-  return {};
+  return "\n" + test::fault_lines([&] { parse_comparison_plan(text, "plan.yaml", "."); });
 }
 
 bool is_varied(const OptionRow& row) { return row.path.rfind("design.vary.", 0) == 0; }

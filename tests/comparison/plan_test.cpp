@@ -6,18 +6,14 @@
 #include <string>
 
 #include "calibration/base/fault.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {
 namespace {
 
 std::vector<Fault> faults_of(const std::string& text) {
-  try {
-    parse_comparison_plan(text, "plan.yaml", ".");
-  } catch (const InputError& error) {
-    return error.faults();
-  }
-  return {};
+  return test::faults_of([&] { parse_comparison_plan(text, "plan.yaml", "."); });
 }
 
 bool any_at(const std::vector<Fault>& faults, const std::string& part) {
@@ -169,8 +165,8 @@ TEST(ComparisonPlan, TheBasicOneHoldsItsConditions) {
 }
 
 TEST(ComparisonPlan, EveryPlanThatIsShippedCanBeRead) {
-  for (const char* name : {"basic.yaml", "paper.yaml", "full.yaml", "accuracy.yaml",
-                           "accuracy_sweeps.yaml"}) {
+  for (const char* name :
+       {"basic.yaml", "paper.yaml", "full.yaml", "accuracy.yaml", "accuracy_sweeps.yaml"}) {
     const ComparisonPlan plan = read_comparison_plan(test::project_data_dir() / "comparisons" / name);
     EXPECT_FALSE(plan.conditions.empty());
     EXPECT_EQ(plan.paper_claims, std::string(name) == "paper.yaml" || std::string(name) == "full.yaml");
