@@ -2,13 +2,11 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/io/image_source.hpp"
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/camera/camera.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"

@@ -10,6 +10,7 @@
 #include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"
 #include "app/io/ball_rows.hpp"
+#include "app/io/image_source.hpp"
 #include "app/io/progress.hpp"
 #include "perception/tracking/light_adaptation.hpp"
 

@@ -1,5 +1,4 @@
 // ballservo calibrate board: a calibration board to print.
-#include <fmt/format.h>
 
 #include <limits>
 #include <memory>

@@ -16,7 +16,6 @@
 #include "calibration/ball/ball_radius.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
 #include "calibration/boards/board_detector.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_file.hpp"

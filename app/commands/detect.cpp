@@ -1,6 +1,5 @@
 // ballservo detect: the balls in pictures.
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <map>
 #include <memory>

@@ -14,7 +14,6 @@
 #include "app/live/scenario_session.hpp"
 #include "app/report/draw_pages.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
 #include "calibration/boards/board.hpp"
 
 namespace ballservo {

@@ -1,5 +1,4 @@
 // ballservo report: draws the pages of result folders again.
-#include <fmt/format.h>
 
 #include <memory>
 

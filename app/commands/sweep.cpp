@@ -1,7 +1,6 @@
 // ballservo sweep: many closed-loop runs of a scenario; ballservo sweep merge: the parts of one, joined.
 #include "app/sweep/sweep.hpp"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <opencv2/core/utility.hpp>

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <map>
 #include <memory>
 
 #include "app/commands/ball_search.hpp"
@@ -11,7 +10,6 @@
 #include "app/io/video_writer.hpp"
 #include "app/report/overlay.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
 #include "perception/tracking/tracker.hpp"
 
 namespace ballservo {

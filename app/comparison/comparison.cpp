@@ -6,7 +6,6 @@
 #include <tbb/task_group.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <mutex>
 

@@ -1,13 +1,11 @@
 #include "app/comparison/paper_measurements.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
 #include "app/comparison/estimators/stopwatch.hpp"
-#include "app/comparison/pictures/plan_pictures.hpp"
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "app/comparison/resampling.hpp"
 #include "calibration/base/statistics.hpp"

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "app/io/camera_controls.hpp"
-#include "calibration/base/image_size.hpp"
 #include "calibration/base/strict_yaml.hpp"
 
 namespace ballservo {

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
 
 namespace ballservo {
 namespace {

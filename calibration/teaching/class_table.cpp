@@ -1,7 +1,6 @@
 #include "calibration/teaching/class_table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace ballservo {

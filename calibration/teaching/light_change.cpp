@@ -1,7 +1,6 @@
 #include "calibration/teaching/light_change.hpp"
 
 #include <Eigen/LU>
-#include <cmath>
 
 #include "calibration/color/color_space.hpp"
 

@@ -9,10 +9,8 @@
 #include <unistd.h>
 
 #include <fstream>
-#include <sstream>
 
 #include "app/io/journal.hpp"
-#include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
 #include "tests/support/faults.hpp"
 #include "tests/support/test_data.hpp"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/ball/camera_difference.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/boards/board_calibration.hpp"
 #include "calibration/boards/board_detector.hpp"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "calibration/base/random.hpp"
 

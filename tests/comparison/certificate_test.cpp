@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "app/comparison/estimators/converged_fits.hpp"
 #include "calibration/base/random.hpp"

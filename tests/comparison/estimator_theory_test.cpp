@@ -1,7 +1,6 @@
 // What theory says of the estimators, each against exact truth.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <functional>
 #include <map>

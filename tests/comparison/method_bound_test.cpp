@@ -4,7 +4,6 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "app/comparison/comparison.hpp"
 #include "app/comparison/pictures/plan_pictures.hpp"
 #include "calibration/base/random.hpp"
 

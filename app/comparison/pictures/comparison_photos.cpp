@@ -1,7 +1,6 @@
 #include "app/comparison/pictures/comparison_photos.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 

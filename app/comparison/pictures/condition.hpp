@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "calibration/base/options.hpp"
 #include "calibration/camera/camera.hpp"

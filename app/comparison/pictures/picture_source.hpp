@@ -1,9 +1,7 @@
 // Where a comparison's pictures come from: a plan's renderer, or a user's own files.
 #pragma once
 
-#include <memory>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 

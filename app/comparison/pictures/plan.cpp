@@ -10,7 +10,6 @@
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "calibration/base/system_file.hpp"
 #include "calibration/camera/files/camera_file.hpp"
-#include "calibration/color/color_names.hpp"
 
 namespace ballservo {
 namespace {

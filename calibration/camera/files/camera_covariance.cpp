@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "calibration/base/fault.hpp"
