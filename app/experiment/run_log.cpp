@@ -22,7 +22,7 @@ std::string log_csv(const std::vector<StepRecord>& steps) {
   std::string csv =
       "step,time_s,x_m,y_m,yaw_rad,v_mps,w_radps,v_command_mps,w_command_radps,state,reason,track_state,"
       "error_1,error_2,range_m,bearing_rad,clearance_m,v_intended_mps,w_intended_radps,shield,in_view,"
-      "hidden\n";
+      "hidden,pan_rad,pan_command_radps\n";
   for (const StepRecord& s : steps) {
     const ControlOutput& c = s.control;
     const auto if_known = [&s](bool value) { return s.known ? std::optional(value) : std::nullopt; };
@@ -30,7 +30,7 @@ std::string log_csv(const std::vector<StepRecord>& steps) {
                    c.command.v_mps, c.command.w_radps, control_state_name(c.state), c.reason,
                    track_state_name(c.track_state), c.error_1, c.error_2, s.range_m, s.bearing_rad,
                    s.clearance_m, c.intended.v_mps, c.intended.w_radps, c.shield, if_known(s.in_view),
-                   if_known(s.hidden));
+                   if_known(s.hidden), s.pan.angle_rad, c.pan_radps);
   }
   return csv;
 }

@@ -20,6 +20,7 @@ struct StepRecord {
   bool known = true;  ///< the truth; else what would be true is NaN or false, and `twist` is as measured
   Pose2 pose;
   Twist2 twist;
+  PanMotion pan;
   Pose2 odometry;  ///< where the robot believes to be
   ControlOutput control;
   Eigen::Vector3d p_WB{0, 0, 0};

@@ -43,12 +43,13 @@ void RunRecorder::frame(const FrameEvent& event) {
 void RunRecorder::observe(const RobotTruth& robot, StepRecord& record) const {
   record.pose = robot.pose;
   record.twist = robot.twist;
+  record.pan = robot.pan;
   record.p_WB = scenario_.target_ball().p_WB(record.time_s);
   const Eigen::Vector2d p_RB = in_robot_frame(record.pose, record.p_WB.head<2>());
   record.range_m = p_RB.norm();
   record.range_error_m = record.range_m - scenario_.target_distance_m;
   record.bearing_rad = std::atan2(p_RB.y(), p_RB.x());
-  const Eigen::Isometry3d X_WC = scenario_.X_WC(record.pose);
+  const Eigen::Isometry3d X_WC = scenario_.X_WC(record.pose, record.pan.angle_rad);
   const Eigen::Vector3d p_CB = X_WC.inverse() * record.p_WB;
   const Eigen::Vector3d away = record.p_WB - X_WC.translation();
   const double distance_m = away.norm();
@@ -79,6 +80,7 @@ void RunRecorder::step(const StepEvent& event) {
   record.step = event.step;
   record.time_s = event.robot.time_s;
   record.twist = event.robot.twist;
+  record.pan = event.robot.pan;
   record.odometry = event.robot.odometry;
   record.control = event.control;
   std::string touched;

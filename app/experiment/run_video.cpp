@@ -222,6 +222,12 @@ cv::Mat TopView::draw(const std::vector<StepRecord>& steps, const std::vector<So
   cv::arrowedLine(picture, pixel({now.pose.x_m, now.pose.y_m}), pixel(in_world_frame(now.pose, {0.4, 0.0})),
                   ink, 2, cv::LINE_AA, fraction_bits, 0.25);
 
+  if (now.pan.angle_rad != 0) {
+    const Pose2 looks{now.pose.x_m, now.pose.y_m, now.pose.yaw_rad + now.pan.angle_rad};
+    cv::line(picture, pixel({now.pose.x_m, now.pose.y_m}), pixel(in_world_frame(looks, {0.8, 0.0})),
+             ball_color, 2, cv::LINE_AA, fraction_bits);
+  }
+
   // The way that each command would lead: as intended, and as guard and shield let it pass.
   const auto foreseen = [&](const Twist2& twist, const cv::Scalar& color) {
     std::vector<cv::Point> way;
@@ -266,7 +272,8 @@ void PictureKeeper::frame(const FrameEvent& event) {
   std::string text = fmt::format("{:6.2f} s  {}  {}", frame.time_s, control_state_name(state),
                                  track_state_name(frame.measurement.state));
   if (frame.measurement.state != TrackState::none) {
-    const Eigen::Vector3d p_RB = scenario_.camera.mount.X_RC() * frame.measurement.p_CB;
+    const Eigen::Vector3d p_RB =
+        scenario_.camera.mount.X_RC(frame.measurement.pan_rad) * frame.measurement.p_CB;
     text += fmt::format("  axle to ball {:.3f} m", p_RB.head<2>().norm());
   }
   cv::Mat picture = event.frame.bgr.clone();

@@ -37,8 +37,8 @@ ControllerOptions controller_options(const Scenario& scenario) {
   options.turn_gain_per_s = scenario.law.gain_per_s;
   options.avoidance = scenario.avoidance;
   // A little less than half the picture, so that the ball stays whole in it.
-  const double half_width_px = 0.5 * scenario.camera.camera.size().width_px;
-  options.avoidance.half_view_rad = 0.9 * std::atan(half_width_px / scenario.camera.camera.focal_px());
+  options.avoidance.half_view_rad = 0.9 * scenario.camera.half_view_rad();
+  options.avoidance.pan_max_rad = scenario.camera.mount.pan.max_rad;
   return options;
 }
 
@@ -51,7 +51,7 @@ class SimulatedRun {
       : options_(options),
         untouched_(scenario),
         scenario_(scenario),
-        robot_(scenario_.world, scenario.robot, options.seed, options.body),
+        robot_(scenario_.world, scenario.robot, options.seed, options.body, scenario.camera.mount.pan),
         camera_(
             scenario_, options.seed, options.perception == PerceptionLevel::image || options.on_picture,
             [this](double time_s) { return robot_.at(time_s); }, options.take_picture),

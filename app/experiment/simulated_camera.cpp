@@ -45,14 +45,15 @@ void SimulatedCamera::skip_to(double time_s) {
 /// Takes an instant of the exposure. The frame, where this was its last one and it was not dropped.
 std::optional<CameraFrame> SimulatedCamera::expose(const RobotTruth& robot) {
   const CameraSettings& camera = scenario_.camera;
-  const CameraView view{scenario_.X_WC(robot.pose), robot.time_s};
+  const CameraView view{scenario_.X_WC(robot.pose, robot.pan.angle_rad), robot.time_s};
   const Instant& instant = instants_[next_instant_];
   if (instant.rendered) views_.push_back(view);
-  if (instant.share == 0.5) truth_ = {view, robot.pose, {}, faults_.level(view.time_s)};
+  if (instant.share == 0.5) truth_ = {view, robot.pose, robot.pan.angle_rad, {}, faults_.level(view.time_s)};
   if (++next_instant_ < instants_.size()) return std::nullopt;
 
   CameraFrame frame{frame_, truth_.view.time_s,
                     std::max(truth_.view.time_s + camera.latency_s, next_start_s() + camera.exposure_s)};
+  frame.pan_rad = truth_.pan_rad;
   const bool dropped = faults_.drops(frame.time_s);
   if (!dropped) {
     truth_.target = ball_truth(camera.camera, scenario_.world, truth_.view, scenario_.target);

@@ -20,6 +20,7 @@ namespace ballservo {
 struct ExposureTruth {
   CameraView view;
   Pose2 robot;
+  double pan_rad = 0;
   BallTruth target;
   double level = 1;  ///< factor that a fault puts on the light
 };

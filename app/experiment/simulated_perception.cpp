@@ -132,8 +132,8 @@ class GeometricPerception final : public SimulatedPerception {
     if (percept.ball.state != TrackState::none) believe(percept);
     if (percept.ball.state != TrackState::none) note(scenario_, frame, percept, target.visible_fraction);
     if (floor_ && shows_colors) {
-      percept.floor =
-          floor_->scan(truth.robot, frame.time_s, seed_, static_cast<std::uint64_t>(frame.number));
+      percept.floor = floor_->scan(truth.robot, frame.time_s, seed_, static_cast<std::uint64_t>(frame.number),
+                                   frame.pan_rad);
     }
     stamp_as_believed(scenario_, percept);
     return percept;

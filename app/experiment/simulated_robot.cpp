@@ -30,10 +30,19 @@ class UnicycleBody final : public RobotBody {
 
 }  // namespace
 
+PanMotion SimulatedPan::advance_to(double time_s) {
+  drive_.advance_to(time_s);
+  const double angle_rad = std::clamp(drive_.pose().yaw_rad, -max_rad_, max_rad_);
+  if (angle_rad == drive_.pose().yaw_rad) return {angle_rad, drive_.twist().w_radps};
+  drive_.hold({0, 0, angle_rad});
+  return {angle_rad, 0};
+}
+
 SimulatedRobot::SimulatedRobot(const World& world, const RobotSettings& settings, std::uint64_t seed,
-                               std::shared_ptr<RobotBody> body)
+                               std::shared_ptr<RobotBody> body, const PanLimits& pan)
     : body_(body ? std::move(body) : std::make_shared<UnicycleBody>(settings)),
       odometry_(settings.odometry, settings.pose, seed) {
+  if (pan.turns()) pan_.emplace(pan, settings.actuation_delay_s);
   const RobotMotion start = body_->advance_to(0);
   now_ = {0, start.pose, start.twist};
   odometry_.put(start.pose);
@@ -44,7 +53,7 @@ SimulatedRobot::SimulatedRobot(const World& world, const RobotSettings& settings
 void SimulatedRobot::move_on(double now_s) {
   const auto move_to = [this](double time_s) {
     const RobotMotion motion = body_->advance_to(time_s);
-    now_ = {time_s, motion.pose, motion.twist};
+    now_ = {time_s, motion.pose, motion.twist, pan_ ? pan_->advance_to(time_s) : PanMotion{}};
     odometry_.move(now_.pose);
   };
   now_s = std::max(now_s, now_.time_s);
@@ -65,7 +74,7 @@ RobotState SimulatedRobot::read(double now_s) {
   const std::lock_guard<std::mutex> lock(mutex_);
   move_on(now_s);
   when_read_ = now_;
-  return {now_.time_s, odometry_.pose(), odometry_.measure(now_.twist)};
+  return {now_.time_s, odometry_.pose(), odometry_.measure(now_.twist), now_.pan};
 }
 
 void SimulatedRobot::command(const Twist2& twist, double now_s) {
@@ -73,6 +82,13 @@ void SimulatedRobot::command(const Twist2& twist, double now_s) {
   if (now_s > now_.time_s) move_on(now_s);
   body_->command(twist);
   commands_.push_back({now_.time_s, twist});
+}
+
+void SimulatedRobot::pan(double speed_radps, double now_s) {
+  if (!pan_) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (now_s > now_.time_s) move_on(now_s);
+  pan_->command(speed_radps);
 }
 
 void SimulatedRobot::put(const Pose2& pose) {

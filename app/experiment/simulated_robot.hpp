@@ -18,6 +18,7 @@ struct RobotTruth {
   double time_s = 0;
   Pose2 pose;
   Twist2 twist;
+  PanMotion pan{};
 };
 
 /// A robot of which a record is made: beside what it says, the truth as far as somebody tells it.
@@ -43,16 +44,31 @@ class RobotBody {
   virtual void put(const Pose2& pose) = 0;
 };
 
+/// A camera's pan with its stops: a drive that turns on the spot.
+class SimulatedPan {
+ public:
+  SimulatedPan(const PanLimits& limits, double actuation_delay_s)
+      : max_rad_(limits.max_rad),
+        drive_({}, {1, limits.speed_max_radps, 1, limits.acceleration_max_radps2}, actuation_delay_s) {}
+  void command(double speed_radps) { drive_.command({0, speed_radps}); }
+  PanMotion advance_to(double time_s);
+
+ private:
+  double max_rad_;
+  UnicycleRobot drive_;
+};
+
 /// Whoever looks at it moves it on to then, its sonars fire on the way. Loop and camera may do so from two
 /// threads.
 class SimulatedRobot final : public WatchedRobot {
  public:
   /// `world` must outlive the robot. Without `body` it is a UnicycleRobot.
   SimulatedRobot(const World& world, const RobotSettings& settings, std::uint64_t seed,
-                 std::shared_ptr<RobotBody> body = nullptr);
+                 std::shared_ptr<RobotBody> body = nullptr, const PanLimits& pan = {});
 
   RobotState read(double now_s) override;
   void command(const Twist2& twist, double now_s) override;
+  void pan(double speed_radps, double now_s) override;
   bool has_sonars() const override { return sonar_.has_value(); }
   void listen(const std::function<void(const SonarReading&)>& hear) override;
 
@@ -79,6 +95,7 @@ class SimulatedRobot final : public WatchedRobot {
 
   std::mutex mutex_;
   std::shared_ptr<RobotBody> body_;
+  std::optional<SimulatedPan> pan_;
   RobotTruth now_;
   Odometry odometry_;
   std::optional<SonarRing> sonar_;

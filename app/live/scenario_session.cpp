@@ -64,6 +64,13 @@ Json balls_of(const Scenario& scenario, double time_s) {
   return listed;
 }
 
+/// Where the camera is, where it looks, and how far to either side it sees.
+Json view_of(const Scenario& scenario, const StepRecord& step) {
+  const CameraSettings& camera = scenario.camera;
+  const Eigen::Vector2d apex = in_world_frame(step.pose, {camera.mount.forward_m, 0.0});
+  return {apex.x(), apex.y(), step.pose.yaw_rad + step.pan.angle_rad, camera.half_view_rad()};
+}
+
 /// Where the odometry's frame truly lies: X_WO.
 Pose2 odometry_frame(const StepRecord& step) {
   const double yaw_rad = step.pose.yaw_rad - step.odometry.yaw_rad;
@@ -366,7 +373,8 @@ void ScenarioSession::draw_later(const RunView& now) {
   if (!world_ && due_.empty()) world_ = std::make_shared<const World>(now.scenario.world);
   if (!world_) return;
   const FrameRecord& frame = now.record.frames.back();
-  const CameraView view{now.scenario.X_WC(pose_at(now.record.steps, frame.time_s)), frame.time_s};
+  const CameraView view{now.scenario.X_WC(pose_at(now.record.steps, frame.time_s), frame.measurement.pan_rad),
+                        frame.time_s};
   eye_->look([world = world_, view, frame, camera = now.scenario.camera, seed = options_.seed,
               radius_m = now.scenario.target_ball().radius_m()](auto& renderer, auto& drawn) {
     if (drawn != world) {
@@ -425,6 +433,7 @@ ScenarioSession::Json ScenarioSession::state(const RunView& now) const {
                {"obstacles", obstacles_of(scenario.world)},
                {"balls", balls_of(scenario, step.time_s)},
                {"robot", {step.pose.x_m, step.pose.y_m, step.pose.yaw_rad}},
+               {"view", view_of(scenario, step)},
                {"body_m", {body.front_m, body.rear_m, body.half_width_m}},
                {"trail", trail_of(now.record.steps, trail_steps(), scenario.control_rate_hz)},
                {"goal_m", scenario.target_distance_m},

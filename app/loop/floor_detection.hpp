@@ -9,6 +9,7 @@
 #include "calibration/camera/sphere_outline.hpp"
 #include "perception/floor_finder.hpp"
 #include "servo/avoidance/floor_scan.hpp"
+#include "servo/motion/camera_mount.hpp"
 
 namespace ballservo {
 

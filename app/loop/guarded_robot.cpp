@@ -24,6 +24,11 @@ void GuardedRobot::command(const Twist2& twist, double now_s) {
   followed_ = twist;
 }
 
+void GuardedRobot::pan(double speed_radps, double now_s) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ports_.robot.pan(speed_radps, now_s);
+}
+
 void GuardedRobot::guard_now() {
   const std::lock_guard<std::mutex> lock(mutex_);
   const double now_s = clock_.now_s();
@@ -39,6 +44,7 @@ bool GuardedRobot::passes(const Twist2& twist, double now_s) const {
 /// The mutex is held.
 void GuardedRobot::rest(double now_s) {
   ports_.robot.command({}, now_s);
+  ports_.robot.pan(0, now_s);
   followed_ = {};
   if (!rested_s_) rested_s_ = now_s;
   for (LoopObserver* each : ports_.observers) each->guard_rested(now_s);

@@ -20,6 +20,7 @@ class GuardedRobot final : public Robot {
   RobotState read(double now_s) override;
   /// Rests instead where the guard does not let it pass, by what is alive according to the controller.
   void command(const Twist2& twist, double now_s) override;
+  void pan(double speed_radps, double now_s) override;
   bool has_sonars() const override { return ports_.robot.has_sonars(); }
   void listen(const std::function<void(const SonarReading&)>& hear) override;
 

@@ -11,6 +11,12 @@ namespace ballservo {
 namespace {
 constexpr std::size_t frames_on_the_way = 64;  // more than any latency holds; the oldest go
 
+/// What a camera sees that is turned so far to the left.
+void turn(Percept& percept, double pan_rad) {
+  percept.ball.pan_rad = pan_rad;
+  for (std::size_t k = 0; k < percept.floor.count; ++k) percept.floor.rays[k].bearing_rad += pan_rad;
+}
+
 /// Processor time of the calling thread: what work costs, whoever else uses the machine.
 double thread_cpu_s() {
   timespec now{};
@@ -40,6 +46,7 @@ bool Loop::see(double until_s) {
   if (!frame) return false;
   const double before_s = thread_cpu_s();
   Seen seen{ports_.perception.look(*frame)};
+  turn(seen.percept, frame->pan_rad);
   seen.perception_s = thread_cpu_s() - before_s;
   seen.arrived_s = std::max(frame->arrives_s, clock_.now_s());
   for (LoopObserver* each : ports_.observers)
@@ -83,9 +90,11 @@ double Loop::control(long skipped) {
   const RobotState robot = ports_.robot.read(clock_.now_s());
   const double perception_s = hear(robot.time_s);
   const double before_s = thread_cpu_s();
+  ports_.controller.note_pan(robot.pan);
   const ControlOutput control = ports_.controller.step(robot.time_s, robot.odometry, robot.twist);
   const double control_s = thread_cpu_s() - before_s;
   ports_.robot.command(control.command, clock_.now_s());
+  ports_.robot.pan(control.pan_radps, clock_.now_s());
 
   const StepEvent event{steps_++, robot, control, control_s, perception_s, skipped};
   for (LoopObserver* each : ports_.observers) each->step(event);
@@ -99,6 +108,7 @@ double Loop::control(long skipped) {
 RestAtEnd::~RestAtEnd() {
   try {
     robot_.command({}, clock_.now_s());
+    robot_.pan(0, clock_.now_s());
   } catch (...) {  // NOLINT: nobody is left to hear of it
   }
 }

@@ -15,6 +15,7 @@
 #include "servo/avoidance/floor_scan.hpp"
 #include "servo/avoidance/sonar.hpp"
 #include "servo/control/ball_measurement.hpp"
+#include "servo/motion/camera_mount.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
@@ -26,7 +27,8 @@ struct CameraFrame {
   /// The controller hears of it no earlier than then: a simulated camera states its latency thus. A real
   /// camera leaves it as it is; its frames arrive when perception is done with them.
   double arrives_s = -std::numeric_limits<double>::infinity();
-  cv::Mat bgr{};  ///< 8-bit BGR; may be empty for a perception that needs no picture
+  cv::Mat bgr{};       ///< 8-bit BGR; may be empty for a perception that needs no picture
+  double pan_rad = 0;  ///< the camera was turned so far to the left in the middle of the exposure
 };
 
 /// A camera. One thread calls it: the caller's of `run_loop`, a thread of its own in `run_threaded_loop`.
@@ -38,7 +40,7 @@ class FrameSource {
   virtual std::optional<CameraFrame> take(Clock& clock, double until_s) = 0;
 };
 
-/// What a frame shows.
+/// What a frame shows: the floor as if the camera had not been turned.
 struct Percept {
   BallMeasurement ball;                     ///< of the frame's time
   std::optional<OutlineEllipse> outline{};  ///< the ball's in the picture (px), as seen or as predicted
@@ -57,6 +59,7 @@ struct RobotState {
   double time_s = 0;  ///< when it was so
   Pose2 odometry;     ///< X_OR: O is wherever the odometry began
   Twist2 twist;       ///< as measured
+  PanMotion pan{};    ///< of the camera, as measured
 };
 
 /// A robot with two driven wheels. Called by one thread at a time.
@@ -67,6 +70,8 @@ class Robot {
   virtual RobotState read(double now_s) = 0;
   /// Drives at that velocity until told otherwise; it must come to rest by itself when the program dies.
   virtual void command(const Twist2& twist, double now_s) = 0;
+  /// Turns the camera at that speed, left positive, until told otherwise. For mounts with a pan.
+  virtual void pan(double speed_radps, double now_s) { (void)speed_radps, (void)now_s; }
   /// Whether there are sonars: without them the controller must do without avoidance.
   virtual bool has_sonars() const { return false; }
   /// Hands over what the sonars have said since the last call, in order of arrival.

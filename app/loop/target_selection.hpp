@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "perception/tracking/tracker.hpp"
-#include "servo/motion/unicycle.hpp"
+#include "servo/motion/camera_mount.hpp"
 
 namespace ballservo {
 

@@ -78,6 +78,12 @@ Pose2 pose_of(const json& object, const std::string& key, const std::string& wit
   return {x_m, y_m, yaw_rad};
 }
 
+/// 0 where nothing is said.
+double angle_at(const json& object, const std::string& key, const std::string& within = "") {
+  const auto found = object.find(key);
+  return found == object.end() ? 0.0 : number(*found, within + key);
+}
+
 const json& list_at(const json& object, const std::string& key, std::size_t longest) {
   const json& list = at(object, key, key);
   if (!list.is_array() || list.size() > longest)
@@ -160,6 +166,7 @@ LockstepFrame frame_of(const json& frame, const std::string& within, const Answe
       number(at(frame, "time_s", within + "time_s"), within + "time_s", after.frame_s, now_s);
   arrived.frame.arrives_s =
       number(at(frame, "arrived_s", within + "arrived_s"), within + "arrived_s", arrived.frame.time_s, now_s);
+  arrived.frame.pan_rad = angle_at(frame, "pan_rad", within);
   if (arrived.frame.time_s == after.frame_s) lie(within + "time_s", text_of(frame["time_s"]), "a later time");
   if (const auto ball = frame.find("ball"); ball != frame.end())
     arrived.ball = ball_of(*ball, arrived.frame.time_s, within + "ball.");
@@ -184,7 +191,8 @@ LockstepParts with_header(const json& header) { return {text_of(header)}; }
 LockstepParts parts_of(const LockstepRequest& request) {
   json header = {{version_key, version},
                  {"until_s", request.until_s},
-                 {"command", {request.command.v_mps, request.command.w_radps}}};
+                 {"command", {request.command.v_mps, request.command.w_radps}},
+                 {"pan_radps", request.pan_radps}};
   if (!request.end.empty()) header["end"] = request.end;
   if (!request.scenario.is_null()) header["scenario"] = request.scenario;
   return with_header(header);
@@ -199,6 +207,8 @@ LockstepParts parts_of(const LockstepAnswer& answer) {
                  {"time_s", state.time_s},
                  {"odometry", {state.odometry.x_m, state.odometry.y_m, state.odometry.yaw_rad}},
                  {"twist", {state.twist.v_mps, state.twist.w_radps}},
+                 {"pan_rad", state.pan.angle_rad},
+                 {"pan_radps", state.pan.speed_radps},
                  {"frames", json::array()}};
   if (answer.sonars) {
     header["sonars"] = json::array();
@@ -213,6 +223,7 @@ LockstepParts parts_of(const LockstepAnswer& answer) {
     header["frames"].push_back({{"frame", frame.number},
                                 {"time_s", frame.time_s},
                                 {"arrived_s", frame.arrives_s},
+                                {"pan_rad", frame.pan_rad},
                                 {"ball", ball_json(ball)}});
   LockstepParts parts = with_header(header);
   for (const auto& [frame, ball] : answer.frames)
@@ -225,7 +236,8 @@ LockstepParts parts_of(const LockstepAnswer& answer) {
 LockstepRequest request_of(const LockstepParts& parts) {
   const json header = header_of(parts);
   if (parts.size() != 1) lie("message", fmt::format("{} parts", parts.size()), "a header alone");
-  LockstepRequest request{number(at(header, "until_s", "until_s"), "until_s"), twist_of(header, "command")};
+  LockstepRequest request{number(at(header, "until_s", "until_s"), "until_s"), twist_of(header, "command"),
+                          angle_at(header, "pan_radps")};
   if (header.contains("end")) request.end = word(header, "end");
   return request;
 }
@@ -240,7 +252,10 @@ LockstepAnswer answer_of(LockstepParts parts, const AnswerBounds& bounds) {
   }
   const double now_s = number(at(header, "time_s", "time_s"), "time_s", bounds.until_s - time_slack_s,
                               bounds.until_s + bounds.period_s - time_slack_s);
-  answer.state = {now_s, pose_of(header, "odometry"), twist_of(header, "twist")};
+  answer.state = {now_s,
+                  pose_of(header, "odometry"),
+                  twist_of(header, "twist"),
+                  {angle_at(header, "pan_rad"), angle_at(header, "pan_radps")}};
   if (header.contains("sonars")) {
     answer.sonars.emplace();
     const json& list = list_at(header, "sonars", most_readings);

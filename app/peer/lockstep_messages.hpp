@@ -34,6 +34,7 @@ inline constexpr std::size_t most_header_bytes = 1u << 20, most_frames = 64;
 struct LockstepRequest {
   double until_s = 0;
   Twist2 command;
+  double pan_radps = 0;
   std::string end{};          ///< why the controller leaves; empty: it stays
   nlohmann::json scenario{};  ///< of the first request: what the run is about; null where nothing is told
 };

@@ -15,6 +15,7 @@ namespace {
 nlohmann::json facts_of(const Scenario& scenario) {
   const ServoGoal goal = scenario.goal();
   const UnicycleLimits& limits = scenario.robot.limits;
+  const PanLimits& pan = goal.mount.pan;
   const Eigen::Matrix4d X_RC = goal.mount.X_RC().matrix();
   nlohmann::json rows = nlohmann::json::array(), sonars;
   for (int i = 0; i < 4; ++i) rows.push_back({X_RC(i, 0), X_RC(i, 1), X_RC(i, 2), X_RC(i, 3)});
@@ -27,6 +28,9 @@ nlohmann::json facts_of(const Scenario& scenario) {
           {"picture_px", {size.width_px, size.height_px}},
           {"camera_yaml", read_file_bytes(scenario.camera.file, 16u << 20)},
           {"X_RC", rows},
+          {"pan_max_rad", pan.max_rad},
+          {"pan_speed_max_radps", pan.speed_max_radps},
+          {"pan_acceleration_max_radps2", pan.acceleration_max_radps2},
           {"latency_s", scenario.camera.latency_s + scenario.believed.latency_error_s},
           {"actuation_delay_s", scenario.robot.actuation_delay_s},
           {"v_max_mps", limits.v_max_mps},
@@ -61,7 +65,7 @@ ControlOutput PeerController::step(double time_s, const Pose2& odometry, const T
     throw PeerGone(to_text({"until_s", fmt::format("{:.9g}", request_->until_s),
                             fmt::format("{:.9g}: a step is {:.9g} s", time_s, 1 / options().rate_hz)}));
   LockstepAnswer answer;
-  answer.state = {time_s, odometry, odometry_twist};
+  answer.state = {time_s, odometry, odometry_twist, pan()};
   if (sonars_) answer.sonars = std::exchange(readings_, {});
   while (!frames_.empty() && frames_.front().frame.arrives_s <= time_s) {
     answer.frames.push_back(std::move(frames_.front()));
@@ -72,6 +76,7 @@ ControlOutput PeerController::step(double time_s, const Pose2& odometry, const T
   request_ = request_of(socket_.receive());
   ControlOutput output;
   output.command = output.intended = request_->command;
+  output.pan_radps = request_->pan_radps;
   output.state = ControlState::approach;
   output.reason = "as the peer says";
   if (!answer.frames.empty()) last_seen_ = answer.frames.back().ball.state;

@@ -15,7 +15,7 @@ PeerRobot::PeerRobot(LockstepSocket& socket, const Scenario& scenario, bool pict
 
 void PeerRobot::advance_to(double time_s) {
   if (time_s <= bounds_.until_s) return;
-  LockstepRequest request{time_s, command_};
+  LockstepRequest request{time_s, command_, pan_radps_};
   if (bounds_.until_s < 0) request.scenario = nlohmann::json::parse(scenario_.resolved_json);
   bounds_.until_s = time_s;
   socket_.send(parts_of(request));
@@ -24,7 +24,7 @@ void PeerRobot::advance_to(double time_s) {
   if (time_s == 0) has_sonars_ = answer.sonars.has_value();
   now_ = answer.state;
   truth_.reset();
-  if (answer.truth) truth_ = RobotTruth{now_.time_s, answer.truth->pose, answer.truth->twist};
+  if (answer.truth) truth_ = RobotTruth{now_.time_s, answer.truth->pose, answer.truth->twist, now_.pan};
   if (answer.sonars) readings_.insert(readings_.end(), answer.sonars->begin(), answer.sonars->end());
   for (LockstepFrame& frame : answer.frames) frames_.push_back(std::move(frame));
   if (frames_.empty()) return;
@@ -57,7 +57,7 @@ std::optional<LockstepFrame> PeerRobot::take_frame() {
 void PeerRobot::leave(const std::string& why) noexcept {
   if (std::exchange(left_, true)) return;
   try {
-    socket_.send(parts_of(LockstepRequest{std::max(bounds_.until_s, 0.0), {}, why}));
+    socket_.send(parts_of(LockstepRequest{std::max(bounds_.until_s, 0.0), {}, 0, why}));
   } catch (const std::exception&) {  // NOLINT: nobody is left to hear of it
   }
 }

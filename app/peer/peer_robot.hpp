@@ -23,6 +23,7 @@ class PeerRobot final : public WatchedRobot {
 
   RobotState read(double now_s) override;
   void command(const Twist2& twist, double now_s) override;
+  void pan(double speed_radps, double) override { pan_radps_ = speed_radps; }
   bool has_sonars() const override { return has_sonars_; }
   void listen(const std::function<void(const SonarReading&)>& hear) override;
 
@@ -43,6 +44,7 @@ class PeerRobot final : public WatchedRobot {
   RobotState now_;
   bool has_sonars_ = false, left_ = false;
   Twist2 command_;
+  double pan_radps_ = 0;
   std::optional<RobotTruth> truth_, when_read_;
   std::vector<SonarReading> readings_;
   std::deque<LockstepFrame> frames_;

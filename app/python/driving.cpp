@@ -237,6 +237,9 @@ void add_driving(py::module_& module) {
       .def_property_readonly(
           "command", [](const PyStep& s) { return array_of(s.now.control.command); }, "v_mps, w_radps")
       .def_property_readonly(
+          "pan_rad", [](const PyStep& s) { return s.now.pan.angle_rad; },
+          "How far the camera is turned to the left.")
+      .def_property_readonly(
           "state", [](const PyStep& s) { return control_state_name(s.now.control.state); },
           "The controller's, in a word.")
       .def_property_readonly(
@@ -287,7 +290,7 @@ What law, robot or camera raise ends the run and comes out of the step. Its resu
              R"(Drives a scenario to its end; perception image, geometric or truth.
 
 law(p_CB, v_CB) -> (v_mps, w_radps), or None where there is no answer: instead of the scenario's law.
-    p_CB: the ball's centre in the camera frame, m, (3,); v_CB: its velocity over ground in its axes, m/s.
+    p_CB: the ball's centre in the frame of the camera looking straight ahead, m, (3,); v_CB: its velocity over ground in its axes, m/s.
 robot: what is driven instead of the scenario's drive. robot.command(v_mps, w_radps) is told to it;
     robot.advance(time_s) -> (x_m, y_m, yaw_rad, v_mps, w_radps) moves it on to a time not before the last,
     the first being 0: its true pose in the world and its speeds.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "calibration/camera/camera.hpp"
-#include "servo/motion/unicycle.hpp"
+#include "servo/motion/camera_mount.hpp"
 
 namespace ballservo {
 

@@ -304,7 +304,9 @@ ServoGoal Scenario::goal() const {
   return goal;
 }
 
-Eigen::Isometry3d Scenario::X_WC(const Pose2& pose) const { return X_WR(pose) * camera.mount.X_RC(); }
+Eigen::Isometry3d Scenario::X_WC(const Pose2& pose, double pan_rad) const {
+  return X_WR(pose) * camera.mount.X_RC(pan_rad);
+}
 
 Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& sets,
                        std::uint64_t seed, const LawCatalog& laws) {

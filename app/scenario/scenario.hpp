@@ -1,6 +1,7 @@
 // A scenario: everything that a simulated run or a rendered picture depends on, read from a strict YAML file.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "servo/avoidance/avoidance.hpp"
 #include "servo/control/law.hpp"
 #include "servo/features/builtin_laws.hpp"
+#include "servo/motion/camera_mount.hpp"
 #include "servo/motion/unicycle.hpp"
 #include "servo/simulation/rendering/sensor.hpp"
 #include "servo/simulation/robot/camera_faults.hpp"
@@ -38,6 +40,9 @@ struct CameraSettings {
   SensorOptions sensor{0.6};
   double white_balance_k = LightCourse{}.white_balance_k;
   std::vector<CameraFault> faults;
+
+  /// From the middle of the picture to its sides.
+  double half_view_rad() const { return std::atan(0.5 * camera.size().width_px / camera.focal_px()); }
 };
 
 /// `robot:` of a scenario.
@@ -79,8 +84,8 @@ struct Scenario {
   const Ball& target_ball() const { return world.balls[target]; }
   /// As the robot believes: its mount and the ball's radius, and the features where they were taught.
   ServoGoal goal() const;
-  /// The camera's pose for a robot's pose: X_WC = X_WR X_RC.
-  Eigen::Isometry3d X_WC(const Pose2& pose) const;
+  /// The camera's pose for a robot's pose, the camera turned so far: X_WC = X_WR X_RC.
+  Eigen::Isometry3d X_WC(const Pose2& pose, double pan_rad = 0) const;
 };
 
 /// Reads a scenario.

@@ -21,7 +21,7 @@ Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limi
   if (options.moving.speed_mps > 0.0) moving_.emplace(options.moving, options.grid);
   if (options.type == AvoidanceOptions::Type::full) {
     map_.emplace(options.grid);
-    steering_.emplace(options.half_view_rad, limits, options.grid.footprint);
+    steering_.emplace(options.half_view_rad + options.pan_max_rad, limits, options.grid.footprint);
   }
 }
 
@@ -53,7 +53,8 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
     if (map_) map_->look_at_floor(scan, *pose_then);
   }
   readings_.count = scans_.count = 0;
-  if (map_ && frame_s_ > viewed_s_) viewed_.look(pose, options_.half_view_rad, *map_);
+  if (map_ && frame_s_ > viewed_s_)
+    viewed_.look({pose.x_m, pose.y_m, pose.yaw_rad + pan_rad_}, options_.half_view_rad, *map_);
   viewed_s_ = frame_s_;
 }
 

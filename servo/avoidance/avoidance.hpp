@@ -28,7 +28,8 @@ struct AvoidanceOptions {
   MovingThingOptions moving;    ///< what is reckoned with besides things that rest
   bool creep = true;            ///< see ShieldOptions
   bool floor = true;            ///< what the camera sees standing on the floor is not free
-  double half_view_rad = 0.50;  ///< the ball further aside is out of the picture
+  double half_view_rad = 0.50;  ///< the ball further aside of where the camera looks is out of the picture
+  double pan_max_rad = 0;       ///< the camera turns so far to either side
 };
 
 /// The keys of a scenario's `avoidance` but its type.
@@ -49,8 +50,11 @@ class Avoidance {
   void see(const FloorScan& scan) {
     if (options_.floor) scans_.put(scan);
   }
-  /// A frame of the camera arrived then, whatever it showed.
-  void see_frame(double arrived_s) { frame_s_ = arrived_s; }
+  /// A frame of the camera arrived then, whatever it showed; the camera is turned so far.
+  void see_frame(double arrived_s, double pan_rad = 0) {
+    frame_s_ = arrived_s;
+    pan_rad_ = pan_rad;
+  }
 
   /// A control step begins: the robot is there; `poses` holds where it was.
   void update(double now_s, const Pose2& pose, const PoseHistory& poses);
@@ -101,6 +105,7 @@ class Avoidance {
   Inbox<SonarReading, 64> readings_;
   Inbox<FloorScan, 4> scans_;
   double frame_s_ = SensorStamps::never, viewed_s_ = SensorStamps::never, way_m_ = 0;
+  double pan_rad_ = 0;         // of the camera, now
   std::optional<Pose2> pose_;  // at the step before
 };
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
-#include "servo/motion/unicycle.hpp"
+#include "servo/motion/camera_mount.hpp"
 
 namespace ballservo {
 

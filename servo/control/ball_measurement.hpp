@@ -15,6 +15,7 @@ struct BallMeasurement {
   TrackState state = TrackState::none;  ///< `none`: no ball, which still shows that the camera is alive
   Eigen::Vector3d p_CB{0, 0, 0};  ///< centre of the ball in the camera frame (m); means nothing for `none`
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< of p_CB (m^2)
+  double pan_rad = 0;                                       ///< the camera was turned so far to the left
 
   /// Was it seen, not only predicted?
   bool is_sighting() const { return state == TrackState::tentative || state == TrackState::confirmed; }

@@ -30,7 +30,7 @@ constexpr double extrapolate_s = 1.5;   // a ball out of sight is taken to go on
 
 }  // namespace
 
-TargetFilter::TargetFilter(const CameraMount& mount) : X_RC_(mount.X_RC()), time_s_(never), stamp_s_(never) {}
+TargetFilter::TargetFilter(const CameraMount& mount) : mount_(mount), time_s_(never), stamp_s_(never) {}
 
 void TargetFilter::propagate(double dt_s, State& state, Covariance& covariance) const {
   Covariance F = Covariance::Identity();
@@ -62,7 +62,8 @@ TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, co
   const Eigen::Vector3d& p_CB = measurement.p_CB;
   if (!measurement.is_sighting() || !std::isfinite(measurement.time_s) || !(measurement.time_s > stamp_s_) ||
       !p_CB.allFinite() || !measurement.covariance_m2.allFinite() || p_CB.norm() > max_distance_m ||
-      measurement.covariance_m2.cwiseAbs().maxCoeff() > max_variance_m2) {
+      measurement.covariance_m2.cwiseAbs().maxCoeff() > max_variance_m2 ||
+      !std::isfinite(measurement.pan_rad)) {
     return Update::ignored;
   }
   // Symmetric, and with the floor that keeps it invertible whatever came in.
@@ -73,7 +74,7 @@ TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, co
   if (positive.info() != Eigen::Success) return Update::ignored;
   stamp_s_ = measurement.time_s;
 
-  const Eigen::Isometry3d X_OC = X_WR(pose) * X_RC_;
+  const Eigen::Isometry3d X_OC = X_WR(pose) * mount_.X_RC(measurement.pan_rad);
   const Eigen::Vector3d p_OB = X_OC * p_CB;
   const Eigen::Matrix3d R = X_OC.linear() * R_C * X_OC.linear().transpose();
   if (!p_OB.allFinite()) return Update::ignored;
@@ -138,7 +139,8 @@ void BallMemory::take_in(double time_s, const PoseHistory& poses) {
     const BallMeasurement& frame = inbox_[i].frame;
     const bool claims_ball = frame.state != TrackState::none;
     if (!std::isfinite(frame.time_s) ||
-        (claims_ball && (!frame.p_CB.allFinite() || !frame.covariance_m2.allFinite()))) {
+        (claims_ball &&
+         (!frame.p_CB.allFinite() || !frame.covariance_m2.allFinite() || !std::isfinite(frame.pan_rad)))) {
       nonsense_ = true;
       continue;
     }

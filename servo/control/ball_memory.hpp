@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "servo/control/ball_measurement.hpp"
+#include "servo/motion/camera_mount.hpp"
 #include "servo/motion/motion_history.hpp"
 
 namespace ballservo {
@@ -46,7 +47,7 @@ class TargetFilter {
   void propagate(double dt_s, State& state, Covariance& covariance) const;
   void start(double time_s, const Eigen::Vector3d& p_OB, const Eigen::Matrix3d& covariance_m2);
 
-  Eigen::Isometry3d X_RC_;
+  CameraMount mount_;
   bool started_ = false;
   int doubts_ = 0;
   double time_s_, stamp_s_;  // of the state; of the newest measurement looked at

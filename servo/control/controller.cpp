@@ -23,6 +23,8 @@ constexpr double hold_range_m = 0.0004, resume_range_m = 0.0025;
 constexpr double hold_bearing_rad = 0.0004, resume_bearing_rad = 0.0025;
 // Such errors put a ball well inside the picture.
 constexpr double in_view_range_m = 0.25, in_view_bearing_rad = 0.3;
+// A camera with a pan lets the ball go so far aside, of half the picture, to look ahead.
+constexpr double ball_aside = 0.5;
 
 bool finite(const Pose2& pose) {
   // Beyond these a pose is as good as not finite: differences would lose the millimetres.
@@ -66,6 +68,8 @@ void declare(OptionVisitor& v, ControllerOptions& options) {
              "of a sonar, at most");
     v.number("half_view_rad", avoidance.half_view_rad, NumberRange::above(0, "rad"),
              "the ball further aside is unseen");
+    v.number("pan_max_rad", avoidance.pan_max_rad, NumberRange::at_least(0, "rad"),
+             "the camera turns so far to either side");
   });
 }
 
@@ -74,6 +78,8 @@ Controller::Controller(const ControllerOptions& options, std::unique_ptr<Law> la
       law_(std::move(law)),
       poses_(history_length(options.rate_hz)),
       predictor_(options.limits, options.actuation_delay_s, history_length(options.rate_hz)),
+      gaze_(options.goal.mount, ball_aside * options.avoidance.half_view_rad, options.actuation_delay_s,
+            history_length(options.rate_hz)),
       ball_(options.goal.mount),
       states_(options.avoidance.type == AvoidanceOptions::Type::full) {
   if (!law_) throw std::invalid_argument("a Controller needs a law");
@@ -121,7 +127,7 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
     poses_.add(time_s, odometry);
     ball_.take_in(time_s, poses_);
     if (avoidance_) {
-      avoidance_->see_frame(ball_.frame_arrived_s());
+      avoidance_->see_frame(ball_.frame_arrived_s(), pan_.angle_rad);
       avoidance_->update(time_s, odometry, poses_);
     }
     const RobotMotion now{odometry,
@@ -146,6 +152,7 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
       output.shield = verdict.reason;
     }
     note_command(time_s, output.command);
+    output.pan_radps = pan_speed(time_s, target, when_it_acts.twist);
   } else {
     Findings findings;
     findings.add(Finding::bad_clock);
@@ -206,6 +213,7 @@ Findings Controller::look_around(double time_s, const RobotMotion& now, const Ro
   const double in_state_s = time_s - states_.since_s();
   const double range_m = target ? std::abs(target->range_error_m) : 0.0;
   const double bearing_rad = target ? std::abs(target->bearing_rad) : 0.0;
+  const double aside_rad = target ? std::abs(target->bearing_rad - pan_.angle_rad) : 0.0;
   switch (activity) {
     case ControlState::search:
       findings.add(Finding::turned_around,
@@ -233,7 +241,7 @@ Findings Controller::look_around(double time_s, const RobotMotion& now, const Ro
     case ControlState::reacquire:
       findings.add(Finding::nothing_known, !target);
       findings.add(Finding::not_there, search_.misses_ball(time_s, range_m < in_view_range_m &&
-                                                                       bearing_rad < in_view_bearing_rad) ||
+                                                                       aside_rad < in_view_bearing_rad) ||
                                            time_s - ball_.sighting_s() > remember_s);
       break;
     case ControlState::lost:
@@ -279,6 +287,19 @@ void Controller::react(const Findings& findings, double time_s, const Pose2& pos
     case Effect::none:
       return;
   }
+}
+
+/// The camera looks at where the ball is held to be. While the robot turns to look for it, the camera goes
+/// ahead of the turn; on the way to another place it looks around.
+double Controller::pan_speed(double time_s, const std::optional<Target>& target, const Twist2& twist) {
+  const ControlState activity = states_.activity();
+  if (activity == ControlState::explore) return gaze_.scan(time_s, pan_);
+  if (activity == ControlState::search) {
+    const double turn_radps = search_.turn_command(time_s).w_radps;
+    return gaze_.look_aside(turn_radps == 0.0 ? 0.0 : std::copysign(1.0, turn_radps), time_s, pan_);
+  }
+  if (!target) return gaze_.look_aside(0, time_s, pan_);
+  return gaze_.follow(time_s, pan_, {target->p_RB, target->v_RB}, twist);
 }
 
 /// What the state asks for, before the drive's limits.

@@ -9,6 +9,7 @@
 #include "servo/avoidance/avoidance.hpp"
 #include "servo/control/ball_memory.hpp"
 #include "servo/control/control_states.hpp"
+#include "servo/control/gaze.hpp"
 #include "servo/control/law.hpp"
 #include "servo/control/search.hpp"
 #include "servo/motion/motion_history.hpp"
@@ -32,7 +33,8 @@ void declare(OptionVisitor& v, ControllerOptions& options);
 
 /// What a step says.
 struct ControlOutput {
-  Twist2 command;  ///< always finite and within the limits
+  Twist2 command;        ///< always finite and within the limits
+  double pan_radps = 0;  ///< the camera's speed about its pan; always finite and within the limits
   ControlState state = ControlState::search;
   std::string_view reason;                    ///< why this state; a literal
   TrackState track_state = TrackState::none;  ///< of the newest frame
@@ -87,6 +89,10 @@ class Controller {
   /// What was alive when, up to the last step; the sonars' only with avoidance.
   SensorStamps stamps() const;
 
+  /// How the camera is turned, as of the next step; 0 where nobody says it.
+  void note_pan(const PanMotion& pan) { pan_ = pan; }
+  const PanMotion& pan() const { return pan_; }
+
   /// One control step at time_s with the odometry's pose and twist of that moment. Times that are not finite
   /// or do not advance, and an odometry that is not finite, stop the robot.
   virtual ControlOutput step(double time_s, const Pose2& odometry, const Twist2& odometry_twist);
@@ -112,6 +118,7 @@ class Controller {
   Wish wanted(double time_s, const Pose2& pose, const RobotMotion& when_it_acts,
               const std::optional<Target>& target, const std::optional<LawOutput>& law) const;
   Twist2 by_law(const Target& target, const Twist2& twist, const std::optional<LawOutput>& law) const;
+  double pan_speed(double time_s, const std::optional<Target>& target, const Twist2& twist);
   Twist2 steered(const SteeringInput& way);
   Twist2 within_limits(double time_s, const Twist2& wanted, const Pose2& pose);
   bool is_cautious() const { return avoidance_ && options_.avoidance.type != AvoidanceOptions::Type::none; }
@@ -126,6 +133,8 @@ class Controller {
   std::optional<Avoidance> avoidance_;
   PoseHistory poses_;
   MotionPredictor predictor_;
+  PanMotion pan_;
+  Gaze gaze_;
   Twist2 last_command_;
   BallMemory ball_;
   Search search_;

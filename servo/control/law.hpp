@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "servo/motion/camera_mount.hpp"
 #include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
@@ -54,10 +55,11 @@ class Law {
  public:
   virtual ~Law() = default;
 
-  /// The twist for a ball at p_CB (m) that moves over ground at v_CB (m/s, in camera axes). Nothing where the
-  /// law has no answer: features undefined there, the ball abeam of the axle or behind it, or a value that is
-  /// not finite; the controller then turns towards the ball. It must not depend on how the floor is turned.
-  /// It may take memory from the heap: of a control step, all but this takes none.
+  /// The twist for a ball at p_CB (m) that moves over ground at v_CB (m/s, in camera axes), in the frame of
+  /// the camera looking straight ahead: a law does not see a pan. Nothing where the law has no answer:
+  /// features undefined there, the ball abeam of the axle or behind it, or a value that is not finite; the
+  /// controller then turns towards the ball. It must not depend on how the floor is turned. It may take
+  /// memory from the heap: of a control step, all but this takes none.
   virtual std::optional<LawOutput> command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) = 0;
 };
 

@@ -7,6 +7,7 @@
 
 #include "servo/control/law.hpp"
 #include "servo/features/ball_feature.hpp"
+#include "servo/motion/camera_mount.hpp"
 
 namespace ballservo {
 

@@ -50,30 +50,12 @@ void declare(OptionVisitor& v, UnicycleLimits& limits) {
            "acceleration and deceleration of the turn");
 }
 
-void declare(OptionVisitor& v, CameraMount& mount) {
-  v.number("forward_m", mount.forward_m, NumberRange::within(-1, 1, "m"), "camera ahead of the axle",
-           required);
-  v.number("up_m", mount.up_m, NumberRange::above(0, 3, "m"), "camera over the floor", required);
-  v.number("pitch_down_rad", mount.pitch_down_rad, NumberRange::within(-1.5707, 1.5707, "rad"),
-           "optical axis below the horizon", required);
-}
-
 void declare(OptionVisitor& v, OdometryBound& bound) {
   const NumberRange share = NumberRange::within(0, 0.2, "");
   v.number("distance_share", bound.distance_share, share, "largest error, of the way");
   v.number("turn_share", bound.turn_share, share, "largest error, of the turned angle");
   v.number("turn_per_m_radpm", bound.turn_per_m_radpm, NumberRange::within(0, 0.2, "rad/m"),
            "largest veering along the way");
-}
-
-Eigen::Isometry3d CameraMount::X_RC() const {
-  const double c = std::cos(pitch_down_rad), s = std::sin(pitch_down_rad);
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() = Eigen::Vector3d(forward_m, 0.0, up_m);
-  X.linear().col(0) = Eigen::Vector3d(0, -1, 0);   // camera right
-  X.linear().col(1) = Eigen::Vector3d(-s, 0, -c);  // camera down
-  X.linear().col(2) = Eigen::Vector3d(c, 0, -s);   // camera forward
-  return X;
 }
 
 double wrap_angle(double angle_rad) {

@@ -49,18 +49,6 @@ struct Footprint {
 /// Pioneer 3-DX: 425 mm x 511 mm.
 inline constexpr Footprint pioneer_3dx_footprint{};
 
-/// How the camera sits on the robot: it looks ahead, in the middle plane, pitched down; level for a pitch of
-/// 0.
-struct CameraMount {
-  double forward_m = 0.10;       ///< ahead of the axle
-  double up_m = 0.28;            ///< over the floor
-  double pitch_down_rad = 0.21;  ///< of the optical axis below the horizon
-
-  /// The camera frame (x right, y down, z forward) in the robot frame (x forward, y left, z up).
-  Eigen::Isometry3d X_RC() const;
-};
-void declare(OptionVisitor& v, CameraMount& mount);
-
 /// How wrong dead reckoning may be: the bound that the robot's makers state and everybody else relies on.
 /// Between two moments, with the true path length s and the true turned angle |turn|, both summed without
 /// sign; the twist errs by no more than the same bounds per second:

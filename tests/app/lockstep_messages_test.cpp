@@ -16,9 +16,9 @@ constexpr AnswerBounds honest{0.58, 0.02, {0, 0}, 0.5, 16};
 
 LockstepAnswer an_answer() {
   LockstepAnswer answer;
-  answer.state = {0.58, {1.25, -0.1, 1.0 / 3}, {0.1, -1e-17}};
+  answer.state = {0.58, {1.25, -0.1, 1.0 / 3}, {0.1, -1e-17}, {0.4, -0.3}};
   answer.sonars = {{0.55, 15, 2.5, true}, {0.56, 0, 5, false}};
-  CameraFrame frame{17, 0.533, 0.567, {}};
+  CameraFrame frame{17, 0.533, 0.567, {}, 0.35};
   BallMeasurement ball{0.533, TrackState::confirmed, {0.1, 0.2, 1.0 / 7}, 1e-6 * Eigen::Matrix3d::Identity()};
   answer.frames = {{frame, ball}};
   return answer;
@@ -39,12 +39,15 @@ TEST(LockstepMessages, AnAnswerIsReadAsItWasWritten) {
   EXPECT_EQ(heard.state.time_s, told.state.time_s);
   EXPECT_EQ(heard.state.odometry.yaw_rad, told.state.odometry.yaw_rad);
   EXPECT_EQ(heard.state.twist.w_radps, told.state.twist.w_radps);
+  EXPECT_EQ(heard.state.pan.angle_rad, 0.4);
+  EXPECT_EQ(heard.state.pan.speed_radps, -0.3);
   ASSERT_EQ(heard.sonars->size(), 2u);
   EXPECT_EQ((*heard.sonars)[0].transducer, 15u);
   EXPECT_EQ((*heard.sonars)[1].echo, false);
   ASSERT_EQ(heard.frames.size(), 1u);
   EXPECT_EQ(heard.frames[0].frame.number, 17);
   EXPECT_EQ(heard.frames[0].frame.arrives_s, 0.567);
+  EXPECT_EQ(heard.frames[0].frame.pan_rad, 0.35);
   EXPECT_EQ(heard.frames[0].ball.p_CB, told.frames[0].ball.p_CB);
   EXPECT_EQ(heard.frames[0].ball.covariance_m2, told.frames[0].ball.covariance_m2);
 }
@@ -64,9 +67,10 @@ TEST(LockstepMessages, APictureIsReadAsItWasWritten) {
 }
 
 TEST(LockstepMessages, ARequestIsReadAsItWasWritten) {
-  const LockstepRequest heard = request_of(parts_of(LockstepRequest{1.0 / 3, {0.1, -0.2}, "enough"}));
+  const LockstepRequest heard = request_of(parts_of(LockstepRequest{1.0 / 3, {0.1, -0.2}, 0.7, "enough"}));
   EXPECT_EQ(heard.until_s, 1.0 / 3);
   EXPECT_EQ(heard.command.w_radps, -0.2);
+  EXPECT_EQ(heard.pan_radps, 0.7);
   EXPECT_EQ(heard.end, "enough");
   const auto refused = [](const char* text) {
     try {
@@ -94,6 +98,7 @@ TEST(LockstepMessages, LiesAreAnsweredWithWords) {
            {"/odometry", "[1, 2]", "odometry: found [1,2]; allowed: a list of 3 numbers"},
            {"/odometry/2", "1e300", "odometry[2]"},
            {"/twist/0", "\"fast\"", "twist[0]"},
+           {"/pan_rad", "\"left\"", "pan_rad: found"},
            {"/sonars", "7", "sonars"},
            {"/sonars/0/transducer", "16", "sonars[0].transducer"},
            {"/sonars/0/transducer", "-1", "sonars[0].transducer"},

@@ -135,7 +135,7 @@ TEST(LogCsv, HasTheContractsColumnsAndRoundTrips) {
       "error_1,error_2,range_m,bearing_rad,clearance_m";
   EXPECT_EQ(csv.substr(0, contract.size()), contract);
   EXPECT_EQ(csv.substr(contract.size(), csv.find('\n') - contract.size()),
-            ",v_intended_mps,w_intended_radps,shield,in_view,hidden");
+            ",v_intended_mps,w_intended_radps,shield,in_view,hidden,pan_rad,pan_command_radps");
   EXPECT_NE(csv.find("0.30000000000000004"), std::string::npos);
   EXPECT_NE(csv.find("\"a comma, and a \"\"quote\"\"\""), std::string::npos);
   EXPECT_NE(csv.find(",none,,,"), std::string::npos);  // unknown errors stay empty

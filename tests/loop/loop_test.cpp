@@ -13,7 +13,10 @@ namespace {
 
 /// Notes everything that it is told.
 struct Notes final : LoopObserver {
-  void frame(const FrameEvent& event) override { frames_s.push_back(event.frame.time_s); }
+  void frame(const FrameEvent& event) override {
+    frames_s.push_back(event.frame.time_s);
+    percept = event.percept;
+  }
   void step(const StepEvent& event) override {
     steps_s.push_back(event.robot.time_s);
     heard.push_back(std::isfinite(event.perception_s));
@@ -27,6 +30,7 @@ struct Notes final : LoopObserver {
   std::vector<double> frames_s, steps_s;
   std::vector<bool> heard, sees_ball;
   std::vector<std::pair<ControlState, ControlState>> transitions;
+  Percept percept;
   long skipped = 0;
   bool throws = false;
 };
@@ -51,6 +55,15 @@ TEST_F(LoopTest, StepsAtTheControllersRateAndLooksAtEveryFrameThatIsDue) {
   ASSERT_EQ(notes.frames_s.size(), 100u);
   EXPECT_EQ(notes.skipped, 0);
   EXPECT_TRUE(robot.drove());
+}
+
+TEST_F(LoopTest, WhatATurnedCameraSeesIsTurned) {
+  camera.pan_rad = 0.3;
+  run(0.1);
+  EXPECT_EQ(notes.percept.ball.pan_rad, 0.3);
+  EXPECT_DOUBLE_EQ(notes.percept.floor.rays[0].bearing_rad, 0.3);
+  EXPECT_DOUBLE_EQ(notes.percept.floor.rays[1].bearing_rad, 0.4);
+  EXPECT_EQ(robot.panned.size(), robot.told.size()) << "at the end too";
 }
 
 TEST_F(LoopTest, ObserversHearOfEveryChangeOfState) {

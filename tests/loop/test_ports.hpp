@@ -19,9 +19,11 @@ class TestCamera final : public FrameSource {
     clock.sleep_until(due_s);
     if (due_s > lives_until_s && throws) throw std::runtime_error("unplugged");
     if (due_s > lives_until_s) return std::nullopt;
-    return CameraFrame{frames_++, due_s, due_s + latency_s};
+    CameraFrame frame{frames_++, due_s, due_s + latency_s};
+    frame.pan_rad = pan_rad;
+    return frame;
   }
-  double lives_until_s = 1e9, latency_s = 0;
+  double lives_until_s = 1e9, latency_s = 0, pan_rad = 0;
   bool throws = false;
 
  private:
@@ -37,6 +39,8 @@ class TestPerception final : public BallPerception {
     percept.ball = {frame.time_s, TrackState::confirmed,
                     goal.mount.X_RC().inverse() * Eigen::Vector3d(1.5, 0.0, goal.ball_height_m),
                     1e-6 * Eigen::Matrix3d::Identity()};
+    percept.floor.count = 2;
+    percept.floor.rays[1].bearing_rad = 0.1;
     if (works) works();
     return percept;
   }
@@ -49,6 +53,7 @@ class TestRobot final : public Robot {
   TestRobot() {
     told.reserve(10000);
     told_s.reserve(10000);
+    panned.reserve(10000);
   }
   RobotState read(double now_s) override { return {now_s, {}, {}}; }
   void command(const Twist2& twist, double now_s) override {
@@ -56,6 +61,7 @@ class TestRobot final : public Robot {
     told_s.push_back(now_s);
     if (throws && twist.v_mps > 0) throw std::runtime_error("motor off");
   }
+  void pan(double speed_radps, double) override { panned.push_back(speed_radps); }
   bool has_sonars() const override { return sonars; }
 
   bool rests() const { return told.back().v_mps == 0.0 && told.back().w_radps == 0.0; }
@@ -63,7 +69,7 @@ class TestRobot final : public Robot {
     return std::any_of(told.begin(), told.end(), [](const Twist2& twist) { return twist.v_mps > 0.05; });
   }
   std::vector<Twist2> told;
-  std::vector<double> told_s;
+  std::vector<double> told_s, panned;
   bool throws = false, sonars = false;
 };
 

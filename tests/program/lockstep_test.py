@@ -26,9 +26,9 @@ DEADLINE_S = 2
 LINES = zmq.Context()
 LINES.linger = 0
 OF_THE_ROBOT = ("step time_s x_m y_m yaw_rad v_mps w_radps v_command_mps w_command_radps range_m bearing_rad "
-                "clearance_m in_view hidden").split()
+                "clearance_m in_view hidden pan_rad pan_command_radps").split()
 OF_THE_CONTROLLER = ("step time_s v_command_mps w_command_radps state reason track_state error_1 error_2 "
-                     "v_intended_mps w_intended_radps shield").split()
+                     "v_intended_mps w_intended_radps shield pan_command_radps").split()
 
 
 def free_port():
@@ -164,8 +164,9 @@ class LockstepTest(unittest.TestCase):
         self.assertEqual(self.summary("out")["outcome"], "reached")
 
     def test_our_program_on_both_sides_is_our_program_alone(self):
-        for scenario, level, sets in (("obstacles.yaml", "geometric", ["avoidance.floor=false", "duration_s=6"]),
-                                      ("obstacles.yaml", "image", ["duration_s=1"])):
+        pan = "camera.mount.pan.max_rad=1.57"
+        for scenario, level, sets in (("obstacles.yaml", "geometric", ["avoidance.floor=false", "duration_s=6", pan]),
+                                      ("obstacles.yaml", "image", ["duration_s=1", pan])):
             words = ["--seed", 3, "--quiet"] + [word for each in sets for word in ("--set", each)]
             address = f"tcp://127.0.0.1:{free_port()}"
             runs = [self.start(f"{level}_{who}", *words, *more, scenario=scenario, level=level)

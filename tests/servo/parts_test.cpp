@@ -6,6 +6,7 @@
 
 #include "calibration/base/random.hpp"
 #include "servo/control/ball_memory.hpp"
+#include "servo/motion/camera_mount.hpp"
 #include "servo/motion/motion_history.hpp"
 #include "servo/motion/unicycle.hpp"
 

@@ -3,6 +3,7 @@
 
 #include "calibration/base/random.hpp"
 #include "calibration/camera/files/camera_file.hpp"
+#include "servo/motion/camera_mount.hpp"
 #include "servo/simulation/rendering/scene.hpp"
 #include "servo/simulation/robot/geometric_sensors.hpp"
 #include "tests/support/test_data.hpp"
@@ -158,6 +159,23 @@ TEST(FloorSensor, EdgesErrByThePixelsThatAreStated) {
   EXPECT_NEAR(std::sqrt(sum2 / count), 1.5, 0.1);
   EXPECT_EQ(rough.scan({}, 0, 7, 3).rays[9].clear_m, rough.scan({}, 0, 7, 3).rays[9].clear_m);
   EXPECT_NE(rough.scan({}, 0, 7, 3).rays[9].clear_m, rough.scan({}, 0, 8, 3).rays[9].clear_m);
+}
+
+TEST(FloorSensor, ATurnedCameraSeesWhatARobotTurnedSoFarWouldSee) {
+  RandomEngine engine = random_stream(2, "floor sensor test");
+  const World world = random_world(engine);
+  const CameraMount over_axle{0, 0.28, 0.21};
+  const FloorSensor sensor(world, wide_camera(), over_axle, reach_m, 0, "");
+  const FloorScan by_pan = sensor.scan({0.1, 0.2, -0.3}, 0, 7, 0, 0.5),
+                  by_robot = sensor.scan({0.1, 0.2, 0.2}, 0, 7, 0);
+  ASSERT_GT(by_pan.count, 0u);
+  bool something_stands = false;
+  for (std::size_t k = 0; k < by_pan.count; ++k) {
+    EXPECT_EQ(by_pan.rays[k].bearing_rad, by_robot.rays[k].bearing_rad) << "as if it were not turned";
+    EXPECT_NEAR(by_pan.rays[k].clear_m, by_robot.rays[k].clear_m, 1e-9);
+    something_stands |= by_pan.rays[k].clear_m < reach_m;
+  }
+  EXPECT_TRUE(something_stands);
 }
 
 TEST(FloorFan, ItsPixelsSeeTheFloorWhereItSays) {

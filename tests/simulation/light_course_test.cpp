@@ -2,6 +2,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "servo/motion/camera_mount.hpp"
 #include "servo/motion/unicycle.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
 #include "servo/simulation/world/world.hpp"

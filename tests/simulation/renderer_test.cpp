@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "calibration/base/fault.hpp"
+#include "servo/motion/camera_mount.hpp"
 #include "servo/motion/unicycle.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
 #include "tests/simulation/dark_room.hpp"

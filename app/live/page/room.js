@@ -3,6 +3,7 @@ const at = (id) => document.getElementById(id);
 const canvas = at('room'), pen = canvas.getContext('2d');
 const free = new OffscreenCanvas(1, 1);
 const between_touches_ms = 80;
+const view_m = 1.5;  // of the view's edges
 let state = null, held = null, dropping = false, touched_ms = 0, touch = null;
 
 export function connectRoom(send) { touch = (what) => send({do: 'touch', touch: what}); }
@@ -99,6 +100,12 @@ function drawEllipse({center: [x, y], half_m: [a, b], yaw_rad}) {
   at('ellipse').textContent = `where the robot holds the ball to be: 95 % within ${(1000 * a).toFixed(1)} x ${(1000 * b).toFixed(1)} mm, drawn ${factor} times as large`;
 }
 
+function drawView([x, y, heading, half]) {
+  const edge = (side) => [x + view_m * Math.cos(heading + side * half), y + view_m * Math.sin(heading + side * half)];
+  path([edge(1), [x, y], edge(-1)], false);
+  line('#92700c', 1.5, [6, 4]);
+}
+
 function drawRobot([x, y, yaw]) {
   const [front, rear, half] = state.body_m;
   pen.save();
@@ -135,6 +142,7 @@ function draw() {
     line('#0008', 1);
   }
   if (state.ellipse) drawEllipse(state.ellipse);
+  drawView(state.view);
   drawRobot(state.robot);
   path(state.intended, false);
   line('#ea7317', 4);

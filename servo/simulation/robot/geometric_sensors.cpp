@@ -155,15 +155,15 @@ double FloorSensor::to_wall_m(const Eigen::Vector2d& apex, const Eigen::Vector2d
                                 along(apex.y(), ahead.y(), room.y_min_m, room.y_max_m)));
 }
 
-FloorScan FloorSensor::scan(const Pose2& robot, double time_s, std::uint64_t seed,
-                            std::uint64_t frame) const {
+FloorScan FloorSensor::scan(const Pose2& robot, double time_s, std::uint64_t seed, std::uint64_t frame,
+                            double pan_rad) const {
   FloorScan scan;
   scan.time_s = time_s;
   scan.camera_forward_m = mount_.forward_m;
   const Eigen::Vector2d apex = in_world_frame(robot, {mount_.forward_m, 0.0});
   RandomEngine engine = random_stream(seed, "floor_sensor", frame);
   for (const FloorFan::Ray& ray : fan_.rays()) {
-    const double heading = robot.yaw_rad + ray.bearing_rad;
+    const double heading = robot.yaw_rad + pan_rad + ray.bearing_rad;
     const Eigen::Vector2d ahead(std::cos(heading), std::sin(heading));
     Span first{to_wall_m(apex, ahead), infinite};
     const auto look = [&first](const std::optional<Span>& span) {

@@ -10,6 +10,8 @@
 #include "calibration/camera/camera.hpp"
 #include "servo/avoidance/floor_scan.hpp"
 #include "servo/control/ball_measurement.hpp"
+#include "servo/motion/camera_mount.hpp"
+#include "servo/motion/unicycle.hpp"
 #include "servo/simulation/rendering/truth.hpp"
 
 namespace ballservo {
@@ -64,8 +66,10 @@ class FloorSensor {
   FloorSensor(const World& world, const Camera& camera, const CameraMount& mount, double reach_m,
               double edge_sigma_px, const std::string& ignored);
 
-  /// The scan of a frame exposed at that time by a robot that is there.
-  FloorScan scan(const Pose2& robot, double time_s, std::uint64_t seed, std::uint64_t frame) const;
+  /// The scan of a frame exposed at that time by a robot that is there, as if its camera had not been turned
+  /// by `pan_rad`.
+  FloorScan scan(const Pose2& robot, double time_s, std::uint64_t seed, std::uint64_t frame,
+                 double pan_rad = 0) const;
 
  private:
   struct Span {

@@ -28,6 +28,8 @@ class UnicycleRobot {
 
   /// Somebody puts it there; its wheels turn as before.
   void put(const Pose2& pose) { motion_.pose = pose; }
+  /// Something holds it there, for now.
+  void hold(const Pose2& pose) { motion_ = {pose, {}}; }
 
   double time_s() const { return time_s_; }
   const Pose2& pose() const { return motion_.pose; }     ///< X_WR; the yaw is not wrapped
