@@ -38,7 +38,6 @@ ControllerOptions controller_options(const Scenario& scenario) {
   options.avoidance = scenario.avoidance;
   // A little less than half the picture, so that the ball stays whole in it.
   options.avoidance.half_view_rad = 0.9 * scenario.camera.half_view_rad();
-  options.avoidance.pan_max_rad = scenario.camera.mount.pan.max_rad;
   return options;
 }
 

@@ -224,7 +224,10 @@ void add_driving(py::module_& module) {
           "true_outline_px", [](const FrameRecord& f) { return array_of(f.truth); },
           "As outline_px, the truth.")
       .def_readonly("visible_fraction", &FrameRecord::visible_fraction,
-                    "Of the ball's disc in the picture, 0 to 1.");
+                    "Of the ball's disc in the picture, 0 to 1.")
+      .def_property_readonly(
+          "pan_rad", [](const FrameRecord& f) { return f.measurement.pan_rad; },
+          "How far the camera was turned to the left.");
 
   py::class_<PyStep>(module, "Step", "A control step: the truth, and what the controller did.")
       .def_property_readonly(
@@ -238,7 +241,7 @@ void add_driving(py::module_& module) {
           "command", [](const PyStep& s) { return array_of(s.now.control.command); }, "v_mps, w_radps")
       .def_property_readonly(
           "pan_rad", [](const PyStep& s) { return s.now.pan.angle_rad; },
-          "How far the camera is turned to the left.")
+          "How far the camera is turned to the left, now.")
       .def_property_readonly(
           "state", [](const PyStep& s) { return control_state_name(s.now.control.state); },
           "The controller's, in a word.")

@@ -21,7 +21,7 @@ Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limi
   if (options.moving.speed_mps > 0.0) moving_.emplace(options.moving, options.grid);
   if (options.type == AvoidanceOptions::Type::full) {
     map_.emplace(options.grid);
-    steering_.emplace(options.half_view_rad + options.pan_max_rad, limits, options.grid.footprint);
+    steering_.emplace(options.half_view_rad, limits, options.grid.footprint);
   }
 }
 

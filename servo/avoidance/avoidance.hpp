@@ -29,7 +29,6 @@ struct AvoidanceOptions {
   bool creep = true;            ///< see ShieldOptions
   bool floor = true;            ///< what the camera sees standing on the floor is not free
   double half_view_rad = 0.50;  ///< the ball further aside of where the camera looks is out of the picture
-  double pan_max_rad = 0;       ///< the camera turns so far to either side
 };
 
 /// The keys of a scenario's `avoidance` but its type.

@@ -67,7 +67,7 @@ class Steering {
   /// diagonal.
   static constexpr double margin_m = 0.10;
 
-  /// `half_view_rad`: the ball further aside is out of the picture, however the camera is turned.
+  /// `half_view_rad`: the ball further aside is out of the picture of a camera that looks ahead.
   Steering(double half_view_rad, const UnicycleLimits& limits, const Footprint& footprint);
 
   /// `last`: what became of the command before.

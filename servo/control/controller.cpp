@@ -30,6 +30,7 @@ bool finite(const Pose2& pose) {
   // Beyond these a pose is as good as not finite: differences would lose the millimetres.
   return std::abs(pose.x_m) < 1e6 && std::abs(pose.y_m) < 1e6 && std::abs(pose.yaw_rad) < 1e6;
 }
+bool finite(const PanMotion& pan) { return std::isfinite(pan.angle_rad) && std::isfinite(pan.speed_radps); }
 bool finite(const Twist2& twist) { return std::abs(twist.v_mps) < 1e3 && std::abs(twist.w_radps) < 1e3; }
 
 /// Whether the law's errors are told in that state.
@@ -68,8 +69,6 @@ void declare(OptionVisitor& v, ControllerOptions& options) {
              "of a sonar, at most");
     v.number("half_view_rad", avoidance.half_view_rad, NumberRange::above(0, "rad"),
              "the ball further aside is unseen");
-    v.number("pan_max_rad", avoidance.pan_max_rad, NumberRange::at_least(0, "rad"),
-             "the camera turns so far to either side");
   });
 }
 
@@ -117,7 +116,8 @@ SensorStamps Controller::stamps() const {
 // The whole loop: look, predict, decide, ask the law, steer, keep within what the robot can do.
 ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist2& odometry_twist) {
   ControlOutput output;
-  if (std::isfinite(time_s) && time_s > step_time_s_ && finite(odometry) && finite(odometry_twist)) {
+  if (std::isfinite(time_s) && time_s > step_time_s_ && finite(odometry) && finite(odometry_twist) &&
+      finite(pan_)) {
     if (!std::isfinite(step_time_s_)) {
       states_.start(time_s);
       ball_.start(time_s);

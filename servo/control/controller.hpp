@@ -94,7 +94,7 @@ class Controller {
   const PanMotion& pan() const { return pan_; }
 
   /// One control step at time_s with the odometry's pose and twist of that moment. Times that are not finite
-  /// or do not advance, and an odometry that is not finite, stop the robot.
+  /// or do not advance, and an odometry or a pan that is not finite, stop the robot.
   virtual ControlOutput step(double time_s, const Pose2& odometry, const Twist2& odometry_twist);
 
  private:

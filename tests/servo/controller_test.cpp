@@ -252,11 +252,13 @@ TEST(Controller, StopsOnNonsenseAndRecovers) {
     controller.see(frame);
     Pose2 pose;
     if (k == 150) pose.yaw_rad = nan;
+    controller.note_pan({k == 210 ? nan : 0, 0});
     output = controller.step(k == 180 ? nan : t, pose, {});
-    if (k == 120 || k == 150 || k == 180) {
+    if (k == 120 || k == 150 || k == 180 || k == 210) {
       EXPECT_EQ(output.state, ControlState::fault) << k;
       EXPECT_EQ(output.command.v_mps, 0);
       EXPECT_EQ(output.command.w_radps, 0);
+      EXPECT_EQ(output.pan_radps, 0);
     } else if (k > 10) {
       EXPECT_EQ(output.state, ControlState::approach) << k << ' ' << output.reason;
     }
