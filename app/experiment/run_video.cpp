@@ -174,7 +174,7 @@ void TopView::draw_beams(cv::Mat& picture, double now_s, const std::vector<Sonar
 }
 
 /// From the bottom left up.
-void TopView::draw_legend(cv::Mat& picture, bool hears) const {
+void TopView::draw_legend(cv::Mat& picture, bool hears, bool looks_aside) const {
   int y = picture.rows - 9;
   const auto entry = [&](const std::string& words, const cv::Scalar& color, int length_px) {
     cv::line(picture, {8, y - 4}, {8 + length_px, y - 4}, color, 2, cv::LINE_AA);
@@ -187,6 +187,7 @@ void TopView::draw_legend(cv::Mat& picture, bool hears) const {
   entry("let pass", passed_color, sample_px);
   entry("asked for", intended_color, sample_px);
   if (hears) entry("echo", echo_color, sample_px);
+  if (looks_aside) entry("the camera looks", ball_color, sample_px);
   entry(fmt::format("goal: axle to ball {:.2f} m", goal_distance_m_), goal_color, sample_px);
 }
 
@@ -195,7 +196,7 @@ cv::Mat TopView::draw(const std::vector<StepRecord>& steps, const std::vector<So
   if (steps.empty()) return picture;
   const StepRecord& now = steps.back();
   draw_beams(picture, now.time_s, firings);
-  draw_legend(picture, !firings.empty());
+  draw_legend(picture, !firings.empty(), now.pan.angle_rad != 0);
   const auto circle = [&](const Eigen::Vector2d& center, double radius_m, const cv::Scalar& color,
                           int thickness) {
     cv::circle(picture, pixel(center),

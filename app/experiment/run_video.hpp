@@ -39,7 +39,7 @@ class TopView {
   cv::Mat draw(const std::vector<StepRecord>& steps, const std::vector<SonarFiring>& firings = {}) const;
 
  private:
-  void draw_legend(cv::Mat& picture, bool hears) const;
+  void draw_legend(cv::Mat& picture, bool hears, bool looks_aside) const;
   void draw_beams(cv::Mat& picture, double now_s, const std::vector<SonarFiring>& firings) const;
   cv::Point pixel(const Eigen::Vector2d& p_W) const;  // with fraction_bits of fraction
   Footprint footprint_;
