@@ -74,6 +74,17 @@ TEST(Gaze, LooksAheadWhileTheBallIsWellInsideThePicture) {
   EXPECT_LT(gaze.follow(0.02, {0.1, 0}, {{1, 0.2}, {0, 0}}, {0.5, 0.5}), 0);
 }
 
+TEST(Gaze, BrakesBeforeItsStopsHoweverFastTheBallPasses) {
+  const CameraMount mount = panning_mount(1);
+  const double way_rad = 0.01, brakes_radps = std::sqrt(2 * mount.pan.acceleration_max_radps2 * way_rad);
+  Gaze gaze(mount, 0, 0, 8);
+  const double speed = gaze.follow(0, {1 - way_rad, 0}, {{0.6, 0.8}, {-2, 2}}, {});
+  EXPECT_GT(speed, 0);
+  EXPECT_LT(speed, brakes_radps);
+  EXPECT_EQ(gaze.follow(0.02, {-2, 0}, {{0.6, -0.8}, {0, 0}}, {}), mount.pan.speed_max_radps)
+      << "back from beyond";
+}
+
 TEST(Gaze, WithoutAPanOrANumberNothingTurns) {
   Gaze fixed(panning_mount(0), aside_max_rad, 0.05, 8), blind(panning_mount(1), aside_max_rad, 0.05, 8);
   EXPECT_EQ(fixed.follow(0, {}, {{1, 1}, {0, 0}}, {}), 0);
