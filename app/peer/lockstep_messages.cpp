@@ -78,8 +78,8 @@ Pose2 pose_of(const json& object, const std::string& key, const std::string& wit
   return {x_m, y_m, yaw_rad};
 }
 
-/// 0 where nothing is said.
-double angle_at(const json& object, const std::string& key, const std::string& within = "") {
+/// 0 where the key is missing.
+double number_or_0(const json& object, const std::string& key, const std::string& within = "") {
   const auto found = object.find(key);
   return found == object.end() ? 0.0 : number(*found, within + key);
 }
@@ -166,7 +166,7 @@ LockstepFrame frame_of(const json& frame, const std::string& within, const Answe
       number(at(frame, "time_s", within + "time_s"), within + "time_s", after.frame_s, now_s);
   arrived.frame.arrives_s =
       number(at(frame, "arrived_s", within + "arrived_s"), within + "arrived_s", arrived.frame.time_s, now_s);
-  arrived.frame.pan_rad = angle_at(frame, "pan_rad", within);
+  arrived.frame.pan_rad = number_or_0(frame, "pan_rad", within);
   if (arrived.frame.time_s == after.frame_s) lie(within + "time_s", text_of(frame["time_s"]), "a later time");
   if (const auto ball = frame.find("ball"); ball != frame.end())
     arrived.ball = ball_of(*ball, arrived.frame.time_s, within + "ball.");
@@ -237,7 +237,7 @@ LockstepRequest request_of(const LockstepParts& parts) {
   const json header = header_of(parts);
   if (parts.size() != 1) lie("message", fmt::format("{} parts", parts.size()), "a header alone");
   LockstepRequest request{number(at(header, "until_s", "until_s"), "until_s"), twist_of(header, "command"),
-                          angle_at(header, "pan_radps")};
+                          number_or_0(header, "pan_radps")};
   if (header.contains("end")) request.end = word(header, "end");
   return request;
 }
@@ -255,7 +255,7 @@ LockstepAnswer answer_of(LockstepParts parts, const AnswerBounds& bounds) {
   answer.state = {now_s,
                   pose_of(header, "odometry"),
                   twist_of(header, "twist"),
-                  {angle_at(header, "pan_rad"), angle_at(header, "pan_radps")}};
+                  {number_or_0(header, "pan_rad"), number_or_0(header, "pan_radps")}};
   if (header.contains("sonars")) {
     answer.sonars.emplace();
     const json& list = list_at(header, "sonars", most_readings);
