@@ -146,7 +146,7 @@ TEST(Scene, ManyPointsAreShadedAsEachIsByTheLampsThemselves) {
       const SurfaceHits hits = mapped.hit_surfaces(origin, rays.together, all_solids);
       Triples colors{};
       Ints shaded;
-      mapped.shade_surfaces(hits, origin, rays.together, 0.002, colors, shaded);
+      mapped.shade_surfaces(hits, origin, rays.together, 0.002, true, colors, shaded);
       for (int k = 0; k < lanes; ++k) {
         const Eigen::Vector3d& direction = rays.each[static_cast<std::size_t>(k)];
         const SurfaceHit hit = plain.hit_surface(origin, direction, all_solids);

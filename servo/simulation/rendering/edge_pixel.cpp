@@ -80,7 +80,7 @@ class PixelSurfaces {
     Triples colors;
     Ints shaded;
     view_.scene.shade_surfaces({spread(t), Ints{} + surface}, view_.origin, spread(direction), pixel_rad_,
-                               colors, shaded);
+                               true, colors, shaded);
     if (any(shaded)) return {colors.x[0], colors.y[0], colors.z[0]};
     const SurfaceHit hit = view_.scene.hit_surface(view_.origin, direction, solids_);
     return view_.scene.shade_surface(hit, view_.origin, direction, pixel_rad_);

@@ -55,8 +55,9 @@ struct NearBall {
   bool whole;
 };
 
-/// `solids` are those that the pixel's rays could meet; a ball's outline runs through the pixel where it comes
-/// within `reach_rad` of its centre. `pixel_rad`: the angle that a pixel spans. `near_balls` is room to work.
+/// `solids` are those that the pixel's rays could meet; a ball's outline runs through the pixel where it
+/// comes within `reach_rad` of its centre. `pixel_rad`: the angle that a pixel spans. `near_balls` is room to
+/// work.
 Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<int>& solids, double reach_rad,
                double pixel_rad, std::vector<NearBall>& near_balls);
 

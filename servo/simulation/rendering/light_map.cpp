@@ -82,18 +82,17 @@ LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
     const auto count = [](double length, int least) {
       return std::clamp(static_cast<int>(std::ceil(length / cell_m)), least, most_cells) + 1;
     };
-    grid.columns = count(extent.x(), lit.least_cells.x());
-    grid.rows = count(extent.y(), lit.least_cells.y());
-    grid.cells_per_m = {(grid.columns - 1) / extent.x(), (grid.rows - 1) / extent.y()};
-    grid.values.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows) * lamps_);
-    tbb::parallel_for(0, grid.rows, [&](int row) {
-      float* share =
-          &grid.values[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) * lamps_];
-      for (int column = 0; column < grid.columns; ++column) {
+    const int columns = count(extent.x(), lit.least_cells.x()), rows = count(extent.y(), lit.least_cells.y());
+    grid.cells_per_m = {(columns - 1) / extent.x(), (rows - 1) / extent.y()};
+    grid.shares.assign((lamps_ + 3) / 4, QuadGrid(columns, rows));
+    tbb::parallel_for(0, rows, [&](int row) {
+      for (int column = 0; column < columns; ++column) {
         const auto [p, normal] =
             lit.place(grid.origin_m + Eigen::Vector2d(column, row).cwiseQuotient(grid.cells_per_m));
-        for (std::size_t k = 0; k < lamps_; ++k)
-          *share++ = static_cast<float>(scene.lamp_share(k, p, normal, lit.solid));
+        for (std::size_t k = 0; k < lamps_; ++k) {
+          grid.shares[k / 4].cell(column, row)[k % 4] =
+              static_cast<float>(scene.lamp_share(k, p, normal, lit.solid));
+        }
       }
     });
   };
@@ -108,34 +107,24 @@ LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
 BALLSERVO_WIDE Triples LightMap::light(int surface, const Pairs& uv_m,
                                        const std::vector<Light>& lights) const {
   const Grid& grid = grids_[static_cast<std::size_t>(surface)];
-  Triples sum{};
-  if (grid.columns == 0 || lamps_ == 0) return sum;
+  Triples sum{spread(0.0f), spread(0.0f), spread(0.0f)};
+  if (grid.shares.empty()) return sum;
   // Inside the grid wherever it is asked for, and what is no number too: lanes may hold anything.
   const auto place = [](Floats at_m, double origin_m, double cells_per_m, int count) {
     const Floats cell = (at_m - static_cast<float>(origin_m)) * static_cast<float>(cells_per_m);
     return min(max(cell, spread(0.0f)), spread(count - 1.0001));
   };
-  const Floats x = place(uv_m.u, grid.origin_m.x(), grid.cells_per_m.x(), grid.columns);
-  const Floats y = place(uv_m.v, grid.origin_m.y(), grid.cells_per_m.y(), grid.rows);
+  const QuadGrid& first = grid.shares.front();
+  const Floats x = place(uv_m.u, grid.origin_m.x(), grid.cells_per_m.x(), first.columns());
+  const Floats y = place(uv_m.v, grid.origin_m.y(), grid.cells_per_m.y(), first.rows());
   const Ints column = floor_index(x), row = floor_index(y);
-  const Floats fx = x - to_float(column), fy = y - to_float(row);
-  const std::size_t stride = static_cast<std::size_t>(grid.columns) * lamps_;
-  std::array<const float*, lanes> low{};
-  for (int i = 0; i < lanes; ++i) {
-    low[static_cast<std::size_t>(i)] = grid.values.data() + static_cast<std::size_t>(row[i]) * stride +
-                                       static_cast<std::size_t>(column[i]) * lamps_;
-  }
-  for (std::size_t k = 0; k < lamps_; ++k) {
-    const auto corner = [&](std::size_t at) {
-      Floats values{};
-      for (int i = 0; i < lanes; ++i) values[i] = low[static_cast<std::size_t>(i)][at];
-      return values;
-    };
-    const Floats share = (1 - fy) * ((1 - fx) * corner(k) + fx * corner(k + lamps_)) +
-                         fy * ((1 - fx) * corner(k + stride) + fx * corner(k + stride + lamps_));
-    sum.x += share * static_cast<float>(lights[k].intensity[0]);
-    sum.y += share * static_cast<float>(lights[k].intensity[1]);
-    sum.z += share * static_cast<float>(lights[k].intensity[2]);
+  for (std::size_t k = 0; k < lamps_; k += 4) {
+    const Quads shares = grid.shares[k / 4].between(column, row, x - to_float(column), y - to_float(row));
+    for (std::size_t i = k; i < std::min(k + 4, lamps_); ++i) {
+      sum.x += shares[i - k] * static_cast<float>(lights[i].intensity[0]);
+      sum.y += shares[i - k] * static_cast<float>(lights[i].intensity[1]);
+      sum.z += shares[i - k] * static_cast<float>(lights[i].intensity[2]);
+    }
   }
   return sum;
 }

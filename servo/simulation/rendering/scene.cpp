@@ -240,6 +240,21 @@ Ints Scene::shaded_by_ball(const Triples& p) const {
   return shaded;
 }
 
+bool Scene::ball_may_shade(const Eigen::AlignedBox3f& box) const {
+  const Eigen::Vector3f center = box.center();
+  const float radius = 0.5f * box.diagonal().norm();
+  const bool behind_one = std::any_of(shade_cones_.begin(), shade_cones_.end(), [&](const ShadeCone& cone) {
+    const Eigen::Vector3f away = center - cone.lamp;
+    const float along = away.dot(cone.axis), furthest = along + radius;
+    const float reach = cone.radius + std::max(furthest - cone.ball_m, 0.0f) * cone.growth;
+    return !(furthest < cone.from_m || (away - along * cone.axis).norm() - radius > reach);
+  });
+  return behind_one || std::any_of(balls_.begin(), balls_.end(), [&](const SceneBall& ball) {
+           const double reach = openness_radii * ball.radius + static_cast<double>(radius);
+           return !((ball.center - center.cast<double>()).norm() > reach);
+         });
+}
+
 /// A ball keeps off the light that comes from everywhere (Lambert's cosine over the small disc that it
 /// covers).
 Floats Scene::openness_beside_balls(const Triples& p, const Triples& normal) const {
@@ -296,34 +311,39 @@ SurfacePoints Scene::points_of(int surface, const Floats& t, const Eigen::Vector
 }
 
 Triples Scene::shade_mapped(int surface, const Floats& t, const Eigen::Vector3d& origin,
-                            const Triples& directions, const Triples& p, double pixel_rad) const {
+                            const Triples& directions, const Triples& p, double pixel_rad,
+                            bool beside_ball) const {
   const SurfacePoints points = points_of(surface, t, origin, directions);
   const Pairs patch_m =
       seen_patches(t * static_cast<float>(pixel_rad), points.along_normal, points.along_u, points.along_v);
   const Triples albedo = texture_colors(material_of(surface).texture, points.uv_m, patch_m);
   const Triples lamps = light_map_->light(surface, points.uv_m, lights_), ambient = spread(ambient_);
-  const Floats openness = (surface < 8 ? room_openness(room_, surface, p) : spread(1.0f)) *
-                          openness_beside_balls(p, points.normal);
+  Floats openness = surface < 8 ? room_openness(room_, surface, p) : spread(1.0f);
+  if (beside_ball) openness *= openness_beside_balls(p, points.normal);
   return {albedo.x * (ambient.x * openness + lamps.x), albedo.y * (ambient.y * openness + lamps.y),
           albedo.z * (ambient.z * openness + lamps.z)};
 }
 
 BALLSERVO_WIDE void Scene::shade_surfaces(const SurfaceHits& hits, const Eigen::Vector3d& origin,
-                                          const Triples& directions, double pixel_rad, Triples& colors,
-                                          Ints& shaded) const {
+                                          const Triples& directions, double pixel_rad, bool beside_ball,
+                                          Triples& colors, Ints& shaded) const {
   const Triples o = spread(origin);
   const Triples p{o.x + hits.t * directions.x, o.y + hits.t * directions.y, o.z + hits.t * directions.z};
-  Ints rest = (hits.t < std::numeric_limits<float>::max()) & ~shaded_by_ball(p);
-  shaded = Ints{};
-  for (int k = 0; k < lanes; ++k) {
-    if (rest[k] == 0) continue;
-    const int surface = hits.surface[k];
+  Ints rest = hits.t < std::numeric_limits<float>::max();
+  if (beside_ball) rest &= ~shaded_by_ball(p);
+  shaded = rest;
+  while (any(rest)) {
+    int first = 0;
+    while (rest[first] == 0) ++first;
+    const int surface = hits.surface[first];
     const Ints same = rest & (hits.surface == surface);
     rest &= ~same;
-    if (!light_is_mapped(surface)) continue;
-    const Triples shown = shade_mapped(surface, hits.t, origin, directions, p, pixel_rad);
+    if (!light_is_mapped(surface)) {
+      shaded &= ~same;
+      continue;
+    }
+    const Triples shown = shade_mapped(surface, hits.t, origin, directions, p, pixel_rad, beside_ball);
     colors = {same ? shown.x : colors.x, same ? shown.y : colors.y, same ? shown.z : colors.z};
-    shaded |= same;
   }
 }
 
@@ -333,7 +353,8 @@ Rgb Scene::shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin,
   const Eigen::Vector3d p = origin + hit.t * direction;
   Triples colors;
   Ints shaded;
-  shade_surfaces({spread(hit.t), Ints{} + hit.surface}, origin, spread(direction), pixel_rad, colors, shaded);
+  shade_surfaces({spread(hit.t), Ints{} + hit.surface}, origin, spread(direction), pixel_rad, true, colors,
+                 shaded);
   if (any(shaded)) return {colors.x[0], colors.y[0], colors.z[0]};
   const int own_solid = of_room ? -1 : (hit.surface - 8) / 8;
   const Material& material = material_of(hit.surface);

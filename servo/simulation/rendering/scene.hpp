@@ -3,14 +3,14 @@
 // Rays are p = origin + t * direction with unit directions; t is in metres. All in the world frame.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "servo/simulation/world/lanes.hpp"
+#include "servo/simulation/world/quad_grid.hpp"
 #include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
@@ -111,8 +111,7 @@ class LightMap {
   struct Grid {
     Eigen::Vector2d origin_m{0, 0};
     Eigen::Vector2d cells_per_m{1, 1};
-    int columns = 0, rows = 0;  // 0: nothing to be lit
-    std::vector<float> values;  // lamps fastest, then columns
+    std::vector<QuadGrid> shares;  // of four lamps each; none: nothing to be lit
   };
   std::size_t lamps_ = 0;
   std::vector<Grid> grids_;  // by surface
@@ -144,10 +143,14 @@ class Scene {
   Rgb shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                     double pixel_rad) const;
 
+  /// Whether a ball may keep light off somewhere in the box.
+  bool ball_may_shade(const Eigen::AlignedBox3f& box) const;
+
   /// The same of many points; only of those whose light is mapped and no ball keeps off: `shaded` tells which
-  /// they are.
+  /// they are. `beside_ball`: whether a ball may keep light off any of them. The rays are those of pixels
+  /// next to each other in a row, or all the same.
   void shade_surfaces(const SurfaceHits& hits, const Eigen::Vector3d& origin, const Triples& directions,
-                      double pixel_rad, Triples& colors, Ints& shaded) const;
+                      double pixel_rad, bool beside_ball, Triples& colors, Ints& shaded) const;
 
   /// What the ball sends towards the viewer from the point that the ray meets, or where it misses the point
   /// of the ball nearest to the ray.
@@ -163,7 +166,7 @@ class Scene {
   /// Whether the light map knows all the light on a surface, but for the balls' shadows.
   bool light_is_mapped(int surface) const;
   Triples shade_mapped(int surface, const Floats& t, const Eigen::Vector3d& origin, const Triples& directions,
-                       const Triples& p, double pixel_rad) const;
+                       const Triples& p, double pixel_rad, bool beside_ball) const;
   Ints shaded_by_ball(const Triples& p) const;
   Floats openness_beside_balls(const Triples& p, const Triples& normal) const;
   /// What of a lamp's light comes to a point of a surface.

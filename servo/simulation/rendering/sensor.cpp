@@ -3,22 +3,33 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/options.hpp"
 #include "calibration/base/random.hpp"
+#include "servo/simulation/world/lanes.hpp"
 
 namespace ballservo {
 
 namespace {
 
-/// So many equally likely values of a standard normal: four draws from each random word.
+/// So many equally likely values of a standard normal.
 constexpr std::size_t normal_values = 1 << 16;
+constexpr std::size_t draw = 16;  // neighbours in a shuffled table are as good as drawn one by one
+
+/// The word of that number in a stream of random words (SplitMix64: Steele, Lea and Flood, OOPSLA 2014).
+std::uint64_t random_word(std::uint64_t stream, std::uint64_t number) {
+  std::uint64_t x = stream + (number + 1) * 0x9e3779b97f4a7c15ull;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+
+/// The values, shuffled, and the first ones again, so that a draw may start anywhere.
 std::vector<float> normal_table() {
   std::vector<float> values(normal_values);
   // The quantile at (k + 0.5) / size by Newton's method on the distribution function, from the middle
@@ -38,15 +49,10 @@ std::vector<float> normal_table() {
     values[k] = static_cast<float>(values[k] * scale);
     values[normal_values - 1 - k] = -values[k];
   }
+  for (std::size_t k = normal_values - 1; k > 0; --k)
+    std::swap(values[k], values[random_word(0, k) % (k + 1)]);
+  values.insert(values.end(), values.begin(), values.begin() + draw);
   return values;
-}
-
-/// The word of that number in a stream of random words (SplitMix64: Steele, Lea and Flood, OOPSLA 2014).
-std::uint64_t random_word(std::uint64_t stream, std::uint64_t number) {
-  std::uint64_t x = stream + (number + 1) * 0x9e3779b97f4a7c15ull;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return x ^ (x >> 31);
 }
 
 /// The weights from the middle to one side; the other side's are the same.
@@ -63,35 +69,46 @@ std::vector<float> gaussian_kernel(double sigma_px) {
   return kernel;
 }
 
-using Row = Eigen::Map<Eigen::ArrayXf>;
-using ConstRow = Eigen::Map<const Eigen::ArrayXf>;
+/// sum += weight (a + b).
+BALLSERVO_WIDE void add_weighted(float weight, const float* a, const float* b, float* __restrict sum,
+                                 std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) sum[i] += weight * (a[i] + b[i]);
+}
 
-/// One row of the blurred picture; `columns` holds the row blurred along y with `reach` pixels more on either
-/// side.
-void blur_row(const cv::Mat& light, int row, const std::vector<float>& kernel, std::vector<float>& columns,
-              std::vector<float>& blurred) {
-  const int reach = static_cast<int>(kernel.size()) - 1, width = light.cols * 3;
-  if (reach == 0) {
-    std::copy_n(light.ptr<float>(row), width, blurred.begin());
-    return;
-  }
-  float* middle = columns.data() + 3 * reach;
-  const auto source = [&](int k) {
-    return ConstRow(light.ptr<float>(std::clamp(row + k, 0, light.rows - 1)), width);
+BALLSERVO_WIDE void add_noise(float read2, float shot, const float* normal, float* __restrict levels,
+                              std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i)
+    levels[i] += std::sqrt(read2 + shot * std::max(0.0f, levels[i])) * normal[i];
+}
+
+BALLSERVO_WIDE void cut_off(float* levels, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) levels[i] = std::min(std::max(0.0f, levels[i]), 255.0f);
+}
+
+BALLSERVO_WIDE void round_levels(const float* levels, std::uint8_t* __restrict out, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<std::uint8_t>(levels[i] + 0.5f);
+}
+
+/// One row of the blurred picture, times `scale`; `columns` is room for a row with `reach` pixels more on
+/// either side, blurred along y.
+void blur_row(const cv::Mat& light, int row, const std::vector<float>& kernel, float scale,
+              std::vector<float>& columns, std::vector<float>& blurred) {
+  const std::size_t reach = kernel.size() - 1, width = blurred.size();
+  float* const middle = columns.data() + 3 * reach;
+  const auto source = [&](std::size_t k, int side) {
+    return light.ptr<float>(std::clamp(row + side * static_cast<int>(k), 0, light.rows - 1));
   };
-  Row sum(middle, width), blurred_row(blurred.data(), width);
-  sum = kernel[0] * source(0);
-  for (int k = 1; k <= reach; ++k) sum += kernel[static_cast<std::size_t>(k)] * (source(-k) + source(k));
-  for (int k = 1; k <= reach; ++k) {
-    for (int c = 0; c < 3; ++c) {
-      middle[-3 * k + c] = middle[c];
-      middle[width - 3 + 3 * k + c] = middle[width - 3 + c];
-    }
+  std::fill(columns.begin(), columns.end(), 0.0f);
+  for (std::size_t k = 0; k <= reach; ++k)
+    add_weighted(k == 0 ? kernel[0] / 2 : kernel[k], source(k, -1), source(k, 1), middle, width);
+  for (std::size_t k = 0; k < 3 * reach; ++k) {
+    columns[k] = middle[k % 3];
+    middle[width + k] = middle[width - 3 + k % 3];
   }
-  blurred_row = kernel[0] * sum;
-  for (int k = 1; k <= reach; ++k) {
-    blurred_row += kernel[static_cast<std::size_t>(k)] *
-                   (ConstRow(middle - 3 * k, width) + ConstRow(middle + 3 * k, width));
+  std::fill(blurred.begin(), blurred.end(), 0.0f);
+  for (std::size_t k = 0; k <= reach; ++k) {
+    add_weighted(scale * (k == 0 ? kernel[0] / 2 : kernel[k]), middle - 3 * k, middle + 3 * k, blurred.data(),
+                 width);
   }
 }
 
@@ -128,28 +145,24 @@ cv::Mat expose(const cv::Mat& light, const SensorOptions& options, std::uint64_t
 
   cv::Mat picture(light.rows, light.cols, CV_8UC3);
   tbb::parallel_for(tbb::blocked_range<int>(0, light.rows, 8), [&](const tbb::blocked_range<int>& rows) {
-    std::vector<float> columns(width + 6 * reach), values(width), noise(width + 3);
-    Eigen::Map<Eigen::ArrayXf> levels(values.data(), static_cast<Eigen::Index>(width));
-    Eigen::ArrayXf sigmas;
+    std::vector<float> columns(width + 6 * reach), levels(width), noise(width + 4 * draw);
     for (int row = rows.begin(); row < rows.end(); ++row) {
-      blur_row(light, row, kernel, columns, values);
-      levels *= scale;
+      blur_row(light, row, kernel, scale, columns, levels);
       if (noisy) {
-        sigmas = (read2 + shot * levels.max(0.0f)).sqrt();
-        for (std::size_t i = 0; i < width; i += 4) {
+        for (std::size_t i = 0; i < width; i += 4 * draw) {
           const std::uint64_t bits = random_word(frame_seed, static_cast<std::uint64_t>(row) * width + i);
-          for (std::size_t k = 0; k < 4; ++k) noise[i + k] = normal[(bits >> (16 * k)) % normal_values];
+          for (std::size_t k = 0; k < 4; ++k)
+            std::copy_n(&normal[(bits >> (16 * k)) % normal_values], draw, &noise[i + k * draw]);
         }
-        levels += sigmas * Eigen::Map<const Eigen::ArrayXf>(noise.data(), levels.size());
+        add_noise(read2, shot, noise.data(), levels.data(), width);
       }
-      levels = levels.max(0.0f).min(255.0f);
+      cut_off(levels.data(), width);
       std::uint8_t* out = picture.ptr<std::uint8_t>(row);
       if (response.empty()) {
-        Eigen::Map<Eigen::Array<std::uint8_t, Eigen::Dynamic, 1>>(out, levels.size()) =
-            (levels + 0.5f).cast<std::uint8_t>();
+        round_levels(levels.data(), out, width);
       } else {
         for (std::size_t i = 0; i < width; ++i)
-          out[i] = response[static_cast<std::size_t>(values[i] * 16.0f + 0.5f)];
+          out[i] = response[static_cast<std::size_t>(levels[i] * 16.0f + 0.5f)];
       }
     }
   });

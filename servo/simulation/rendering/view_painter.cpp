@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace ballservo {
 
 namespace {
 
-constexpr int tile_width = 32, tile_height = 8;
 constexpr double outline_reach_px = 0.75;  // a little more than half a pixel's diagonal
 
 /// What a pixel shows at its centre, besides the surfaces of SurfaceHit.
@@ -21,13 +21,25 @@ constexpr int first_ball = -3;    // ball k: first_ball - k
 
 }  // namespace
 
+/// Some pixels next to each other, and what is found out of all of them before one is painted.
+struct ViewPainter::Tile {
+  static constexpr int width = 32, height = 8;
+
+  int top = 0, left = 0, bottom = 0, right = 0;
+  std::vector<int> near_solids;  // that some ray could meet
+  bool near_ball = false;        // whether some ray could meet one
+  Triples directions[height][width / lanes];
+  SurfaceHits hits[height][width / lanes];
+  bool beside_ball = false;  // whether one may keep light off what is seen
+};
+
 ViewPainter::ViewPainter(const LensRays& rays, const Scene& scene, const Eigen::Isometry3d& X_WC)
     : rays_(rays),
       scene_(scene),
       view_(scene, X_WC),
       R_WC_(X_WC.linear().cast<float>()),
       reach_rad_(outline_reach_px * rays.widest_pixel_rad()),
-      surfaces_(static_cast<std::size_t>(rays.width_px()) * static_cast<std::size_t>(rays.height_px())),
+      surfaces_(rays.height_px(), rays.width_px(), CV_32SC1),
       colors_(rays.height_px(), rays.width_px(), CV_32FC3) {
   for (const SceneSolid& solid : scene.solids()) {
     const Eigen::Vector3d away = solid.center - view_.origin;
@@ -44,9 +56,9 @@ ViewPainter::ViewPainter(const LensRays& rays, const Scene& scene, const Eigen::
 
 cv::Mat ViewPainter::paint() {
   const int height = rays_.height_px();
-  tbb::parallel_for(0, (height + tile_height - 1) / tile_height, [&](int tile_row) {
-    std::vector<int> near_solids;
-    paint_centers(tile_row * tile_height, near_solids);
+  tbb::parallel_for(0, (height + Tile::height - 1) / Tile::height, [&](int tile_row) {
+    Tile tile;
+    paint_centers(tile_row * Tile::height, tile);
   });
   tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
     std::vector<int> near_solids;
@@ -56,35 +68,83 @@ cv::Mat ViewPainter::paint() {
   return colors_;
 }
 
-void ViewPainter::paint_centers(int top, std::vector<int>& near_solids) {
-  const int bottom = std::min(top + tile_height, rays_.height_px());
-  for (int left = 0; left < rays_.width_px(); left += tile_width) {
-    const int right = std::min(left + tile_width, rays_.width_px());
-    const bool near_ball = look_into_tile(top, left, bottom - top, right - left, near_solids);
-    for (int row = top; row < bottom; ++row) {
-      for (int column = left; column < right; column += lanes) {
-        const Triples directions = center_rays(row, column);
-        const SurfaceHits hits = scene_.hit_surfaces(view_.origin, directions, near_solids);
-        Triples shown{};
-        Ints known;
-        scene_.shade_surfaces(hits, view_.origin, directions, rays_.pixel_rad(), shown, known);
-        if (near_ball) known &= ~beside_balls(directions);
-        for (int k = 0; k < std::min(lanes, right - column); ++k) {
-          Rgb color(shown.x[k], shown.y[k], shown.z[k]);
-          surfaces(row)[column + k] =
-              known[k] != 0 ? hits.surface[k] : show_center(row, column + k, near_solids, color);
-          set_color(row, column + k, color);
+void ViewPainter::paint_centers(int top, Tile& tile) {
+  tile.top = top;
+  tile.bottom = std::min(top + Tile::height, rays_.height_px());
+  for (tile.left = 0; tile.left < rays_.width_px(); tile.left = tile.right) {
+    tile.right = std::min(tile.left + Tile::width, rays_.width_px());
+    look_into(tile);
+    cast_rays(tile);
+    paint_centers(tile);
+  }
+}
+
+BALLSERVO_WIDE void ViewPainter::cast_rays(Tile& tile) const {
+  const Triples o = spread(view_.origin);
+  const Floats far = spread(std::numeric_limits<float>::max());
+  Triples low{far, far, far}, high{-far, -far, -far};
+  for (int row = tile.top; row < tile.bottom; ++row) {
+    for (int column = tile.left; column < tile.right; column += lanes) {
+      Triples& directions = tile.directions[row - tile.top][(column - tile.left) / lanes];
+      directions = center_rays(row, column);
+      SurfaceHits& hits = tile.hits[row - tile.top][(column - tile.left) / lanes];
+      hits = scene_.hit_surfaces(view_.origin, directions, tile.near_solids);
+      const auto widen = [&](Floats p, Floats& lowest, Floats& highest) {  // by all but NaN
+        lowest = min(p, lowest);
+        highest = max(p, highest);
+      };
+      widen(o.x + hits.t * directions.x, low.x, high.x);
+      widen(o.y + hits.t * directions.y, low.y, high.y);
+      widen(o.z + hits.t * directions.z, low.z, high.z);
+    }
+  }
+  Eigen::AlignedBox3f box;
+  for (int k = 0; k < lanes; ++k) {
+    box.extend(Eigen::Vector3f(low.x[k], low.y[k], low.z[k]));
+    box.extend(Eigen::Vector3f(high.x[k], high.y[k], high.z[k]));
+  }
+  tile.beside_ball = scene_.ball_may_shade(box);
+}
+
+BALLSERVO_WIDE void ViewPainter::paint_centers(const Tile& tile) {
+  for (int row = tile.top; row < tile.bottom; ++row) {
+    int* const surfaces = surfaces_.ptr<int>(row);
+    for (int column = tile.left; column < tile.right; column += lanes) {
+      const Triples& directions = tile.directions[row - tile.top][(column - tile.left) / lanes];
+      const SurfaceHits& hits = tile.hits[row - tile.top][(column - tile.left) / lanes];
+      Triples shown;
+      Ints known;
+      scene_.shade_surfaces(hits, view_.origin, directions, rays_.pixel_rad(), tile.beside_ball, shown,
+                            known);
+      if (tile.near_ball) known &= ~beside_balls(directions);
+      if (all(known) && column + lanes <= tile.right) {
+        std::memcpy(surfaces + column, &hits.surface, sizeof hits.surface);
+        float rgb[3][lanes];
+        std::memcpy(rgb, &shown, sizeof rgb);
+        float* const bgr = colors_.ptr<float>(row) + 3 * column;
+        for (int k = 0; k < lanes; ++k) {
+          bgr[3 * k] = rgb[2][k];
+          bgr[3 * k + 1] = rgb[1][k];
+          bgr[3 * k + 2] = rgb[0][k];
         }
+        continue;
+      }
+      for (int k = 0; k < std::min(lanes, tile.right - column); ++k) {
+        Rgb color(shown.x[k], shown.y[k], shown.z[k]);
+        surfaces[column + k] =
+            known[k] != 0 ? hits.surface[k] : show_center(row, column + k, tile.near_solids, color);
+        set_color(row, column + k, color);
       }
     }
   }
 }
 
-void ViewPainter::paint_edges(int row, std::vector<int>& near_solids, std::vector<NearBall>& near_balls) {
+BALLSERVO_WIDE void ViewPainter::paint_edges(int row, std::vector<int>& near_solids,
+                                             std::vector<NearBall>& near_balls) {
   const int width = rays_.width_px();
-  const int* const here = surfaces(row);
-  const int* const above = surfaces(std::max(row - 1, 0));
-  const int* const below = surfaces(std::min(row + 1, rays_.height_px() - 1));
+  const int* const here = surfaces_.ptr<int>(row);
+  const int* const above = surfaces_.ptr<int>(std::max(row - 1, 0));
+  const int* const below = surfaces_.ptr<int>(std::min(row + 1, rays_.height_px() - 1));
   const auto lanes_at = [](const int* from) {
     Ints read;
     std::memcpy(&read, from, sizeof read);
@@ -117,14 +177,14 @@ void ViewPainter::paint_edges(int row, std::vector<int>& near_solids, std::vecto
   }
 }
 
-/// The solids that some ray of a tile could meet, and whether one could meet a ball; all of them where the
+/// The solids that some ray of the tile could meet, and whether one could meet a ball; all of them where the
 /// lens leaves a corner dark.
-bool ViewPainter::look_into_tile(int row, int column, int rows, int columns, std::vector<int>& found) const {
-  const Eigen::Vector3d middle = center_ray(row + rows / 2, column + columns / 2);
+void ViewPainter::look_into(Tile& tile) const {
+  const Eigen::Vector3d middle = center_ray((tile.top + tile.bottom) / 2, (tile.left + tile.right) / 2);
   double min_cosine = 1.0;
-  for (const int r : {row, row + rows}) {
-    for (const int c : {column, column + columns}) {
-      const Eigen::Vector3d ray = corner(r, c);
+  for (const int row : {tile.top, tile.bottom}) {
+    for (const int column : {tile.left, tile.right}) {
+      const Eigen::Vector3d ray = corner(row, column);
       min_cosine = std::min(min_cosine, ray.allFinite() ? ray.dot(middle) : -1.0);
     }
   }
@@ -133,12 +193,13 @@ bool ViewPainter::look_into_tile(int row, int column, int rows, int columns, std
     const double sum_rad = angle_rad + reach_rad;
     return !(sum_rad < M_PI && middle.dot(axis) < std::cos(sum_rad));
   };
-  found.clear();
+  tile.near_solids.clear();
   for (std::size_t k = 0; k < solids_.size(); ++k) {
-    if (meets(solids_[k].axis, solids_[k].angle_rad)) found.push_back(static_cast<int>(k));
+    if (meets(solids_[k].axis, solids_[k].angle_rad)) tile.near_solids.push_back(static_cast<int>(k));
   }
-  return std::any_of(view_.cones.begin(), view_.cones.end(),
-                     [&](const BallCone& cone) { return meets(cone.axis, std::asin(cone.sin_alpha)); });
+  tile.near_ball = std::any_of(view_.cones.begin(), view_.cones.end(), [&](const BallCone& cone) {
+    return meets(cone.axis, std::asin(cone.sin_alpha));
+  });
 }
 
 /// What a pixel shows at its centre; its colour, unless an outline crosses it.

@@ -25,9 +25,13 @@ class ViewPainter {
     double angle_rad = 3.14, min_cosine = -1;
   };
 
-  void paint_centers(int top, std::vector<int>& near_solids);
+  struct Tile;
+
+  void paint_centers(int top, Tile& tile);
+  void look_into(Tile& tile) const;
+  void cast_rays(Tile& tile) const;
+  void paint_centers(const Tile& tile);
   void paint_edges(int row, std::vector<int>& near_solids, std::vector<NearBall>& near_balls);
-  bool look_into_tile(int row, int column, int rows, int columns, std::vector<int>& found) const;
   int show_center(int row, int column, const std::vector<int>& near_solids, Rgb& color) const;
 
   Eigen::Vector3d corner(int row, int column) const;
@@ -36,7 +40,6 @@ class ViewPainter {
   Ints beside_balls(const Triples& directions) const;
   /// The cosine to a ball's middle above which a pixel may lie in the ball or on its outline.
   double near_cosine(const BallCone& cone) const;
-  int* surfaces(int row) { return surfaces_.data() + static_cast<std::ptrdiff_t>(row) * rays_.width_px(); }
   void set_color(int row, int column, const Rgb& color);
 
   const LensRays& rays_;
@@ -45,7 +48,7 @@ class ViewPainter {
   const Eigen::Matrix3f R_WC_;
   const double reach_rad_;  // of a pixel from its centre
   std::vector<SolidCone> solids_;
-  std::vector<int> surfaces_;  // what each pixel shows at its centre
+  cv::Mat surfaces_;  // what each pixel shows at its centre
   cv::Mat colors_;
 };
 

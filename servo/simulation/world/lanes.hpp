@@ -24,9 +24,9 @@
 namespace ballservo {
 
 inline constexpr int lanes = 8;
-using Floats = float __attribute__((vector_size(4 * lanes)));
-using Ints =
-    std::int32_t __attribute__((vector_size(4 * lanes)));  ///< also a truth: -1 where it holds, else 0
+using Floats = float __attribute__((vector_size(4 * lanes), aligned(4 * lanes)));
+using Ints = std::int32_t
+    __attribute__((vector_size(4 * lanes), aligned(4 * lanes)));  ///< also a truth: -1 where it holds, else 0
 
 /// A thing of each pixel as (x, y, z): directions, points; or (red, green, blue) of linear light.
 struct Triples {
@@ -71,7 +71,7 @@ inline Floats angle_of(Floats y, Floats x) {
   return y < 0.0f ? -angle : angle;
 }
 
-using Longs = std::int64_t __attribute__((vector_size(4 * lanes)));
+using Longs = std::int64_t __attribute__((vector_size(4 * lanes), aligned(4 * lanes)));
 inline bool any(Ints truth) {
   const auto halves = reinterpret_cast<Longs>(truth);
   std::int64_t some = 0;

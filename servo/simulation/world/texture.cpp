@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "servo/simulation/world/quad_grid.hpp"
+
 namespace ballservo {
 
 namespace {
@@ -42,21 +44,16 @@ class CellGrid {
 /// Three octaves of smooth value noise on a fine grid, side by side, so that one look-up serves them all.
 class NoiseGrid {
  public:
-  using Octaves = float __attribute__((vector_size(16)));
   static constexpr int octaves = 3;
-  static constexpr int period = 32;  // in units of the first octave
-  static constexpr int samples = 8;  // a unit
-  static constexpr int side = period * samples;
 
-  NoiseGrid() : values_(static_cast<std::size_t>(side * side)) {
-    for (int j = 0; j < side; ++j) {
-      for (int i = 0; i < side; ++i) {
-        Octaves& value = values_[static_cast<std::size_t>(j * side + i)];
+  NoiseGrid() : grid_(side + 1, side + 1) {
+    for (int j = 0; j <= side; ++j) {
+      for (int i = 0; i <= side; ++i) {
         for (int k = 0; k < octaves; ++k) {
           const double frequency = static_cast<double>(1 << k) / samples;
-          value[k] = static_cast<float>(smooth(i * frequency, j * frequency, period << k, k));
+          grid_.cell(i, j)[k] =
+              static_cast<float>(smooth(i % side * frequency, j % side * frequency, period << k, k));
         }
-        value[3] = 0;
       }
     }
   }
@@ -64,21 +61,16 @@ class NoiseGrid {
   /// The octaves at the points, each from -0.5 to 0.5, summed with the points' weights.
   Floats operator()(Floats x, Floats y, const Floats (&weights)[octaves]) const {
     const Floats sx = x * samples, sy = y * samples;
-    const Ints fx = floor_index(sx), fy = floor_index(sy);
-    const Ints i = fx & (side - 1), j = fy & (side - 1), i1 = (fx + 1) & (side - 1),
-               j1 = (fy + 1) & (side - 1);
-    const Floats tx = sx - to_float(fx), ty = sy - to_float(fy);
-    Floats sum;
-    for (int k = 0; k < lanes; ++k) {
-      const Octaves low = at(i[k], j[k]) + tx[k] * (at(i1[k], j[k]) - at(i[k], j[k]));
-      const Octaves high = at(i[k], j1[k]) + tx[k] * (at(i1[k], j1[k]) - at(i[k], j1[k]));
-      const Octaves value = low + ty[k] * (high - low);
-      sum[k] = weights[0][k] * value[0] + weights[1][k] * value[1] + weights[2][k] * value[2];
-    }
-    return sum;
+    const Ints i = floor_index(sx), j = floor_index(sy);
+    const Quads value = grid_.between(i & (side - 1), j & (side - 1), sx - to_float(i), sy - to_float(j));
+    return weights[0] * value[0] + weights[1] * value[1] + weights[2] * value[2];
   }
 
  private:
+  static constexpr int period = 32;  // in units of the first octave
+  static constexpr int samples = 8;  // a unit
+  static constexpr int side = period * samples;
+
   /// Value noise of unit cells that repeats after `cells`.
   static double smooth(double x, double y, int cells, int octave) {
     const int i = static_cast<int>(x), j = static_cast<int>(y);
@@ -90,8 +82,7 @@ class NoiseGrid {
     return low + wy * (high - low) - 0.5;
   }
 
-  const Octaves& at(int i, int j) const { return values_[static_cast<std::size_t>(j * side + i)]; }
-  std::vector<Octaves> values_;
+  QuadGrid grid_;
 };
 
 /// How much of a wave of unit wavelength is left after averaging over a patch of this size (in wavelengths).
@@ -148,23 +139,61 @@ Triples mixed(const Rgb& color, const Rgb& color_2, Floats share_2) {
   return {channel(0), channel(1), channel(2)};
 }
 
-Triples wood_colors(const Texture& texture, const Pairs& at, const Pairs& patch) {
-  constexpr float board_length = 8;  // in board widths
-  static const CellGrid cells;
-  const auto row_shift = [](Ints row) { return cells(row, row * 0 - 7); };
-  const Floats shift = row_shift(floor_index(at.v));
+constexpr float board_length = 8;                         // in board widths
+constexpr float side_joint = 0.025f, end_joint = 0.003f;  // shares of a board
+
+/// Where patches lie among boards: each board's tone, the shares of the joints, and how far each row of
+/// boards is moved along.
+struct Boards {
+  Floats tone, joint, butt, shift;
+};
+
+Floats row_shift(const CellGrid& cells, Ints row) { return cells(row, row * 0 - 7); }
+
+/// Where all patches lie on the same board, which is most often so.
+bool on_one_board(const CellGrid& cells, const Pairs& at, const Pairs& patch, Boards& boards) {
+  const auto low_of = [](Floats x, Floats side) { return x - side / 2; };
+  const Floats low_v = low_of(at.v, patch.v), high_v = low_v + patch.v;
+  const Ints row = floor_index(low_v);
+  if (!all((row == row[0]) & (floor_index(high_v) == row[0]))) return false;
+  boards.shift = row_shift(cells, row);
+  const Floats side_u = patch.u / board_length, low_u = low_of(at.u / board_length + boards.shift, side_u),
+               high_u = low_u + side_u;
+  const Ints board = floor_index(low_u);
+  if (!all((board == board[0]) & (floor_index(high_u) == board[0]))) return false;
+  boards.tone = cells(row, board);
+  const auto share_below = [](Floats low, Floats high, Floats start, Floats side, float line) {
+    return (min(high - start, spread(line)) - min(low - start, spread(line))) / side;
+  };
+  boards.joint = share_below(low_v, high_v, to_float(row), patch.v, side_joint);
+  boards.butt = share_below(low_u, high_u, to_float(board), side_u, end_joint);
+  return true;
+}
+
+Boards boards_of(const CellGrid& cells, const Pairs& at, const Pairs& patch) {
+  Boards boards;
+  boards.shift = row_shift(cells, floor_index(at.v));
   const Floats along = at.u / board_length, along_patch = patch.u / board_length;
-  const Floats tone = mean_of_cells(at.v, patch.v, [&](Ints row) {
-    return mean_of_cells(along + row_shift(row), along_patch,
-                         [row](Ints board) { return cells(row, board); });
+  boards.tone = mean_of_cells(at.v, patch.v, [&](Ints row) {
+    return mean_of_cells(along + row_shift(cells, row), along_patch,
+                         [&, row](Ints board) { return cells(row, board); });
   });
+  boards.joint = line_share(at.v, patch.v, side_joint);
+  boards.butt = line_share(along + boards.shift, along_patch, end_joint);
+  return boards;
+}
+
+Triples wood_colors(const Texture& texture, const Pairs& at, const Pairs& patch) {
+  static const CellGrid cells;
+  Boards boards;
+  if (!on_one_board(cells, at, patch, boards)) boards = boards_of(cells, at, patch);
   const Floats grain =
-      fading_noise(at.u * 0.5f + 40.0f * shift, at.v * 7.0f, max(patch.u * 0.5f, patch.v * 7.0f));
-  const Floats joint = line_share(at.v, patch.v, 0.025f);
-  const Floats butt = patch.v < 0.7f ? line_share(along + shift, along_patch, 0.003f) : spread(0.0f);
-  const Floats dark = max(spread(0.0f), min(spread(1.0f), 0.35f + 0.55f * (tone - 0.5f) + 0.8f * grain));
+      fading_noise(at.u * 0.5f + 40.0f * boards.shift, at.v * 7.0f, max(patch.u * 0.5f, patch.v * 7.0f));
+  const Floats butt = patch.v < 0.7f ? boards.butt : spread(0.0f);
+  const Floats dark =
+      max(spread(0.0f), min(spread(1.0f), 0.35f + 0.55f * (boards.tone - 0.5f) + 0.8f * grain));
   const Triples board = mixed(texture.color, texture.color_2, dark);
-  const Floats light = 1.0f - 0.65f * max(joint, butt);
+  const Floats light = 1.0f - 0.65f * max(boards.joint, butt);
   return {board.x * light, board.y * light, board.z * light};
 }
 
