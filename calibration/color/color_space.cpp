@@ -50,6 +50,34 @@ Eigen::Vector3d lab_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r) {
   return {116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)};
 }
 
+FastLab::FastLab() {
+  const Eigen::Matrix3d ratios = white().cwiseInverse().asDiagonal() * xyz_from_linear_rgb();
+  for (std::size_t i = 0; i < 256; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      ratios_[c][i] = (steps * linear_from_srgb(static_cast<double>(i) / 255) *
+                       ratios.col(2 - static_cast<Eigen::Index>(c)))
+                          .cast<float>();
+    }
+  }
+  for (std::size_t i = 0; i < f_.size(); ++i)
+    f_[i] = static_cast<float>(lab_f(static_cast<double>(i) / steps));
+}
+
+Eigen::Vector3f FastLab::operator()(std::uint8_t b, std::uint8_t g, std::uint8_t r) const {
+  const auto f = [this](float at) {
+    const auto i = static_cast<std::size_t>(at);
+    return f_[i] + (at - static_cast<float>(i)) * (f_[i + 1] - f_[i]);
+  };
+  const Eigen::Vector3f at = ratios_[0][b] + ratios_[1][g] + ratios_[2][r];
+  const float x = f(at.x()), y = f(at.y()), z = f(at.z());
+  return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
+}
+
+const FastLab& fast_lab() {
+  static const FastLab table;
+  return table;
+}
+
 Eigen::Vector3d luv_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r) {
   const Eigen::Vector3d xyz = xyz_from_bgr(b, g, r);
   const auto denominator = [](const Eigen::Vector3d& c) { return c.x() + 15.0 * c.y() + 3.0 * c.z(); };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 
 namespace ballservo {
@@ -18,6 +19,20 @@ double lab_f(double ratio);
 
 /// (L, a, b) of CIE Lab, L from 0 to 100.
 Eigen::Vector3d lab_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r);
+
+/// The same to within 1e-4, for many pixels: the cube root is looked up.
+class FastLab {
+ public:
+  FastLab();
+  Eigen::Vector3f operator()(std::uint8_t b, std::uint8_t g, std::uint8_t r) const;
+
+ private:
+  static constexpr int steps = 32768;
+  std::array<std::array<Eigen::Vector3f, 256>, 3>
+      ratios_;  // X / Xn, Y / Yn, Z / Zn of blue, green, red; steps
+  std::array<float, steps + 2> f_{};
+};
+const FastLab& fast_lab();
 
 /// (L, u*, v*) of CIE Luv, L from 0 to 100.
 Eigen::Vector3d luv_from_bgr(std::uint8_t b, std::uint8_t g, std::uint8_t r);

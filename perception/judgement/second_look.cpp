@@ -1,6 +1,7 @@
 #include "perception/judgement/second_look.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calibration/circles/circle_evidence.hpp"
@@ -37,18 +38,21 @@ SecondLook::Look SecondLook::look(const cv::Mat& bgr, const ColoredPixels& color
   lab_.resize(static_cast<std::size_t>(size.area()));
   Eigen::Vector3d sum(0, 0, 0);
   int count = 0;
-  const auto brightened = [&](int level) {
-    return static_cast<std::uint8_t>(std::min(255.0, brightening_ * level + 0.5));
-  };
+  std::array<std::uint8_t, 256> brightened;
+  for (std::size_t level = 0; level < brightened.size(); ++level) {
+    brightened[level] =
+        static_cast<std::uint8_t>(std::min(255.0, brightening_ * static_cast<double>(level) + 0.5));
+  }
+  const FastLab& lab_of = fast_lab();
   for (int row = 0; row < size.height; ++row) {
     for (int column = 0; column < size.width; ++column) {
       const int u = box.x + stride * column, v = box.y + stride * row;
       const cv::Vec3b& c = bgr.at<cv::Vec3b>(v, u);
-      const Eigen::Vector3d lab = lab_from_bgr(brightened(c[0]), brightened(c[1]), brightened(c[2]));
-      lab_[static_cast<std::size_t>(row * size.width + column)] = cv::Vec3d(lab[0], lab[1], lab[2]);
+      const Eigen::Vector3f lab = lab_of(brightened[c[0]], brightened[c[1]], brightened[c[2]]);
+      lab_[static_cast<std::size_t>(row * size.width + column)] = cv::Vec3f(lab[0], lab[1], lab[2]);
       const bool inside = (Eigen::Vector2d(u, v) - center).norm() < outline.radius_px;
       if (!inside || !colored.knows(u, v) || !colored.at(u, v)) continue;
-      sum += lab;
+      sum += lab.cast<double>();
       ++count;
     }
   }

@@ -55,9 +55,10 @@ const CameraResponse& CameraResponse::srgb(bool coarse_chroma) {
   return coarse_chroma ? with_coarse : fine;
 }
 
-GreyLevel CameraResponse::shown(double of_light) const {
-  const auto above = std::lower_bound(light.begin(), light.end() - 1, static_cast<float>(of_light));
-  const auto at = static_cast<std::size_t>(above - light.begin());
+GreyLevel CameraResponse::shown(double of_light, std::uint8_t near) const {
+  std::size_t at = near;  // the first level whose light is not less, or the last
+  while (at + 1 < light.size() && static_cast<double>(light[at]) < of_light) ++at;
+  while (at > 0 && !(static_cast<double>(light[at - 1]) < of_light)) --at;
   const auto slope_there = static_cast<double>(slope[at]);
   return {static_cast<double>(at) + (of_light - static_cast<double>(light[at])) / slope_there, slope_there};
 }
@@ -115,7 +116,7 @@ double squares_left(const std::vector<RingColor>& pixels, const EdgeProfileFit& 
         GreyLevel model{0, 1};
         double error = static_cast<double>(response.light[grey]);  // of grey level / slope
         if (step > 0) {
-          model = response.shown(row.dot(levels[channel]));
+          model = response.shown(row.dot(levels[channel]), grey);
           error = (grey - model.level) * model.slope;
           squares += (grey - model.level) * (grey - model.level);
         }

@@ -24,8 +24,9 @@ struct CameraResponse {
   /// do: an edge is sharp in luma (Rec. 601) alone.
   bool coarse_chroma = false;
 
-  /// The grey level that shows this much light, beyond the ends in a straight line.
-  GreyLevel shown(double of_light) const;
+  /// The grey level that shows this much light, beyond the ends in a straight line. `near`: where to look
+  /// first.
+  GreyLevel shown(double of_light, std::uint8_t near) const;
 
   /// Grey levels that are proportional to the light, as of machine-vision cameras and most renderers.
   static const CameraResponse& linear(bool coarse_chroma = false);

@@ -316,7 +316,7 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
 CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response) {
   CodedLuma coded{0, {0, 0, 0}};
   for (int c = 0; c < 3; ++c) {
-    const GreyLevel grey = response.shown(std::max(static_cast<double>(light[c]), 0.0));
+    const GreyLevel grey = response.shown(std::max(static_cast<double>(light[c]), 0.0), 128);
     coded.level += static_cast<double>(luma_of[c]) * grey.level;
     coded.slope[c] = luma_of[c] / static_cast<float>(grey.slope);
   }

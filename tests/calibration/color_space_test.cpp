@@ -35,6 +35,14 @@ TEST(ColorSpace, AgreesWithOpenCv) {
   }
 }
 
+TEST(ColorSpace, LookedUpLabIsTheSame) {
+  for (int k = 0; k < 1 << 24; k += 997) {
+    const auto b = static_cast<std::uint8_t>(k), g = static_cast<std::uint8_t>(k >> 8),
+               r = static_cast<std::uint8_t>(k >> 16);
+    ASSERT_LT((fast_lab()(b, g, r).cast<double>() - lab_from_bgr(b, g, r)).cwiseAbs().maxCoeff(), 1e-4) << k;
+  }
+}
+
 TEST(ColorSpace, PublishedValues) {
   EXPECT_TRUE(lab_from_bgr(0, 0, 255).isApprox(Eigen::Vector3d(53.2408, 80.0925, 67.2032), 2e-4));
   EXPECT_TRUE(luv_from_bgr(0, 0, 255).isApprox(Eigen::Vector3d(53.2408, 175.0151, 37.7564), 2e-4));
