@@ -1,7 +1,7 @@
 """The page of a colours file: what its classes are, what they share, which light they bear, how they were learnt."""
 import numpy as np
 
-from .page import MAP_COLORS, Drawing, axes, goal_line, number, photo, read_json, text_of
+from .page import MAP_COLORS, Drawing, axes, counted, goal_line, number, percent, photo, read_json, text_of
 
 OF_ALL_PICTURES = ("c_chroma", "d_groups", "f_table")  # panels that are the same whichever picture they stand beside
 WIDEST_PX = 900
@@ -41,16 +41,8 @@ def bears(classes):
     return figures + [given_to(classes)] if len(classes) > 1 else figures
 
 
-def counted(count, one, many):
-    return f"{count} {one if count == 1 else many}"
-
-
 def listed(names, most=4):
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
-
-
-def percent(share, decimals=1):
-    return text_of(share, decimals, "%", 100)
 
 
 def kelvin(temperature):

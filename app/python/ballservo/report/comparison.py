@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .comparison_answers import answers, certificate_worth, percent
+from .comparison_answers import answers, certificate_worth
 from .comparison_results import Comparison, median
-from .page import COLORS, INK, Drawing, axes, curve, drawable, figure_text, goal_line, legend, number, photo, text_of
+from .page import COLORS, INK, Drawing, axes, curve, drawable, figure_text, goal_line, legend, number, percent, photo, text_of
 from .paper_claims import OF_TIMES, claims
 
 # What a plot has room for; a converged fit has its one step's colour, dashed, a whole detector its fit's, dash-dotted.
@@ -92,13 +92,9 @@ def error_figures(data):
     figures = []
     for sweep in data.sweeps():
         figures.append(sweep_errors(data, sweep))
-        if misses(data, sweep.names):
+        if any(np.any(data.column(method, "failed", sweep.names) > 0) for method, _, _ in headlines(data)):
             figures.append(sweep_found(data, sweep))
     return figures + [error_ellipses(data)]
-
-
-def misses(data, names):
-    return any(np.any(data.column(method, "failed", names) > 0) for method, _, _ in headlines(data))
 
 
 def sweep_found(data, sweep):
@@ -287,9 +283,9 @@ def cost_plot(data, time_ms, error_mm):
     return Drawing(plot, "Down and to the left is better. Small and pale: converged.")
 
 
-def with_interval(row, value, low, high):
-    text = figure_text(row[value])
-    return f"{text} ({figure_text(row[low])} to {figure_text(row[high])})" if row[low] else text
+def with_interval(row, quantity, unit):
+    middle, low, high = (figure_text(row[f"{quantity}_median{end}_{unit}"]) for end in ("", "_low", "_high"))
+    return f"{middle} ({low} to {high})" if low != "-" else middle
 
 
 def error_rows(data, condition):
@@ -297,8 +293,7 @@ def error_rows(data, condition):
     for method in data.methods:
         row = data.rows[condition, method]
         charged = figure_text(row["charged_median_mm"])
-        rows.append((method, f"{row['found']} of {row['frames']}",
-                     with_interval(row, "position_median_mm", "position_median_low_mm", "position_median_high_mm"),
+        rows.append((method, f"{row['found']} of {row['frames']}", with_interval(row, "position", "mm"),
                      *(figure_text(row[name]) for name in ("position_p90_mm", "depth_bias_mm", "depth_spread_mm",
                        "lateral_spread_mm", "center_rms_px", "radius_bias_px", "rms_over_bound", "nees_mean")),
                      text_of(row["inside_95"], 1, scale=100), figure_text(row["false_per_1000"]),
@@ -312,10 +307,9 @@ def pair_rows(data):
         if int(row["frames"]) == 0:
             continue
         rows.append((condition if condition != before else "", one, other, row["frames"], row["breaks"],
-                     with_interval(row, "center_median_px", "center_median_low_px", "center_median_high_px"),
+                     with_interval(row, "center", "px"),
                      *(figure_text(row[name]) for name in ("center_max_px", "radius_median_px", "radius_max_px")),
-                     with_interval(row, "position_median_mm", "position_median_low_mm", "position_median_high_mm"),
-                     figure_text(row["position_max_mm"])))
+                     with_interval(row, "position", "mm"), figure_text(row["position_max_mm"])))
         before = condition
     return rows
 

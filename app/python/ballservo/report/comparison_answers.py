@@ -1,13 +1,9 @@
 """The answers of a comparison in sentences: is one step enough, and can one step tell by itself?"""
 import numpy as np
 
-from .page import figure_text, number
+from .page import figure_text, number, percent
 
 MOST_ROWS, MOST_NAMED = 24, 3
-
-
-def percent(part):
-    return f"{100 * part:.1f} %" if np.isfinite(part) else "-"
 
 
 def answers(data):

@@ -1,4 +1,5 @@
 """The results of a comparison, as its folder holds them, and what they say of one step against the converged fit."""
+from collections import namedtuple
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ from .page import figure_text, number, numbers, read_json, read_rows
 SMALL_PART, SIGNIFICANT = 0.1, 0.01
 # One step and its converged fit; what runs on line stands first.
 STEP_PAIRS = (("sphere_one_step", "sphere_converged"), ("paper_one_step", "paper_converged"))
+Verdict = namedtuple("Verdict", "kind short_words words")  # is one step enough: a kind, "yes.", and "yes: ..."
 
 
 class Comparison:
@@ -63,9 +65,6 @@ class Comparison:
         """In which part of the frames the exact fit measured its edges twice."""
         passes = self.frame_values(condition, "edge_passes")
         return np.mean(passes > 1) if len(passes) else np.nan
-
-    def swept_value(self, name):
-        return self.by_name[name]["swept_value"]
 
     def sweeps(self):
         """Conditions that vary one number, two or more, in its order: their names, and the number's."""
@@ -142,13 +141,6 @@ class Comparison:
             center_median_px=median(numbers(rows, "center_median_px")),
             center_max_px=max(numbers(rows, "center_max_px"), default=0),
             radius_max_px=max(numbers(rows, "radius_max_px"), default=0))
-
-
-class Verdict(SimpleNamespace):
-    """Is one step enough in a condition: a kind, "yes.", and "yes: ..."."""
-
-    def __init__(self, kind, short_words, words):
-        super().__init__(kind=kind, short_words=short_words, words=words)
 
 
 def median(values):

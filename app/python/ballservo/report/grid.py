@@ -27,12 +27,9 @@ def page(folder):
         scenario=json.dumps(facts["scenario"], indent=2))
 
 
-def feasible(cell):
-    return int(cell["trials"]) - int(cell["infeasible"])
-
-
 def table_row(names, paired, cell):
-    rate = f"{cell['reached']} of {feasible(cell)}: " + share(cell["success_rate"], cell["success_ci95"])
+    feasible = int(cell["trials"]) - int(cell["infeasible"])
+    rate = f"{cell['reached']} of {feasible}: " + share(cell["success_rate"], cell["success_ci95"])
     interval = " to ".join(shown(value, "+.2f") for value in cell["settled_less_first_s_ci95"])
     less = [share(cell["success_less_first"], cell["success_less_first_ci95"]),
             f"{shown(cell['settled_less_first_s'], '+.2f')} ({interval})"]

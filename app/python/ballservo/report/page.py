@@ -98,6 +98,14 @@ def text_of(value, decimals=2, unit="", scale=1.0):
     return f"{round(value, decimals) + 0.0:.{decimals}f} {unit}".rstrip()  # a rounded zero has no sign
 
 
+def percent(share, decimals=1):
+    return text_of(share, decimals, "%", 100)
+
+
+def counted(count, one, many=None):
+    return f"{count} {one if count == 1 else many or one + 's'}"
+
+
 def figure_text(value):
     """Enough decimals to tell small values from zero."""
     size = abs(number(value))

@@ -33,10 +33,6 @@ def subtitle(facts, folder):
             + ("" if facts.get("truth_known", True) else "; the peer told no truth, and what needs it is empty"))
 
 
-def degrees(value):
-    return np.degrees(value)
-
-
 def key_figures(s):
     known = s["settled_s"] is not None and s["time_optimal_s"]
     return [
@@ -112,7 +108,7 @@ def columns(points):
 
 def error_plots(facts, summary, log):
     time, range_mm = numbers(log, "time_s"), 1e3 * (numbers(log, "range_m") - facts["distance_m"])
-    bearing_deg = degrees(numbers(log, "bearing_rad"))
+    bearing_deg = np.degrees(numbers(log, "bearing_rad"))
     limit_mm, limit_deg = 1e3 * facts["reached"]["range_m"], math.degrees(facts["reached"]["bearing_rad"])
     plots = [whole(time, range_mm, "Distance error", "range error (mm)"),
              whole(time, bearing_deg, "Bearing error", "bearing (deg)")]
@@ -171,7 +167,7 @@ def speed_plot(log):
 
 
 def turn_plot(log):
-    return Drawing(command_plot(log, ("w", "radps"), "Turning rate", "w (deg/s)", degrees), "Positive: to the left.")
+    return Drawing(command_plot(log, ("w", "radps"), "Turning rate", "w (deg/s)", np.degrees), "Positive: to the left.")
 
 
 def state_changes(log):

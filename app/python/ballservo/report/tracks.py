@@ -4,7 +4,8 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.patches import Ellipse
 
-from .page import COLORS, INK, Drawing, axes, clean, curve, drawable, legend, map_axes, numbers, read_rows, text_of
+from .page import (COLORS, INK, Drawing, axes, clean, counted, curve, drawable, legend, map_axes, numbers, percent,
+                   read_rows, text_of)
 
 WORDS = ("source", "track_id", "class", "state")
 NUMBERS = ("frame", "time_s", "quality", "cx_px", "cy_px", "r_px", "x_m", "y_m", "z_m",
@@ -39,10 +40,6 @@ def described(sequence):
     return dict(name=s.name, share=s.share, facts=key_figures(s), figures=[way(s), *places, quality(s), states(s)],
                 tracks=[track_row(track) for track in listed], unlisted=len(s.tracks) - len(listed),
                 thinned=any(len(track.frame) > MOST_ROWS for track in s.tracks[:MOST_TRACKS]))
-
-
-def counted(count, one):
-    return f"{count} {one}{'' if count == 1 else 's'}"
 
 
 class Rows(SimpleNamespace):
@@ -110,7 +107,7 @@ class Sequence:
         seen = len(np.unique(frame[rows.seen]))
         whole = len(np.unique(frame)) if stills else 1 + np.nanmax(frame, initial=-1)
         of = "pictures that have a row" if stills else "frames up to the last row"
-        return f"{seen} of {whole:.15g} {of} ({text_of(seen / max(whole, 1), 1, '%', 100)})"
+        return f"{seen} of {whole:.15g} {of} ({percent(seen / max(whole, 1))})"
 
     def drawn(self):
         """Label, colour and rows of what is drawn."""
