@@ -2,19 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "app/live/board_outline.hpp"
 #include "app/report/camera_report.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {
 namespace {
 
+// Of a board that is asked for: its tilt (30 degrees), what stays free of the picture's width, and how often
+// its place is corrected.
+constexpr double asked_tilt_rad = 0.52, edge = 0.02;
+constexpr int rounds = 10;
 constexpr int thirds = 3;             // of the picture, each way
 constexpr double tilt_sine = 0.34;    // 20 degrees
 constexpr double filling = 0.5;       // of the picture's width or height, that one board at least is to span
@@ -25,12 +29,11 @@ int third_of(double place_px, int side_px) {
 }
 
 std::string place_name(const Eigen::Vector2d& place_px, ImageSize size) {
-  static const std::array<std::array<const char*, thirds>, thirds> names{
-      {{"at the upper left", "at the top", "at the upper right"},
-       {"at the left", "in the middle", "at the right"},
-       {"at the lower left", "at the bottom", "at the lower right"}}};
-  return names[static_cast<std::size_t>(third_of(place_px.y(), size.height_px))]
-              [static_cast<std::size_t>(third_of(place_px.x(), size.width_px))];
+  static const char* const names[thirds][thirds] = {
+      {"at the upper left", "at the top", "at the upper right"},
+      {"at the left", "in the middle", "at the right"},
+      {"at the lower left", "at the bottom", "at the lower right"}};
+  return names[third_of(place_px.y(), size.height_px)][third_of(place_px.x(), size.width_px)];
 }
 
 /// The middle of that ninth of the picture in which the fewest corners lie; of several the picture's middle,
@@ -79,6 +82,14 @@ Camera camera_before(ImageSize size) {
   const double f_px = std::max(size.width_px, size.height_px);
   return Camera(
       {LensModel::pinhole, size, f_px, f_px, (size.width_px - 1) / 2.0, (size.height_px - 1) / 2.0, {}});
+}
+
+/// The outermost points from the middle between them.
+std::array<Eigen::Vector3d, 4> corners_of(const Board& board) {
+  Eigen::Vector3d high = Eigen::Vector3d::Zero();  // the first point is the origin
+  for (const Eigen::Vector3d& point : board.points()) high = high.cwiseMax(point);
+  const double x = high.x() / 2, y = high.y() / 2;
+  return {{{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}}};
 }
 
 /// Says how far, and how much of the picture the board is to span.
@@ -187,6 +198,33 @@ BoardFit fit_boards(ImageSize size, const std::vector<BoardView>& views,
     fit.refused = error.what();
   }
   return fit;
+}
+
+std::vector<Eigen::Vector2d> outline_of(const AskedBoard& asked, const Board& board, const Camera& camera) {
+  static const std::array<Eigen::Vector3d, 4> axes{{{0, 1, 0}, {1, 0, 0}, {0, -1, 0}, {-1, 0, 0}}};
+  const Eigen::Matrix3d R_CB = Eigen::AngleAxisd(asked_tilt_rad, axes[asked.side]).toRotationMatrix();
+  const std::array<Eigen::Vector3d, 4> corners = corners_of(board);
+  const Eigen::Array2d size(camera.size().width_px, camera.size().height_px);
+  const double free_px = edge * size.x();
+  double range_m = 5 * corners[2].norm();
+  Eigen::Array2d place_px = asked.place_px;
+  std::vector<Eigen::Vector2d> outline;
+  for (int round = 0; round < rounds; ++round) {  // nearer or farther, and into the picture
+    const auto ray = camera.unproject(place_px.matrix());
+    if (!ray) return {};
+    outline.clear();
+    for (const Eigen::Vector3d& corner : corners) {
+      const auto seen = camera.project(range_m * *ray + R_CB * corner);
+      if (!seen) return {};
+      outline.push_back(*seen);
+    }
+    Eigen::Array2d low = outline.front(), high = low;
+    for (const Eigen::Vector2d& corner : outline)
+      low = low.min(corner.array()), high = high.max(corner.array());
+    range_m *= ((high - low) / size).maxCoeff() / asked.span;
+    place_px += (free_px - low).max(0) - (high - (size - 1 - free_px)).max(0);
+  }
+  return outline;
 }
 
 BoardHint next_board(const Board& board, ImageSize size, const std::vector<BoardView>& views,

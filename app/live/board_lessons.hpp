@@ -84,12 +84,22 @@ struct BoardFit {
 BoardFit fit_boards(ImageSize size, const std::vector<BoardView>& views,
                     const std::vector<LensModel>& models);
 
+/// A board that somebody is asked to hold.
+struct AskedBoard {
+  Eigen::Vector2d place_px{0, 0};  ///< of its middle, as far as the board is in the picture there
+  std::size_t side = 0;            ///< that is tilted towards the camera: right, upper, left, lower
+  double span = 0.35;              ///< of the picture's width or height, whichever is more
+};
+
+/// Where its four outermost points are seen (px), in turn from the upper left; none where the camera sees no
+/// such board.
+std::vector<Eigen::Vector2d> outline_of(const AskedBoard& asked, const Board& board, const Camera& camera);
+
 /// Where the next board says most, and how it is to be held there.
 struct BoardHint {
   Eigen::Vector2d place_px{0, 0};
   std::string words;
-  std::vector<Eigen::Vector2d>
-      outline_px;  ///< the board's outermost points then; none where it can't be said
+  std::vector<Eigen::Vector2d> outline_px;  ///< its outermost points then; none where it can't be said
 };
 
 /// Where the ball is most uncertain; without a fit, where the picture has fewest corners yet. Tilted to the

@@ -27,8 +27,6 @@ class BoardWorker {
   /// Among `models` the fit chooses. `changed` is called on a thread of the worker's.
   BoardWorker(std::vector<LensModel> models, std::function<void()> changed);
   ~BoardWorker();
-  BoardWorker(const BoardWorker&) = delete;
-  BoardWorker& operator=(const BoardWorker&) = delete;
 
   /// Begins anew.
   void start(BoardLessons lessons);

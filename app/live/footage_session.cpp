@@ -236,20 +236,15 @@ void FootageSession::look_again() {
   if (shown_) show(Clock::now());
 }
 
-/// The outline as a polygon, as the lens bends it.
-FootageSession::Json FootageSession::rim_of(const BallObservation& ball) const {
-  Json rim = Json::array();
-  for (const Eigen::Vector2d& p :
-       project_outline(detector_->rays().camera(), ball.cone.axis, std::sin(ball.cone.alpha_rad), 48))
-    rim.push_back({std::round(10 * p.x()) / 10, std::round(10 * p.y()) / 10});
-  return rim;
-}
-
 FootageSession::Json FootageSession::balls() const {
   Json listed = Json::array();
   for (const Track& track : tracks_) {
     Json ball = track_json(track, factory_.colors());
-    ball["rim_px"] = rim_of(track.ball);
+    const TangentCone& cone = track.ball.cone;
+    Json& rim_px = ball["rim_px"] = Json::array();  // the outline as a polygon, as the lens bends it
+    for (const Eigen::Vector2d& p :
+         project_outline(detector_->rays().camera(), cone.axis, std::sin(cone.alpha_rad), 48))
+      rim_px.push_back({std::round(10 * p.x()) / 10, std::round(10 * p.y()) / 10});
     if (track.ball.position) ball["position"] = position_text(*track.ball.position);
     listed.push_back(std::move(ball));
   }

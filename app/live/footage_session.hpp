@@ -83,7 +83,6 @@ class FootageSession {
   void look_again();
   Json state(const DetectionStages* stages) const;
   Json balls() const;
-  Json rim_of(const BallObservation& ball) const;
   Json calibration() const;
   void record(Clock::time_point taken);
   void start_recording();

@@ -99,7 +99,6 @@ class LiveServer::Impl {
   class Client;
 
   void accept();
-  void pump_all();
   void note_views();
   bool knows_host(std::string_view host) const;
   bool is_from_page(const Request& request) const;
@@ -145,8 +144,6 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
     ++server_.connections_;
   }
   ~Client() { --server_.connections_; }
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
 
   void start(const Request& request) {
     beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has times of its own
@@ -273,8 +270,6 @@ class LiveServer::Impl::Connection : public std::enable_shared_from_this<Connect
     ++server_.connections_;
   }
   ~Connection() { --server_.connections_; }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
 
   void read() {
     parser_.emplace();
@@ -366,7 +361,8 @@ LiveServer::Impl::Impl(const LiveServerOptions& options, LiveExchange& exchange)
     if (told_.exchange(true)) return;
     asio::post(io_, [this] {
       told_ = false;
-      pump_all();
+      for (const auto& weak : clients_)
+        if (const auto client = weak.lock()) client->pump();
     });
   });
   accept();
@@ -394,12 +390,6 @@ void LiveServer::Impl::accept() {
     }
     accept();
   });
-}
-
-void LiveServer::Impl::pump_all() {
-  for (const auto& weak : clients_) {
-    if (const auto client = weak.lock()) client->pump();
-  }
 }
 
 void LiveServer::Impl::note_views() {

@@ -23,8 +23,6 @@ class LiveServer {
   /// Throws InputError where the address is none of this machine, or the port is taken.
   LiveServer(const LiveServerOptions& options, LiveExchange& exchange);
   ~LiveServer();
-  LiveServer(const LiveServer&) = delete;
-  LiveServer& operator=(const LiveServer&) = delete;
 
   /// Where the page is; with a secret in it unless only this machine can reach it.
   const std::string& url() const;

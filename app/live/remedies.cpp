@@ -38,8 +38,7 @@ const std::vector<LiveView>& live_views() {
        "Where they vanish, the ball is under about 6 px across: come nearer, or take a larger picture."},
       {"closed", "closed",
        "Where the ball and other things are one region, votes and inner edges separate them; where those "
-       "fail, "
-       "teach a tighter colour."},
+       "fail, teach a tighter colour."},
       {"votes", "outlines",
        "Where no circle is voted, the region is a box or a slanted disc, or too little of a boundary is "
        "seen."},

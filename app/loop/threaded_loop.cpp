@@ -31,8 +31,6 @@ GuardOptions guard_options(const LoopPorts& ports) {
 class Crew {
  public:
   explicit Crew(const ThreadOptions& options) : options_(options) {}
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
   ~Crew() { end(); }
 
   void start(const char* name, std::function<void()> work) {

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 
-#include "app/live/board_outline.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/calibration/board_examples.hpp"
 

@@ -222,8 +222,7 @@ connectCalibration((what) => {
   if (what.do === 'calibrate' && teaching) setTeaching(false);
   send(what);
 });
-const presses = {keep: {do: 'keep'}, hold: {do: 'hold'}, reset: {do: 'reset'}, undo: {do: 'undo'}, save: {do: 'save'}, pause: {do: 'pause'}, step: {do: 'step'}, record: {do: 'record'}};
-for (const [id, what] of Object.entries(presses)) at(id).onclick = () => send(what);
+for (const id of ['keep', 'hold', 'reset', 'undo', 'save', 'pause', 'step', 'record']) at(id).onclick = () => send({do: id});
 at('end').onclick = () => {
   if (unsaved && state.classes.length) {
     unsaved = false;
