@@ -115,7 +115,8 @@ std::string Trial::outcome_text() const {
 std::string Trial::cause() const {
   if (!feasible) return why;
   if (!summary.collision_cause.empty()) return summary.collision_cause;
-  return last_state + ": " + last_reason;
+  const bool named = last_reason.rfind(last_state + ": ", 0) == 0;  // "blocked: backing up"
+  return named ? last_reason : last_state + ": " + last_reason;
 }
 
 std::string trials_csv_header(const std::vector<std::string>& drawn_keys) {

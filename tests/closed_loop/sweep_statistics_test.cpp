@@ -42,6 +42,14 @@ TEST(Trials, AreReadBackAsTheyWereWritten) {
   EXPECT_EQ(read[0].why, "so it ended\nin two lines");
 }
 
+TEST(Trials, NameTheStateOfTheirEndOnce) {
+  Trial t = trial(1, Outcome::timeout);
+  EXPECT_EQ(t.cause(), "hold: a reason, with \"quotes\" and, commas");
+  t.last_state = "blocked";
+  t.last_reason = "blocked: backing up";
+  EXPECT_EQ(t.cause(), "blocked: backing up");
+}
+
 TEST(Trials, ThatAreNoneAreRefused) {
   const std::string header = trials_csv_header({});
   for (const std::string& bad :
