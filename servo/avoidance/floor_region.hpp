@@ -39,20 +39,23 @@ struct FloorRegion {
                           double outwards_m = 0);
 };
 
-/// Visits, row by row, the columns from the first to the last whose cells lie within the region as a whole: a
-/// cell does exactly when its upper and its lower edge do.
-template <typename Visit>
-void visit_cells_within(const FloorRegion& region, double cell_m, int first_row, int last_row,
+/// Visits, row by row, the columns from the first to the last whose cells lie in the window and within the
+/// region as a whole: a cell does exactly when its upper and its lower edge do.
+template <int size, typename Visit>
+void visit_cells_within(const FloorRegion& region, double cell_m, const FloorWindow<size>& window,
                         const Visit& visit) {
-  const int first = std::max(floor_index(region.y_low_m, cell_m), first_row);
-  const int last = std::min(floor_index(region.y_high_m, cell_m), last_row);
+  const FloorCell corner = window.first();
+  const int first = std::max(floor_index(region.y_low_m, cell_m), corner.row);
+  const int last = std::min(floor_index(region.y_high_m, cell_m), corner.row + size - 1);
   FloorRegion::Span below = region.at(first * cell_m);
   for (int row = first; row <= last; ++row) {
     const FloorRegion::Span above = region.at((row + 1) * cell_m);
     const double low_m = std::max(below.low_m, above.low_m), high_m = std::min(below.high_m, above.high_m);
     const bool both = below.low_m <= below.high_m && above.low_m <= above.high_m && low_m < high_m;
     below = above;
-    if (both) visit(row, static_cast<int>(std::ceil(low_m / cell_m)), floor_index(high_m, cell_m) - 1);
+    if (both)
+      visit(row, std::max(static_cast<int>(std::ceil(low_m / cell_m)), corner.column),
+            std::min(floor_index(high_m, cell_m), corner.column + size) - 1);
   }
 }
 

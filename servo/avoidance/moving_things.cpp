@@ -9,8 +9,6 @@ namespace ballservo {
 
 namespace {
 
-constexpr double half_diagonal_m = 0.7071067811865476 * MovingThings::cell_m;
-
 /// Visits the words, and the bits of each, of the columns from first to last of a row that is kept as a ring.
 template <typename Visit>
 void visit_words(int first, int last, const Visit& visit) {
@@ -42,8 +40,7 @@ MovingThings::MovingThings(const MovingThingOptions& options, const OccupancyGri
 }
 
 void MovingThings::move(double time_s, const Pose2& pose) {
-  const FloorCell middle{floor_index(pose.x_m, cell_m), floor_index(pose.y_m, cell_m)};
-  window_.follow(middle, [this](std::size_t index) {
+  window_.follow(OccupancyGrid::cell_at(pose.x_m, pose.y_m), [this](std::size_t index) {
     rows_[index / size][index % size / 64] |= std::uint64_t{1} << (index % 64);
   });
   if (!started_) {
@@ -94,11 +91,9 @@ void MovingThings::grow() {
 }
 
 void MovingThings::exclude(const FloorRegion& region) {
-  const FloorCell first = window_.first();
-  visit_cells_within(region, cell_m, first.row, first.row + size - 1, [&](int number, int from, int to) {
+  visit_cells_within(region, cell_m, window_, [&](int number, int from, int to) {
     Row& cells = rows_[static_cast<std::size_t>(number & (size - 1))];
-    visit_words(std::max(from, first.column), std::min(to, first.column + size - 1),
-                [&cells](std::size_t word, std::uint64_t bits) { cells[word] &= ~bits; });
+    visit_words(from, to, [&cells](std::size_t word, std::uint64_t bits) { cells[word] &= ~bits; });
   });
 }
 
@@ -142,7 +137,7 @@ bool MovingThings::may_touch(const Footprint& footprint, const Pose2& pose, doub
   if (!(std::abs(pose.x_m - pose_.x_m) < window_m && std::abs(pose.y_m - pose_.y_m) < window_m))
     return true;  // absurdly far off, or not a number
   const double around_m =
-      margin_m + options_.radius_m + options_.speed_mps * later_s + grown_m_ + half_diagonal_m;
+      margin_m + options_.radius_m + options_.speed_mps * later_s + grown_m_ + OccupancyGrid::half_diagonal_m;
   FloorRegion region = FloorRegion::around(footprint, pose, around_m);
   // The corners are round.
   const double middle_m = 0.5 * (footprint.front_m - footprint.rear_m);

@@ -29,8 +29,8 @@ void declare(OptionVisitor& v, MovingThingOptions& moving);
 /// nothing.
 class MovingThings {
  public:
-  static constexpr double cell_m = 0.03;
-  static constexpr int size = 256;  ///< cells along each side: 7.68 m
+  static constexpr double cell_m = OccupancyGrid::cell_m;
+  static constexpr int size = OccupancyGrid::size;
 
   MovingThings(const MovingThingOptions& options, const OccupancyGridOptions& grid);
 

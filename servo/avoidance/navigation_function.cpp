@@ -19,8 +19,7 @@ constexpr double goal_gap_m = 0.10;   // nearer to something no way ends
 constexpr double goal_price_m = 1.5;  // for each part that a metre costs more at a goal
 constexpr double tight_price = 3.0, no_price = 20.0;
 
-// The same to what the shield does not know to be free. Only near the robot: further off nothing was seen
-// yet.
+// The same to what the shield does not know to be free, near the robot: further off nothing was seen yet.
 constexpr double near_m = 1.2, unsure_gap_m = 0.03, sure_gap_m = 0.12, unsure_price = 6.0;
 
 /// From `low` to `high` as x goes from a to b.
@@ -94,8 +93,7 @@ void NavigationFunction::measure_clearance(const ObstacleMap& map, const Occupan
   }
 }
 
-/// One pass over rows and columns, up or down (step +1 or -1): each row from the one before it, then from its
-/// own cells before.
+/// One pass, up or down (step +1 or -1): each row from the one before it, then from its own cells before.
 void NavigationFunction::spread_clearance(std::vector<float>& field_m, int step) {
   constexpr int cells = ObstacleMap::size;
   constexpr float side = static_cast<float>(ObstacleMap::cell_m), diagonal = 1.4142135f * side;
@@ -134,8 +132,7 @@ bool NavigationFunction::straight(const Eigen::Vector2d& from, const Eigen::Vect
   const Eigen::Vector2d way = to - from;
   const double length = way.norm();
   double most_m = 0, most_sure_m = -far_m;  // out of a tight place the robot may go, into one it may not
-  // On open floor the robot may be where the shield is unsure: at speed it forgets beside it what it saw
-  // ahead.
+  // On open floor the shield may be unsure: at speed the robot forgets beside it what it saw ahead.
   for (double s = 0; s <= length; s += ObstacleMap::cell_m) {
     const Eigen::Vector2d p = from + way * (length > 0 ? s / length : 0.0);
     most_m = std::max(most_m, clearance_m(p));

@@ -80,9 +80,7 @@ class NavigationFunction {
   bool straight(const Eigen::Vector2d& from_O, const Eigen::Vector2d& to_O, double gap_m) const;
 
   /// A block of the window; `inside` is false beyond it.
-  struct Block {
-    int column = 0, row = 0;
-  };
+  using Block = FloorCell;
   Block block_at(const Eigen::Vector2d& p_O) const {
     return {floor_index(p_O.x(), block_m) - first_.column / 2,
             floor_index(p_O.y(), block_m) - first_.row / 2};

@@ -42,7 +42,7 @@ void declare(OptionVisitor& v, OccupancyGridOptions& grid);
 /// no firing makes it so, until the camera sees floor there or the robot's body has been there.
 class OccupancyGrid {
  public:
-  static constexpr double cell_m = 0.03;
+  static constexpr double cell_m = 0.03, half_diagonal_m = 0.7071067811865476 * cell_m;
   static constexpr int size = 256;  ///< cells along each side: 7.68 m
 
   static constexpr double angle_error_rad = 0.01;  ///< taken off the beam's half angle

@@ -79,20 +79,15 @@ GuardVerdict guard(double now_s, const SensorStamps& stamps, const GuardOptions&
 
 bool SonarWatch::hear(const SonarReading& reading, double now_s, double way) {
   if (!sane(reading) || !(reading.fired_s <= now_s)) return false;
-  const std::uint32_t bit = 1u << reading.transducer;
-  const auto set = [bit](std::uint32_t& bits, bool yes) { bits = yes ? bits | bit : bits & ~bit; };
   stamps_.array_heard_s[reading.transducer / 8] = now_s;
-  set(late_, now_s - reading.fired_s > late_s);
-  if ((late_ & bit) != 0) return false;
+  if (now_s - reading.fired_s > late_s) return false;
   Repeat& repeat = repeats_[reading.transducer];
   if (reading.echo && reading.range_m == repeat.range_m) {
     ++repeat.count;
   } else {
     repeat = {reading.range_m, way, 1};
-    set(stuck_, false);
   }
-  if (reading.echo && repeat.count >= stuck_after && way - repeat.way > stuck_way_m) set(stuck_, true);
-  if ((stuck_ & bit) != 0) return false;
+  if (reading.echo && repeat.count >= stuck_after && way - repeat.way > stuck_way_m) return false;
   stamps_.looked_s[reading.transducer] = reading.fired_s;
   return true;
 }

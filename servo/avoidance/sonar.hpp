@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -19,23 +18,21 @@ inline constexpr std::size_t sonar_count = 16;
 /// Where a transducer sits in the robot frame, and where it points (rad, from the robot's x axis).
 struct SonarMount {
   double x_m = 0, y_m = 0, heading_rad = 0;
-};
 
-namespace detail {
-constexpr SonarMount sonar_at(double x_mm, double y_mm, double heading_deg) {
-  return {x_mm * 1e-3, y_mm * 1e-3, heading_deg * 0.017453292519943295};
-}
-}  // namespace detail
+  static constexpr SonarMount at(double x_mm, double y_mm, double heading_deg) {
+    return {x_mm * 1e-3, y_mm * 1e-3, heading_deg * 0.017453292519943295};
+  }
+};
 
 /// Pioneer 3-DX: transducers 0 to 7 are the front array from left to right, 8 to 15 the rear array from right
 /// to left.
 inline constexpr std::array<SonarMount, sonar_count> pioneer_3dx_sonars{
-    detail::sonar_at(69, 136, 90),      detail::sonar_at(114, 119, 50),    detail::sonar_at(148, 78, 30),
-    detail::sonar_at(166, 27, 10),      detail::sonar_at(166, -27, -10),   detail::sonar_at(148, -78, -30),
-    detail::sonar_at(114, -119, -50),   detail::sonar_at(69, -136, -90),   detail::sonar_at(-157, -136, -90),
-    detail::sonar_at(-203, -119, -130), detail::sonar_at(-237, -78, -150), detail::sonar_at(-255, -27, -170),
-    detail::sonar_at(-255, 27, 170),    detail::sonar_at(-237, 78, 150),   detail::sonar_at(-203, 119, 130),
-    detail::sonar_at(-157, 136, 90)};
+    SonarMount::at(69, 136, 90),      SonarMount::at(114, 119, 50),    SonarMount::at(148, 78, 30),
+    SonarMount::at(166, 27, 10),      SonarMount::at(166, -27, -10),   SonarMount::at(148, -78, -30),
+    SonarMount::at(114, -119, -50),   SonarMount::at(69, -136, -90),   SonarMount::at(-157, -136, -90),
+    SonarMount::at(-203, -119, -130), SonarMount::at(-237, -78, -150), SonarMount::at(-255, -27, -170),
+    SonarMount::at(-255, 27, 170),    SonarMount::at(-237, 78, 150),   SonarMount::at(-203, 119, 130),
+    SonarMount::at(-157, 136, 90)};
 
 /// What every transducer of the ring can do, as its data sheet says.
 struct SonarBeam {
@@ -91,9 +88,6 @@ class SonarWatch {
   bool hear(const SonarReading& reading, double now_s, double way);
 
   const SensorStamps& stamps() const { return stamps_; }
-  /// Bit k: transducer k is stuck; its last answer was late.
-  std::uint32_t stuck() const { return stuck_; }
-  std::uint32_t late() const { return late_; }
 
  private:
   struct Repeat {
@@ -102,7 +96,6 @@ class SonarWatch {
   };
   SensorStamps stamps_;
   std::array<Repeat, sonar_count> repeats_{};
-  std::uint32_t stuck_ = 0, late_ = 0;
 };
 
 }  // namespace ballservo

@@ -32,8 +32,7 @@ constexpr double small_turn_rad = 0.30, far_turn_rad = 1.4, back_up_m = 0.25;
 constexpr double recovery_turn_radps = 0.6, recovery_back_mps = 0.15, recovery_s = 2.5;
 constexpr double standing_s = 0.5;  // a recovery that moves nothing for so long gives way to the next
 
-// What was refused is taken to lie so far ahead; a radian of turn counts as so much of way. Ways avoid it so
-// long.
+// What was refused is taken to lie so far ahead, a radian of turn as so much of way; it is avoided so long.
 constexpr double refused_ahead_m = 0.15, refused_turn_m_per_rad = 0.5, refused_s = 30.0;
 
 constexpr double tolerance = 1e-9;
@@ -149,7 +148,6 @@ SteeringOutput Steering::steer(const SteeringInput& input, const ObstacleMap& ma
   const bool near = range_m < input.distance_m + 0.03;
   if (input.law && (near || navigation_.straight(p_OR, p_goal, law_gap_m))) {
     output.command = *input.law;
-    output.by_law = true;
     output.reason = "the way is clear: driving by the law";
     const double excess = std::max(1.0, std::abs(output.command.v_mps) / speed_mps);
     output.command = {output.command.v_mps / excess, output.command.w_radps / excess};

@@ -55,8 +55,7 @@ struct SteeringInput {
 
 struct SteeringOutput {
   Twist2 command;
-  bool stuck = false;  ///< a recovery is under way
-  bool by_law = false;
+  bool stuck = false;       ///< a recovery is under way
   bool no_way = false;      ///< to where it is to go
   std::string_view reason;  ///< a literal
 };

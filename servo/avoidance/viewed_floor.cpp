@@ -7,8 +7,7 @@ namespace ballservo {
 
 namespace {
 constexpr int directions = 36;  // of a turn on the spot
-constexpr double least =
-    0.05;  // so likely is the ball behind the start, as against ahead, or far from where it was
+constexpr double least = 0.05;  // so likely is the ball behind the start, or far from where it was lost
 constexpr double lost_m = 1.0;  // half as likely so far from where it was lost
 constexpr double step_m = ViewedFloor::block_m;
 }  // namespace

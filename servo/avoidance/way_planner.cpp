@@ -23,27 +23,11 @@ constexpr double leaving_price = 12.0, leaving_per_m = 8.0;
 constexpr double refused_m = 0.15, refused_rad = 0.4, refused_price = 60.0;
 
 /// Steps in blocks along each heading; heading k lies at the angle of its step.
-constexpr std::array<std::array<int, 2>, WayPlanner::headings> steps{{{1, 0},
-                                                                      {2, 1},
-                                                                      {1, 1},
-                                                                      {1, 2},
-                                                                      {0, 1},
-                                                                      {-1, 2},
-                                                                      {-1, 1},
-                                                                      {-2, 1},
-                                                                      {-1, 0},
-                                                                      {-2, -1},
-                                                                      {-1, -1},
-                                                                      {-1, -2},
-                                                                      {0, -1},
-                                                                      {1, -2},
-                                                                      {1, -1},
-                                                                      {2, -1}}};
+constexpr int steps[WayPlanner::headings][2] = {{1, 0},  {2, 1},  {1, 1},  {1, 2},   {0, 1},   {-1, 2},
+                                                {-1, 1}, {-2, 1}, {-1, 0}, {-2, -1}, {-1, -1}, {-1, -2},
+                                                {0, -1}, {1, -2}, {1, -1}, {2, -1}};
 
-double angle_of(int heading) {
-  const auto& step = steps[static_cast<std::size_t>(heading)];
-  return std::atan2(step[1], step[0]);
-}
+double angle_of(int heading) { return std::atan2(steps[heading][1], steps[heading][0]); }
 
 int nearest_heading(double yaw_rad) {
   int best = 0;
@@ -162,7 +146,7 @@ bool WayPlanner::plan(NavigationFunction& navigation, const WayRequest& request,
       const double cost_m = move_cost_m(navigation, request, pose, pose_of(navigation, next));
       if (std::isfinite(cost_m)) reach(next, static_cast<double>(node.cost_m) + cost_m, state);
     };
-    const auto& step = steps[static_cast<std::size_t>(heading)];
+    const auto& step = steps[heading];
     const int left = (heading + 1) % headings, right = (heading + headings - 1) % headings;
     move({block.column + step[0], block.row + step[1]}, heading);
     move({block.column - step[0], block.row - step[1]}, heading);
@@ -175,10 +159,8 @@ bool WayPlanner::plan(NavigationFunction& navigation, const WayRequest& request,
   if (end < 0) return false;
   std::size_t count = 0;
   for (std::int32_t state = end; state >= 0; state = nodes_[static_cast<std::size_t>(state)].parent) ++count;
-  if (count > Way::most) {  // the first part will do
-    for (std::size_t k = count; k > Way::most; --k) end = nodes_[static_cast<std::size_t>(end)].parent;
-    count = Way::most;
-  }
+  for (; count > Way::most; --count)  // the first part will do
+    end = nodes_[static_cast<std::size_t>(end)].parent;
   way.count = count;
   way.cost_m = static_cast<double>(nodes_[static_cast<std::size_t>(end)].cost_m);
   std::int32_t state = end;
@@ -190,22 +172,17 @@ bool WayPlanner::plan(NavigationFunction& navigation, const WayRequest& request,
 
 double WayPlanner::cost_m(NavigationFunction& navigation, const WayRequest& request, const Way& way) const {
   if (way.count == 0 || !ends(navigation, request, way.poses[way.count - 1])) return infinite;
-  std::size_t nearest = 0;
-  double nearest_m = infinite;
-  for (std::size_t k = 0; k < way.count; ++k) {
-    const double away_m =
-        std::hypot(way.poses[k].x_m - request.from.x_m, way.poses[k].y_m - request.from.y_m);
-    if (away_m >= nearest_m) continue;
-    nearest_m = away_m;
-    nearest = k;
-  }
+  const auto away_m = [&from = request.from](const Pose2& to) {
+    return std::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
+  };
+  const Pose2* const end = way.poses.data() + way.count;
+  const Pose2* at = std::min_element(way.poses.data(), end,
+                                     [&](const Pose2& a, const Pose2& b) { return away_m(a) < away_m(b); });
   // To that pose: there, then the turn.
-  const Pose2 there{way.poses[nearest].x_m, way.poses[nearest].y_m, request.from.yaw_rad};
-  double cost_m = move_cost_m(navigation, request, request.from, there) +
-                  move_cost_m(navigation, request, there, way.poses[nearest]);
-  for (std::size_t k = nearest; k + 1 < way.count; ++k) {
-    cost_m += move_cost_m(navigation, request, way.poses[k], way.poses[k + 1]);
-  }
+  const Pose2 there{at->x_m, at->y_m, request.from.yaw_rad};
+  double cost_m =
+      move_cost_m(navigation, request, request.from, there) + move_cost_m(navigation, request, there, *at);
+  for (; at + 1 < end; ++at) cost_m += move_cost_m(navigation, request, at[0], at[1]);
   return cost_m;
 }
 

@@ -10,8 +10,7 @@ namespace ballservo {
 
 /// One frame's word on the target ball.
 struct BallMeasurement {
-  double time_s =
-      -std::numeric_limits<double>::infinity();  ///< of the middle of the exposure, on the robot's clock
+  double time_s = -std::numeric_limits<double>::infinity();  ///< middle of the exposure, the robot's clock
   TrackState state = TrackState::none;  ///< `none`: no ball, which still shows that the camera is alive
   Eigen::Vector3d p_CB{0, 0, 0};  ///< centre of the ball in the camera frame (m); means nothing for `none`
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< of p_CB (m^2)

@@ -5,13 +5,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace ballservo {
 
 namespace {
 
-constexpr double never = -std::numeric_limits<double>::infinity();
 constexpr double max_distance_m = 1e3;  // balls further off are no sightings
 constexpr double max_variance_m2 = 1e4;
 
@@ -29,8 +27,6 @@ constexpr double forget_s = 1.5;        // without a sighting for so long, the n
 constexpr double extrapolate_s = 1.5;   // a ball out of sight is taken to go on moving for so long
 
 }  // namespace
-
-TargetFilter::TargetFilter(const CameraMount& mount) : mount_(mount), time_s_(never), stamp_s_(never) {}
 
 void TargetFilter::propagate(double dt_s, State& state, Covariance& covariance) const {
   Covariance F = Covariance::Identity();

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <optional>
 
 #include "servo/control/ball_measurement.hpp"
@@ -26,7 +27,9 @@ struct TargetEstimate {
 /// nothing.
 class TargetFilter {
  public:
-  explicit TargetFilter(const CameraMount& mount);
+  static constexpr double never = -std::numeric_limits<double>::infinity();
+
+  explicit TargetFilter(const CameraMount& mount) : mount_(mount) {}
 
   /// So many sightings in a row far from the prediction, and the filter starts anew there.
   static constexpr int doubts_to_restart = 3;
@@ -50,7 +53,7 @@ class TargetFilter {
   CameraMount mount_;
   bool started_ = false;
   int doubts_ = 0;
-  double time_s_, stamp_s_;  // of the state; of the newest measurement looked at
+  double time_s_ = never, stamp_s_ = never;  // of the state; of the newest measurement looked at
   State state_ = State::Zero();
   Covariance covariance_ = Covariance::Zero();
 };
@@ -83,7 +86,7 @@ class BallMemory {
   TrackState track_state() const { return track_state_; }  ///< of the newest frame
 
  private:
-  static constexpr double never = -std::numeric_limits<double>::infinity();
+  static constexpr double never = TargetFilter::never;
   struct Arrival {
     BallMeasurement frame;
     double arrived_s = 0;

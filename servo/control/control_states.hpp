@@ -68,6 +68,8 @@ std::string_view finding_text(Finding finding);
 /// Several findings at once; `always` is one of them.
 class Findings {
  public:
+  Findings() = default;
+  Findings(Finding finding) { add(finding); }  // NOLINT: one is several
   void add(Finding finding, bool holds = true) {
     if (holds) bits_.set(static_cast<std::size_t>(finding));
   }

@@ -96,9 +96,7 @@ void Controller::retune(const ControllerOptions& options, std::unique_ptr<Law> l
   options_.latency_s = options.latency_s;
   options_.avoidance.type = options.avoidance.type;
   if (steers() || !states_.blocked()) return;
-  Findings findings;  // nobody looks for a way any longer
-  findings.add(Finding::unstuck);
-  react(findings, step_time_s_, {});
+  react(Finding::unstuck, step_time_s_, {});  // nobody looks for a way any longer
 }
 
 void Controller::note_command(double time_s, const Twist2& command) {
@@ -154,9 +152,7 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
     note_command(time_s, output.command);
     output.pan_radps = pan_speed(time_s, target, when_it_acts.twist);
   } else {
-    Findings findings;
-    findings.add(Finding::bad_clock);
-    react(findings, step_time_s_, odometry);
+    react(Finding::bad_clock, step_time_s_, odometry);
     ball_.clear_inbox();
     last_command_ = {};
     if (std::isfinite(step_time_s_)) predictor_.add_command(step_time_s_, {});
@@ -346,23 +342,18 @@ Twist2 Controller::steered(const SteeringInput& way) {
   const SteeringOutput output = avoidance_->steer(way);
   if (output.no_way) search_.end_excursion();
   const bool was_blocked = states_.blocked();
-  Findings findings;
-  findings.add(output.stuck ? Finding::stuck : Finding::unstuck);
-  react(findings, way.time_s, way.pose);
+  react(output.stuck ? Finding::stuck : Finding::unstuck, way.time_s, way.pose);
   // "going on" is said once; else steering says why.
   if (!was_blocked || states_.blocked()) states_.explain(output.reason);
   return output.command;
 }
 
-/// A command to stop passes at once: the drive brakes as hard as it can. Any other changes no faster than the
-/// drive can follow.
+/// A command to stop passes at once: the drive brakes. Any other changes no faster than the drive can follow.
 Twist2 Controller::within_limits(double time_s, const Twist2& wanted, const Pose2& pose) {
   if (wanted.v_mps == 0.0 && wanted.w_radps == 0.0) return {};
   const Twist2 command = limit_acceleration(last_command_, wanted, options_.limits, 1.0 / options_.rate_hz);
   if (std::isfinite(command.v_mps) && std::isfinite(command.w_radps)) return command;
-  Findings findings;
-  findings.add(Finding::bad_command);
-  react(findings, time_s, pose);
+  react(Finding::bad_command, time_s, pose);
   return {};
 }
 

@@ -52,9 +52,9 @@ class Search {
   /// There, but for the way that the brake takes.
   bool arrives(const Pose2& pose, const Twist2& twist, double a_max_mps2) const;
   bool out_of_time(double time_s) const;
-  /// The ball was found: as if there had been none.
   /// There is no way to where it leads.
   void end_excursion() { excursion_since_s_ = -1e9; }
+  /// The ball was found: as if there had been none.
   void forget_excursions() { excursions_ = 0; }
 
   /// The ball went out of sight: it is expected where it was last.

@@ -14,8 +14,7 @@ double cosc(double x) {
   return std::abs(x) < 1e-4 ? 0.5 * x * (1.0 - x * x / 12.0) : (1.0 - std::cos(x)) / x;
 }
 
-/// The scales k for which k * value lies within [low, high], cut with [k_low, k_high]; empty when k_low >
-/// k_high.
+/// The scales k with k * value within [low, high], cut with [k_low, k_high]; empty when k_low > k_high.
 void cut_scales(double value, double low, double high, double& k_low, double& k_high) {
   if (value == 0.0) {
     if (low > 0.0 || high < 0.0) k_high = -1.0;
