@@ -8,9 +8,8 @@
 namespace ballservo {
 namespace {
 
-// A region may be less than its ball unless a ball of so much quality was found in it, if it is so large and
-// fills its circle so far: then there may be an outline around it, its radius larger by up to a part of the
-// circle's.
+// A region may be less than its ball unless so good a ball was found in it, if it is so large and so full:
+// then there may be an outline around it, its radius larger by up to a part of the circle's.
 constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
 
 // A ball smaller than this is looked at again, since some circle fits into a few pixels of anything; and is
@@ -107,7 +106,7 @@ void BallVerifier::allow_oval(const ClassView& view, VerifiedCandidate& candidat
   if (!oval_.is_fitted) return;
   oval_.verdict = judge(view).of(oval_.fit, {});
   if (oval_.is_ball() && oval_.verdict.quality >= candidate.verdict.quality + clearer_by &&
-      second_look_.log_odds(view.bgr, view.colored, oval_.fit.ball.outline) >= least_log_odds)
+      second_look_.look(view.bgr, view.colored, oval_.fit.ball.outline).log_odds >= least_log_odds)
     std::swap(candidate, oval_);
 }
 

@@ -73,11 +73,7 @@ class BallVerifier {
     return boundary_cone_.rough(*circle.cone, points, rays_->camera().focal_px());
   }
   BallFitter& fitter() { return fitter_; }
-  void set_light(const LightCells& light) { second_look_.set_light(light); }
-  /// See SecondLook.
-  double log_odds(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline) {
-    return second_look_.log_odds(bgr, colored, outline);
-  }
+  SecondLook& second_look() { return second_look_; }
 
  private:
   bool fit_sphere(BallFitter& fitter, double oval_fraction, const cv::Mat& bgr,

@@ -1,4 +1,4 @@
-// The stages of one picture, kept for those who want to see them.
+// The stages of one picture, for those who want to see them (paper, figures 2 to 4).
 #pragma once
 
 #include <Eigen/Core>
@@ -12,15 +12,13 @@
 
 namespace ballservo {
 
-/// What the stages of one picture looked like, for those who want to see (paper, figures 2 to 4).
 struct DetectionStages {
   cv::Rect window;
   cv::Mat classified, opened, closed;  ///< class numbers, CV_8UC1, of the window
   struct Candidate {
     int region = 0;
     ClassIndex color_class = no_class;
-    std::vector<BoundaryPixel>
-        outline;  ///< of the region, as far as no earlier circle took it away (picture px)
+    std::vector<BoundaryPixel> outline;  ///< of the region, without what earlier circles took away (px)
     std::vector<BoundaryPixel> removed;  ///< what this circle takes away
     VoteHistogram votes;                 ///< over undistorted px, relative to the principal point
     CircleEstimate estimate;

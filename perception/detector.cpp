@@ -34,8 +34,7 @@ void sort_by_quality(std::vector<BallObservation>& balls) {
     std::rotate(std::upper_bound(balls.begin(), ball, *ball, better), ball, ball + 1);
 }
 
-// A circle whose centre lies well inside a better one of its class is the same ball seen through another
-// region of it.
+// A circle whose centre lies well inside a better one of its class is the same ball, by another region.
 void drop_repeated(std::vector<BallObservation>& balls) {
   auto kept = balls.begin();
   for (auto ball = balls.begin(); ball != balls.end(); ++ball) {
@@ -182,8 +181,8 @@ double Detector::log_odds(const cv::Mat& bgr, const BallObservation& ball) {
   const cv::Rect window = around & cv::Rect({0, 0}, bgr.size());
   if (window.empty()) return 0;
   segment(bgr, window);
-  return search_.verifier().log_odds(
-      bgr, {ball.color_class, segmented_.closed[ball.color_class - 1u], corner_}, ball.outline);
+  const ColoredPixels colored{ball.color_class, segmented_.closed[ball.color_class - 1u], window.tl()};
+  return search_.verifier().second_look().look(bgr, colored, ball.outline).log_odds;
 }
 
 bool Detector::fit_sphere(const cv::Mat& bgr, const UndistortedCircle& circle,
@@ -199,7 +198,6 @@ bool Detector::fit_sphere(const cv::Mat& bgr, const UndistortedCircle& circle,
 
 // Stages 1 and 2.
 void Detector::segment(const cv::Mat& bgr, const cv::Rect& window) {
-  corner_ = window.tl();
   const int threads = window.area() >= worth_sharing_px ? options_.threads : 1;
   classify(bgr(window), colors_, segmented_.classified, threads);
   morphology_.open(segmented_.classified, segmented_.opened);

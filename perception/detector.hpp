@@ -72,7 +72,7 @@ class Detector {
   /// Looks colours up for another light than the taught one.
   void set_light(const LightCells& light) {
     colors_.set_light(light);
-    search_.verifier().set_light(light);
+    search_.verifier().second_look().set_light(light);
   }
   /// What there was too much of for the last `detect` to look at.
   const LeftOut& left_out() const { return left_out_; }
@@ -106,7 +106,6 @@ class Detector {
   ColorLookup colors_;
   ClassMorphology morphology_;
   Segmented segmented_;
-  cv::Point corner_;  // of the window that was segmented
   RegionMap regions_;
   std::vector<int> chosen_;  // regions
   RegionSearch search_;

@@ -8,8 +8,8 @@ namespace ballservo {
 namespace {
 
 // Of the bins; a Gaussian of 0.7 and one of 2.5 bins.
-constexpr std::array<float, 2> chroma_kernel{0.570F, 0.206F};
-constexpr std::array<float, 7> light_kernel{0.161F, 0.149F, 0.117F, 0.078F, 0.045F, 0.022F, 0.009F};
+constexpr float chroma_kernel[] = {0.570F, 0.206F};
+constexpr float light_kernel[] = {0.161F, 0.149F, 0.117F, 0.078F, 0.045F, 0.022F, 0.009F};
 // Colours with less than this of the floor's pixels in their bin are not floor, and so are brightnesses.
 constexpr double rare_chroma = 0.004, rare_light = 0.002;
 constexpr double renewal = 0.02;      // of what is known of the floor, by each frame
@@ -32,12 +32,7 @@ FloorFinder::FloorFinder(std::vector<FloorPath> paths) : paths_(std::move(paths)
   }
 }
 
-bool FloorFinder::inside(const cv::Mat& bgr) const {
-  return bgr.type() == CV_8UC3 && (box_ & cv::Rect({0, 0}, bgr.size())) == box_ && bgr.cols > 2 &&
-         bgr.rows > 2;
-}
-
-void FloorFinder::sample(const cv::Mat& bgr, const KnownRound* known) {
+void FloorFinder::sample(const cv::Mat& bgr, const OutlineEllipse* known) {
   const double known_px = known != nullptr ? known->radius_px * known_growth : 0.0;
   for (std::size_t k = 0; k < paths_.size(); ++k) {
     for (std::size_t i = 0; i < paths_[k].pixels.size(); ++i) {
@@ -58,7 +53,8 @@ void FloorFinder::sample(const cv::Mat& bgr, const KnownRound* known) {
           static_cast<std::uint16_t>(std::min(chroma_bins - 1, (red + 9) * chroma_bins / sum) * chroma_bins +
                                      std::min(chroma_bins - 1, (green + 9) * chroma_bins / sum));
       sample.light = light_bin_[static_cast<std::size_t>((sum - 27) / 9)];
-      sample.known = known != nullptr && std::hypot(p.x - known->x_px, p.y - known->y_px) < known_px;
+      sample.known =
+          known != nullptr && std::hypot(p.x - known->center_px.x(), p.y - known->center_px.y()) < known_px;
     }
   }
 }
@@ -96,18 +92,17 @@ void FloorFinder::smooth() {
       for (int y = std::max(0, r - 1); y <= std::min(chroma_bins - 1, r + 1); ++y) {
         for (int x = std::max(0, g - 1); x <= std::min(chroma_bins - 1, g + 1); ++x) {
           smoothed_.chroma[static_cast<std::size_t>(y * chroma_bins + x)] +=
-              value * chroma_kernel[static_cast<std::size_t>(std::abs(y - r))] *
-              chroma_kernel[static_cast<std::size_t>(std::abs(x - g))];
+              value * chroma_kernel[std::abs(y - r)] * chroma_kernel[std::abs(x - g)];
         }
       }
     }
   }
   smoothed_.light.fill(0);
-  constexpr int reach = static_cast<int>(light_kernel.size()) - 1;
+  constexpr int reach = static_cast<int>(std::size(light_kernel)) - 1;
   for (int l = 0; l < light_bins; ++l) {
     for (int x = std::max(0, l - reach); x <= std::min(light_bins - 1, l + reach); ++x) {
-      smoothed_.light[static_cast<std::size_t>(x)] += counted_.light[static_cast<std::size_t>(l)] *
-                                                      light_kernel[static_cast<std::size_t>(std::abs(x - l))];
+      smoothed_.light[static_cast<std::size_t>(x)] +=
+          counted_.light[static_cast<std::size_t>(l)] * light_kernel[std::abs(x - l)];
     }
   }
 }
@@ -151,8 +146,9 @@ void FloorFinder::trace() {
   }
 }
 
-const std::vector<FloorEdge>& FloorFinder::look(const cv::Mat& bgr, const KnownRound* known) {
-  if (paths_.empty() || !inside(bgr)) return nothing_;
+const std::vector<FloorEdge>& FloorFinder::look(const cv::Mat& bgr, const OutlineEllipse* known) {
+  const bool inside = (box_ & cv::Rect({0, 0}, bgr.size())) == box_ && bgr.cols > 2 && bgr.rows > 2;
+  if (paths_.empty() || bgr.type() != CV_8UC3 || !inside) return nothing_;
   sample(bgr, known);
   if (!started_) learn(true);
   started_ = true;

@@ -6,6 +6,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "calibration/camera/sphere_outline.hpp"
+
 namespace ballservo {
 
 /// A path of pixels over what may be floor, from the robot outwards.
@@ -20,11 +22,6 @@ struct FloorEdge {
   std::size_t end = 0, again = 0;
 };
 
-/// A round thing in the picture that is known, and counts as floor (px).
-struct KnownRound {
-  double x_px = 0, y_px = 0, radius_px = 0;
-};
-
 /// After Ulrich and Nourbakhsh, "Appearance-based obstacle detection with monocular color vision" (AAAI
 /// 2000): a pixel is floor where both its colour and its brightness are frequent among pixels that are
 /// certainly floor, those close to the robot when the run begins. Here colours are chromaticities, which grey
@@ -37,8 +34,9 @@ class FloorFinder {
   explicit FloorFinder(std::vector<FloorPath> paths);
 
   /// The edges of a frame (8-bit BGR), one for each path; empty where nothing can be said: another format or
-  /// size, or no path begins with floor. Valid until the next call; allocates nothing after the first.
-  const std::vector<FloorEdge>& look(const cv::Mat& bgr, const KnownRound* known = nullptr);
+  /// size, or no path begins with floor. `known`: a round thing that counts as floor. Valid until the next
+  /// call; allocates nothing after the first.
+  const std::vector<FloorEdge>& look(const cv::Mat& bgr, const OutlineEllipse* known = nullptr);
 
  private:
   static constexpr int chroma_bins = 32, light_bins = 64;
@@ -47,8 +45,7 @@ class FloorFinder {
     std::uint8_t light = 0;
     bool known = false, floor = false;
   };
-  bool inside(const cv::Mat& bgr) const;
-  void sample(const cv::Mat& bgr, const KnownRound* known);
+  void sample(const cv::Mat& bgr, const OutlineEllipse* known);
   void learn(bool first);
   void smooth();
   void judge();

@@ -8,9 +8,7 @@ FloorDetection::FloorDetection(const Camera& camera, const CameraMount& mount, d
     : forward_m_(mount.forward_m), fan_(camera, mount, floor_reach_m), finder_(lay_paths(start_clear_m)) {}
 
 FloorScan FloorDetection::look(const cv::Mat& bgr, double time_s, const std::optional<OutlineEllipse>& ball) {
-  KnownRound known;
-  if (ball) known = {ball->center_px.x(), ball->center_px.y(), ball->radius_px};
-  const std::vector<FloorEdge>& edges = finder_.look(bgr, ball ? &known : nullptr);
+  const std::vector<FloorEdge>& edges = finder_.look(bgr, ball ? &*ball : nullptr);
   FloorScan scan;
   scan.time_s = time_s;
   scan.camera_forward_m = forward_m_;

@@ -25,21 +25,20 @@ struct Step {
 };
 
 // Where along a line across the outline the colours before and behind differ most: sum over the channels.
-Step largest_step(const std::array<Eigen::Vector3f, profile>& colors) {
-  std::array<float, 2 * reach + 1> sizes;
+Step largest_step(const Eigen::Vector3f (&colors)[profile]) {
+  float sizes[2 * reach + 1];
   for (int i = 0; i <= 2 * reach; ++i) {
-    const auto at = static_cast<std::size_t>(i + width);
-    sizes[static_cast<std::size_t>(i)] =
-        0.5f * (colors[at - 1] + colors[at - 2] - colors[at + 1] - colors[at + 2]).lpNorm<1>();
+    const Eigen::Vector3f* const at = &colors[i + width];
+    sizes[i] = 0.5f * (at[-1] + at[-2] - at[1] - at[2]).lpNorm<1>();
   }
-  const auto best = std::max_element(sizes.begin(), sizes.end());
+  const float* const best = std::max_element(std::begin(sizes), std::end(sizes));
   // At either end it may go on rising beyond.
-  if (best == sizes.begin() || best + 1 == sizes.end()) return {};
+  if (best == std::begin(sizes) || best + 1 == std::end(sizes)) return {};
   const double before = static_cast<double>(best[-1]), here = static_cast<double>(*best),
                after = static_cast<double>(best[1]);
   const double bend = before - 2 * here + after;
   const double to_top = bend < 0 ? 0.5 * (before - after) / bend : 0;
-  return {true, here, static_cast<double>(best - sizes.begin()) - reach + to_top};
+  return {true, here, static_cast<double>(best - sizes) - reach + to_top};
 }
 
 // A cone's outline in a picture.
@@ -61,13 +60,13 @@ class Outline {
                            const Eigen::Vector2d& narrow, const Eigen::Vector2d& wide) const {
     const auto inner = camera_.project(ray(direction, narrow)), outer = camera_.project(ray(direction, wide));
     if (!inner || !outer || !is_inside(bgr, *inner) || !is_inside(bgr, *outer)) return std::nullopt;
-    std::array<Eigen::Vector3f, profile> colors;
+    Eigen::Vector3f colors[profile];
     const Eigen::Vector2d along = (*outer - *inner) / (profile - 1);
     for (int k = 0; k < profile; ++k) {
       const Eigen::Vector2d at = *inner + k * along;
       const cv::Vec3b& color =
           bgr.at<cv::Vec3b>(static_cast<int>(at.y() + 0.5), static_cast<int>(at.x() + 0.5));
-      colors[static_cast<std::size_t>(k)] = Eigen::Vector3f(color[0], color[1], color[2]);
+      colors[k] = Eigen::Vector3f(color[0], color[1], color[2]);
     }
     return largest_step(colors);
   }
@@ -164,7 +163,6 @@ bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& 
     }
     if (agreeing < pass.agreeing * least) return false;
     found.cone = outline.moved(move_px);
-    found.support = static_cast<double>(steps.count) / steps.in_picture;
     return found.cone.axis.z() > 0 && found.cone.alpha_rad > 0;
   };
   // From far with half of the sectors; nearer; and at last what lies on the outline counts.

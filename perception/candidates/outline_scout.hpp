@@ -21,7 +21,6 @@ struct OutlineScoutOptions {
 /// An outline with an edge on it.
 struct ScoutedOutline {
   TangentCone cone;                   ///< moved onto the edge
-  double support = 0;                 ///< fraction of the sectors with the edge on it
   std::vector<BoundaryPoint> points;  ///< where they have it: undistorted px, no normals, in order around it
 };
 

@@ -23,8 +23,7 @@ struct Move {
 constexpr std::array<Move, 8> moves{Move{1, 0}, Move{0, 1},  Move{-1, 0},  Move{0, -1},
                                     Move{1, 1}, Move{-1, 1}, Move{-1, -1}, Move{1, -1}};
 
-// Where to go from the middle of 3x3 pixels, by which of them wait: bit 3 (dv + 1) + du + 1. (0, 0) where
-// none does.
+// Where to go from the middle of 3x3 pixels, by which wait: bit 3 (dv + 1) + du + 1. (0, 0): none does.
 constexpr std::array<Move, 512> make_next_moves() {
   std::array<Move, 512> table{};
   for (unsigned around = 0; around < 512; ++around) {
@@ -81,24 +80,6 @@ double box_fill(const std::vector<BoundaryPixel>& outline, int pixels) {
   return pixels / static_cast<double>(((right - left + 1) * (bottom - top + 1)).minCoeff());
 }
 
-// Undistorted positions as a camera would see them that looks straight at the middle of the outline.
-class FacingView {
- public:
-  FacingView(const Eigen::Vector2d& middle, double focal_px) : focal_px_(focal_px) {
-    axis_ = Eigen::Vector3d(middle.x(), middle.y(), focal_px).normalized();
-    basis_ = perpendicular_basis(axis_);
-  }
-  Eigen::Vector2d operator()(const Eigen::Vector2d& p) const {
-    const Eigen::Vector3d ray(p.x(), p.y(), focal_px_);
-    return basis_.transpose() * ray * (focal_px_ / axis_.dot(ray));
-  }
-
- private:
-  double focal_px_;
-  Eigen::Vector3d axis_;
-  Eigen::Matrix<double, 3, 2> basis_;
-};
-
 // a x^2 + b xy + c y^2 + d x + e y = 1.
 using Conic = Eigen::Matrix<double, 5, 1>;
 
@@ -116,7 +97,13 @@ void fit_ellipse(const std::vector<BoundaryPoint>& points, double focal_px, Regi
   const auto begin = seen.begin(), end = begin + static_cast<std::ptrdiff_t>(count);
   const Eigen::Vector2d middle =
       std::accumulate(begin, end, Eigen::Vector2d(0, 0)) / static_cast<double>(count);
-  const FacingView facing(middle, focal_px);
+  // As a camera would see them that looks straight at the middle of the outline.
+  const Eigen::Vector3d axis = Eigen::Vector3d(middle.x(), middle.y(), focal_px).normalized();
+  const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(axis);
+  const auto facing = [&](const Eigen::Vector2d& p) -> Eigen::Vector2d {
+    const Eigen::Vector3d ray(p.x(), p.y(), focal_px);
+    return basis.transpose() * ray * (focal_px / axis.dot(ray));
+  };
   double size_px = 0;  // the equations are of numbers about 1
   std::for_each(begin, end, [&](Eigen::Vector2d& p) { size_px = std::max(size_px, (p = facing(p)).norm()); });
 

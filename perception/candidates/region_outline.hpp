@@ -13,8 +13,6 @@
 
 namespace ballservo {
 
-// The order of a region's boundary pixels: one after the other along its outlines.
-
 /// Orders boundaries; keeps its buffers between calls.
 class BoundaryChain {
  public:
@@ -77,8 +75,7 @@ RegionShape region_shape(const std::vector<BoundaryPixel>& outline, const std::v
 bool is_no_balls(const RegionShape& shape);
 
 struct RegionOutline {
-  std::vector<BoundaryPoint>
-      points;  ///< undistorted, between the region's last pixel and the first beyond it
+  std::vector<BoundaryPoint> points;  ///< undistorted, between the region's last pixel and what is beyond
   std::vector<BoundaryPixel> pixels;  ///< of the picture, one for each point
 
   void clear() { resize(0); }

@@ -37,10 +37,8 @@ Verdict BallJudge::early(const std::vector<BoundaryPoint>& boundary, const Tange
   see_steps_in_own_color(view_.bgr, view_.colored, camera, cone, sectors);
   EdgeOffsets offsets;
   offsets.count = sectors.count;
-  for (int i = 0; i < offsets.count; ++i) {
-    const bool seen = sectors.seen[static_cast<std::size_t>(i)];
-    offsets[i] = seen ? 0 : std::numeric_limits<float>::quiet_NaN();
-  }
+  for (int i = 0; i < offsets.count; ++i)
+    offsets[i] = sectors[i] ? 0 : std::numeric_limits<float>::quiet_NaN();
   const OutlineSupport support = outline_support(sectors, offsets, 0, view_.colored, camera, cone);
   const double quality = support.quality();
   const auto reason = [&]() -> const char* {

@@ -35,8 +35,7 @@ class BrightnessHistogram {
     sums_[step] += brightness;
   }
 
-  /// A dark and a light part: their means, and the largest sum of squares between two (Otsu 1979, equation
-  /// 14, times the pixels).
+  /// A dark and a light part: means, and the largest squares between two (Otsu 1979, eq. 14, times pixels).
   struct Parts {
     double squares = 0, dark = 0, light = 0;
   };
@@ -100,55 +99,42 @@ double part_explained(double rest, double variance, double noise_variance) {
 }
 
 // What shows a ball's own surface: pixels of its colour, all around which is its colour too.
-class BallPixels {
- public:
-  BallPixels(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
-             const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline)
-      : bgr_(bgr),
-        response_(response),
-        colored_(colored),
-        rays_(rays),
-        cone_(cone),
-        basis_(perpendicular_basis(cone.axis)),
-        box_(box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size())),
-        step_(std::max(1, static_cast<int>(outline.radius_px / 20))),
-        // Within the blur of the outline the background shines in.
-        reach_(std::sin(cone.alpha_rad) * (1 - std::min(0.4, 1.5 / outline.radius_px))) {}
+struct BallPixels {
+  const cv::Mat& bgr;
+  const CameraResponse& response;
+  const ColoredPixels& colored;
+  const RayTable& rays;
+  const TangentCone& cone;
+  const OutlineEllipse& outline;
 
   double brightness(int u, int v) const {
-    const cv::Vec3b& c = bgr_.at<cv::Vec3b>(v, u);
-    return static_cast<double>(response_.light[c[0]] + response_.light[c[1]] + response_.light[c[2]]);
+    const cv::Vec3b& c = bgr.at<cv::Vec3b>(v, u);
+    return static_cast<double>(response.light[c[0]] + response.light[c[1]] + response.light[c[2]]);
   }
 
   /// Calls see(normal, u, v); the normal to the camera is (0, 0, 1).
   template <typename See>
   void for_each(const See& see) const {
-    for (int v = box_.y + 1; v < box_.br().y - 1; v += step_) {
-      for (int u = box_.x + 1; u < box_.br().x - 1; u += step_) {
-        const Eigen::Vector3d* const ray = rays_.pixel_ray(u, v);
-        if (!ray || !is_own(u, v) || cone_.axis.dot(*ray) <= 0) continue;
-        const Eigen::Vector2d across = basis_.transpose() * *ray;
-        if (across.norm() > reach_) continue;
-        const Eigen::Vector2d n = across / std::sin(cone_.alpha_rad);
+    const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
+    const cv::Rect box = box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size());
+    const int step = std::max(1, static_cast<int>(outline.radius_px / 20));
+    // Within the blur of the outline the background shines in.
+    const double sine = std::sin(cone.alpha_rad), reach = sine * (1 - std::min(0.4, 1.5 / outline.radius_px));
+    for (int v = box.y + 1; v < box.br().y - 1; v += step) {
+      for (int u = box.x + 1; u < box.br().x - 1; u += step) {
+        const Eigen::Vector3d* const ray = rays.pixel_ray(u, v);
+        if (!ray || !is_own(u, v) || cone.axis.dot(*ray) <= 0) continue;
+        const Eigen::Vector2d across = basis.transpose() * *ray;
+        if (across.norm() > reach) continue;
+        const Eigen::Vector2d n = across / sine;
         see(Eigen::Vector3d(n.x(), n.y(), std::sqrt(std::max(0.0, 1 - n.squaredNorm()))), u, v);
       }
     }
   }
-
- private:
   bool is_own(int u, int v) const {
-    return colored_.at(u, v) && colored_.at(u - 1, v) && colored_.at(u + 1, v) && colored_.at(u, v - 1) &&
-           colored_.at(u, v + 1);
+    return colored.at(u, v) && colored.at(u - 1, v) && colored.at(u + 1, v) && colored.at(u, v - 1) &&
+           colored.at(u, v + 1);
   }
-  const cv::Mat& bgr_;
-  const CameraResponse& response_;
-  const ColoredPixels& colored_;
-  const RayTable& rays_;
-  const TangentCone& cone_;
-  Eigen::Matrix<double, 3, 2> basis_;
-  cv::Rect box_;
-  int step_;
-  double reach_;
 };
 
 // Of the lighter part alone, without what lies between: see BallShading.
@@ -168,7 +154,7 @@ double strength_of_lighter(const BallPixels& ball, double dark, double light) {
 
 BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
                          const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline) {
-  const BallPixels ball(bgr, response, colored, rays, cone, outline);
+  const BallPixels ball{bgr, response, colored, rays, cone, outline};
   LambertFit all;
   BrightnessHistogram histogram(3 * static_cast<double>(response.light.back()));
   double bends2 = 0;
@@ -189,8 +175,7 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
   BallShading shading{p.tail<3>().norm() / all.mean(), part_explained(rest, all.variance(), noise_variance),
                       part_explained(all.variance() - between, all.variance(), noise_variance)};
   shading.strength_of_lighter = strength_of_lighter(ball, parts.dark, parts.light);
-  // One lamp leaves the side that is turned away from it in the dark, and a glossy ball mirrors it: where,
-  // the fit before says.
+  // One lamp leaves the side turned away in the dark, and a glossy ball mirrors it: the fit says where.
   for (int pass = 0; pass < passes; ++pass) {
     const double glare = glare_sigmas * std::sqrt(rest);
     LambertFit lit;

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -32,7 +31,7 @@ struct HiddenArc {
 };
 
 std::optional<HiddenArc> hidden_arc(const ColoredPixels& colored, const OutlineEllipse& outline) {
-  std::array<int, looks + 1> own_before{};  // sums
+  int own_before[looks + 1] = {};  // sums
   for (int i = 0; i < looks; ++i) {
     int own = 0;
     for (const double radii : {0.8, 0.87, 0.94}) {
@@ -40,15 +39,13 @@ std::optional<HiddenArc> hidden_arc(const ColoredPixels& colored, const OutlineE
       const int u = static_cast<int>(std::lround(at.x())), v = static_cast<int>(std::lround(at.y()));
       own += colored.knows(u, v) && colored.at(u, v) ? 1 : 0;
     }
-    own_before[static_cast<std::size_t>(i + 1)] =
-        own_before[static_cast<std::size_t>(i)] + (own >= 2 ? 1 : 0);
+    own_before[i + 1] = own_before[i] + (own >= 2 ? 1 : 0);
   }
   const int all_own = own_before[looks];
   const auto own_in = [&](const HiddenArc& arc) {
     const int end = arc.first + arc.count;
-    const int before_end = end <= looks ? own_before[static_cast<std::size_t>(end)]
-                                        : all_own + own_before[static_cast<std::size_t>(end - looks)];
-    return before_end - own_before[static_cast<std::size_t>(arc.first)];
+    const int before_end = end <= looks ? own_before[end] : all_own + own_before[end - looks];
+    return before_end - own_before[arc.first];
   };
   HiddenArc best;
   int fewest = looks;
@@ -69,8 +66,7 @@ double stands_out(const cv::Mat& bgr, const Eigen::Vector2d& end, const Eigen::V
                   double radius_px) {
   const Eigen::Vector2d across(-outward.y(), outward.x());
   const int reach = static_cast<int>(std::min(most_reach_px, reach_px + reach_radii * radius_px));
-  constexpr int most_places = 4 * static_cast<int>(most_reach_px) + 1;
-  std::array<double, most_places> sorted{};
+  double sorted[4 * static_cast<int>(most_reach_px) + 1];
   int places = 0;
   double peak = 0;
   for (int shift = -2 * reach; shift <= 2 * reach; ++shift) {
@@ -87,11 +83,11 @@ double stands_out(const cv::Mat& bgr, const Eigen::Vector2d& end, const Eigen::V
       }
     }
     const double difference = sum.lpNorm<1>() / steps;
-    sorted[static_cast<std::size_t>(places++)] = difference;
+    sorted[places++] = difference;
     if (std::abs(shift) <= reach) peak = std::max(peak, difference);
   }
-  std::nth_element(sorted.begin(), sorted.begin() + places / 2, sorted.begin() + places);
-  const double usual = sorted[static_cast<std::size_t>(places / 2)];
+  double& usual = sorted[places / 2];
+  std::nth_element(sorted, &usual, sorted + places);
   return peak >= least_step ? peak / std::max(1.0, usual) : 0;
 }
 

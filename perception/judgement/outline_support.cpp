@@ -95,14 +95,13 @@ constexpr int most_reach = 5;   // px, to either side of the outline
 
 // Whether two pixels before and two behind some place along the line differ by a step.
 bool has_step(const cv::Mat& bgr, const Eigen::Vector2d& from, const Eigen::Vector2d& to, int places) {
-  std::array<cv::Vec3i, 2 * most_reach + 4> colors;
+  cv::Vec3i colors[2 * most_reach + 4];
   for (int i = 0; i < places + 3; ++i) {
     const Eigen::Vector2d at = from + (to - from) * (static_cast<double>(i) / (places + 2));
     if (!(at.minCoeff() >= 0 && at.x() <= bgr.cols - 1 && at.y() <= bgr.rows - 1)) return false;
-    colors[static_cast<std::size_t>(i)] =
-        bgr.at<cv::Vec3b>(static_cast<int>(at.y() + 0.5), static_cast<int>(at.x() + 0.5));
+    colors[i] = bgr.at<cv::Vec3b>(static_cast<int>(at.y() + 0.5), static_cast<int>(at.x() + 0.5));
   }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(places); ++i) {
+  for (int i = 0; i < places; ++i) {
     const cv::Vec3i twice = colors[i] + colors[i + 1] - colors[i + 2] - colors[i + 3];
     if (std::abs(twice[0]) + std::abs(twice[1]) + std::abs(twice[2]) >= 2 * least_step) return true;
   }
@@ -151,15 +150,16 @@ double OutlineSupport::quality() const {
 
 void OutlineSectors::see(double angle_rad) {
   const int sector = static_cast<int>(angle_rad / (2 * M_PI) * count);
-  if (sector >= 0 && count > 0) seen[static_cast<std::size_t>(std::min(sector, count - 1))] = true;
+  if (sector >= 0 && count > 0) (*this)[std::min(sector, count - 1)] = true;
 }
 
 double OutlineSectors::fraction() const {
-  return count > 0 ? static_cast<double>(std::count(seen.begin(), seen.begin() + count, true)) / count : 0;
+  return count > 0 ? static_cast<double>(std::count(values.begin(), values.begin() + count, true)) / count
+                   : 0;
 }
 
 double OutlineSectors::fraction_in_arcs() const {
-  const auto is_seen = [&](int i) { return seen[static_cast<std::size_t>((i + count) % count)]; };
+  const auto is_seen = [&](int i) { return (*this)[(i + count) % count]; };
   int in_arcs = 0, gaps = 0;
   for (int start = 0; start < count; ++start) {
     // An arc begins after two sectors without anything; a whole turn has no beginning.
@@ -198,7 +198,7 @@ OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px) {
   OutlineSectors sectors;
   sectors.count = offsets.count;
   for (int i = 0; i < offsets.count; ++i)
-    sectors.seen[static_cast<std::size_t>(i)] = std::abs(static_cast<double>(offsets[i])) <= tolerance_px;
+    sectors[i] = std::abs(static_cast<double>(offsets[i])) <= tolerance_px;
   return sectors;
 }
 
@@ -208,8 +208,7 @@ void see_steps_in_own_color(const cv::Mat& bgr, const ColoredPixels& colored, co
   if (!middle) return;
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
   for (int i = 0; i < sectors.count; ++i) {
-    bool& seen = sectors.seen[static_cast<std::size_t>(i)];
-    if (seen) continue;
+    if (sectors[i]) continue;
     const double angle = 2 * M_PI * (i + 0.5) / sectors.count;
     const Eigen::Vector3d outward = basis * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     const auto edge =
@@ -223,7 +222,7 @@ void see_steps_in_own_color(const cv::Mat& bgr, const ColoredPixels& colored, co
     const int u = static_cast<int>(std::lround(beyond.x())), v = static_cast<int>(std::lround(beyond.y()));
     if (!colored.knows(u, v) || !colored.at(u, v)) continue;
     // From 1.5 px further in than the first place to 1.5 px further out than the last.
-    seen = has_step(bgr, *edge - (reach + 1.5) * out, *edge + (reach + 1.5) * out, 2 * reach + 1);
+    sectors[i] = has_step(bgr, *edge - (reach + 1.5) * out, *edge + (reach + 1.5) * out, 2 * reach + 1);
   }
 }
 
@@ -275,8 +274,7 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
     if (!sharp) {
       for (const double height : {0.24, 0.31}) look(rim, 1 + clear + height);
     }
-    supported.seen[static_cast<std::size_t>(i)] =
-        edges.seen[static_cast<std::size_t>(i)] && inside.fraction(1) >= 0.5 && !runs_on;
+    supported[i] = edges[i] && inside.fraction(1) >= 0.5 && !runs_on;
   }
   support.arc = supported.fraction();
   support.arc_in_runs = supported.fraction_in_arcs();

@@ -51,21 +51,17 @@ OutlineShape outline_shape(const EdgeOffsets& offsets, const SectorColors& color
 struct OutlineSupport {
   double arc = 0;          ///< of the outline: an edge lies on it, with the colour on its inner side
   double arc_in_runs = 0;  ///< the same, where such edges stand side by side (see fraction_in_arcs)
-  double fill =
-      0;  ///< of the disc (its part in the picture): of the ball's colour, or absorbed by its region
-  double leak = 0;     ///< of a rim around the disc: of the ball's colour, as where a bar runs on
-  double hidden = 0;   ///< of the outline: outside the picture, or another colour lies just inside it
-  OutlineShape shape;  ///< how the measured edge follows the outline
+  double fill = 0;         ///< of the disc in the picture: of the ball's colour, or absorbed by its region
+  double leak = 0;         ///< of a rim around the disc: of the ball's colour, as where a bar runs on
+  double hidden = 0;       ///< of the outline: outside the picture, or another colour lies just inside it
+  OutlineShape shape;      ///< how the measured edge follows the outline
 
   /// 1 for a whole ball of one colour before another background.
   double quality() const;
 };
 
 /// Which sectors of the outline (of equal angle, counted as EdgePoint::angle_rad) have something on them.
-struct OutlineSectors {
-  std::array<bool, most_outline_sectors> seen{};
-  int count = 0;
-
+struct OutlineSectors : PerSector<bool> {
   void see(double angle_rad);  ///< 0 to 2 pi
   double fraction() const;
   /// The fraction in arcs of at least a sixth of the turn, in which single sectors may be missing: a

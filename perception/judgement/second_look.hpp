@@ -28,9 +28,6 @@ class SecondLook {
   /// Odds of 0, no answer, where hardly any pixel inside the outline has the ball's colour or lies in the
   /// picture.
   Look look(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline);
-  double log_odds(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline) {
-    return look(bgr, colored, outline).log_odds;
-  }
 
  private:
   double brightening_ = 1;      // factor on grey levels

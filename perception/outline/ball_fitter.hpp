@@ -16,8 +16,6 @@
 
 namespace ballservo {
 
-// What a fit says of a ball, and what it was fitted to.
-
 /// The two ways to fit a ball: the exact tangent cone, or the paper's circle with the paper's formula.
 enum class BallFit { sphere, paper };
 

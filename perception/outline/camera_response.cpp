@@ -14,14 +14,16 @@ Eigen::Vector4d terms_at(float distance_px, const EdgeProfileFit& edge) {
   return {1, basis.step, basis.root, basis.ramp};
 }
 
-CameraResponse linear_response() {
+CameraResponse linear_response(bool coarse_chroma) {
   CameraResponse made;
+  made.coarse_chroma = coarse_chroma;
   for (std::size_t k = 0; k < 256; ++k) made.light[k] = static_cast<float>(k), made.slope[k] = 1;
   return made;
 }
 
-CameraResponse srgb_response() {
+CameraResponse srgb_response(bool coarse_chroma) {
   CameraResponse made;
+  made.coarse_chroma = coarse_chroma;
   for (std::size_t k = 0; k < 256; ++k) {
     const double level = static_cast<double>(k) / 255;
     const bool dark = level <= 0.04045;
@@ -30,11 +32,6 @@ CameraResponse srgb_response() {
     made.slope[k] = static_cast<float>(dark ? 1 / 12.92 : 2.4 / 1.055 * std::pow(base, 1.4));
   }
   return made;
-}
-
-CameraResponse coarse(CameraResponse response) {
-  response.coarse_chroma = true;
-  return response;
 }
 
 // One picture counts no more than that. Beyond `settled` no picture could turn the belief at once.
@@ -46,12 +43,12 @@ constexpr double carried = 8, carried_chroma = 2;
 }  // namespace
 
 const CameraResponse& CameraResponse::linear(bool coarse_chroma) {
-  static const CameraResponse fine = linear_response(), with_coarse = coarse(fine);
+  static const CameraResponse fine = linear_response(false), with_coarse = linear_response(true);
   return coarse_chroma ? with_coarse : fine;
 }
 
 const CameraResponse& CameraResponse::srgb(bool coarse_chroma) {
-  static const CameraResponse fine = srgb_response(), with_coarse = coarse(fine);
+  static const CameraResponse fine = srgb_response(false), with_coarse = srgb_response(true);
   return coarse_chroma ? with_coarse : fine;
 }
 

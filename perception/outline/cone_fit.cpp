@@ -169,9 +169,8 @@ std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std
     weights += edge.weight;
   }
   fit.residual_px = std::sqrt(squares_px2 / weights);
-  fit.chi2_per_dof = chi2 / std::max(1.0, weights - 3);
-  fit.covariance_rad2 =
-      normal.covariance() * std::max(1.0, fit.chi2_per_dof) * correlation_factor(fit, edges);
+  const double chi2_per_dof = chi2 / std::max(1.0, weights - 3);
+  fit.covariance_rad2 = normal.covariance() * std::max(1.0, chi2_per_dof) * correlation_factor(fit, edges);
   const double radius_px = std::sin(fit.cone.alpha_rad) * px_per_rad;
   fit.covariance_rad2.diagonal().array() += std::pow(common_error_px2 / radius_px / px_per_rad, 2);
   return fit;
@@ -182,8 +181,7 @@ std::optional<Eigen::Vector3d> RobustWeights::set(const TangentCone& start, std:
                                                   const KnownAngle& known) {
   if (edges.empty()) return std::nullopt;
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
-  // The problem is linear in its unknowns to second order in the step, so the weights settle on one
-  // linearisation.
+  // The problem is linear to second order in the step, so the weights settle on one linearisation.
   points_.clear();
   for (const EdgePoint& edge : edges) {
     const double outside_px = angle_outside(start, edge.ray) * edge.px_per_rad;

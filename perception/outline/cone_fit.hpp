@@ -50,7 +50,6 @@ struct ConeFit {
   Eigen::Matrix3d covariance_rad2 = Eigen::Matrix3d::Zero();
   double residual_px = 0;  ///< weighted RMS of the edge points' distances from the outline, after the step
   double step_px = 0;      ///< largest move of the outline by the step
-  double chi2_per_dof = 0;
 };
 
 /// Signed angle (rad) of a ray outside the cone (negative inside): angle(u, axis) - alpha.
@@ -98,15 +97,13 @@ class RobustWeights {
 /// Covariance of the ball's centre (m^2, camera frame) given its radius and that radius's own sigma (m).
 Eigen::Matrix3d center_covariance(const ConeFit& fit, double radius_m, double radius_sigma_m);
 
-// What a region's boundary tells of a ball's cone, before any edge is measured.
-
 /// The unit ray (camera frame) of an undistorted place.
 Eigen::Vector3d ray_of(const BoundaryPoint& point, double focal_px);
 
 /// How far (px) an edge or a boundary pixel may lie from a ball's outline and still speak for it.
 double outline_tolerance_px(double radius_px);
 
-/// Cones through boundary points; keeps its buffers between calls.
+/// Cones through boundary points, before any edge is measured; keeps its buffers between calls.
 class BoundaryCone {
  public:
   /// Through the points near the voted cone: enough to ask whether a ball is likely. The voted one itself

@@ -19,9 +19,8 @@ constexpr int table_cells = static_cast<int>(table_high - table_low) * cells_per
 double normal_density(double x) { return 0.3989422804014327 * std::exp(-0.5 * x * x); }
 double normal_distribution(double x) { return 0.5 * std::erfc(-x * 0.7071067811865476); }
 
-// E sqrt(max(0, x + z)) and its slope, by substituting y = sqrt(x + z), which removes the root's infinite
-// slope: what is left is even in y and vanishes at the end, so that the trapezoidal rule is exact to
-// rounding.
+// E sqrt(max(0, x + z)) and its slope, by substituting y = sqrt(x + z), which removes the infinite slope:
+// what is left is even in y and vanishes at the end, so that the trapezoidal rule is exact to rounding.
 std::array<double, 2> blurred_root(double x) {
   const double high = std::sqrt(std::max(0.0, x) + 9.0);
   constexpr int steps = 128;
@@ -74,6 +73,10 @@ Float4 look_up(const BasisTable& table, float x) {
 }
 
 constexpr int parameters = 6;  // O, A, B, D, t0, log s
+// What is believed of log s, and of B (per sqrt(px)) and D (per px), relative to A and about 0.
+constexpr double log_blur_sigma = 0.5, root_sigma_share = 0.4, ramp_sigma_share = 0.02;
+constexpr int iterations = 6;
+constexpr double settled_px = 4e-3;  // a step of t0 that ends them: what would follow is its square
 using Vector = Eigen::Matrix<double, parameters, 1>;
 using Matrix = Eigen::Matrix<double, parameters, parameters>;
 
@@ -237,13 +240,12 @@ std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfile
                                           const EdgeProfileOptions& options,
                                           const EquationsAt& equations_at) {
   const double contrast = p(1);
-  double noise = 0;
   Eigen::LLT<Matrix> llt;
   double variance = 0;
-  for (int iteration = 0; iteration < options.iterations; ++iteration) {
+  for (int iteration = 0; iteration < iterations; ++iteration) {
     NormalEquations normal = equations_at(p);
     const double freedom = count - parameters;
-    noise = std::sqrt(normal.squares / std::max(1.0, freedom));
+    const double noise = std::sqrt(normal.squares / std::max(1.0, freedom));
     // Priors count as measurements in units of the noise; a floor stands for quantisation.
     variance = std::max(noise * noise, 0.04);
     const auto believe = [&](int index, double value, double sigma) {
@@ -252,9 +254,9 @@ std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfile
       normal.right(index) += weight * (value - p(index));
     };
     const double step_size = std::max(std::abs(p(1)), options.min_contrast);
-    believe(2, prior.root, prior.root_sigma_fraction * step_size);
-    believe(3, 0, prior.ramp_sigma_fraction * step_size);
-    believe(5, std::log(prior.blur_px), prior.log_blur_sigma);
+    believe(2, 0, root_sigma_share * step_size);
+    believe(3, 0, ramp_sigma_share * step_size);
+    believe(5, std::log(prior.blur_px), log_blur_sigma);
     llt.compute(normal.matrix);
     Vector step = llt.solve(normal.right);
     if (llt.info() != Eigen::Success || !step.allFinite()) return std::nullopt;
@@ -262,19 +264,11 @@ std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfile
     step(5) = std::clamp(step(5), -0.4, 0.4);
     p += step;
     p(5) = std::clamp(p(5), std::log(0.25), std::log(4.0));
-    if (std::abs(step(4)) < options.settled_px && std::abs(step(5)) < 10 * options.settled_px) break;
+    if (std::abs(step(4)) < settled_px && std::abs(step(5)) < 10 * settled_px) break;
   }
   const Vector of_offset = llt.solve(Vector::Unit(4)) * variance;
-  EdgeProfileFit fit;
-  fit.offset_px = p(4);
-  fit.sigma_px = std::sqrt(of_offset(4));
-  fit.blur_px = std::exp(p(5));
-  fit.outside = p(0);
-  fit.step = p(1);
-  fit.root = p(2);
-  fit.ramp = p(3);
-  fit.residual = noise;
-  const bool same_sign = fit.step * contrast > 0 && std::abs(fit.step) >= 0.25 * std::abs(contrast);
+  const EdgeProfileFit fit{p(4), std::sqrt(of_offset(4)), std::exp(p(5))};
+  const bool same_sign = p(1) * contrast > 0 && std::abs(p(1)) >= 0.25 * std::abs(contrast);
   if (!same_sign || !std::isfinite(fit.sigma_px) || !(std::abs(fit.offset_px) <= options.max_offset_px))
     return std::nullopt;
   return fit;
@@ -307,7 +301,7 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
   if (!(std::abs(contrast) >= options.min_contrast)) return std::nullopt;
 
   Vector p;
-  p << outside_level, contrast, prior.root, 0, start_offset_px, std::log(prior.blur_px);
+  p << outside_level, contrast, 0, 0, start_offset_px, std::log(prior.blur_px);
   return fit_profile(samples.count, p, prior, options, [&](const Vector& at) {
     return normal_equations(samples, at, prior.radius_px, options.instructions);
   });

@@ -48,25 +48,19 @@ struct EdgeSamples {
 struct EdgeProfileOptions {
   double min_contrast = 6;   ///< grey levels; below that there is no edge to place
   double max_offset_px = 3;  ///< an edge further from the assumed outline is not the ball's
-  int iterations = 6;
-  double settled_px = 4e-3;  ///< a step of t0 that ends them: what would follow is its square
   Instructions instructions = Instructions::fastest;
 };
 
 /// What is believed of the profile's shape before it is seen.
 struct EdgeProfilePrior {
-  double blur_px = 0.8, log_blur_sigma = 0.5;  ///< log-normal
-  double root = 0, root_sigma_fraction = 0.4;  ///< B (per sqrt(px)), with a sigma relative to the step A
-  double radius_px = 1e9;                      ///< of the outline: how fast the limb turns
-  double ramp_sigma_fraction = 0.02;           ///< sigma of D (per px) relative to A, about 0
+  double blur_px = 0.8;    ///< the median of a log-normal
+  double radius_px = 1e9;  ///< of the outline: how fast the limb turns
 };
 
 struct EdgeProfileFit {
   double offset_px = 0;  ///< t0
   double sigma_px = 0;   ///< its standard deviation, from the residuals
   double blur_px = 0;    ///< s
-  double outside = 0, step = 0, root = 0, ramp = 0;
-  double residual = 0;  ///< RMS, grey levels
 };
 
 /// Fits the profile by damped Gauss-Newton; nothing where there is no clear edge within reach.

@@ -12,8 +12,7 @@
 namespace ballservo {
 namespace {
 
-// An arc segment's place is never believed better than this: what the profile model leaves out (texture,
-// shadows).
+// An arc segment's place is never believed better than this: the model has no texture and no shadows.
 constexpr double sigma_floor_px = 0.01;
 // Of the ring, to each side of the assumed outline; the former around small balls.
 constexpr double least_half_width_px = 2.5, most_half_width_px = 5;
@@ -33,8 +32,7 @@ constexpr double least_contrast = 4;
 // blurred as grey levels, not as light (0.1 to 0.2 px on JPEG files of rendered balls).
 constexpr float coarse_clear_px = 2;
 constexpr double coarse_chroma_sigma_px = 0.2;
-// Half resolution moves the colours' edge by less than that: where luma puts it elsewhere, it is another
-// edge.
+// Half resolution moves the colours' edge by less: where luma puts it elsewhere, it is another edge.
 constexpr double luma_and_colors_agree_px = 1;
 // Averaging over two pixels and interpolating widens a blur by up to 0.9 px^2 in each halved direction;
 // shading says as much as the noise (sigma), and a blur that is not well known more. An edge is asked only
@@ -209,8 +207,7 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
   }
 }
 
-// The step's place to half a pixel: where the mean intensity falls most between two pixels inside and two
-// outside.
+// The step's place to half a pixel: where the mean falls most between two pixels inside and two outside.
 double EdgeMeter::coarse_offset(double reach_px) const {
   // Sums over bins of half a pixel from -8 to 8 px: sum[i] is of all the bins before i.
   constexpr int bins = 32;
@@ -321,8 +318,7 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_luma(const CameraResponse& response
   return fit_luma_profile(samples_, colors, response, start, ring_.prior, options);
 }
 
-// The ring around the outline, cut into segments by the outline's length; false where no segment is in the
-// picture.
+// The ring around the outline, in segments of the outline's length; false where none is in the picture.
 bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCone& outline) {
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(outline.axis);
   ring_ = {};
@@ -424,8 +420,7 @@ void EdgeMeter::measure(const cv::Mat& bgr, const RayTable& rays, const TangentC
     const auto fit = fit_segment(response);
     if (!fit) continue;
     const Station& station = stations_[i];
-    // A blurred disc's half level lies inside its edge by s^2 / 2r, the mean curvature's share of the
-    // diffusion.
+    // A blurred disc's half level lies s^2 / 2r inside its edge: the mean curvature's share of diffusion.
     const double distance_px = fit->offset_px + fit->blur_px * fit->blur_px / (2 * ring_.radius_px);
     const double edge_rad = outline.alpha_rad + distance_px / station.px_per_rad;
     EdgePoint point;

@@ -93,8 +93,7 @@ std::optional<CircleFit> one_gauss_newton_step(const UndistortedCircle& start,
     weights += pixel.weight;
   }
   fit.residual_px = std::sqrt(squares / weights);
-  // Pixels of the ring repeat each other across its width: count one measurement per pixel of the
-  // circumference.
+  // Pixels repeat each other across the ring's width: count one measurement per pixel of circumference.
   const double mean_weight = weights / fit.used;
   const double repeats = std::max(1.0, fit.used / (2 * M_PI * fit.circle.radius_px));
   fit.covariance_px2 = normal.inverse() * (mean_weight * fit.residual_px * fit.residual_px * repeats);

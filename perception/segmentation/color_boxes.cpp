@@ -134,21 +134,19 @@ ColorBox box_of(const Extent& extent) {
   return box;
 }
 
-// How many of a picture's pixels a box is expected to hold (on some scale), from sums over all blocks below
-// and left of a corner.
+// How many pixels a box is expected to hold (on some scale), from sums over all blocks below a corner.
 class ExpectedPixels {
  public:
-  explicit ExpectedPixels(const ColorTable& colors)
-      : sums_((outer_side + 1) * (outer_side + 1) * (outer_side + 1), 0.0) {
+  explicit ExpectedPixels(const ColorTable& colors) : sums_(outer_side + 1) {
     add_greys();
     add_background(colors);
     for (std::size_t r = 0; r < outer_side; ++r) {
       for (std::size_t g = 0; g < outer_side; ++g) {
         double row = 0;
         for (std::size_t b = 0; b < outer_side; ++b) {
-          double& sum = at(r + 1, g + 1, b + 1);
+          double& sum = sums_[r + 1][g + 1][b + 1];
           row += sum;
-          sum = row + at(r, g + 1, b + 1) + at(r + 1, g, b + 1) - at(r, g, b + 1);
+          sum = row + sums_[r][g + 1][b + 1] + sums_[r + 1][g][b + 1] - sums_[r][g][b + 1];
         }
       }
     }
@@ -159,11 +157,11 @@ class ExpectedPixels {
     const ColorBox box = box_of(extent);
     const auto plane = [&](std::size_t r) {
       const std::size_t g0 = box.low[1], g1 = box.high[1] + 1u, b0 = box.low[0], b1 = box.high[0] + 1u;
-      return at(r, g1, b1) - at(r, g0, b1) - at(r, g1, b0) + at(r, g0, b0);
+      return sums_[r][g1][b1] - sums_[r][g0][b1] - sums_[r][g1][b0] + sums_[r][g0][b0];
     };
     return plane(box.high[2] + 1u) - plane(box.low[2]);
   }
-  double in_all() const { return at(outer_side, outer_side, outer_side); }
+  double in_all() const { return sums_[outer_side][outer_side][outer_side]; }
 
  private:
   // Most of what pictures show is nearly grey: so much the less, the more the channels differ.
@@ -177,7 +175,7 @@ class ExpectedPixels {
       for (std::size_t g = 0; g < outer_side; ++g) {
         const std::size_t low = std::min(r, g), high = std::max(r, g);
         for (std::size_t b = 0; b < outer_side; ++b)
-          greys_ += at(r + 1, g + 1, b + 1) = greyness[std::max(high, b) - std::min(low, b)];
+          greys_ += sums_[r + 1][g + 1][b + 1] = greyness[std::max(high, b) - std::min(low, b)];
       }
     }
   }
@@ -188,18 +186,11 @@ class ExpectedPixels {
     for (const CellCount& cell : colors.background) {
       const std::size_t b = cell.cell % 64 / outer_block, g = cell.cell / 64 % 64 / outer_block,
                         r = cell.cell / 4096 / outer_block;
-      at(r + 1, g + 1, b + 1) += greys_ * cell.count / pixels;
+      sums_[r + 1][g + 1][b + 1] += greys_ * cell.count / pixels;
     }
   }
 
-  double& at(std::size_t r, std::size_t g, std::size_t b) {
-    return sums_[(r * (outer_side + 1) + g) * (outer_side + 1) + b];
-  }
-  double at(std::size_t r, std::size_t g, std::size_t b) const {
-    return sums_[(r * (outer_side + 1) + g) * (outer_side + 1) + b];
-  }
-
-  std::vector<double> sums_;
+  std::vector<std::array<std::array<double, outer_side + 1>, outer_side + 1>> sums_;  // red, green, blue
   double greys_ = 0;
 };
 

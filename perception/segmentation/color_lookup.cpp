@@ -22,8 +22,6 @@ void check(const ColorTable& colors) {
   faults.throw_if_any();
 }
 
-using CellBits = std::array<std::array<std::uint8_t, ColorTable::side>, 3>;
-
 CellBits bits_of(const std::vector<ColorBox>& boxes) {
   CellBits bits{};
   unsigned bit = 1;
@@ -87,8 +85,7 @@ void ColorLookup::set_light(const LightCells& light) {
       inner[c][cell] = taught_inner_[c][taught];
       outer[c][cell] = taught_outer_[c][taught];
       if (cell >= dark) continue;
-      // A dark cell is looked up at itself or elsewhere, as the other channels say: it may be in either's
-      // box.
+      // A dark cell is looked up at itself or elsewhere, by the other channels: it may be in either's box.
       outer[c][cell] = static_cast<std::uint8_t>(outer[c][cell] | taught_outer_[c][cell]);
       in_channel |= inner[c][cell];
     }

@@ -24,6 +24,9 @@ struct LightCells {
   bool operator!=(const LightCells& other) const { return !(*this == other); }
 };
 
+/// The boxes that a cell of each channel lies in, a bit for each.
+using CellBits = std::array<std::array<std::uint8_t, ColorTable::side>, 3>;
+
 /// Takes memory on construction alone; another light costs about a microsecond.
 class ColorLookup {
  public:
@@ -47,8 +50,6 @@ class ColorLookup {
  private:
   std::shared_ptr<const ColorTable> colors_;
   const ClassIndex* entries_;
-  using CellBits =
-      std::array<std::array<std::uint8_t, ColorTable::side>, 3>;  // the boxes that a cell lies in
   CellBits taught_outer_{}, taught_inner_{};
   ColorBoxes boxes_;
   std::array<std::array<std::uint32_t, 256>, 3> offset_;  // each channel's part of a table entry's place

@@ -32,8 +32,7 @@ template <class Operation, int reach>
   return joined;
 }
 
-// Every pixel of the words from `first` to `last` joined with its neighbours in the row. What lies beyond the
-// row is outside.
+// Every pixel of the words `first` to `last` joined with its neighbours in the row; beyond it is outside.
 template <class Operation, int reach>
 [[gnu::always_inline]] inline void along_row(const std::uint64_t* in, int words, int first, int last,
                                              std::uint64_t* out) {

@@ -12,8 +12,6 @@
 
 namespace ballservo {
 
-// A picture's rows cut into runs of pixels of one class.
-
 /// Pixels of one class, or of none, from u = begin to end - 1 of row v.
 struct Run {
   int v, begin, end;
@@ -31,7 +29,6 @@ class Runs {
   /// too; if that does not suffice, shorter than 4, 8 and so on.
   void cut(ClassPictures& classes, cv::Size size);
 
-  const std::vector<Run>& all() const { return runs_; }
   const Run& operator[](int i) const { return runs_[static_cast<std::size_t>(i)]; }
   std::size_t capacity() const { return runs_.capacity(); }
   int size() const { return static_cast<int>(runs_.size()); }
@@ -63,8 +60,7 @@ struct Region {
 /// A pixel of a region with a neighbour outside it.
 struct BoundaryPixel {
   int u_px = 0, v_px = 0;
-  Eigen::Vector2f outward{0,
-                          0};  ///< unit normal of the outline there (see outward_normal); (0, 0): not known
+  Eigen::Vector2f outward{0, 0};  ///< unit normal there (see outward_normal); (0, 0): not known
 };
 
 /// All components of the class pictures. Takes memory at first and for larger pictures alone.
@@ -105,10 +101,9 @@ class RegionMap {
   Runs runs_;
   ClassPictures classes_;
   std::vector<Region> regions_;
-  std::vector<int> parent_;  // of a run: union-find while they are joined, then the region
-  std::vector<int>
-      next_run_;  // of a run: the next one of the same region, with what that has absorbed, or -1
-  std::vector<int> first_run_;                 // of a region, with what it has absorbed
+  std::vector<int> parent_;     // of a run: union-find while they are joined, then the region
+  std::vector<int> next_run_;   // of a run: the next one of the same region and what it absorbed, or -1
+  std::vector<int> first_run_;  // of a region, with what it has absorbed
   std::vector<std::pair<int, int>> touching_;  // runs that share an edge
 };
 

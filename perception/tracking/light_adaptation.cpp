@@ -8,8 +8,7 @@
 namespace ballservo {
 namespace {
 
-// Grey levels between which a channel is believed: where it is darker, a response curve lifts the noise above
-// the signal.
+// Grey levels between which a channel is believed: a response curve lifts noise in the dark over the signal.
 constexpr int dark = 25, clipped = 250;
 constexpr double clear_of_rim = 0.7;  // radii
 constexpr int samples_across = 20;
@@ -66,11 +65,10 @@ SurfaceColor middle_color(const std::array<LevelCounts, 3>& counts, double total
 // A picture whose channels changed by less did not change its light.
 constexpr double least_change = 0.05;
 
-constexpr double follow_s = 0.15;  // time constant of following
-constexpr double sudden_change_log =
-    0.12;                       // change of a ball's log channel from picture to picture that is a jump
-constexpr double trust = 1.25;  // times what the picture says a slow change may be
-constexpr double drift_s = 30;  // over which is forgotten what the pictures alone say
+constexpr double follow_s = 0.15;           // time constant of following
+constexpr double sudden_change_log = 0.12;  // of a ball's log channel, from picture to picture: a jump
+constexpr double trust = 1.25;              // times what the picture says a slow change may be
+constexpr double drift_s = 30;              // over which is forgotten what the pictures alone say
 // Of a ball to be learnt from; what is half covered says little.
 constexpr double min_quality = 0.3, min_fill = 0.4;
 constexpr double forget_s = 300;  // without a ball, and the taught light is back
@@ -331,8 +329,7 @@ void LightAdaptation::finish(double time_s) {
 
 void LightAdaptation::believe(const LogGain& gain) { belief_ = {gain, gain, LogGain::Zero()}; }
 
-// The light that colours should be looked up for: the taught one serves a little further than it was taught,
-// in level above all.
+// The light to look colours up for: the taught one serves a little further than taught, above all in level.
 LogGain LightAdaptation::table_gain() {
   Eigen::Array3d light = light_coordinates(belief_.gain);
   const double room = level_room * std::sqrt(3.0);

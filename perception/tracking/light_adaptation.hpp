@@ -19,8 +19,6 @@
 
 namespace ballservo {
 
-// How the light of a picture differs from the light under which the colours were taught.
-
 /// The natural logarithm of the factor on each channel of the picture (blue, green, red), 0 for the taught
 /// light. One factor a channel for all surfaces: von Kries' model (Finlayson, Drew and Funt 1994, "Spectral
 /// sharpening", J. Opt. Soc. Am. A 11(5)). A camera's response curve that is a power keeps it a factor.

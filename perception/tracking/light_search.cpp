@@ -116,11 +116,6 @@ std::optional<AssumedLight> LightSearch::go_on(const cv::Mat& bgr, std::size_t l
   return best_.light;
 }
 
-bool LightSearch::shows_light() const {
-  const CameraResponse& response = detector_.response();
-  return &response == &CameraResponse::linear(response.coarse_chroma);
-}
-
 LightSearch::Guess LightSearch::look(const cv::Mat& bgr, const AssumedLight& light,
                                      const Eigen::Array3d& by_greys) {
   detector_.set_light(cells_in(light));
@@ -129,8 +124,10 @@ LightSearch::Guess LightSearch::look(const cv::Mat& bgr, const AssumedLight& lig
   for (const BallObservation& ball : detector_.detect(bgr)) {
     const AssumedLight refined = refined_by(bgr, ball, light);
     const Eigen::Array3d coordinates = light_coordinates(light.power * refined.gain);
-    const double of_other = log_prior(coordinates - by_greys, light.power) +
-                            (light.power < 1 && shows_light() ? log_seen_linear : 0);
+    const CameraResponse& response = detector_.response();
+    const bool linear = &response == &CameraResponse::linear(response.coarse_chroma);
+    const double of_other =
+        log_prior(coordinates - by_greys, light.power) + (light.power < 1 && linear ? log_seen_linear : 0);
     const double of_taught =
         light.power == 1 ? -0.5 * (coordinates / sigma_of_taught).square().sum() : of_other;
     const double prior = std::max(of_other, of_taught);

@@ -42,7 +42,6 @@ class LightSearch {
     double log_odds = -1e9;
   };
   Guess look(const cv::Mat& bgr, const AssumedLight& light, const Eigen::Array3d& by_greys);
-  bool shows_light() const;  // in proportion: the picture that was looked at last
   AssumedLight refined_by(const cv::Mat& bgr, const BallObservation& ball, const AssumedLight& light) const;
 
   Detector detector_;          // whose beliefs are its own

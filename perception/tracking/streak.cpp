@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "perception/outline/cone_fit.hpp"
@@ -44,7 +43,7 @@ bool sample(const cv::Mat& bgr, const CameraResponse& response, const Eigen::Vec
   const Eigen::Vector2d along = unit_or_x(streak.way_px);
   const double half_along = streak.way_px.norm() / 2 + beyond_ends * streak.half_width_px;
   const double half_across = half_width_radii * streak.half_width_px;
-  std::array<Eigen::Vector3d, samples> light;
+  Eigen::Vector3d light[samples];
   for (int line = 0; line < lines; ++line) {
     const double u = half_along * (2.0 * line / (lines - 1) - 1);
     const auto across_px = [&](int i) { return half_across * (2.0 * i / (samples - 1) - 1); };
@@ -53,15 +52,14 @@ bool sample(const cv::Mat& bgr, const CameraResponse& response, const Eigen::Vec
       const Eigen::Vector2d at = streak.center_px + u * along + across_px(i) * across(along);
       const int column = static_cast<int>(std::lround(at.x())), row = static_cast<int>(std::lround(at.y()));
       if (column < 0 || row < 0 || column >= bgr.cols || row >= bgr.rows) return false;
-      light[static_cast<std::size_t>(i)] = light_of(response, bgr.at<cv::Vec3b>(row, column));
-      if (i < background_samples) sides[0] += light[static_cast<std::size_t>(i)] / background_samples;
-      if (i >= samples - background_samples)
-        sides[1] += light[static_cast<std::size_t>(i)] / background_samples;
+      light[i] = light_of(response, bgr.at<cv::Vec3b>(row, column));
+      if (i < background_samples) sides[0] += light[i] / background_samples;
+      if (i >= samples - background_samples) sides[1] += light[i] / background_samples;
     }
     for (int i = 0; i < samples; ++i) {
       const double share = static_cast<double>(i) / (samples - 1);
       const Eigen::Vector3d background = (1 - share) * sides[0] + share * sides[1];
-      visit(u, across_px(i), light[static_cast<std::size_t>(i)] - background, ball - background);
+      visit(u, across_px(i), light[i] - background, ball - background);
     }
   }
   return true;

@@ -222,14 +222,11 @@ const TrackFilter::Model& TrackFilter::likeliest() const {
                            [](const Model& a, const Model& b) { return a.probability < b.probability; });
 }
 
-Eigen::Vector3d TrackFilter::value() const {
+Eigen::Vector3d TrackFilter::derivative(int order) const {
   const Axis* axis = likeliest().axis;
-  return {axis[0].state.x(), axis[1].state.x(), axis[2].state.x()};
+  return {axis[0].state(order), axis[1].state(order), axis[2].state(order)};
 }
-Eigen::Vector3d TrackFilter::velocity() const {
-  const Axis* axis = likeliest().axis;
-  return {axis[0].state.y(), axis[1].state.y(), axis[2].state.y()};
-}
+
 Eigen::Vector3d TrackFilter::variance() const {
   const Eigen::Vector3d middle = value();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();

@@ -53,9 +53,9 @@ class TrackFilter {
   void lose();
 
   // Of the likeliest motion; the variance also says how far the others are from it.
-  Eigen::Vector3d value() const;
+  Eigen::Vector3d value() const { return derivative(0); }
   Eigen::Vector3d variance() const;
-  Eigen::Vector3d velocity() const;  ///< per s
+  Eigen::Vector3d velocity() const { return derivative(1); }  ///< per s
 
  private:
   enum Motion { carried, rolling, flying, motions };
@@ -70,6 +70,7 @@ class TrackFilter {
   static double distance2(const Model& model, const BallFeatures& measured);
   static double log_likelihood(const Model& model, const BallFeatures& measured);
   const Model& likeliest() const;
+  Eigen::Vector3d derivative(int order) const;
   void mix();
 
   Model models_[motions];

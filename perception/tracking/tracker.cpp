@@ -72,7 +72,9 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   if (light_ && options_.seek_light) seek_light(bgr);
   match();
   if (light_) look_under_another_light(bgr);
-  correct_matched();
+  // Once for each detection: a filter that starts or is restarted from one knows it already.
+  for (Followed& followed : followed_)
+    if (followed.detection) followed.filter.correct(features(seen_[*followed.detection]));
   continue_jumps();
   for (Followed& followed : followed_)
     if (followed.detection) gather_evidence(bgr, followed);
@@ -90,11 +92,8 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     if (is_taken(i) || seen_[i].quality < min_ball_quality) continue;
     Followed newcomer{{next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
-                      TrackFilter(features(seen_[i]), time_s),
-                      {},
-                      false,
-                      time_s,
-                      time_s};
+                      TrackFilter(features(seen_[i]), time_s)};
+    newcomer.born_s = time_s;
     newcomer.detection = i;
     gather_evidence(bgr, newcomer);
     see(newcomer, seen_[i], time_s);
@@ -338,8 +337,7 @@ bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball
          std::abs(measured.value.z() - followed.filter.value().z()) < weak_log_size;
 }
 
-// The likeliest pair first, confirmed tracks before tentative ones: a ball belongs to one track and a track
-// has one ball.
+// The likeliest pair first, confirmed tracks before tentative ones: one ball a track, and one track a ball.
 void Tracker::match() {
   for (Followed& followed : followed_) followed.detection.reset();
   pairs_.clear();
@@ -360,14 +358,6 @@ void Tracker::match() {
       followed_[pair.followed].detection = pair.seen;
 }
 
-// Once for each detection: a filter that starts or is restarted from one knows it already.
-void Tracker::correct_matched() {
-  for (Followed& followed : followed_) {
-    if (!followed.detection) continue;
-    followed.filter.correct(features(seen_[*followed.detection]));
-  }
-}
-
 // Near enough to where a missing ball is predicted to be that ball, and of its size.
 bool Tracker::may_be_missing_one(const Followed& missing, const BallObservation& ball) const {
   const TangentCone expected = cone_of(missing.filter.value());
@@ -376,8 +366,7 @@ bool Tracker::may_be_missing_one(const Followed& missing, const BallObservation&
          angle_between(ball.cone.axis, expected.axis) < jump_radii * expected.alpha_rad;
 }
 
-// A throw or a knock outruns the filter: where one unmatched ball lies near one unmatched track, it is the
-// same ball.
+// A throw or a knock outruns the filter: one unmatched ball near one unmatched track is the same ball.
 void Tracker::continue_jumps() {
   for (Followed& followed : followed_) {
     std::size_t candidate = seen_.size();

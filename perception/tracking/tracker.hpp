@@ -88,7 +88,6 @@ class Tracker {
   }
   bool is_plausible(const Followed& followed, const BallObservation& ball) const;
   void match();
-  void correct_matched();
   bool may_be_missing_one(const Followed& missing, const BallObservation& ball) const;
   void continue_jumps();
   void rejoin_newcomers();

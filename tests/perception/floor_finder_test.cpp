@@ -97,7 +97,7 @@ TEST(FloorFinder, TheKnownBallIsFloor) {
   cv::Mat picture = planks(wood, 3);
   cv::circle(picture, {160, 140}, 20, {20, 20, 200}, cv::FILLED);
   EXPECT_LT(finder.look(picture)[15].end, 90u);
-  const KnownRound ball{160, 140, 20};
+  const OutlineEllipse ball{{160, 140}, 20};
   for (const FloorEdge& edge : finder.look(picture, &ball)) EXPECT_EQ(edge.end, 90u);
 }
 

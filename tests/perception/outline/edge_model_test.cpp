@@ -88,7 +88,7 @@ TEST(EdgeProfile, IsTheSameToTheLastBitWhateverTheProcessorHas) {
     ASSERT_TRUE(fastest && other);
     EXPECT_EQ(fastest->offset_px, other->offset_px);
     EXPECT_EQ(fastest->sigma_px, other->sigma_px);
-    EXPECT_EQ(fastest->residual, other->residual);
+    EXPECT_EQ(fastest->blur_px, other->blur_px);
   }
 }
 
