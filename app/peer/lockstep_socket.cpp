@@ -95,8 +95,7 @@ LockstepSocket::LockstepSocket(Side side, const Options& options)
       socket.bind(options.address);
       return;
     }
-    // The last word goes out even where an answer is missing; an answer that comes after it is not taken for
-    // the next one.
+    // The last word goes out even without an answer; one that comes after it is not taken for the next one.
     socket.set(zmq::sockopt::req_relaxed, true);
     socket.set(zmq::sockopt::req_correlate, true);
     socket.connect(options.address);

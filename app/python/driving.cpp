@@ -137,8 +137,7 @@ class PyRun {
     py::object law, robot, camera;
     std::optional<SteppedRun> run;
   };
-  /// One step at a time, whoever asks: another thread, or a law of the run itself. Under the interpreter's
-  /// lock.
+  /// One step at a time, whoever asks: another thread or a law of the run. Under the interpreter's lock.
   class Turn {
    public:
     explicit Turn(bool& busy) : busy_(busy) {

@@ -54,8 +54,7 @@ void add_scenarios(py::module_& module) {
       .def_property_readonly(
           "X_RC", [](const Scenario& s) { return s.goal().mount.X_RC().matrix(); },
           "The camera's pose in the robot frame (x forward, y left, z up) where a pan does not turn it, as "
-          "the "
-          "robot believes, (4, 4).")
+          "the robot believes, (4, 4).")
       .def_property_readonly(
           "goal_p_RB", [](const Scenario& s) { return s.goal().desired_p_RB(); },
           "Where the ball's centre is in the robot frame at the goal, m, (3,).")

@@ -25,16 +25,12 @@ namespace {
 
 using Points3 = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-void check_columns(const Points3& points, int columns, const char* name) {
-  if (points.ndim() != 2 || points.shape(1) != columns)
-    throw InputError(name, py::str("an array of shape {}").format(points.attr("shape")).cast<std::string>(),
-                     "shape (N, " + std::to_string(columns) + ")");
-}
-
 /// Row by row; NaN where there is no answer.
 template <int In, int Out, class Function>
 py::array_t<double> each_row(const Points3& points, const char* name, Function&& function) {
-  check_columns(points, In, name);
+  if (points.ndim() != 2 || points.shape(1) != In)
+    throw InputError(name, py::str("an array of shape {}").format(points.attr("shape")).cast<std::string>(),
+                     "shape (N, " + std::to_string(In) + ")");
   py::array_t<double> result({points.shape(0), py::ssize_t{Out}});
   const double* const in = points.data();
   double* const out = result.mutable_data();

@@ -44,13 +44,6 @@ void check_threads(FaultList& faults, int threads) {
   check_range(faults, "threads", threads, 0, max_threads);
 }
 
-int checked_threads(int threads) {
-  FaultList faults;
-  check_threads(faults, threads);
-  faults.throw_if_any();
-  return threads;
-}
-
 struct FinishedCalibration {
   KnownCamera camera;
   std::string summary_json;
@@ -72,14 +65,15 @@ void add_source(CalibrateCameraOptions& options, const py::handle& source, const
 
 FinishedCalibration calibrate(const py::object& sources, const std::string& board, double square_m,
                               const std::string& model, const std::string& format, int threads) {
-  checked_threads(threads);
+  FaultList faults;
+  check_threads(faults, threads);
+  faults.throw_if_any();
   const bool listed = py::isinstance<py::sequence>(sources) && !py::isinstance<py::str>(sources) &&
                       !py::isinstance<py::array>(sources);
   if (!listed)
     throw InputError("sources", py::repr(py::type::of(sources)).cast<std::string>(),
                      "a list of files, or of pictures");
   CalibrateCameraOptions options;
-  FaultList faults;
   const auto given = sources.cast<std::vector<py::object>>();
   for (std::size_t k = 0; k < given.size(); ++k)
     faults.collect([&] { add_source(options, given[k], fmt::format("picture {}", k + 1)); });
