@@ -27,10 +27,10 @@ struct ViewPainter::Tile {
 
   int top = 0, left = 0, bottom = 0, right = 0;
   std::vector<int> near_solids;  // that some ray could meet
-  bool near_ball = false;        // whether some ray could meet one
+  bool near_ball = false;        // whether some ray could meet a ball
   Triples directions[height][width / lanes];
   SurfaceHits hits[height][width / lanes];
-  bool beside_ball = false;  // whether one may keep light off what is seen
+  bool beside_ball = false;  // whether a ball may keep light off what is seen
 };
 
 ViewPainter::ViewPainter(const LensRays& rays, const Scene& scene, const Eigen::Isometry3d& X_WC)
@@ -112,7 +112,7 @@ BALLSERVO_WIDE void ViewPainter::paint_centers(const Tile& tile) {
     for (int column = tile.left; column < tile.right; column += lanes) {
       const Triples& directions = tile.directions[row - tile.top][(column - tile.left) / lanes];
       const SurfaceHits& hits = tile.hits[row - tile.top][(column - tile.left) / lanes];
-      Triples shown;
+      Triples shown{spread(0.0f), spread(0.0f), spread(0.0f)};
       Ints known;
       scene_.shade_surfaces(hits, view_.origin, directions, rays_.pixel_rad(), tile.beside_ball, shown,
                             known);
