@@ -24,6 +24,9 @@ World room_of(Pattern pattern) {
   in_the_air.position_m = {2.5, -0.3, 1.0};
   world.balls = {ball, in_the_air};
   world.lights = {{{1.5, 0.8, 1.8}, {4, 4, 3}, 0.2}, {{3, -0.8, 1.6}, {1, 2, 3}, 0.0}};
+  // More than the light map looks up at once.
+  for (int k = 0; k < 4; ++k)
+    world.lights.push_back({{1 + 0.7 * k, 1.2 - 0.8 * k, 2.0}, {0.3, 0.1 * k, 0.2}, 0.5});
   return world;
 }
 
