@@ -147,8 +147,7 @@ class Scene {
   bool ball_may_shade(const Eigen::AlignedBox3f& box) const;
 
   /// The same of many points; only of those whose light is mapped and no ball keeps off: `shaded` tells which
-  /// they are. `beside_ball`: whether a ball may keep light off any of them. The rays are those of pixels
-  /// next to each other in a row, or all the same.
+  /// they are. `beside_ball`: whether a ball may keep light off any of them.
   void shade_surfaces(const SurfaceHits& hits, const Eigen::Vector3d& origin, const Triples& directions,
                       double pixel_rad, bool beside_ball, Triples& colors, Ints& shaded) const;
 

@@ -20,7 +20,6 @@ struct Quads {
 
 class QuadGrid {
  public:
-  QuadGrid() = default;
   QuadGrid(int columns, int rows)
       : columns_(columns),
         rows_(rows),
@@ -76,7 +75,7 @@ class QuadGrid {
     return upper + below * (lower - upper);
   }
 
-  int columns_ = 0, rows_ = 0;
+  int columns_, rows_;
   std::vector<float> values_;
 };
 
