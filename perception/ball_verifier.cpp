@@ -16,7 +16,7 @@ constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill =
 // none where the odds are worse than e^3. A larger one shows its shape in its outline, unless that is
 // doubtful and nothing else says that a ball is there: then that it is one must be likelier than not. A
 // streak, which is no circle, shows its shape there alone.
-constexpr double looked_at_again_px = 12, least_log_odds = 3;
+constexpr double looked_at_again_px = 12, least_small_log_odds = 3;
 constexpr double least_large_log_odds = 0;
 
 // Half a disc passes for a half-hidden ball. Where neither the class nor the second look sees most of the
@@ -106,7 +106,7 @@ void BallVerifier::allow_oval(const ClassView& view, VerifiedCandidate& candidat
   if (!oval_.is_fitted) return;
   oval_.verdict = judge(view).of(oval_.fit, {});
   if (oval_.is_ball() && oval_.verdict.quality >= candidate.verdict.quality + clearer_by &&
-      second_look_.look(view.bgr, view.colored, oval_.fit.ball.outline).log_odds >= least_log_odds)
+      second_look_.look(view.bgr, view.colored, oval_.fit.ball.outline).log_odds >= least_small_log_odds)
     std::swap(candidate, oval_);
 }
 
@@ -123,7 +123,7 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
   if (!doubtful) return candidate;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   const bool half = candidate.verdict.support.hidden > half_hidden && look.filled < half_filled;
-  const double least = small ? least_log_odds : half ? half_log_odds : least_large_log_odds;
+  const double least = small ? least_small_log_odds : half ? half_log_odds : least_large_log_odds;
   const double off = small ? 0 : radii_off(look, outline) / off_sigma;
   if (look.log_odds - 0.5 * off * off < least + view.prior.log_look_alikes)
     candidate.verdict.reason = "contour and shading are no ball's";

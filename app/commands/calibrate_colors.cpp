@@ -29,7 +29,7 @@
 namespace ballservo {
 namespace {
 
-long cells_of(const ColorTable& colors, std::size_t k) {
+long table_cells_of(const ColorTable& colors, std::size_t k) {
   return std::count(colors.table.begin(), colors.table.end(), static_cast<ClassIndex>(k + 1));
 }
 
@@ -58,7 +58,7 @@ nlohmann::json classes_json(const ColorTable& colors, const std::vector<ClassRep
     }
     classes[color.name] = {{"samples", color.samples},
                            {"circles", listed},
-                           {"table_cells", cells_of(colors, k)},
+                           {"table_cells", table_cells_of(colors, k)},
                            {"kept_fraction", report.kept_fraction},
                            {"overlap", report.overlap},
                            {"shared", report.shared},
@@ -88,7 +88,7 @@ std::string classes_text(const ColorTable& colors, const std::vector<ClassReport
       text += fmt::format("{} ball{}, ", learnt->second.size(), learnt->second.size() == 1 ? "" : "s");
     }
     text += fmt::format("{} pixels, {} cells of the table, which gives {:.1f} % of the pixels back",
-                        color.samples, cells_of(colors, k), 100 * report.kept_fraction);
+                        color.samples, table_cells_of(colors, k), 100 * report.kept_fraction);
     for (const auto& [other, fraction] : report.overlap) {
       if (fraction >= 0.01) text += fmt::format(", {:.1f} % to {}", 100 * fraction, other);
     }
@@ -166,9 +166,9 @@ void write_preview(const OutputFolder& folder, const Lesson& lesson, const std::
 }
 
 /// Says, draws and writes what the classes are; to `output` what was learnt now.
-int finish(const ColorsOptions& options, const Lesson& lesson, const std::vector<ClassReport>& reports,
-           const std::vector<std::string>& warnings, std::optional<OutputFile>& output,
-           std::optional<OutputFolder>& folder) {
+int finish_lesson(const ColorsOptions& options, const Lesson& lesson, const std::vector<ClassReport>& reports,
+                  const std::vector<std::string>& warnings, std::optional<OutputFile>& output,
+                  std::optional<OutputFolder>& folder) {
   const ColorTable& colors = lesson.colors.table;
   const nlohmann::json classes = classes_json(colors, reports, lesson.colors.circles, lesson.sources);
   for (const std::string& warning : warnings) spdlog::warn("{}", warning);
@@ -204,8 +204,8 @@ int show_file(const ColorsOptions& options) {
   std::optional<OutputFolder> folder;
   if (!options.preview.empty()) folder.emplace(options.preview, options.common.overwrite(options.preview));
   const std::vector<ClassReport> reports = report_classes(lesson.colors.table);
-  return finish(options, lesson, reports, judge_classes(lesson.colors.table, reports).warnings, no_output,
-                folder);
+  return finish_lesson(options, lesson, reports, judge_classes(lesson.colors.table, reports).warnings,
+                       no_output, folder);
 }
 
 /// Shows that work goes on, and lets it be interrupted.
@@ -312,7 +312,7 @@ int run_calibrate_colors(const ColorsOptions& options) {
   if (!findings.refusals.empty()) throw Refusal(fmt::format("{}", fmt::join(findings.refusals, "\n")));
   std::vector<std::string> warnings = lesson.colors.doubts;
   warnings.insert(warnings.end(), findings.warnings.begin(), findings.warnings.end());
-  return finish(options, lesson, reports, warnings, output, folder);
+  return finish_lesson(options, lesson, reports, warnings, output, folder);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ struct ComparedCameras {
 constexpr double least_chance = 0.01;
 
 /// Draws tell no more than a thousandth.
-std::string percent(double chance) {
+std::string chance_text(double chance) {
   return chance < 1e-3 ? "less than 0.1 %" : fmt::format("{:.3g} %", 100 * chance);
 }
 
@@ -54,14 +54,14 @@ std::string uncertainty_verdict(const ComparedCameras& compared) {
   const std::string expected = fmt::format(
       "at the ball it is {:.1f} times its sigma (RMS over the picture), and as much or more happens by "
       "chance in {} of such pairs",
-      *d.sigmas_rms, percent(*d.chance));
+      *d.sigmas_rms, chance_text(*d.chance));
   if (*d.chance >= least_chance)
     return "The difference is within what the calibrations' uncertainties allow: " + expected + ".";
   return "The difference is more than the calibrations' uncertainties allow: " + expected +
          ". Either the camera changed in between (focus, zoom, a knock), or a lens model does not fit.";
 }
 
-nlohmann::json number(std::optional<double> value, double scale = 1) {
+nlohmann::json scaled_or_null(std::optional<double> value, double scale = 1) {
   return value ? nlohmann::json(scale * *value) : nlohmann::json(nullptr);
 }
 
@@ -70,13 +70,17 @@ nlohmann::json place_json(const DifferencePlace& place) {
     return place.shift_px ? std::optional((*place.shift_px)(i)) : std::nullopt;
   };
   const auto ball = [&](int i) { return place.ball_m ? std::optional((*place.ball_m)(i)) : std::nullopt; };
-  return {{"x_px", place.pixel_px.x()},         {"y_px", place.pixel_px.y()},
-          {"dx_px", number(shift(0))},          {"dy_px", number(shift(1))},
-          {"ball_dx_mm", number(ball(0), 1e3)}, {"ball_dy_mm", number(ball(1), 1e3)},
-          {"ball_dz_mm", number(ball(2), 1e3)}, {"ball_sigma_mm", number(place.ball_sigma_m, 1e3)}};
+  return {{"x_px", place.pixel_px.x()},
+          {"y_px", place.pixel_px.y()},
+          {"dx_px", scaled_or_null(shift(0))},
+          {"dy_px", scaled_or_null(shift(1))},
+          {"ball_dx_mm", scaled_or_null(ball(0), 1e3)},
+          {"ball_dy_mm", scaled_or_null(ball(1), 1e3)},
+          {"ball_dz_mm", scaled_or_null(ball(2), 1e3)},
+          {"ball_sigma_mm", scaled_or_null(place.ball_sigma_m, 1e3)}};
 }
 
-nlohmann::json results_json(const ComparedCameras& compared) {
+nlohmann::json difference_json(const ComparedCameras& compared) {
   const CameraDifference& d = compared.difference;
   nlohmann::json json{{"a", compared.name_a},
                       {"b", compared.name_b},
@@ -92,11 +96,11 @@ nlohmann::json results_json(const ComparedCameras& compared) {
                       {"ball_difference_median_mm", 1e3 * d.ball_m.median},
                       {"ball_difference_rms_mm", 1e3 * d.ball_m.rms},
                       {"ball_difference_max_mm", 1e3 * d.ball_m.max},
-                      {"ball_sigma_rms_mm", number(d.ball_sigma_rms_m, 1e3)},
-                      {"ball_difference_sigmas_rms", number(d.sigmas_rms)},
+                      {"ball_sigma_rms_mm", scaled_or_null(d.ball_sigma_rms_m, 1e3)},
+                      {"ball_difference_sigmas_rms", scaled_or_null(d.sigmas_rms)},
                       {"uncertainty_known_a", compared.known_a},
                       {"uncertainty_known_b", compared.known_b},
-                      {"chance", number(d.chance)},
+                      {"chance", scaled_or_null(d.chance)},
                       {"within_uncertainties", nullptr},
                       {"places", nlohmann::json::array()}};
   if (d.chance) json["within_uncertainties"] = *d.chance >= least_chance;
@@ -104,7 +108,7 @@ nlohmann::json results_json(const ComparedCameras& compared) {
   return json;
 }
 
-void print_summary(const ComparedCameras& compared) {
+void print_difference(const ComparedCameras& compared) {
   const CameraDifference& d = compared.difference;
   const Eigen::Vector3d degrees = 180 / M_PI * d.rotation_rad;
   print_result("rotation between their frames, taken out: {:.4f} deg (about x {:.4f}, y {:.4f}, z {:.4f})\n",
@@ -141,16 +145,16 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
   compared.difference =
       compare_cameras(a->camera, covariance_of(*a), b->camera, covariance_of(*b), compared.options);
   if (report) {
-    nlohmann::ordered_json page = results_json(compared);
+    nlohmann::ordered_json page = difference_json(compared);
     page["page"] = "difference";
     page["columns"] = compared.difference.columns;
     page["verdict"] = uncertainty_verdict(compared);
     write_report(*report, page, options.common.quiet);
     options.common.files->commit(report);
   }
-  write_json_results(options.common, results_json(compared));
+  write_json_results(options.common, difference_json(compared));
   if (!options.common.quiet) {
-    print_summary(compared);
+    print_difference(compared);
     if (report)
       print_result("report: {}\n", std::filesystem::absolute(options.report / "report.html").string());
   }

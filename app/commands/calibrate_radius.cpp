@@ -216,8 +216,8 @@ RadiusEstimate estimate_from(std::vector<RadiusPicture>& pictures) {
   return estimate;
 }
 
-nlohmann::json results_json(const std::vector<RadiusPicture>& pictures, const RadiusEstimate& estimate,
-                            long used) {
+nlohmann::json radius_json(const std::vector<RadiusPicture>& pictures, const RadiusEstimate& estimate,
+                           long used) {
   nlohmann::json json{{"diameter_m", 2 * estimate.radius_m},
                       {"sigma_m", 2 * estimate.sigma_m},
                       {"chi2_per_dof", estimate.chi2_per_dof},
@@ -233,7 +233,7 @@ nlohmann::json results_json(const std::vector<RadiusPicture>& pictures, const Ra
   return json;
 }
 
-void print_summary(const std::vector<RadiusPicture>& pictures, const RadiusEstimate& estimate, long used) {
+void print_radius(const std::vector<RadiusPicture>& pictures, const RadiusEstimate& estimate, long used) {
   for (const RadiusPicture& picture : pictures) {
     if (picture.reading)
       print_result("  {}: {:.5f} +- {:.5f} m{}\n", picture.source, 2 * picture.reading->radius_m,
@@ -261,8 +261,8 @@ int calibrate_radius(const CalibrateRadiusOptions& options) {
     spdlog::warn("a ball of {:.3g} m across? Distances and squares are in metres", 2 * estimate.radius_m);
   const long used = std::count_if(pictures.begin(), pictures.end(),
                                   [](const RadiusPicture& picture) { return picture.used; });
-  write_json_results(options.common, results_json(pictures, estimate, used));
-  if (!options.common.quiet) print_summary(pictures, estimate, used);
+  write_json_results(options.common, radius_json(pictures, estimate, used));
+  if (!options.common.quiet) print_radius(pictures, estimate, used);
   return exit_done;
 }
 

@@ -33,7 +33,7 @@ void draw_balls(cv::Mat& picture, const std::vector<BallObservation>& balls, con
   }
 }
 
-nlohmann::json ball_json(const BallObservation& ball, const std::string& class_name) {
+nlohmann::json detection_json(const BallObservation& ball, const std::string& class_name) {
   nlohmann::json json = {{"class", class_name},
                          {"quality", ball.quality},
                          {"cx_px", ball.outline.center_px.x()},
@@ -100,7 +100,7 @@ int run_detect(const DetectOptions& options) {
       nlohmann::json listed = nlohmann::json::array();
       for (const BallObservation& ball : balls) {
         search.add_row(*frame, {}, ball.color_class, "detected", ball);
-        listed.push_back(ball_json(ball, detector.colors().name_of(ball.color_class)));
+        listed.push_back(detection_json(ball, detector.colors().name_of(ball.color_class)));
       }
       pictures.push_back({{"source", frame->source}, {"frame", frame->index}, {"balls", listed}});
       if (light) pictures.back()["light"] = light_json(*light);

@@ -76,8 +76,8 @@ struct SweepOutcome {
 };
 
 /// Writes the results into `folder`, unless that is null, and says what they are.
-void finish(const SweepOutcome& outcome, const CommonOptions& common, const std::filesystem::path& output,
-            WorkFolder* folder) {
+void finish_sweep(const SweepOutcome& outcome, const CommonOptions& common,
+                  const std::filesystem::path& output, WorkFolder* folder) {
   const auto& [description, sweeps, shard, interrupted, other, other_name] = outcome;
   const bool grid = is_grid(description);
   const Sweep& sweep = sweeps.front();
@@ -157,22 +157,22 @@ int run_sweep_command(const SweepCommandOptions& options) {
   for (const Sweep& result : results) done += result.trials.size();
   const bool interrupted = done < mine;
   // A finished folder keeps the comparison it has, unless another is asked for.
-  finish({description, results, sweep.shard, interrupted, other, options.against}, options.common,
-         options.work.output, finished_before && !other ? nullptr : &folder);
+  finish_sweep({description, results, sweep.shard, interrupted, other, options.against}, options.common,
+               options.work.output, finished_before && !other ? nullptr : &folder);
   if (!interrupted) return exit_done;
   print_message("ballservo: interrupted after {} of {} trials; --resume goes on\n", done, mine);
   return exit_interrupted;
 }
 
-int run_merge(const MergeOptions& options) {
+int run_sweep_merge(const MergeOptions& options) {
   const MergeableShards shards = read_shards(options.folders);
   const std::optional<Sweep> other = read_other(options.against, shards.description);
   const std::vector<Sweep> sweeps = read_sweeps(shards);
   // A merge is written at once and resumed by nobody: there are no notes of it.
   WorkFolder folder(options.output, {shards.description, {}}, false, options.common.overwrite(options.output),
                     [](auto&&...) { return false; });
-  finish({shards.description, sweeps, {}, false, other, options.against}, options.common, options.output,
-         &folder);
+  finish_sweep({shards.description, sweeps, {}, false, other, options.against}, options.common,
+               options.output, &folder);
   return exit_done;
 }
 
@@ -221,9 +221,9 @@ Exit: 0 done (whatever was found), 2 bad input, 130 interrupted (what was finish
   add_against_option(*command, options->against);
   add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
   add_common_options(*command, options->common);
-  CLI::App* merge = add_merge_command(*command, action, run_merge, [](CLI::App& merging, MergeOptions& of) {
-    add_against_option(merging, of.against);
-  });
+  CLI::App* merge =
+      add_merge_command(*command, action, run_sweep_merge,
+                        [](CLI::App& merging, MergeOptions& of) { add_against_option(merging, of.against); });
   merge->description("Join the parts of a sweep (--shard) into one");
   merge->footer(R"(Example:
   ballservo sweep merge part_1 part_2 part_3 part_4 -o whole

@@ -16,7 +16,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 // So that on other conditions 95 % are left, and 5 % are not reached.
 constexpr double caught_in_training = 0.97, alarms_in_training = 0.025;
 constexpr double least_bend_px = 1e-6;
@@ -48,7 +47,7 @@ CertificateScore rate(const std::vector<Scored>& scored, double threshold) {
     pairs += static_cast<double>(below - others.begin()) + 0.5 * static_cast<double>(above - below);
   }
   const double all = static_cast<double>(others.size()) * s.breaks;
-  s.area = all > 0 ? pairs / all : nan;
+  s.area = all > 0 ? pairs / all : not_known;
   return s;
 }
 
@@ -98,10 +97,10 @@ CertificateRule make_rule(std::string name, const std::vector<Scored>& training,
 }  // namespace
 
 double CertificateScore::caught_rate() const {
-  return breaks > 0 ? static_cast<double>(caught) / breaks : nan;
+  return breaks > 0 ? static_cast<double>(caught) / breaks : not_known;
 }
 double CertificateScore::false_alarm_rate() const {
-  return frames > breaks ? static_cast<double>(false_alarms) / (frames - breaks) : nan;
+  return frames > breaks ? static_cast<double>(false_alarms) / (frames - breaks) : not_known;
 }
 
 CertificateStudy::CertificateStudy(const MethodList& methods) : methods_(methods) {
@@ -225,7 +224,7 @@ Certificate CertificateStudy::certificate(const Pair& pair) const {
     certificate.largest_before_px = std::max(certificate.largest_before_px, s.apart_px);
     certificate.largest_after_px = std::max(certificate.largest_after_px, after_px);
   }
-  certificate.second_step_rate = tested > 0 ? static_cast<double>(steps) / tested : nan;
+  certificate.second_step_rate = tested > 0 ? static_cast<double>(steps) / tested : not_known;
   certificate.rules = {std::move(next), std::move(on_line), std::move(bend), std::move(logistic)};
   return certificate;
 }

@@ -15,7 +15,7 @@ using nlohmann::ordered_json;
 constexpr std::size_t most_examples = 16, most_curve_points = 500;
 
 /// Sorted; of very many every second, third ...
-ordered_json distribution(std::vector<double> values) {
+ordered_json sorted_sample(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t stride = values.size() / most_curve_points + 1;
   ordered_json list = ordered_json::array();
@@ -44,9 +44,9 @@ ordered_json step_pairs(const ComparisonResults& results) {
     }
     ordered_json entry = {{"one_step", one.name},
                           {"converged", results.methods[pairs[k].b]->name},
-                          {"apart_px", distribution(all_px)},
+                          {"apart_px", sorted_sample(all_px)},
                           {"worst_condition", worst},
-                          {"worst_apart_px", distribution(worst_px)}};
+                          {"worst_apart_px", sorted_sample(worst_px)}};
     list.insert(one.points == MethodPoints::edges ? list.begin() : list.end(), std::move(entry));
   }
   return list;

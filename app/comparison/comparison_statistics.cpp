@@ -10,12 +10,11 @@
 namespace ballservo {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kept_differences = 400;
 constexpr double chi2_95_of_3 = 7.815;  // of 3 degrees of freedom
 
-double largest(const std::vector<double>& values) {
-  return values.empty() ? nan : *std::max_element(values.begin(), values.end());
+double largest_or_nan(const std::vector<double>& values) {
+  return values.empty() ? not_known : *std::max_element(values.begin(), values.end());
 }
 
 void add_pair(const MethodList& methods, std::string_view a, std::string_view b,
@@ -95,7 +94,7 @@ class ConditionStatistics::Errors {
     s.found = found_;
     s.failed = balls_ - found_;
     s.found_ci95 = wilson_ci95(found_, balls_);
-    s.false_balls = truth_known_ ? false_balls_ : nan;
+    s.false_balls = truth_known_ ? false_balls_ : not_known;
     s.radius_median_px = median(outline_px_.radius_sizes);
     s.nees_mean = mean(covariance_.nees);
     s.inside_95 = mean(covariance_.inside_95);
@@ -118,7 +117,7 @@ class ConditionStatistics::Errors {
     std::vector<double> charged = position_mm_.distances;
     charged.resize(charged.size() + static_cast<std::size_t>(s.failed),
                    std::numeric_limits<double>::infinity());
-    s.charged_median_mm = position_mm_.distances.empty() ? nan : median(charged);
+    s.charged_median_mm = position_mm_.distances.empty() ? not_known : median(charged);
     set_bound(s, seed, purpose);
     return s;
   }
@@ -177,12 +176,12 @@ class ConditionStatistics::Differences {
     s.breaks = breaks_;
     s.center_median_px = median(centers_px_);
     s.center_median_ci95_px = bootstrap(centers_px_, median, seed, purpose + "/centers apart");
-    s.center_max_px = largest(centers_px_);
+    s.center_max_px = largest_or_nan(centers_px_);
     s.radius_median_px = median(radii_px_);
-    s.radius_max_px = largest(radii_px_);
+    s.radius_max_px = largest_or_nan(radii_px_);
     s.position_median_mm = median(positions_mm_);
     s.position_median_ci95_mm = bootstrap(positions_mm_, median, seed, purpose + "/positions apart");
-    s.position_max_mm = largest(positions_mm_);
+    s.position_max_mm = largest_or_nan(positions_mm_);
     return s;
   }
 
@@ -211,7 +210,7 @@ class ConditionStatistics::Duel {
     PairedTest test = test_;
     test.difference_median_mm = median(differences_mm_);
     test.difference_ci95_mm = bootstrap(differences_mm_, median, seed, purpose);
-    test.wilcoxon_p = differences_mm_.empty() ? nan : wilcoxon_p(differences_mm_);
+    test.wilcoxon_p = differences_mm_.empty() ? not_known : wilcoxon_p(differences_mm_);
     test.mcnemar_p = mcnemar_p(test.only_a, test.only_b);
     return test;
   }

@@ -31,7 +31,7 @@ std::string csv_row(std::string text, const Row& row) {
 Row both(const ConfidenceInterval& interval) { return {interval.low, interval.high}; }
 
 template <class T>
-Row known(const std::optional<T>& value, double factor = 1) {
+Row scaled_or_empty(const std::optional<T>& value, double factor = 1) {
   return value ? Row(factor * static_cast<double>(*value)) : Row();
 }
 
@@ -104,13 +104,13 @@ Row cells(const MethodFit& fit) {
           {"x_m", fit.p_C.x()},
           {"y_m", fit.p_C.y()},
           {"z_m", fit.p_C.z()},
-          {"iterations", known(fit.iterations)},
-          {"residual_px", known(fit.residual_px)},
-          {"step_px", known(fit.step_px)},
-          {"arc", known(fit.arc)},
-          {"condition_number", known(fit.condition)},
-          {"converged", known(fit.converged)},
-          {"next_step_px", known(fit.next_step_px)},
+          {"iterations", scaled_or_empty(fit.iterations)},
+          {"residual_px", scaled_or_empty(fit.residual_px)},
+          {"step_px", scaled_or_empty(fit.step_px)},
+          {"arc", scaled_or_empty(fit.arc)},
+          {"condition_number", scaled_or_empty(fit.condition)},
+          {"converged", scaled_or_empty(fit.converged)},
+          {"next_step_px", scaled_or_empty(fit.next_step_px)},
           {"others", fit.others}};
   constexpr std::array<std::pair<int, int>, 6> entries{{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
   for (const auto& [i, j] : entries) {
@@ -133,9 +133,9 @@ Row cells(const ComparisonRecord& record) {
           {"x_m", p_CB ? Row(p_CB->x()) : Row()},
           {"y_m", p_CB ? Row(p_CB->y()) : Row()},
           {"z_m", p_CB ? Row(p_CB->z()) : Row()},
-          {"visible_fraction", known(truth.visible_fraction)},
-          {"bound_mm", known(truth.bound_m, 1000)},
-          {"bound_depth_mm", known(truth.bound_depth_m, 1000)},
+          {"visible_fraction", scaled_or_empty(truth.visible_fraction)},
+          {"bound_mm", scaled_or_empty(truth.bound_m, 1000)},
+          {"bound_depth_mm", scaled_or_empty(truth.bound_depth_m, 1000)},
           {"votes", facts ? Row(facts->votes) : Row()},
           {"vote_points", facts ? Row(facts->points) : Row()},
           {"vote_quality", facts ? Row(facts->quality) : Row()},

@@ -67,26 +67,26 @@ json noted(const T& record) {
   return list;
 }
 
-void read(const json& from, double& value) {
+void read_value(const json& from, double& value) {
   value = from.is_null() ? std::numeric_limits<double>::quiet_NaN() : from.get<double>();
 }
-void read(const json& from, int& value) { from.get_to(value); }
-void read(const json& from, bool& value) { from.get_to(value); }
-void read(const json& from, std::string& value) { from.get_to(value); }
+void read_value(const json& from, int& value) { from.get_to(value); }
+void read_value(const json& from, bool& value) { from.get_to(value); }
+void read_value(const json& from, std::string& value) { from.get_to(value); }
 template <class T>
-void read(const json& from, T& record);
+void read_value(const json& from, T& record);
 template <class T>
-void read(const json& from, std::optional<T>& value) {
-  if (!from.is_null()) read(from, value.emplace());
+void read_value(const json& from, std::optional<T>& value) {
+  if (!from.is_null()) read_value(from, value.emplace());
 }
 template <class T>
-void read(const json& from, std::vector<T>& values) {
-  for (const json& item : from) read(item, values.emplace_back());
+void read_value(const json& from, std::vector<T>& values) {
+  for (const json& item : from) read_value(item, values.emplace_back());
 }
 template <class T>
-void read(const json& from, T& record) {
+void read_value(const json& from, T& record) {
   std::size_t place = 0;
-  fields(record, record, [&](auto&... field) { (read(from.at(place++), field), ...); });
+  fields(record, record, [&](auto&... field) { (read_value(from.at(place++), field), ...); });
 }
 
 }  // namespace
@@ -104,7 +104,7 @@ json to_json(const ComparisonRecord& record) { return noted(record); }
 
 ComparisonRecord comparison_record_from_json(const json& value) {
   ComparisonRecord record;
-  read(value, record);
+  read_value(value, record);
   return record;
 }
 

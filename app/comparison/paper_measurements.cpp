@@ -19,7 +19,7 @@
 namespace ballservo {
 namespace {
 
-constexpr int frames = 16, timed_frames = 12, colors_frames = 4;
+constexpr int measured_frames = 16, timed_frames = 12, colors_frames = 4;
 constexpr int least_region_px = 100;
 
 // The paper's stages of one picture up to the regions.
@@ -87,7 +87,7 @@ void collect_votes(const ComparisonCondition& condition, const std::shared_ptr<c
                    std::uint64_t seed, Votes& votes) {
   Stages stages(colors);
   CircleVoter voter;
-  for (int k = 0; k < frames; ++k) {
+  for (int k = 0; k < measured_frames; ++k) {
     const RenderedFrame frame = render_comparison_frame(condition, seed, k);
     if (!frame.truth.outline) continue;
     stages.run(frame.bgr);

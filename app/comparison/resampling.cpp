@@ -9,7 +9,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr int resamples = 400;
 constexpr std::size_t fewest_values = 5;
 
@@ -18,7 +17,7 @@ constexpr std::size_t fewest_values = 5;
 ConfidenceInterval bootstrap(const std::vector<double>& values,
                              const std::function<double(const std::vector<double>&)>& statistic,
                              std::uint64_t seed, std::string_view purpose) {
-  if (values.size() < fewest_values) return {nan, nan};
+  if (values.size() < fewest_values) return {not_known, not_known};
   RandomEngine engine = random_stream(seed, purpose);
   std::vector<double> drawn(values.size()), statistics;
   for (int k = 0; k < resamples; ++k) {

@@ -24,7 +24,7 @@ auto find_named(const Things& things, const std::string& name) {
 }
 
 /// The outline of what was touched, every few millimetres.
-Points outline_points(const World& world, const std::string& touched, const Eigen::Vector2d& near_W) {
+Points obstacle_outline(const World& world, const std::string& touched, const Eigen::Vector2d& near_W) {
   Points points;
   const auto along = [&points](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     const int count = std::max(1, static_cast<int>((b - a).norm() / 0.005));
@@ -54,7 +54,7 @@ Points outline_points(const World& world, const std::string& touched, const Eige
 }
 
 Points contact_points(const Scenario& scenario, const std::string& touched, const Pose2& pose) {
-  Points points = outline_points(scenario.world, touched, {pose.x_m, pose.y_m});
+  Points points = obstacle_outline(scenario.world, touched, {pose.x_m, pose.y_m});
   points.erase(std::remove_if(points.begin(), points.end(),
                               [&](const Eigen::Vector2d& p) {
                                 return scenario.robot.footprint.distance_m(in_robot_frame(pose, p)) >

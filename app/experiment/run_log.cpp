@@ -121,12 +121,6 @@ using nlohmann::ordered_json;
 
 constexpr const char* picture_prefix = "key_frame_";
 
-ordered_json points_json(const std::vector<Eigen::Vector2d>& points) {
-  ordered_json list = ordered_json::array();
-  for (const Eigen::Vector2d& p : points) list.push_back({p.x(), p.y()});
-  return list;
-}
-
 /// The ball's way through the picture (px); null where it is not known.
 ordered_json image_json(const RunRecord& record, const Scenario& scenario) {
   ordered_json truth = ordered_json::array(), measured = ordered_json::array();
@@ -162,6 +156,12 @@ ordered_json key_frames(const std::vector<KeyFrame>& frames, const OutputFolder&
 }
 
 }  // namespace
+
+ordered_json points_json(const std::vector<Eigen::Vector2d>& points) {
+  ordered_json list = ordered_json::array();
+  for (const Eigen::Vector2d& p : points) list.push_back({p.x(), p.y()});
+  return list;
+}
 
 ordered_json run_report(const RunRecord& record, const Scenario& scenario, const std::string& perception,
                         const ReachedRule& rule, const OutputFolder& folder) {

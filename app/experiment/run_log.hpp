@@ -38,6 +38,9 @@ nlohmann::ordered_json run_report(const RunRecord& record, const Scenario& scena
                                   const std::string& perception, const ReachedRule& rule,
                                   const OutputFolder& folder);
 
+/// [[x, y], ...]
+nlohmann::ordered_json points_json(const std::vector<Eigen::Vector2d>& points);
+
 /// A word as a shell takes it.
 std::string quoted(const std::string& word);
 /// The command line of a run.

@@ -15,10 +15,9 @@ namespace {
 
 constexpr int fraction_bits = 4;
 const cv::Scalar seen_color{255, 0, 255}, predicted_color{190, 190, 190}, trail_color{178, 114, 0},
-    ball_color{40, 40, 220}, ink{60, 60, 60}, paper{250, 250, 250}, solid_color{150, 150, 150},
+    ball_color{40, 40, 220}, ink{60, 60, 60}, room_color{250, 250, 250}, solid_color{150, 150, 150},
     goal_color{115, 158, 0}, intended_color{0, 140, 240}, passed_color{80, 160, 20},
     beam_color{235, 200, 140}, echo_color{160, 60, 160};
-constexpr double foreseen_s = 1.5;  // commands are drawn as the way driven in this time
 
 cv::Point fixed_point(const Eigen::Vector2d& p) {
   const double scale = 1 << fraction_bits;
@@ -111,7 +110,7 @@ TopView::TopView(const World& world, const Footprint& footprint, const Pose2& st
       std::clamp(static_cast<int>(std::lround(size.y() * scale_)), height_px / 2, height_px * 4 / 3);
   low_ = Eigen::Vector2d(0.5 * (low.x() + high.x()) - 0.5 * height_px / scale_,
                          0.5 * (low.y() + high.y()) - 0.5 * width_px / scale_);
-  room_ = cv::Mat(height_px, width_px, CV_8UC3, paper);
+  room_ = cv::Mat(height_px, width_px, CV_8UC3, room_color);
 
   for (double x = std::ceil(low_.x()); x < low_.x() + height_px / scale_; x += 1.0) {
     cv::line(room_, pixel({x, -1e3}), pixel({x, 1e3}), {228, 228, 228}, 1, cv::LINE_AA, fraction_bits);

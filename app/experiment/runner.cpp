@@ -41,8 +41,6 @@ ControllerOptions controller_options(const Scenario& scenario) {
   return options;
 }
 
-namespace {
-
 /// A scenario's ports and observers. Made in its place: they refer to each other.
 class SimulatedRun {
  public:
@@ -129,8 +127,6 @@ class SimulatedRun {
   RunRecorder recorder_;
   PictureKeeper pictures_;
 };
-
-}  // namespace
 
 std::function<std::vector<Touch>(const RunView& now)> replay(Touches touches) {
   return [list = std::move(touches.list), next = std::size_t{0}](const RunView& now) mutable {

@@ -27,10 +27,10 @@ namespace {
 constexpr const char* allowed_sources = "image files, a folder of images, a video file, or camera:N";
 constexpr std::string_view camera_prefix = "camera:";
 
-enum class Kind { image, folder, video, camera, fault };
+enum class SourceKind { image, folder, video, camera, fault };
 
 struct Source {
-  Kind kind = Kind::fault;
+  SourceKind kind = SourceKind::fault;
   std::string text;             ///< as it was given
   std::vector<fs::path> files;  ///< the image, the folder's images in natural order, or the video
   std::vector<double> times_s;  ///< of a recording's images, or of rendered ones
@@ -74,10 +74,10 @@ std::vector<fs::path> images_in_folder(const fs::path& folder) {
 }
 
 /// Looks at one file: picture, video, or a fault.
-Kind classify_file(const fs::path& file, double max_pixels, FaultList& faults) {
+SourceKind classify_file(const fs::path& file, double max_pixels, FaultList& faults) {
   const auto fault = [&](std::string found) {
     faults.add(file.string(), std::move(found), allowed_sources);
-    return Kind::fault;
+    return SourceKind::fault;
   };
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
@@ -88,28 +88,28 @@ Kind classify_file(const fs::path& file, double max_pixels, FaultList& faults) {
   const std::string head = head_of(file);
   if (head.empty())
     return fault(fs::file_size(file, error) == 0 ? "an empty file" : "a file that cannot be read");
-  if (is_video_container(head)) return Kind::video;
+  if (is_video_container(head)) return SourceKind::video;
   const auto size = image_size_from_header(head);
   if (size && !(static_cast<double>(size->width_px) * size->height_px <= max_pixels)) {
     faults.add(file.string(), fmt::format("a picture of {} x {} pixels", size->width_px, size->height_px),
                fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
-    return Kind::fault;
+    return SourceKind::fault;
   }
   // A JPEG's size may stand behind more metadata than the head holds, a TIFF's behind its pixels; the reader
   // looks again.
   using namespace std::string_view_literals;
   const std::string_view magic = std::string_view(head).substr(0, 4);
   if (size || magic.substr(0, 3) == "\xFF\xD8\xFF" || magic == "II*\0"sv || magic == "MM\0*"sv)
-    return Kind::image;
+    return SourceKind::image;
   return fault("neither a picture nor a video");
 }
 
 Source classify(const std::string& text, double max_pixels, FaultList& faults) {
-  Source source{Kind::fault, text, {}, {}, {}};
+  Source source{SourceKind::fault, text, {}, {}, {}};
   if (text.compare(0, camera_prefix.size(), camera_prefix) == 0) {
     const auto mode = parse_camera_mode(text.substr(camera_prefix.size()));
     if (mode) {
-      source.kind = Kind::camera;
+      source.kind = SourceKind::camera;
       source.camera = *mode;
     } else {
       faults.add(text, "no camera number", "camera:N, N from 0 to 255, or camera:N@WxH or camera:N@WxH@HZ");
@@ -118,7 +118,7 @@ Source classify(const std::string& text, double max_pixels, FaultList& faults) {
   }
   std::error_code error;
   if (fs::is_directory(text, error)) {
-    source.kind = Kind::folder;
+    source.kind = SourceKind::folder;
     faults.collect([&] {
       for (auto& [file, time_s] : recorded_pictures(text)) {
         source.files.push_back(std::move(file));
@@ -139,7 +139,7 @@ Source classify(const std::string& text, double max_pixels, FaultList& faults) {
                  "a folder with .png, .jpg, .bmp, .ppm, .tiff or .webp files");
     }
     for (const fs::path& file : source.files) {
-      if (classify_file(file, max_pixels, faults) == Kind::video) {
+      if (classify_file(file, max_pixels, faults) == SourceKind::video) {
         faults.add(file.string(), "a video under a picture's name", "pictures only in a folder");
       }
     }
@@ -204,10 +204,10 @@ int orientation_of(const cv::VideoCapture& capture) {
   }
 }
 
-class VideoFile : public FrameSequence {
+class VideoFrames : public FrameSequence {
  public:
   /// Reads the first picture at once, so that a file without any is a fault before work begins.
-  VideoFile(const fs::path& file, double fps, double max_pixels, FaultList& faults)
+  VideoFrames(const fs::path& file, double fps, double max_pixels, FaultList& faults)
       : path_(file.string()), name_(file.filename().string()) {
     constexpr const char* readable_video = "a video that this machine's OpenCV can read";
     bool opened = false;
@@ -293,15 +293,15 @@ std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::
   std::vector<fs::path> single_files;
   std::size_t place_of_files = 0;
   for (const Source& source : sources) {
-    if (source.kind == Kind::image) {
+    if (source.kind == SourceKind::image) {
       if (single_files.empty()) place_of_files = sequences.size();
       single_files.push_back(source.files.front());
-    } else if (source.kind == Kind::folder) {
+    } else if (source.kind == SourceKind::folder) {
       sequences.push_back(
           std::make_unique<ImageFiles>(source.text, source.files, source.times_s, fps, max_pixels));
-    } else if (source.kind == Kind::video) {
-      sequences.push_back(std::make_unique<VideoFile>(source.files.front(), fps, max_pixels, faults));
-    } else if (source.kind == Kind::camera && faults.empty()) {
+    } else if (source.kind == SourceKind::video) {
+      sequences.push_back(std::make_unique<VideoFrames>(source.files.front(), fps, max_pixels, faults));
+    } else if (source.kind == SourceKind::camera && faults.empty()) {
       sequences.push_back(open_live_camera(source.camera, max_pixels, faults));
     }
   }
@@ -320,9 +320,10 @@ std::vector<SourceFile> source_files(const std::vector<std::string>& texts) {
   std::vector<SourceFile> files;
   // The reader that follows knows the limit of --max-pixels.
   for (const Source& source : classify_all(texts, std::numeric_limits<double>::infinity(), faults)) {
-    if (source.kind == Kind::camera) files.push_back({source.text, SourceFile::Kind::camera});
+    if (source.kind == SourceKind::camera) files.push_back({source.text, SourceFile::Kind::camera});
     for (const fs::path& file : source.files)
-      files.push_back({file, source.kind == Kind::video ? SourceFile::Kind::video : SourceFile::Kind::image});
+      files.push_back(
+          {file, source.kind == SourceKind::video ? SourceFile::Kind::video : SourceFile::Kind::image});
   }
   faults.throw_if_any();
   return files;

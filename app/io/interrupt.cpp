@@ -20,7 +20,7 @@ std::atomic<bool> requested{false};
 std::atomic<long long> first_signal_s{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<long long>::is_always_lock_free);
 
-sem_t heard;
+sem_t signal_heard;
 constexpr std::chrono::milliseconds time_to_stop(600);
 
 struct Deadline {
@@ -35,7 +35,7 @@ Deadline& deadline() {
 }
 
 void stop_at_deadline() {
-  while (sem_wait(&heard) != 0) {
+  while (sem_wait(&signal_heard) != 0) {
   }
   std::this_thread::sleep_for(time_to_stop);
   const auto lock = hold_interrupt_deadline();
@@ -49,7 +49,7 @@ void on_signal(int signal) {
   clock_gettime(CLOCK_MONOTONIC, &now);
   if (!requested.exchange(true)) {
     first_signal_s.store(now.tv_sec);
-    sem_post(&heard);
+    sem_post(&signal_heard);
     return;
   }
   // A shell or `timeout` may send one Ctrl-C to the program and again to its group: that is still the first.
@@ -61,7 +61,7 @@ void on_signal(int signal) {
 }  // namespace
 
 void install_interrupt_handler() {
-  sem_init(&heard, 0, 0);
+  sem_init(&signal_heard, 0, 0);
   std::thread(stop_at_deadline).detach();
   struct sigaction action {};
   action.sa_handler = on_signal;

@@ -22,10 +22,10 @@ struct Note {
 
 /// Nothing for a line that is no note.
 std::optional<Note> parse_note(const std::string& line) {
-  const nlohmann::json json = nlohmann::json::parse(line, nullptr, false);
-  if (!json.is_array() || json.size() != 2 || !json[0].is_string() || !json[1].is_string())
+  const nlohmann::json parsed = nlohmann::json::parse(line, nullptr, false);
+  if (!parsed.is_array() || parsed.size() != 2 || !parsed[0].is_string() || !parsed[1].is_string())
     return std::nullopt;
-  return Note{json[0].get<std::string>(), json[1].get<std::string>()};
+  return Note{parsed[0].get<std::string>(), parsed[1].get<std::string>()};
 }
 
 /// Hands each whole line of a journal to `each`, with its place; returns how many bytes they take.

@@ -19,7 +19,7 @@
 namespace ballservo {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto picture_deadline = 5s;
@@ -31,7 +31,7 @@ struct Grabbing {
   std::mutex mutex;
   std::condition_variable changed;
   cv::Mat newest;
-  Clock::time_point taken;
+  SteadyClock::time_point taken;
   long count = 0;
   bool stop = false, ended = false;
 };
@@ -48,7 +48,7 @@ void grab_until_stopped(const std::shared_ptr<Grabbing>& shared) {
     const std::lock_guard lock(shared->mutex);
     if (read) {
       shared->newest = picture;
-      shared->taken = Clock::now();
+      shared->taken = SteadyClock::now();
       ++shared->count;
     }
     if (!read || shared->stop) shared->ended = true;
@@ -70,11 +70,11 @@ class LiveCamera : public FrameSequence {
   }
 
   std::optional<Frame> next() override {
-    const auto deadline = Clock::now() + picture_deadline;
+    const auto deadline = SteadyClock::now() + picture_deadline;
     std::unique_lock lock(shared_->mutex);
     while (shared_->count == seen_) {
       if (interrupt_requested()) return std::nullopt;
-      if (shared_->ended || Clock::now() > deadline) {
+      if (shared_->ended || SteadyClock::now() > deadline) {
         throw InputError(name_, shared_->ended ? "a camera that has gone" : "no picture for five seconds",
                          "a camera that delivers pictures");
       }
@@ -84,7 +84,7 @@ class LiveCamera : public FrameSequence {
     seen_ = shared_->count;
     const double time_s = std::chrono::duration<double>(shared_->taken - start_).count();
     const double captured_unix_s =
-        unix_time_s() - std::chrono::duration<double>(Clock::now() - shared_->taken).count();
+        unix_time_s() - std::chrono::duration<double>(SteadyClock::now() - shared_->taken).count();
     return Frame{shared_->newest, name_, index_++, time_s, captured_unix_s};
   }
   std::string name() const override { return name_; }
@@ -97,7 +97,7 @@ class LiveCamera : public FrameSequence {
   std::shared_ptr<Grabbing> shared_;
   long seen_ = 0;
   int index_ = 0;
-  Clock::time_point start_;
+  SteadyClock::time_point start_;
 };
 
 }  // namespace

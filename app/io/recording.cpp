@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::size_t most_waiting_bytes = std::size_t{256} << 20;
 constexpr const char* rows_table = "tracks.csv";
-constexpr const char* columns = "source,time_s,captured_unix_s\n";
-constexpr CsvLimits limits{std::size_t{256} << 20, 4000000, 3};
+constexpr const char* recording_columns = "source,time_s,captured_unix_s\n";
+constexpr CsvLimits recording_limits{std::size_t{256} << 20, 4000000, 3};
 
 bool is_of_recording(const fs::path& file) {
   const std::string name = file.filename().string();
@@ -50,7 +50,7 @@ void begin_folder(const fs::path& folder, Overwrite overwrite) {
     if (is_of_recording(entry.path())) fs::remove(entry.path(), error);
   }
   write_whole(folder / rows_table, ball_rows_header());
-  write_whole(folder / recording_table, columns);
+  write_whole(folder / recording_table, recording_columns);
 }
 
 }  // namespace
@@ -80,7 +80,7 @@ void write_recording(const fs::path& folder, Overwrite overwrite,
                      const std::deque<CompressedPicture>& pictures, const FilesBeside& beside) {
   begin_folder(folder, overwrite);
   for (const auto& [name, contents] : beside) write_whole(folder / name, contents);
-  std::string lines = columns;
+  std::string lines = recording_columns;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const std::string name = picture_name(static_cast<long>(i));
     write_whole(folder / name, *pictures[i].png);
@@ -94,9 +94,10 @@ std::vector<std::pair<fs::path, double>> recorded_pictures(const fs::path& folde
   std::vector<std::pair<fs::path, double>> pictures;
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return pictures;
-  std::string text = read_file_bytes(file, limits.bytes);
+  std::string text = read_file_bytes(file, recording_limits.bytes);
   text.resize(text.rfind('\n') + 1);  // a line without its end was under way
-  const CsvTable table = parse_csv(text, file.string(), {"source", "time_s", "captured_unix_s"}, {}, limits);
+  const CsvTable table =
+      parse_csv(text, file.string(), {"source", "time_s", "captured_unix_s"}, {}, recording_limits);
   FaultList faults;
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const CsvRow row(table, i, faults);
@@ -125,7 +126,7 @@ std::vector<double> times_in_truth(const fs::path& folder, const std::vector<fs:
   std::vector<double> times;
   try {
     const CsvTable table = read_csv(file, {"source", "time_s"}, truth_columns(),
-                                    {limits.bytes, limits.rows, CsvLimits{}.columns});
+                                    {recording_limits.bytes, recording_limits.rows, CsvLimits{}.columns});
     FaultList faults;
     std::map<std::string, double> time_of;
     for (std::size_t i = 0; i < table.rows.size(); ++i) {

@@ -17,7 +17,7 @@
 namespace ballservo {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using ordered_json = nlohmann::ordered_json;
 
 /// Fills in the address of "HOST:PORT"; false where there is none.
 bool find_address(const std::string& text, sockaddr_storage& address, socklen_t& bytes) {
@@ -38,15 +38,15 @@ bool find_address(const std::string& text, sockaddr_storage& address, socklen_t&
 
 }  // namespace
 
-Json track_json(const Track& track, const ColorTable& colors) {
+ordered_json track_json(const Track& track, const ColorTable& colors) {
   const OutlineEllipse& outline = track.ball.outline;
-  Json ball = {{"track_id", track.id},
-               {"class", colors.name_of(track.color_class)},
-               {"state", track_state_name(track.state)},
-               {"quality", track.ball.quality},
-               {"outline_px", {outline.center_px.x(), outline.center_px.y(), outline.radius_px}},
-               {"p_m", nullptr},
-               {"covariance_m2", nullptr}};
+  ordered_json ball = {{"track_id", track.id},
+                       {"class", colors.name_of(track.color_class)},
+                       {"state", track_state_name(track.state)},
+                       {"quality", track.ball.quality},
+                       {"outline_px", {outline.center_px.x(), outline.center_px.y(), outline.radius_px}},
+                       {"p_m", nullptr},
+                       {"covariance_m2", nullptr}};
   if (!track.ball.position) return ball;
   const auto& [p, s] = *track.ball.position;
   ball["p_m"] = {p.x(), p.y(), p.z()};
@@ -61,11 +61,12 @@ double unix_time_s() {
 
 std::string stream_line(const Frame& frame, const std::vector<Track>& tracks, const ColorTable& colors,
                         double sent_unix_s) {
-  Json line = {{"time_s", frame.time_s}, {"captured_unix_s", nullptr}, {"sent_unix_s", sent_unix_s},
-               {"frame", frame.index},   {"source", frame.source},     {"balls", Json::array()}};
+  ordered_json line = {{"time_s", frame.time_s},     {"captured_unix_s", nullptr},
+                       {"sent_unix_s", sent_unix_s}, {"frame", frame.index},
+                       {"source", frame.source},     {"balls", ordered_json::array()}};
   if (frame.captured_unix_s) line["captured_unix_s"] = *frame.captured_unix_s;
   for (const Track& track : tracks) line["balls"].push_back(track_json(track, colors));
-  return line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return line.dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 TrackStream::TrackStream(const std::string& to) {

@@ -43,10 +43,10 @@ std::optional<Manifest> read_manifest(const fs::path& folder) {
   const auto shallow = [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < 32; };
   Manifest manifest;
   try {
-    const auto json = nlohmann::json::parse(read_file_bytes(file, max_manifest_bytes), shallow);
-    manifest.description = json.at("job").get<nlohmann::json::object_t>();
-    manifest.shard = parse_shard(json.at("shard").get<std::string>(), file.string() + ": shard");
-    json.at("sha256").get_to(manifest.hashes);
+    const auto parsed = nlohmann::json::parse(read_file_bytes(file, max_manifest_bytes), shallow);
+    manifest.description = parsed.at("job").get<nlohmann::json::object_t>();
+    manifest.shard = parse_shard(parsed.at("shard").get<std::string>(), file.string() + ": shard");
+    parsed.at("sha256").get_to(manifest.hashes);
   } catch (const nlohmann::json::exception&) {
     throw InputError(file.string(), "no manifest of a job", "the file as it was written");
   }
@@ -78,7 +78,7 @@ nlohmann::json without_size(nlohmann::json description) {
 }
 
 /// The trials of a job, of a grid's those of a cell; 0: it has none.
-double size_of(const nlohmann::json& description) {
+double trial_count(const nlohmann::json& description) {
   const auto cells = description.find("cells");
   const nlohmann::json& of = cells != description.end() && !cells->empty() ? cells->front() : description;
   const auto size = of.find(WorkJob::size_key);
@@ -139,7 +139,7 @@ WorkFolder::WorkFolder(fs::path target, WorkJob job, bool resume, Overwrite over
     if (!begun && same_shard && same_job(manifest->description, job_.description)) return;
     has_grown_ = same_shard &&
                  same_job(without_size(manifest->description), without_size(job_.description)) &&
-                 size_of(manifest->description) < size_of(job_.description);
+                 trial_count(manifest->description) < trial_count(job_.description);
     if (manifest && !begun && !has_grown_) {
       throw InputError(target_.string(),
                        "the results of another job (it differs in " +

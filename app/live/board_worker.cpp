@@ -22,7 +22,7 @@ void give_way() {
 
 double rounded(double value, double parts = 10) { return std::round(parts * value) / parts; }
 
-Json known(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+Json number_or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 Json map_json(const BallSigmaMap& map) {
   Json sigma_mm = Json::array();
@@ -36,8 +36,8 @@ Json fit_json(const BoardFit& fit) {
   const BoardCalibration& found = *fit.calibration;
   said["model"] = lens_model_name(found.camera.parameters().model);
   said["rms_px"] = found.rms_px;
-  said["ball_sigma_mm"] = known(found.ball_sigma_mm);
-  said["covered_ball_sigma_mm"] = known(found.covered_ball_sigma_mm);
+  said["ball_sigma_mm"] = number_or_null(found.ball_sigma_mm);
+  said["covered_ball_sigma_mm"] = number_or_null(found.covered_ball_sigma_mm);
   said["lacks"] = fit.lacks;
   said["warnings"] = found.warnings;
   said["map"] = fit.map ? map_json(*fit.map) : Json();

@@ -28,7 +28,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kept_bytes = std::size_t{64} << 20;  // of pictures that a click may still mean
 constexpr std::size_t most_undone = 32, pictures_for_rate = 30;
-constexpr auto idle = 100ms, retry = 1000ms;
+constexpr auto retry = 1000ms;
 
 double to_seconds(std::chrono::steady_clock::duration time) {
   return std::chrono::duration<double>(time).count();
@@ -97,7 +97,7 @@ void FootageSession::run() {
     else if (!staged_ && stages_are_wanted())
       look_again();
     else
-      exchange_.wait_until(Clock::now() + idle);
+      exchange_.wait_until(Clock::now() + LiveExchange::idle);
   }
 }
 
@@ -108,10 +108,10 @@ void FootageSession::advance() {
   if (!is_camera && !step_) {
     const auto due = pace_start_ + seconds(next_->time_s);
     if (Clock::now() < due) {
-      exchange_.wait_until(std::min(due, Clock::now() + idle));
+      exchange_.wait_until(std::min(due, Clock::now() + LiveExchange::idle));
       if (Clock::now() < due) return;
     }
-    if (Clock::now() > due + idle) pace_start_ += Clock::now() - due;  // too slow for its pace
+    if (Clock::now() > due + LiveExchange::idle) pace_start_ += Clock::now() - due;  // too slow for its pace
   }
   const auto taken = is_camera ? next_taken_ : Clock::now();
   shown_ = std::exchange(next_, std::nullopt);

@@ -39,8 +39,9 @@ struct LiveCommand {
 class LiveExchange {
  public:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::size_t most_waiting = 64;  ///< commands
-  static constexpr std::size_t most_at_once = 8;   ///< of them, so that a flood holds no picture up
+  static constexpr std::chrono::milliseconds idle{100};  ///< for which a session waits that has nothing to do
+  static constexpr std::size_t most_waiting = 64;        ///< commands
+  static constexpr std::size_t most_at_once = 8;         ///< of them, so that a flood holds no picture up
 
   /// The session's side. The moment replaces the last one; its serial is returned.
   std::uint64_t publish(nlohmann::json state, Clock::time_point taken,

@@ -38,10 +38,9 @@ namespace websocket = beast::websocket;
 using asio::ip::tcp;
 using Error = boost::system::error_code;
 using Request = http::request<http::empty_body>;
-using Clock = LiveExchange::Clock;
 using namespace std::chrono_literals;
 
-constexpr std::uint32_t most_header_bytes = 8192;
+constexpr std::uint32_t most_request_bytes = 8192;
 constexpr std::size_t most_message_bytes = 1 << 20;  // a colours file is the largest
 constexpr std::size_t most_connections = 64, most_answers = 64, latencies_kept = 200;
 constexpr int widest_picture_px = 1280, jpeg_quality = 80;
@@ -215,7 +214,8 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
     }
     if (verb == "painted") {
       if (!has_painted_ && sent_serial_ > 0) {
-        server_.note_latency(std::chrono::duration<double, std::milli>(Clock::now() - sent_taken_).count());
+        server_.note_latency(
+            std::chrono::duration<double, std::milli>(LiveExchange::Clock::now() - sent_taken_).count());
       }
       has_painted_ = true;
       return pump();
@@ -259,7 +259,7 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
   bool reads_stream_;
   std::string view_, sent_view_;
   std::uint64_t sent_serial_ = 0;
-  Clock::time_point sent_taken_;
+  LiveExchange::Clock::time_point sent_taken_;
   bool open_ = false, writing_ = false, has_painted_ = false;
 };
 
@@ -273,7 +273,7 @@ class LiveServer::Impl::Connection : public std::enable_shared_from_this<Connect
 
   void read() {
     parser_.emplace();
-    parser_->header_limit(most_header_bytes);
+    parser_->header_limit(most_request_bytes);
     parser_->body_limit(0);
     stream_.expires_after(server_.options_.patience);  // for the whole of it, however slowly it drips in
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
@@ -333,7 +333,7 @@ class LiveServer::Impl::Connection : public std::enable_shared_from_this<Connect
 
   Impl& server_;
   beast::tcp_stream stream_;
-  beast::flat_buffer buffer_{most_header_bytes + 4096};
+  beast::flat_buffer buffer_{most_request_bytes + 4096};
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
 

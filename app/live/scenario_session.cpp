@@ -27,8 +27,8 @@ namespace {
 using namespace std::chrono_literals;
 using Json = nlohmann::json;
 
-constexpr auto idle = 100ms, between_moments = 33ms, most_behind = 200ms;
-constexpr double longest_run_s = 3600, trail_step_s = 0.2, foreseen_s = 1.5, beam_shown_s = 0.4;
+constexpr auto between_moments = 33ms, most_behind = 200ms;
+constexpr double longest_run_s = 3600, trail_step_s = 0.2, beam_shown_s = 0.4;
 constexpr double sigmas_95 = 2.4477468306808161;  // of an ellipse in the plane
 
 Json point(const Eigen::Vector2d& p) { return {p.x(), p.y()}; }
@@ -245,7 +245,7 @@ void ScenarioSession::run() {
     reset_ = false;
     run_once();
     while (goes_on()) {  // what is shown stays as the run ended
-      exchange_.wait_until(Clock::now() + idle);
+      exchange_.wait_until(Clock::now() + LiveExchange::idle);
       obey_all(nullptr);
       show_late_picture();
     }
@@ -297,7 +297,7 @@ std::vector<Touch> ScenarioSession::between_steps(const RunView& now) {
   bool waited = false;
   obey_all(&now);
   while (goes_on() && !step_ && (paused_ || Clock::now() < due())) {
-    exchange_.wait_until(paused_ ? Clock::now() + idle : due());
+    exchange_.wait_until(paused_ ? Clock::now() + LiveExchange::idle : due());
     waited |= paused_;
     obey_all(&now);
     if (paused_) show_late_picture();

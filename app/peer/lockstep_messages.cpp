@@ -15,7 +15,7 @@ using nlohmann::json;
 constexpr const char* version_key = "ballservo_lockstep";
 constexpr int version = 1;
 constexpr double time_slack_s = 1e-6;  // 3 * 0.02 is not 0.06
-constexpr double most = 1e6;           // of any coordinate, speed or time
+constexpr double most_size = 1e6;      // of any coordinate, speed or time
 constexpr std::size_t most_readings = 1024;
 constexpr std::ptrdiff_t most_nested = 8192;
 constexpr std::size_t most_said = 300;  // of the other side's words, in ours
@@ -40,7 +40,7 @@ const json& at(const json& object, const std::string& key, const std::string& pl
   return *found;
 }
 
-double number(const json& value, const std::string& place, double low = -most, double high = most) {
+double number(const json& value, const std::string& place, double low = -most_size, double high = most_size) {
   const double number = value.is_number() ? value.get<double>() : std::nan("");
   if (!(number >= low && number <= high))
     lie(place, text_of(value), fmt::format("a number from {:.9g} to {:.9g}", low, high));
@@ -141,7 +141,7 @@ json ball_json(const BallMeasurement& ball) {
 
 SonarReading reading_of(const json& reading, double until_s, const std::string& within) {
   SonarReading heard;
-  heard.fired_s = number(at(reading, "fired_s", within + "fired_s"), within + "fired_s", -most, until_s);
+  heard.fired_s = number(at(reading, "fired_s", within + "fired_s"), within + "fired_s", -most_size, until_s);
   const json& transducer = at(reading, "transducer", within + "transducer");
   if (!transducer.is_number_integer() || transducer < 0 || transducer >= sonar_count)
     lie(within + "transducer", text_of(transducer),

@@ -72,7 +72,7 @@ struct Size {
 };
 
 /// Of all that is black, and the white around it.
-Size size_of(const Board& board) {
+Size printed_size(const Board& board) {
   const auto points = board.points();
   double right_m = 0, bottom_m = 0;
   for (const Eigen::Vector3d& point : points)
@@ -112,7 +112,7 @@ void draw_footer(Page& page, const Board& board, const std::string& board_text, 
 }  // namespace
 
 BoardSheet draw_board_sheet(const Board& board, const std::string& board_text) {
-  const Size black = size_of(board);
+  const Size black = printed_size(board);
   // A finder needs some white around the outermost squares; circles have it between them.
   const double margin_m = std::max(printers_margin_m, board.square_m / 4);
   const Size needed{black.width_m + 2 * margin_m, black.height_m + 2 * margin_m + footer_m};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "app/experiment/run_log.hpp"
 #include "app/report/picture.hpp"
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
@@ -19,12 +20,8 @@ constexpr int page_width_px = 800;
 constexpr double overlay_enlarged = 50;
 constexpr double ball_diameter_m = 0.070;
 
-ordered_json known(std::optional<double> value) { return value ? ordered_json(*value) : ordered_json(); }
-
-ordered_json points_json(const std::vector<Eigen::Vector2d>& points) {
-  ordered_json list = ordered_json::array();
-  for (const Eigen::Vector2d& p : points) list.push_back({p.x(), p.y()});
-  return list;
+ordered_json known_or_null(std::optional<double> value) {
+  return value ? ordered_json(*value) : ordered_json();
 }
 
 ordered_json parameters_json(const BoardCalibration& result) {
@@ -61,7 +58,7 @@ ordered_json ball_maps(const BoardCalibration& calibration) {
                                     range_m, columns, rows);
     if (!map || !map->worst_mm()) continue;
     ordered_json sigma = ordered_json::array();
-    for (const auto& value : map->sigma_mm) sigma.push_back(known(value));
+    for (const auto& value : map->sigma_mm) sigma.push_back(known_or_null(value));
     list.push_back({{"range_m", range_m}, {"columns", map->columns}, {"sigma_mm", sigma}});
   }
   return list;
@@ -174,11 +171,11 @@ nlohmann::ordered_json camera_report(const CameraReportInput& input, const Outpu
           {"rms_px", result.rms_px},
           {"held_out_rms_px", result.held_out_rms_px},
           {"noise_px", result.covariance.noise_px},
-          {"structure_px", known(result.structure_px)},
+          {"structure_px", known_or_null(result.structure_px)},
           {"coverage", result.coverage},
           {"focal_distance_correlation", result.covariance.focal_distance_correlation},
-          {"ball_sigma_mm", known(result.ball_sigma_mm)},
-          {"covered_ball_sigma_mm", known(result.covered_ball_sigma_mm)},
+          {"ball_sigma_mm", known_or_null(result.ball_sigma_mm)},
+          {"covered_ball_sigma_mm", known_or_null(result.covered_ball_sigma_mm)},
           {"parameters", parameters_json(result)},
           {"trials", trials_json(result)},
           {"warnings", result.warnings},

@@ -112,7 +112,7 @@ cv::Rect free_place(cv::Point at, const std::string& text, const std::vector<cv:
   return {{left, at.y - size.height / 2}, size};
 }
 
-cv::Mat distribution(const ColorTable& colors, const ChromaPlane& plane) {
+cv::Mat chroma_distribution(const ColorTable& colors, const ChromaPlane& plane) {
   cv::Mat1d counts = cv::Mat1d::zeros(side, side);
   for (const ColorClass& color : colors.classes) {
     for (int i = 0; i < side * side; ++i) counts(i / side, i % side) += color.histogram.counts[i];
@@ -256,7 +256,7 @@ std::vector<PreviewPanel> chroma_panels(const ColorTable& colors, const std::vec
     used.push_back(occupied);
   }
   const ChromaPlane plane(used);
-  return {{"c_chroma", "(c) chroma of the samples", distribution(colors, plane)},
+  return {{"c_chroma", "(c) chroma of the samples", chroma_distribution(colors, plane)},
           {"d_groups", "(d) colour groups after closing", groups_picture(colors, groups, plane)}};
 }
 

@@ -72,7 +72,7 @@ int spawn(const fs::path& package, const std::vector<fs::path>& results, bool fi
 
 /// What the child says until it ends, or "interrupted".
 std::string listen(const Child& child, bool quiet) {
-  constexpr int look_ms = 100, said_after_looks = 20;  // another thread may take the signal: poll would go on
+  constexpr int poll_ms = 100, said_after_looks = 20;  // another thread may take the signal: poll would go on
   constexpr std::size_t most_bytes = 100000;
   std::string text;
   int looks = 0;
@@ -82,7 +82,7 @@ std::string listen(const Child& child, bool quiet) {
       return "interrupted";
     }
     pollfd ready{child.messages, POLLIN, 0};
-    if (poll(&ready, 1, look_ms) <= 0) {
+    if (poll(&ready, 1, poll_ms) <= 0) {
       if (++looks == said_after_looks && !quiet) print_message("ballservo: drawing the page\n");
       continue;
     }

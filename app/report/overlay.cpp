@@ -11,7 +11,7 @@ namespace {
 
 constexpr int shift = 5;  // OpenCV's fixed-point coordinates: 1/32 px
 
-cv::Point fixed_point(const Eigen::Vector2d& p) {
+cv::Point in_32nds_px(const Eigen::Vector2d& p) {
   const auto to_int = [](double x) {
     return static_cast<int>(std::lround(std::clamp(x, -1e5, 1e5) * (1 << shift)));
   };
@@ -37,7 +37,7 @@ void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, 
   std::vector<cv::Point> points;
   for (const Eigen::Vector2d& p : points_px) {
     if (!p.allFinite()) return;
-    points.push_back(fixed_point(p));
+    points.push_back(in_32nds_px(p));
   }
   cv::polylines(bgr, points, closed, color, thickness, cv::LINE_AA, shift);
 }

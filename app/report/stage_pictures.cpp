@@ -25,7 +25,7 @@ cv::Mat class_picture(const cv::Mat& classes, const ColorTable& colors) {
 
 cv::Mat darkened(const cv::Mat& bgr) { return bgr * 0.35; }
 
-void paint(cv::Mat& picture, const std::vector<BoundaryPixel>& pixels, const cv::Vec3b& color) {
+void paint_pixels(cv::Mat& picture, const std::vector<BoundaryPixel>& pixels, const cv::Vec3b& color) {
   for (const BoundaryPixel& pixel : pixels) picture.at<cv::Vec3b>(pixel.v_px, pixel.u_px) = color;
 }
 
@@ -71,9 +71,9 @@ std::vector<std::pair<std::string, cv::Mat>> stage_pictures(const cv::Mat& bgr, 
   const Camera& camera = detector.rays().camera();
   for (const Candidate& candidate : stages.candidates) {
     const cv::Scalar color = class_display_color(colors, candidate.color_class);
-    paint(outlines, candidate.outline,
-          cv::Vec3b(static_cast<std::uint8_t>(color[0]), static_cast<std::uint8_t>(color[1]),
-                    static_cast<std::uint8_t>(color[2])));
+    paint_pixels(outlines, candidate.outline,
+                 cv::Vec3b(static_cast<std::uint8_t>(color[0]), static_cast<std::uint8_t>(color[1]),
+                           static_cast<std::uint8_t>(color[2])));
     const VoteHistogram& votes = candidate.votes;
     for (int row = 0; row < votes.rows; ++row) {
       for (int column = 0; column < votes.columns; ++column) {
@@ -108,8 +108,8 @@ std::vector<std::pair<std::string, cv::Mat>> stage_pictures(const cv::Mat& bgr, 
     const auto best = std::find_if(stages.candidates.begin(), stages.candidates.end(),
                                    [](const Candidate& c) { return c.accepted; });
     const Candidate& shown = best != stages.candidates.end() ? *best : stages.candidates.front();
-    paint(first, shown.outline, {255, 255, 255});
-    paint(first, shown.removed, {60, 60, 255});
+    paint_pixels(first, shown.outline, {255, 255, 255});
+    paint_pixels(first, shown.removed, {60, 60, 255});
     draw_polyline(first, shown.estimate_outline_px, true, yellow);
   }
   pictures.emplace_back("outlines and centre votes", outlines);

@@ -38,13 +38,13 @@ bool is_set(const std::vector<std::string>& keys, const std::string& path) {
 }
 
 /// An entry of `vary`.
-struct Varied {
+struct VariedKey {
   std::string key;
   bool choice = false;  ///< one of `values`; else a number between the two
   std::vector<double> values;
 };
 
-void declare(OptionVisitor& v, Varied& varied) {
+void declare(OptionVisitor& v, VariedKey& varied) {
   const auto values = [&v, &varied](const std::string& kind, std::size_t count, const std::string& help) {
     v.only_if((kind == "choice") == varied.choice, kind, [&] {
       v.numbers(kind, varied.values, NumberRange::any(""), count, help, required);
@@ -59,9 +59,9 @@ void declare(OptionVisitor& v, Varied& varied) {
 }
 
 /// What is wrong with an entry is said, and the entry left out.
-void declare_vary(OptionVisitor& v, std::vector<Varied>& all) {
+void declare_vary(OptionVisitor& v, std::vector<VariedKey>& all) {
   v.entries("vary", "KEY.PATH", [&](const std::string& key) {
-    Varied varied{key, false, {}};
+    VariedKey varied{key, false, {}};
     if (v.without_fault([&] { v.map(key, required, [&] { declare(v, varied); }); })) all.push_back(varied);
   });
 }
@@ -71,7 +71,7 @@ std::vector<std::pair<std::string, double>> apply_vary(StrictYaml& yaml,
                                                        const std::vector<std::string>& set_keys,
                                                        std::uint64_t seed) {
   OptionReader reader(yaml, yaml.root());
-  std::vector<Varied> all;
+  std::vector<VariedKey> all;
   declare_vary(reader, all);
   std::vector<std::pair<std::string, double>> drawn;
   for (const auto& [key, choice, values] : all) {
@@ -143,16 +143,19 @@ void declare_pose(OptionVisitor& v, Pose2& pose) {
 
 /// A fault of one transducer or of an array of eight.
 void declare_sonar_fault(OptionVisitor& v, std::vector<SonarFault>& faults) {
-  using Kind = SonarFault::Kind;
+  using FaultKind = SonarFault::Kind;
   SonarFault fault;
   v.one_of("type", fault.kind,
-           {{"dead", Kind::dead}, {"stuck", Kind::stuck}, {"long", Kind::reads_long}, {"late", Kind::late}},
+           {{"dead", FaultKind::dead},
+            {"stuck", FaultKind::stuck},
+            {"long", FaultKind::reads_long},
+            {"late", FaultKind::late}},
            "silent, repeating its first answer, reading too long, answering late", required);
   v.number("from_s", fault.from_s, NumberRange::within(0, 3600, "s"), "the fault begins");
-  v.only_if(fault.kind == Kind::reads_long, "type: long", [&] {
+  v.only_if(fault.kind == FaultKind::reads_long, "type: long", [&] {
     v.number("by_m", fault.amount, NumberRange::above(0, 5, "m"), "added to every range", required);
   });
-  v.only_if(fault.kind == Kind::late, "type: late", [&] {
+  v.only_if(fault.kind == FaultKind::late, "type: late", [&] {
     v.number("by_s", fault.amount, NumberRange::above(0, 10, "s"), "every answer's delay", required);
   });
   std::optional<std::string> array;
@@ -341,7 +344,7 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
 std::vector<OptionRow> scenario_keys(const LawCatalog& laws) {
   Scenario scenario;
   Draft draft{scenario, laws};
-  std::vector<Varied> varied;
+  std::vector<VariedKey> varied;
   OptionLister lister;
   declare(lister, draft);
   declare_vary(lister, varied);

@@ -7,13 +7,14 @@
 
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/random.hpp"
+#include "calibration/color/color_file.hpp"
 
 namespace ballservo {
 
 namespace {
 
 const NumberRange place_m = NumberRange::within(-100, 100, "m");
-const NumberRange share = NumberRange::within(0, 1, "");
+const NumberRange share_range = NumberRange::within(0, 1, "");
 const NumberRange run_s = NumberRange::within(0, 3600, "s");
 const NumberRange angle_rad = NumberRange::within(-6.2832, 6.2832, "rad");
 const NumberRange speed_mps = NumberRange::within(-10, 10, "m/s");
@@ -35,13 +36,13 @@ bool declare_color(OptionVisitor& v, Rgb& color, const std::string& suffix, cons
   });
   const bool has_rgb = v.present(rgb_key, false);
   v.require(!word || !has_rgb, rgb_key, "both " + word_key + " and " + rgb_key, "one of them");
-  v.vector(rgb_key, color, share, "colour by its linear reflectances", fallback);
+  v.vector(rgb_key, color, share_range, "colour by its linear reflectances", fallback);
   if (word) color = color_from_word(*word).value_or(color);
   return word || has_rgb;
 }
 
 void declare_highlight(OptionVisitor& v, Material& material) {
-  v.number("specular", material.specular, share, "strength of the highlight");
+  v.number("specular", material.specular, share_range, "strength of the highlight");
   v.number("shininess", material.shininess, NumberRange::within(1, 1000, ""), "exponent of the highlight");
 }
 
@@ -178,7 +179,7 @@ void declare(OptionVisitor& v, RollingMotion& motion) {
   v.number("start_s", motion.start_s, run_s, "rests before");
   v.number("friction_mps2", motion.friction_mps2, NumberRange::within(0, 10, "m/s^2"),
            "deceleration along the way");
-  v.number("restitution", motion.restitution, share, "share of the speed that a wall gives back");
+  v.number("restitution", motion.restitution, share_range, "share of the speed that a wall gives back");
 }
 
 void declare(OptionVisitor& v, CarriedWays& ways) {
@@ -213,12 +214,6 @@ void declare_motion(OptionVisitor& v, Ball& ball, WorldOptions& options, double 
     declare(v, ways);
     options.carried.emplace_back(options.world.balls.size(), ways);
   });
-}
-
-bool is_class_name(const std::string& text) {
-  return !text.empty() && text.size() <= 64 && text[0] >= 'a' && text[0] <= 'z' &&
-         std::all_of(text.begin(), text.end(),
-                     [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
 }
 
 /// A ball shows the colour that its class is named for unless it says otherwise.

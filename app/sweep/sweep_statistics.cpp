@@ -14,28 +14,27 @@
 namespace ballservo {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t seeds_shown = 8;
 
-nlohmann::ordered_json known(double value) {
+nlohmann::ordered_json finite_or_null(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
 nlohmann::ordered_json interval_json(const ConfidenceInterval& interval) {
-  return nlohmann::ordered_json::array({known(interval.low), known(interval.high)});
+  return nlohmann::ordered_json::array({finite_or_null(interval.low), finite_or_null(interval.high)});
 }
 
 double share(long part, long whole) {
-  return whole == 0 ? nan : static_cast<double>(part) / static_cast<double>(whole);
+  return whole == 0 ? not_known : static_cast<double>(part) / static_cast<double>(whole);
 }
 
 /// {"p50": .., "p95": ..}
 nlohmann::ordered_json quantiles(const std::vector<double>& values, std::array<int, 2> percents) {
-  nlohmann::ordered_json json;
+  nlohmann::ordered_json result;
   for (const int percent : percents) {
-    json["p" + std::to_string(percent)] = known(quantile(values, percent / 100.0));
+    result["p" + std::to_string(percent)] = finite_or_null(quantile(values, percent / 100.0));
   }
-  return json;
+  return result;
 }
 
 nlohmann::ordered_json counts_json(const MatchedCounts& counts) {
@@ -44,22 +43,22 @@ nlohmann::ordered_json counts_json(const MatchedCounts& counts) {
           {"only_this", counts.only_first},
           {"only_other", counts.only_second},
           {"neither", counts.neither},
-          {"difference", known(counts.difference())},
+          {"difference", finite_or_null(counts.difference())},
           {"difference_ci95", interval_json(matched_difference_ci95(counts))}};
 }
 
 nlohmann::ordered_json against_json(const SweepComparison& comparison) {
-  nlohmann::ordered_json json;
-  json["other"] = comparison.other;
-  json["success"] = counts_json(comparison.reached);
-  json["no_collision"] = counts_json(comparison.no_collision);
-  json["unmatched"] = comparison.unmatched;
-  json["pairs_with_other_worlds"] = comparison.other_worlds;
+  nlohmann::ordered_json result;
+  result["other"] = comparison.other;
+  result["success"] = counts_json(comparison.reached);
+  result["no_collision"] = counts_json(comparison.no_collision);
+  result["unmatched"] = comparison.unmatched;
+  result["pairs_with_other_worlds"] = comparison.other_worlds;
   for (const SweepComparison::Difference& d : comparison.differences) {
-    json["median_differences"][d.name] = {
-        {"pairs", d.pairs}, {"median", known(d.median)}, {"ci95", interval_json(d.median_ci95)}};
+    result["median_differences"][d.name] = {
+        {"pairs", d.pairs}, {"median", finite_or_null(d.median)}, {"ci95", interval_json(d.median_ci95)}};
   }
-  return json;
+  return result;
 }
 
 /// Failures alike: the same outcome for the same cause.
@@ -169,7 +168,7 @@ nlohmann::ordered_json sweep_summary_json(const Sweep& sweep, const Shard& shard
   json["reached"] = n.reached;
   json["collisions"] = n.collisions;
   json["collisions_inside_assumptions"] = n.collisions_inside_assumptions;
-  json["success_rate"] = known(share(n.reached, n.feasible()));
+  json["success_rate"] = finite_or_null(share(n.reached, n.feasible()));
   json["success_ci95"] = interval_json(clopper_pearson_ci95(n.reached, n.feasible()));
   json["collision_ci95"] = interval_json(clopper_pearson_ci95(n.collisions, n.feasible()));
   json["settled_s"] = quantiles(values_of(trials, &RunSummary::settled_s, true), {50, 95});

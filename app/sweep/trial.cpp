@@ -141,9 +141,9 @@ std::vector<Trial> parse_trials(const std::string& csv, const std::string& name)
     drawn_columns.push_back(heading.substr(at, end - at));
     at = heading.find(drawn_prefix, end);
   }
-  std::vector<std::string> required;
-  for (const Column& column : fixed_columns()) required.push_back(column.name);
-  const CsvTable table = parse_csv(csv, name, required, drawn_columns, trials_limits);
+  std::vector<std::string> fixed;
+  for (const Column& column : fixed_columns()) fixed.push_back(column.name);
+  const CsvTable table = parse_csv(csv, name, fixed, drawn_columns, trials_limits);
   FaultList faults;
   std::vector<Trial> trials;
   for (std::size_t row = 0; row < table.rows.size() && faults.faults().size() < 100; ++row) {

@@ -14,7 +14,6 @@
 namespace ballservo {
 namespace {
 
-constexpr int outline_points = 24;
 constexpr double least_corner_sigma_px = 0.05;  // what any corner finder has
 constexpr double most_sigmas = 4, least_tolerance = 0.01, most_outlying = 0.25;
 

@@ -9,12 +9,6 @@
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
-namespace {
-
-constexpr int outline_points = 24;
-
-}  // namespace
-
 Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation_of(covariance));

@@ -10,6 +10,9 @@
 
 namespace ballservo {
 
+/// Of a ball's outline, from which its place is computed.
+inline constexpr int outline_points = 24;
+
 /// Columns l_i with sum l_i l_i' = covariance; also for a matrix whose entries differ by orders of magnitude.
 Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
 

@@ -17,7 +17,6 @@
 namespace ballservo {
 namespace {
 
-constexpr int outline_points = 24;
 constexpr int rotation_rounds = 20, draws = 20000;
 
 /// A place of the picture with what both cameras read the same there: the pixel, and a ball's outline.

@@ -7,7 +7,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double z_95 = 1.959963984540054;  // the normal distribution's quantile at 0.975
 
 }  // namespace
@@ -15,17 +14,17 @@ constexpr double z_95 = 1.959963984540054;  // the normal distribution's quantil
 double mean(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value;
-  return values.empty() ? nan : sum / static_cast<double>(values.size());
+  return values.empty() ? not_known : sum / static_cast<double>(values.size());
 }
 
 double root_mean_square(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value * value;
-  return values.empty() ? nan : std::sqrt(sum / static_cast<double>(values.size()));
+  return values.empty() ? not_known : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
 double standard_deviation(const std::vector<double>& values) {
-  if (values.size() < 2) return nan;
+  if (values.size() < 2) return not_known;
   const double middle = mean(values);
   double sum = 0;
   for (const double value : values) sum += (value - middle) * (value - middle);
@@ -33,7 +32,7 @@ double standard_deviation(const std::vector<double>& values) {
 }
 
 double quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) return nan;
+  if (values.empty()) return not_known;
   const double place = std::clamp(fraction, 0.0, 1.0) * static_cast<double>(values.size() - 1);
   const auto below = static_cast<std::size_t>(place);
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(below);
@@ -47,14 +46,14 @@ double quantile(std::vector<double> values, double fraction) {
 double median(const std::vector<double>& values) { return quantile(values, 0.5); }
 
 ConfidenceInterval clopper_pearson_ci95(long successes, long trials) {
-  if (trials <= 0) return {nan, nan};
+  if (trials <= 0) return {not_known, not_known};
   const auto k = static_cast<double>(successes), n = static_cast<double>(trials);
   return {successes <= 0 ? 0 : boost::math::ibeta_inv(k, n - k + 1, 0.025),
           successes >= trials ? 1 : boost::math::ibeta_inv(k + 1, n - k, 0.975)};
 }
 
 ConfidenceInterval wilson_ci95(long successes, long trials) {
-  if (trials <= 0) return {nan, nan};
+  if (trials <= 0) return {not_known, not_known};
   const auto n = static_cast<double>(trials);
   const double p = static_cast<double>(successes) / n, z2 = z_95 * z_95;
   const double middle = (p + z2 / (2 * n)) / (1 + z2 / n);
@@ -69,7 +68,7 @@ double binomial_cdf(long k, long n, double p) {
 }
 
 ConfidenceInterval median_ci95(std::vector<double> values) {
-  if (values.empty()) return {nan, nan};
+  if (values.empty()) return {not_known, not_known};
   std::sort(values.begin(), values.end());
   const long n = static_cast<long>(values.size());
   long k = -1;  // the values k places from either end hold the median between them
@@ -84,11 +83,12 @@ void MatchedCounts::add(bool first, bool second) {
 }
 
 double MatchedCounts::difference() const {
-  return pairs() == 0 ? nan : static_cast<double>(only_first - only_second) / static_cast<double>(pairs());
+  return pairs() == 0 ? not_known
+                      : static_cast<double>(only_first - only_second) / static_cast<double>(pairs());
 }
 
 ConfidenceInterval matched_difference_ci95(const MatchedCounts& counts) {
-  if (counts.pairs() == 0) return {nan, nan};
+  if (counts.pairs() == 0) return {not_known, not_known};
   const double n = static_cast<double>(counts.pairs()) + 2;
   const double b = static_cast<double>(counts.only_first) + 0.5;
   const double c = static_cast<double>(counts.only_second) + 0.5;

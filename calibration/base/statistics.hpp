@@ -2,9 +2,12 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 namespace ballservo {
+
+inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
 /// NaN for no values, as are all figures below unless they say otherwise.
 double mean(const std::vector<double>& values);

@@ -238,28 +238,28 @@ std::vector<double> YamlNode::numbers(const std::string& key, const NumberRange&
   return values.size() == list->children.size() ? values : harmless;
 }
 
-YamlNode YamlNode::map(const std::string& key, bool required) {
+YamlNode YamlNode::map(const std::string& key, bool needed) {
   YamlValue* child = impl_->ask(key);
   if (child && child->kind == Kind::map) return Impl::node(impl_->tree, child);
   if (child) {
     impl_->add_fault(*child, "a map (key: value)");
-  } else if (required) {
+  } else if (needed) {
     impl_->add_missing(key, "a map (key: value)");
   }
   YamlValue* empty = impl_->tree->make(Kind::map, impl_->value->line);
   empty->parent = impl_->value, empty->name = key;
-  empty->settled = child || required || impl_->value->settled;
+  empty->settled = child || needed || impl_->value->settled;
   return Impl::node(impl_->tree, empty);
 }
 
-std::vector<YamlNode> YamlNode::list(const std::string& key, bool required) {
+std::vector<YamlNode> YamlNode::list(const std::string& key, bool needed) {
   YamlValue* child = impl_->ask(key);
   std::vector<YamlNode> items;
   if (child && child->kind == Kind::list) {
     for (YamlValue* item : child->children) items.push_back(Impl::node(impl_->tree, item));
   } else if (child) {
     impl_->add_fault(*child, "a list");
-  } else if (required) {
+  } else if (needed) {
     impl_->add_missing(key, "a list");
   }
   return items;

@@ -69,11 +69,11 @@ class YamlNode {
   /// A sequence of numbers; `count` 0 means any length.
   std::vector<double> numbers(const std::string& key, const NumberRange& range, std::size_t count,
                               std::optional<std::vector<double>> fallback = {});
-  /// A mapping below this one; where it is missing a fault is added if `required`, and an empty mapping
+  /// A mapping below this one; where it is missing a fault is added if `needed`, and an empty mapping
   /// returned.
-  YamlNode map(const std::string& key, bool required = true);
-  /// The items of a sequence below this one; empty where it is missing (a fault if `required`).
-  std::vector<YamlNode> list(const std::string& key, bool required = false);
+  YamlNode map(const std::string& key, bool needed = true);
+  /// The items of a sequence below this one; empty where it is missing (a fault if `needed`).
+  std::vector<YamlNode> list(const std::string& key, bool needed = false);
   /// The keys of this mapping, in the document's order, not marked as known (for free-form maps such as
   /// `vary`).
   std::vector<std::string> keys() const;

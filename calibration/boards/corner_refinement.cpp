@@ -218,14 +218,14 @@ Crossing start_of(const std::vector<Pixel>& pixels, const Eigen::Vector2d& corne
 
 std::optional<Eigen::Vector2d> refined(const cv::Mat& gray, const Eigen::Vector2d& corner_px,
                                        const BoardLine& row, const BoardLine& column) {
-  constexpr double most_motion_squares = 0.25, least_part = 0.55;
+  constexpr double most_motion_squares = 0.25, least_window_part = 0.55;
   Eigen::Matrix2d px_per_square;
   px_per_square << row.slope_px, column.slope_px;
   const double window_px2 = std::pow(2 * window_squares, 2) * std::abs(px_per_square.determinant());
   if (!(window_px2 > 2 * unknowns)) return std::nullopt;
   const Eigen::Matrix2d squares_per_px = px_per_square.inverse();
   const std::vector<Pixel> pixels = window(gray, corner_px, px_per_square, squares_per_px);
-  if (static_cast<double>(pixels.size()) < least_part * window_px2) return std::nullopt;
+  if (static_cast<double>(pixels.size()) < least_window_part * window_px2) return std::nullopt;
   const auto crossing = fitted(pixels, start_of(pixels, corner_px, row, column));
   if (!crossing || !((squares_per_px * (crossing->at_px - corner_px)).norm() < most_motion_squares))
     return std::nullopt;

@@ -45,7 +45,7 @@ double standard_error(const std::vector<double>& values) {
   return standard_deviation(values) / std::sqrt(static_cast<double>(values.size()));
 }
 
-std::vector<double> held_out_errors_px2(const std::vector<BoardView>& views, const BoardAdjustment& all) {
+std::vector<double> fold_errors_px2(const std::vector<BoardView>& views, const BoardAdjustment& all) {
   const std::size_t fold_count = std::min<std::size_t>(views.size(), 4);
   std::vector<double> errors(views.size(), 0.0);
   for (std::size_t fold = 0; fold < fold_count; ++fold) {
@@ -139,7 +139,7 @@ std::vector<LensCandidate> lens_candidates(const std::vector<BoardView>& views, 
                                      });
   const std::vector<BoardView> believed = believed_corners(views, best->adjustment);
   for (LensCandidate& candidate : candidates) {
-    candidate.held_out_px2 = held_out_errors_px2(believed, candidate.adjustment);
+    candidate.held_out_px2 = fold_errors_px2(believed, candidate.adjustment);
     candidate.usable = is_usable(views, candidate.adjustment);
   }
   return candidates;

@@ -10,7 +10,7 @@ namespace ballservo {
 namespace {
 
 constexpr int starts = 5, max_rounds = 8;
-constexpr std::size_t least_views = 4;  // of each camera
+constexpr std::size_t least_group_views = 4;  // of each camera
 // How much the boards' squared errors must fall, each under a camera fitted without it. In real sets of one
 // camera of 8 to 20 pictures they fall by 1.1 at most, in those of two by 1.5.
 constexpr double least_error_ratio = 1.3;
@@ -132,7 +132,7 @@ std::optional<Split> improve(const std::vector<BoardView>& views, const BoardAdj
   std::optional<Split> split;
   for (int round = 0; round < max_rounds; ++round) {
     const Group a = group_of(views, together, second, false), b = group_of(views, together, second, true);
-    if (a.members.size() < least_views || b.members.size() < least_views) return std::nullopt;
+    if (a.members.size() < least_group_views || b.members.size() < least_group_views) return std::nullopt;
     const auto fit_a = adjust_boards(a.views, together.parameters, a.poses);
     const auto fit_b = adjust_boards(b.views, together.parameters, b.poses);
     if (!fit_a || !fit_b) return std::nullopt;
@@ -155,8 +155,9 @@ std::optional<Split> improve(const std::vector<BoardView>& views, const BoardAdj
 
 /// Squared error (px^2) of every view under its group's camera as fitted without that view: four boards can
 /// be explained by many a camera, but not a fifth.
-std::optional<std::vector<double>> held_out_errors_px2(const std::vector<BoardView>& views,
-                                                       const BoardAdjustment& together, const Split& split) {
+std::optional<std::vector<double>> errors_without_view_px2(const std::vector<BoardView>& views,
+                                                           const BoardAdjustment& together,
+                                                           const Split& split) {
   std::vector<double> errors(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
     Group others = group_of(views, together, split.second, split.second[v]);
@@ -187,7 +188,7 @@ double error_ratio(const std::vector<BoardView>& views, const BoardAdjustment& t
 
 std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& all_views,
                                                 const BoardAdjustment& flat) {
-  if (all_views.size() < 2 * least_views) return std::nullopt;
+  if (all_views.size() < 2 * least_group_views) return std::nullopt;
   // A bent board is the commonest other reason why no one camera fits: what it explains is no second camera.
   const auto best_bent = bend_boards(believed_corners(all_views, flat), flat);
   if (!best_bent) return std::nullopt;
@@ -214,7 +215,7 @@ std::optional<CameraMixture> find_mixed_cameras(const std::vector<BoardView>& al
   if (undecided > most_undecided * static_cast<double>(views.size())) return std::nullopt;
   // Held out a view errs more than fitted: what the fit does not show need not be looked at.
   if (!(error_ratio(views, together, best->errors_px2) > least_error_ratio)) return std::nullopt;
-  const auto held_out_px2 = held_out_errors_px2(views, together, *best);
+  const auto held_out_px2 = errors_without_view_px2(views, together, *best);
   if (!held_out_px2 || !(error_ratio(views, together, *held_out_px2) > least_error_ratio))
     return std::nullopt;
   return CameraMixture{best->second, best->first_camera, best->second_camera, flat.rms_px,

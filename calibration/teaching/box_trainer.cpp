@@ -14,13 +14,13 @@ namespace ballservo {
 namespace {
 
 constexpr std::size_t least_frames = 10;  // below it the source was too short, or the ball was not there
-constexpr double reach = 0.8;  // of the box's radius: how far the ball may lie from where it was seen last
-constexpr double min_radius_ratio = 0.4, max_radius_ratio = 1.7;  // ball to box
+constexpr double drift = 0.8;  // of the box's radius: how far the ball may lie from where it was seen last
+constexpr double min_box_ratio = 0.4, max_box_ratio = 1.7;  // ball to box
 constexpr int patience = 15;  // frames without the ball, after which the box goes back to where it was drawn
-constexpr double window_radii = 2.5;      // half side of what is looked at, in radii of the box
-constexpr double working_radius_px = 40;  // larger boxes are looked at at a reduced scale
-constexpr double least_log_odds = -2;     // the user says that a ball is there
-constexpr double majority = 0.6;          // of the balls seen must have one colour
+constexpr double window_radii = 2.5;       // half side of what is looked at, in radii of the box
+constexpr double working_radius_px = 40;   // larger boxes are looked at at a reduced scale
+constexpr double least_box_log_odds = -2;  // the user says that a ball is there
+constexpr double majority = 0.6;           // of the balls seen must have one colour
 
 }  // namespace
 
@@ -34,7 +34,7 @@ BoxTrainer::BoxTrainer(std::string name, const PointedBall& box, const RegionSea
                "a centre in the picture and a radius of 5 px or more");
   }
   faults.throw_if_any();
-  search_.min_radius_px = std::max(4.0, min_radius_ratio * std::min(box.radius_px, working_radius_px));
+  search_.min_radius_px = std::max(4.0, min_box_ratio * std::min(box.radius_px, working_radius_px));
 }
 
 bool BoxTrainer::look(const cv::Mat& bgr, int frame) {
@@ -64,10 +64,10 @@ bool BoxTrainer::look(const cv::Mat& bgr, int frame) {
   BallCandidate best;
   double best_score = 0;
   for (BallCandidate& candidate : ball_candidates({"", view}, static_cast<std::size_t>(frame), found)) {
-    if (candidate.region.evidence.log_odds() < least_log_odds) continue;
+    if (candidate.region.evidence.log_odds() < least_box_log_odds) continue;
     const double away = (candidate.region.center_px + corner - place_.center_px).norm() / box_.radius_px;
     const double ratio = candidate.region.radius_px / box_.radius_px;
-    if (away > reach || ratio < min_radius_ratio || ratio > max_radius_ratio) continue;
+    if (away > drift || ratio < min_box_ratio || ratio > max_box_ratio) continue;
     const double score = candidate.region.fit_ratio() * std::min(1.0, ratio) * (1 - 0.5 * away);
     if (score > best_score) best_score = score, best = std::move(candidate);
   }

@@ -18,7 +18,7 @@ constexpr double hue_spread_deg = 12;    // of what people call by a word, beyon
 constexpr double other_word = 4;         // against a colour that we would call otherwise
 constexpr double neighbouring = 4;       // and at most so much more, since some people do
 constexpr double no_answer = -1e9;
-constexpr double decisive_lead = 2, least_log_odds = 0, sure_log_odds = 5;
+constexpr double decisive_lead = 2, least_ball_log_odds = 0, sure_ball_log_odds = 5;
 constexpr double least_share_beside = 1.0 / 3;  // of a colour in round things, beside a likelier ball
 constexpr std::size_t max_listed = 12;
 constexpr double sure_fit_ratio = 0.5, sure_radius_px = 8;
@@ -39,8 +39,8 @@ bool may_stand_alone(const ColorGroup& group) {
 template <class Score>
 bool leads(const std::vector<ColorGroup>& groups, Score score) {
   const ColorGroup& best = groups.front();
-  const bool stands =
-      best.round_share >= least_share_beside && (best.log_odds() >= sure_log_odds || may_stand_alone(best));
+  const bool stands = best.round_share >= least_share_beside &&
+                      (best.log_odds() >= sure_ball_log_odds || may_stand_alone(best));
   return std::none_of(groups.begin() + 1, groups.end(), [&](const ColorGroup& group) {
     return (!stands || group.round_share >= least_share_beside) && score(best) < score(group) + decisive_lead;
   });
@@ -94,12 +94,12 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
   }
   // Beside a sure ball of the word's colour, another is no likelier to be meant for being a clearer one.
   const bool shown = std::any_of(groups.begin(), groups.end(), [&](const ColorGroup& group) {
-    return group.word == request.name && group.log_odds() >= sure_log_odds;
+    return group.word == request.name && group.log_odds() >= sure_ball_log_odds;
   });
   const auto score = [&](const ColorGroup& group) {
     const double odds = group.log_odds();
     const bool other = shown && group.word != request.name;
-    return (other ? std::min(odds, sure_log_odds) : odds) + log_likelihood_of_word(request.name, group);
+    return (other ? std::min(odds, sure_ball_log_odds) : odds) + log_likelihood_of_word(request.name, group);
   };
   std::stable_sort(groups.begin(), groups.end(),
                    [&](const ColorGroup& a, const ColorGroup& b) { return score(a) > score(b); });
@@ -110,7 +110,7 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
                     "class another name. What was found:{}",
                     request.name, list_of(request, groups, pictures)));
   }
-  if (best.log_odds() < least_log_odds && !may_stand_alone(best)) {
+  if (best.log_odds() < least_ball_log_odds && !may_stand_alone(best)) {
     throw Refusal(fmt::format(
         "class {}: nothing that was found is surely a ball. If one of it is, point at it. What was found:{}",
         request.name, list_of(request, groups, pictures)));
@@ -129,7 +129,7 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
   for (const ColorGroup& group : groups) most = std::max(most, group.log_odds());
   for (const ColorGroup& group : groups) {
     if (group.log_odds() < most && group.round_share < least_share_beside) continue;
-    if (group.log_odds() >= std::clamp(most - candidate_lead, least_log_odds, sure_log_odds))
+    if (group.log_odds() >= std::clamp(most - candidate_lead, least_ball_log_odds, sure_ball_log_odds))
       balls.push_back(group);
   }
   if (!balls.empty()) return balls;
@@ -191,7 +191,7 @@ ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCand
     const double apart = (candidate.region.center_px - pointed.region.center_px).norm();
     if (candidate.picture == pointed.picture && apart < candidate.region.radius_px + pointed.region.radius_px)
       continue;
-    if (candidate.region.evidence.log_odds() < least_log_odds) continue;
+    if (candidate.region.evidence.log_odds() < least_ball_log_odds) continue;
     if (!same_color(candidate.samples, pointed.samples)) continue;
     group.samples.add(candidate.samples);
     group.balls.push_back(candidate);

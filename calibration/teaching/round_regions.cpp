@@ -17,7 +17,7 @@
 namespace ballservo {
 namespace {
 
-constexpr double least_log_odds = -8;                   // a region below is no candidate
+constexpr double least_region_log_odds = -8;            // a region below is no candidate
 constexpr double least_chroma = 4;                      // (a, b); a disc of less has no colour to learn
 constexpr double least_smear = 1.15, most_smear = 2.5;  // ratio of the axes
 constexpr double least_smeared_radius_px = 8;
@@ -26,7 +26,7 @@ constexpr double most_of_box =
 constexpr double least_ellipse_fill = 0.85;  // below it the region is no ellipse
 constexpr double hardly_round = -4;  // log odds; only where nothing reaches it a smeared ball is looked for
 // Outlines so near each other, in radii, are drawn to the same rim; those near a sure one's rim to that.
-constexpr double same_place = 0.12, drawn_place = 0.4, sure_log_odds = 15;
+constexpr double same_place = 0.12, drawn_place = 0.4, sure_outline_log_odds = 15;
 constexpr double same_hue_rad = 0.3;
 constexpr std::size_t asked_at_once = 16;
 
@@ -201,7 +201,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
   std::vector<Judged> judged;
   const auto keep = [&](const CircleEvidence& e, bool smeared) {
     const cv::Rect2d picture(-0.5, -0.5, lab.cols, lab.rows);
-    if (e.log_odds() < least_log_odds || !picture.contains({e.center_px.x(), e.center_px.y()})) return;
+    if (e.log_odds() < least_region_log_odds || !picture.contains({e.center_px.x(), e.center_px.y()})) return;
     RoundRegion region;
     region.evidence = e;
     region.center_px = (e.center_px + Eigen::Vector2d(0.5, 0.5)) / result.scale - Eigen::Vector2d(0.5, 0.5);
@@ -238,7 +238,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
       if (is_known(question)) continue;
       const CircleEvidence& e = answers[i];
       judged.push_back({question.seed, question.hue, same_place});
-      if (e.log_odds() > sure_log_odds)
+      if (e.log_odds() > sure_outline_log_odds)
         judged.push_back({{e.center_px, e.radius_px}, question.hue, drawn_place});
       keep(e, false);
     }

@@ -18,15 +18,15 @@ int difference(const std::uint8_t* a, const std::uint8_t* b) {
 
 constexpr int max_looks = 6000;         // pixels looked at; of a larger region every few lines alone
 constexpr std::size_t max_edges = 256;  // the strongest
-constexpr int min_step = 14;            // sum over the channels of the grey levels across an edge
+constexpr int min_inner_step = 14;      // sum over the channels of the grey levels across an edge
 // An edge is so many times as strong as the median of all looks (texture, noise).
 constexpr double over_median = 3;
 constexpr int shade_px = 3;
-constexpr int clear_px = 2;  // inside the region's boundary, whose own edge is known
+constexpr int inside_px = 2;  // inside the region's boundary, whose own edge is known
 
 bool is_inside(const ColoredPixels& colored, int u, int v) {
-  return colored.at(u - clear_px, v) && colored.at(u + clear_px, v) && colored.at(u, v - clear_px) &&
-         colored.at(u, v + clear_px);
+  return colored.at(u - inside_px, v) && colored.at(u + inside_px, v) && colored.at(u, v - inside_px) &&
+         colored.at(u, v + inside_px);
 }
 
 // Sobel's gradient of the channels, each with the sign that it has to the others, summed.
@@ -66,8 +66,8 @@ void InnerEdges::find(const cv::Mat& bgr, const ColoredPixels& colored, const Ra
   peaks_.clear();
   histogram_.fill(0);
   const cv::Rect known(colored.window, colored.pixels.size());
-  const cv::Rect inside = box & cv::Rect(known.x + clear_px, known.y + clear_px, known.width - 2 * clear_px,
-                                         known.height - 2 * clear_px);
+  const cv::Rect inside = box & cv::Rect(known.x + inside_px, known.y + inside_px,
+                                         known.width - 2 * inside_px, known.height - 2 * inside_px);
   if (inside.width < 3 || inside.height < 3) return;
   const int stride = std::max(4, (2 * region_pixels + max_looks - 1) / max_looks);
   for (int v = inside.y + stride / 2; v < inside.br().y; v += stride)
@@ -105,7 +105,7 @@ void InnerEdges::look_along(const cv::Mat& bgr, const ColoredPixels& colored, cv
   // An edge is over after three pixels; shade goes on.
   for (int i = shade_px; i + shade_px < length; ++i) {
     const int* const step = &steps_[static_cast<std::size_t>(i)];
-    if (*step < min_step || *step <= step[-1] || *step < step[1]) continue;
+    if (*step < min_inner_step || *step <= step[-1] || *step < step[1]) continue;
     if (*step < step[-shade_px] + step[shade_px]) continue;
     const int u = first.x + i * along.x, v = first.y + i * along.y;
     if (peaks_.size() < peaks_.capacity() && is_inside(colored, u, v)) peaks_.push_back({u, v, *step});

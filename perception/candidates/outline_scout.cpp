@@ -10,13 +10,12 @@
 namespace ballservo {
 namespace {
 
-constexpr double two_pi = 6.283185307179586;
 // Along each line across the outline so many places to each side are compared, and what is compared.
-constexpr int reach = 5, width = 2;
-constexpr int profile = 2 * (reach + width) + 1;
+constexpr int profile_reach = 5, half_step = 2;
+constexpr int profile = 2 * (profile_reach + half_step) + 1;
 constexpr int sectors = 40;
-constexpr int reweightings = 4;
-constexpr int min_step = 12;              // across the outline, grey levels summed over the channels
+constexpr int circle_reweightings = 4;
+constexpr int min_outline_step = 12;      // across the outline, grey levels summed over the channels
 constexpr double least_in_picture = 0.3;  // of the sectors
 
 struct Step {
@@ -26,9 +25,9 @@ struct Step {
 
 // Where along a line across the outline the colours before and behind differ most: sum over the channels.
 Step largest_step(const Eigen::Vector3f (&colors)[profile]) {
-  float sizes[2 * reach + 1];
-  for (int i = 0; i <= 2 * reach; ++i) {
-    const Eigen::Vector3f* const at = &colors[i + width];
+  float sizes[2 * profile_reach + 1];
+  for (int i = 0; i <= 2 * profile_reach; ++i) {
+    const Eigen::Vector3f* const at = &colors[i + half_step];
     sizes[i] = 0.5f * (at[-1] + at[-2] - at[1] - at[2]).lpNorm<1>();
   }
   const float* const best = std::max_element(std::begin(sizes), std::end(sizes));
@@ -38,13 +37,13 @@ Step largest_step(const Eigen::Vector3f (&colors)[profile]) {
                after = static_cast<double>(best[1]);
   const double bend = before - 2 * here + after;
   const double to_top = bend < 0 ? 0.5 * (before - after) / bend : 0;
-  return {true, here, static_cast<double>(best - sizes) - reach + to_top};
+  return {true, here, static_cast<double>(best - sizes) - profile_reach + to_top};
 }
 
 // A cone's outline in a picture.
-class Outline {
+class ConeOutline {
  public:
-  Outline(const Camera& camera, const TangentCone& cone)
+  ConeOutline(const Camera& camera, const TangentCone& cone)
       : camera_(camera), cone_(cone), basis_(perpendicular_basis(cone.axis)), focal_px_(camera.focal_px()) {}
 
   // A cone that much wider, as the part of its rays along the axis and across.
@@ -101,18 +100,18 @@ struct SeenSteps {
   Eigen::Vector3d mean_and_wave(std::size_t i) const { return {1, direction[i].x(), direction[i].y()}; }
 };
 
-SeenSteps look_around(const cv::Mat& bgr, const Outline& outline, const Pass& pass) {
+SeenSteps look_around(const cv::Mat& bgr, const ConeOutline& outline, const Pass& pass) {
   SeenSteps steps;
-  const double end_px = (reach + width) * pass.spacing_px;
+  const double end_px = (profile_reach + half_step) * pass.spacing_px;
   const Eigen::Vector2d narrow = outline.opening(-end_px), wide = outline.opening(end_px);
   for (int i = 0; i < pass.looks; ++i) {
-    const double angle = two_pi * (i + 0.5) / pass.looks;
+    const double angle = 2 * M_PI * (i + 0.5) / pass.looks;
     const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
     const auto step = outline.step(bgr, direction, narrow, wide);
     if (!step) continue;
     ++steps.in_picture;
     const double offset_px = step->offset * pass.spacing_px;
-    if (!step->seen || step->size < min_step || std::abs(offset_px) > pass.within_px) continue;
+    if (!step->seen || step->size < min_outline_step || std::abs(offset_px) > pass.within_px) continue;
     const auto at = static_cast<std::size_t>(steps.count++);
     steps.direction[at] = direction;
     steps.offset_px[at] = offset_px;
@@ -124,7 +123,7 @@ SeenSteps look_around(const cv::Mat& bgr, const Outline& outline, const Pass& pa
 // at first many of them are other things' edges.
 Eigen::Vector3d common_move_px(const SeenSteps& steps, double floor_px) {
   Eigen::Vector3d move_px(0, 0, 0);
-  for (int iteration = 0; iteration < reweightings; ++iteration) {
+  for (int iteration = 0; iteration < circle_reweightings; ++iteration) {
     Eigen::Matrix3d normal = 1e-6 * Eigen::Matrix3d::Identity();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < static_cast<std::size_t>(steps.count); ++i) {
@@ -147,7 +146,7 @@ bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& 
   const double on_outline_px = 0.35 + 0.025 * radius_px;
   found.cone = start;
   const auto take = [&](const Pass& pass) {
-    const Outline outline(camera, found.cone);
+    const ConeOutline outline(camera, found.cone);
     const SeenSteps steps = look_around(bgr, outline, pass);
     const double least = options.min_support * steps.in_picture;
     if (steps.in_picture < least_in_picture * pass.looks || steps.count < least) return false;
@@ -166,9 +165,9 @@ bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& 
     return found.cone.axis.z() > 0 && found.cone.alpha_rad > 0;
   };
   // From far with half of the sectors; nearer; and at last what lies on the outline counts.
-  for (double within_px = std::min(options.reach_px, radius_px); within_px > reach; within_px /= 2)
-    if (!take({within_px, within_px / reach, sectors / 2, 0.7})) return false;
-  return take({reach, 1, sectors / 2, 0.7}) && take({0.5 * reach, 1, sectors, 0.7}) &&
+  for (double within_px = std::min(options.reach_px, radius_px); within_px > profile_reach; within_px /= 2)
+    if (!take({within_px, within_px / profile_reach, sectors / 2, 0.7})) return false;
+  return take({profile_reach, 1, sectors / 2, 0.7}) && take({0.5 * profile_reach, 1, sectors, 0.7}) &&
          take({on_outline_px, 1, sectors, 1});
 }
 

@@ -13,8 +13,6 @@
 namespace ballservo {
 namespace {
 
-constexpr int word_bits = BitPicture::word_bits;
-
 struct Move {
   std::int8_t du = 0, dv = 0;
 };
@@ -37,9 +35,9 @@ constexpr std::array<Move, 512> next_moves = make_next_moves();
 
 // The pixels u - 1 to u + 1 of a row.
 unsigned three(const std::uint64_t* row, int u) {
-  const int w = (u - 1) / word_bits, shift = (u - 1) % word_bits;
+  const int w = (u - 1) / BitPicture::word_bits, shift = (u - 1) % BitPicture::word_bits;
   std::uint64_t bits = row[w] >> shift;
-  if (shift > word_bits - 3) bits |= row[w + 1] << (word_bits - shift);
+  if (shift > BitPicture::word_bits - 3) bits |= row[w + 1] << (BitPicture::word_bits - shift);
   return static_cast<unsigned>(bits & 7);
 }
 
@@ -51,7 +49,6 @@ constexpr std::size_t least_points = 6;
 // Along a line that is neither level nor diagonal pixels take a longer way than its length: by 8 % at most.
 constexpr double way_of_pixels = 1.08;
 
-constexpr double half_pi = 1.57079632679489662;
 // The outline of a smaller thing may be any; one of under 5 px radius may fill its box.
 constexpr std::size_t least_outline_px = 16, least_box_outline_px = 28;
 constexpr int turns = 12;
@@ -65,7 +62,7 @@ constexpr double most_box_fill = 0.87;
 // All turns of the rectangle at once.
 double box_fill(const std::vector<BoundaryPixel>& outline, int pixels) {
   using Turns = Eigen::Array<float, turns, 1>;
-  const Turns angle = Turns::LinSpaced(0, static_cast<float>(half_pi * (turns - 1) / turns));
+  const Turns angle = Turns::LinSpaced(0, static_cast<float>(M_PI / 2 * (turns - 1) / turns));
   const Turns cosine = angle.cos(), sine = angle.sin();
   constexpr float far = 1e6f;
   Turns left = Turns::Constant(far), right = -left, top = left, bottom = -left;
@@ -143,7 +140,7 @@ void BoundaryChain::order(std::vector<BoundaryPixel>& boundary, cv::Size size) {
     if (!waiting_.at(first.u_px, first.v_px)) continue;
     int u = first.u_px, v = first.v_px;
     while (true) {
-      waiting_.row(v)[u / word_bits] &= ~(std::uint64_t{1} << (u % word_bits));
+      waiting_.row(v)[u / BitPicture::word_bits] &= ~(std::uint64_t{1} << (u % BitPicture::word_bits));
       ordered_.push_back({u, v, {0, 0}});
       const unsigned around =
           three(waiting_.row(v - 1), u) | three(waiting_.row(v), u) << 3 | three(waiting_.row(v + 1), u) << 6;

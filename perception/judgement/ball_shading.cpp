@@ -8,7 +8,7 @@
 namespace ballservo {
 namespace {
 
-constexpr int least_pixels = 24;
+constexpr int least_lit_pixels = 24;
 constexpr int passes = 6;
 constexpr double glare_sigmas = 2.5;  // above what the fit leaves over, root mean square
 
@@ -145,7 +145,7 @@ double strength_of_lighter(const BallPixels& ball, double dark, double light) {
     const double here = ball.brightness(u, v);
     if (here >= least) lit.add({1, n.x(), n.y(), n.z()}, here);
   });
-  if (lit.pixels() < least_pixels) return 0;
+  if (lit.pixels() < least_lit_pixels) return 0;
   const Eigen::Vector4d p = lit.solve();
   return p.allFinite() ? p.tail<3>().norm() / lit.mean() : 0;
 }
@@ -165,7 +165,7 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
     const double bend = ball.brightness(u - 1, v) - 2 * here + ball.brightness(u + 1, v);
     bends2 += bend * bend;
   });
-  if (all.pixels() < least_pixels || !(all.mean() > 0) || !(all.variance() > 0)) return {};
+  if (all.pixels() < least_lit_pixels || !(all.mean() > 0) || !(all.variance() > 0)) return {};
   Eigen::Vector4d p = all.solve();
   if (!p.allFinite()) return {};
   const double noise_variance = bends2 / (6 * all.pixels());  // of independent noise: 1 + 4 + 1 times its own
@@ -187,7 +187,7 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
       if (here <= p.dot(terms) + glare) lit.add(terms, here);
     });
     p = lit.solve();
-    if (lit.pixels() < least_pixels || !p.allFinite()) break;
+    if (lit.pixels() < least_lit_pixels || !p.allFinite()) break;
     rest = lit.rest(p);
     shading.explained = std::max(shading.explained, part_explained(rest, lit.variance(), noise_variance));
   }

@@ -14,9 +14,9 @@ constexpr double least_hidden = 0.3;
 // Where the edge is looked for beyond the outline (radii), and how far from the chord: its ends are known to
 // half a look, which moves it by so much.
 constexpr double from_radii = 0.15, step_radii = 0.07;
-constexpr int steps = 8;
-constexpr double reach_px = 3, reach_radii = 0.06, most_reach_px = 12;
-constexpr double least_step = 12;  // grey levels, summed over the channels
+constexpr int steps_along = 8;
+constexpr double shift_px = 3, shift_radii = 0.06, most_shift_px = 12;
+constexpr double least_peak = 12;  // grey levels, summed over the channels
 // How far the edge stands out from its neighbourhood: at both ends together, and at either.
 constexpr double least_product = 12, least_ratio = 1.5;
 
@@ -65,13 +65,13 @@ std::optional<HiddenArc> hidden_arc(const ColoredPixels& colored, const OutlineE
 double stands_out(const cv::Mat& bgr, const Eigen::Vector2d& end, const Eigen::Vector2d& outward,
                   double radius_px) {
   const Eigen::Vector2d across(-outward.y(), outward.x());
-  const int reach = static_cast<int>(std::min(most_reach_px, reach_px + reach_radii * radius_px));
-  double sorted[4 * static_cast<int>(most_reach_px) + 1];
+  const int reach = static_cast<int>(std::min(most_shift_px, shift_px + shift_radii * radius_px));
+  double sorted[4 * static_cast<int>(most_shift_px) + 1];
   int places = 0;
   double peak = 0;
   for (int shift = -2 * reach; shift <= 2 * reach; ++shift) {
     Eigen::Vector3d sum(0, 0, 0);
-    for (int i = 0; i < steps; ++i) {
+    for (int i = 0; i < steps_along; ++i) {
       const Eigen::Vector2d at = end + (from_radii + i * step_radii) * radius_px * outward + shift * across;
       for (const double side : {-2, -1, 1, 2}) {
         const Eigen::Vector2d beside = at + side * across;
@@ -82,13 +82,13 @@ double stands_out(const cv::Mat& bgr, const Eigen::Vector2d& end, const Eigen::V
         sum += (side < 0 ? 0.5 : -0.5) * Eigen::Vector3d(color[0], color[1], color[2]);
       }
     }
-    const double difference = sum.lpNorm<1>() / steps;
+    const double difference = sum.lpNorm<1>() / steps_along;
     sorted[places++] = difference;
     if (std::abs(shift) <= reach) peak = std::max(peak, difference);
   }
   double& usual = sorted[places / 2];
   std::nth_element(sorted, &usual, sorted + places);
-  return peak >= least_step ? peak / std::max(1.0, usual) : 0;
+  return peak >= least_peak ? peak / std::max(1.0, usual) : 0;
 }
 
 }  // namespace

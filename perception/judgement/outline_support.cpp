@@ -10,7 +10,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double two_pi = 6.283185307179586;
 // The window in which a curvature is told: so far (rad) to each side.
 constexpr double reach_rad = 0.35;
 // Edges of clean pictures are less blurred than this; above, their shape means less and less (px).
@@ -35,7 +34,7 @@ LocalRun local_run(const EdgeOffsets& offsets, int at, int reach, double radius_
   for (int j = -reach; j <= reach; ++j) {
     const double offset = static_cast<double>(offsets[(at + j + count) % count]);
     if (std::isnan(offset)) continue;
-    const double angle = j * two_pi / count;
+    const double angle = 2 * M_PI * j / count;
     const Eigen::Vector3d row(1, angle, 0.5 * angle * angle);
     normal += row * row.transpose();
     right += row * offset;
@@ -50,7 +49,7 @@ LocalRun local_run(const EdgeOffsets& offsets, int at, int reach, double radius_
 
 double straight_share(const EdgeOffsets& offsets, const SectorColors& colors, double radius_px) {
   const int count = offsets.count;
-  const int reach = std::max(1, static_cast<int>(std::lround(reach_rad * count / two_pi)));
+  const int reach = std::max(1, static_cast<int>(std::lround(reach_rad * count / (2 * M_PI))));
   int straight = 0, round = 0;
   for (int i = 0; i < count; ++i) {
     if (!is_own(colors[i]) || std::isnan(offsets[i])) continue;

@@ -11,7 +11,7 @@ namespace ballservo {
 namespace {
 
 constexpr double fine_radius_px = 24;  // larger balls are looked at as if they were about that large
-constexpr double reach_radii = 1.7, margin_px = 4;
+constexpr double window_radii = 1.7, margin_px = 4;
 constexpr int least_pixels = 6, least_side_px = 4;
 constexpr double most_brightening = 4;
 
@@ -28,7 +28,7 @@ void SecondLook::set_light(const LightCells& light) {
 SecondLook::Look SecondLook::look(const cv::Mat& bgr, const ColoredPixels& colored,
                                   const OutlineEllipse& outline) {
   const Eigen::Vector2d& center = outline.center_px;
-  const double reach = reach_radii * outline.radius_px + margin_px;
+  const double reach = window_radii * outline.radius_px + margin_px;
   const cv::Rect around(static_cast<int>(center.x() - reach), static_cast<int>(center.y() - reach),
                         static_cast<int>(2 * reach) + 1, static_cast<int>(2 * reach) + 1);
   const cv::Rect box = around & cv::Rect({0, 0}, bgr.size());

@@ -83,7 +83,6 @@ class NormalEquations {
 
 // So many points place a cone well enough to measure edges around it, and so near a step has done enough.
 constexpr std::size_t points_for_a_start = 64;
-constexpr double half_pi = 1.57079632679489662;
 constexpr double settled_start_px = 0.5, settled_weights_px = 0.05;
 
 }  // namespace
@@ -277,7 +276,7 @@ std::optional<TangentCone> BoundaryCone::robust(const TangentCone& start,
     const auto step_rad = weights_.set(cone, edges_, 0.3, oval_fraction, settled_weights_px);
     if (!step_rad) return std::nullopt;
     cone = moved(cone, *step_rad);
-    if (!(cone.alpha_rad > 0) || !(cone.alpha_rad < half_pi)) return std::nullopt;
+    if (!(cone.alpha_rad > 0) || !(cone.alpha_rad < M_PI / 2)) return std::nullopt;
     if (step_rad->lpNorm<1>() * focal_px < settled_start_px) break;
   }
   return cone;

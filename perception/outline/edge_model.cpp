@@ -60,7 +60,7 @@ const BasisTable& basis_table() {
 }
 
 // Phi, phi, F and F' at x.
-Float4 look_up(const BasisTable& table, float x) {
+Float4 basis_at(const BasisTable& table, float x) {
   if (!(x > table_low)) return Float4{};
   if (x >= table_high) {
     const float root = std::sqrt(x);
@@ -76,11 +76,11 @@ constexpr int parameters = 6;  // O, A, B, D, t0, log s
 // What is believed of log s, and of B (per sqrt(px)) and D (per px), relative to A and about 0.
 constexpr double log_blur_sigma = 0.5, root_sigma_share = 0.4, ramp_sigma_share = 0.02;
 constexpr int iterations = 6;
-constexpr double settled_px = 4e-3;  // a step of t0 that ends them: what would follow is its square
+constexpr double settled_edge_px = 4e-3;  // a step of t0 that ends them: what would follow is its square
 using Vector = Eigen::Matrix<double, parameters, 1>;
 using Matrix = Eigen::Matrix<double, parameters, parameters>;
 
-struct NormalEquations {
+struct EdgeEquations {
   Matrix matrix = Matrix::Zero();
   Vector right = Vector::Zero();
   double squares = 0;
@@ -139,7 +139,7 @@ struct BasisOfEight {
 
 // Of the whole profile at p; the limb turns away over `radius_px`.
 [[gnu::always_inline]] inline void add_up(const EdgeSamples& samples, const Vector& p, double radius_px,
-                                          NormalEquations& normal) {
+                                          EdgeEquations& normal) {
   const BasisTable& table = basis_table();
   const auto width = static_cast<float>(std::exp(p(5)));
   const Eigen::Matrix<float, parameters, 1> q = p.cast<float>();
@@ -185,14 +185,14 @@ struct BasisOfEight {
 
 #if defined(__x86_64__)
 __attribute__((target("avx2"))) void add_up_avx2(const EdgeSamples& samples, const Vector& p,
-                                                 double radius_px, NormalEquations& normal) {
+                                                 double radius_px, EdgeEquations& normal) {
   add_up(samples, p, radius_px, normal);
 }
 #endif
 
-NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, double radius_px,
-                                 Instructions instructions) {
-  NormalEquations normal;
+EdgeEquations normal_equations(const EdgeSamples& samples, const Vector& p, double radius_px,
+                               Instructions instructions) {
+  EdgeEquations normal;
 #if defined(__x86_64__)
   if (may_use_avx2(instructions)) {
     add_up_avx2(samples, p, radius_px, normal);
@@ -204,10 +204,10 @@ NormalEquations normal_equations(const EdgeSamples& samples, const Vector& p, do
 }
 
 // Of luma that is coded from the light of two colours.
-NormalEquations luma_equations(const EdgeSamples& samples, const EdgeColors& colors,
-                               const CameraResponse& response, const Vector& p, double radius_px) {
+EdgeEquations luma_equations(const EdgeSamples& samples, const EdgeColors& colors,
+                             const CameraResponse& response, const Vector& p, double radius_px) {
   const double width = std::exp(p(5)), turn = 0.25 / radius_px, root_scale = std::sqrt(width);
-  NormalEquations normal;
+  EdgeEquations normal;
   for (std::size_t i = 0; i < static_cast<std::size_t>(samples.count); ++i) {
     const double x = (p(4) - static_cast<double>(samples.distance_px[i])) / width;
     const BlurredBasis basis = blurred_basis(x);
@@ -243,7 +243,7 @@ std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfile
   Eigen::LLT<Matrix> llt;
   double variance = 0;
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    NormalEquations normal = equations_at(p);
+    EdgeEquations normal = equations_at(p);
     const double freedom = count - parameters;
     const double noise = std::sqrt(normal.squares / std::max(1.0, freedom));
     // Priors count as measurements in units of the noise; a floor stands for quantisation.
@@ -264,7 +264,7 @@ std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfile
     step(5) = std::clamp(step(5), -0.4, 0.4);
     p += step;
     p(5) = std::clamp(p(5), std::log(0.25), std::log(4.0));
-    if (std::abs(step(4)) < settled_px && std::abs(step(5)) < 10 * settled_px) break;
+    if (std::abs(step(4)) < settled_edge_px && std::abs(step(5)) < 10 * settled_edge_px) break;
   }
   const Vector of_offset = llt.solve(Vector::Unit(4)) * variance;
   const EdgeProfileFit fit{p(4), std::sqrt(of_offset(4)), std::exp(p(5))};
@@ -277,7 +277,7 @@ std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfile
 }  // namespace
 
 BlurredBasis blurred_basis(double x) {
-  const Float4 basis = look_up(basis_table(), static_cast<float>(x));
+  const Float4 basis = basis_at(basis_table(), static_cast<float>(x));
   const double step = static_cast<double>(basis[0]), density = static_cast<double>(basis[1]);
   const double ramp = x > static_cast<double>(table_low) ? x * step + density : 0;
   return {step, density, static_cast<double>(basis[2]), static_cast<double>(basis[3]), ramp, step};

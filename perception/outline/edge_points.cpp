@@ -25,7 +25,7 @@ constexpr double bright_contrast = 10, contrast_share = 0.13;
 // How far from the assumed outline an edge may lie: px, or, of a large ball, a part of its radius.
 constexpr double max_offset_px = 3, max_offset_radii = 0.07;
 // What is surely inside or outside for the colours to be compared: clear of the blur.
-constexpr float clear_px = 1.5f;
+constexpr float clear_of_edge_px = 1.5f;
 // Between levels that near to each other no edge can be placed, however dark it is.
 constexpr double least_contrast = 4;
 // The same where colours are coarse. An edge that only colours show is placed no better than this: they were
@@ -246,9 +246,9 @@ std::optional<double> EdgeMeter::take_samples(const CameraResponse& response) {
     const auto of = [&](const std::array<float, 256>& curve) {
       return Eigen::Vector3f(curve[pixel.bgr[0]], curve[pixel.bgr[1]], curve[pixel.bgr[2]]);
     };
-    if (pixel.distance_px < -clear_px)
+    if (pixel.distance_px < -clear_of_edge_px)
       inside += of(response.light), slope_inside += of(response.slope), inside_level += level, ++inside_count;
-    if (pixel.distance_px > clear_px)
+    if (pixel.distance_px > clear_of_edge_px)
       outside += of(response.light), slope_outside += of(response.slope), outside_level += level,
           ++outside_count;
   }

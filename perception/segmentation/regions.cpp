@@ -20,21 +20,21 @@ std::uint64_t all_beside(const BitPicture& picture, int v, int w) {
   return left & right & picture.row(v - 1)[w] & picture.row(v + 1)[w];
 }
 
-constexpr int reach = 3;
+constexpr int corner_reach = 3;
 
 // The pixels up to three to the left and right of one, from bit 0 on; beyond the border the last one goes on.
 unsigned seven_around(const BitPicture& picture, int u, int v) {
   const int width = picture.size().width;
-  if (u < reach || u + reach >= width) {
+  if (u < corner_reach || u + corner_reach >= width) {
     unsigned bits = 0;
-    for (int du = -reach; du <= reach; ++du)
-      bits |= static_cast<unsigned>(picture.at(std::clamp(u + du, 0, width - 1), v)) << (du + reach);
+    for (int du = -corner_reach; du <= corner_reach; ++du)
+      bits |= static_cast<unsigned>(picture.at(std::clamp(u + du, 0, width - 1), v)) << (du + corner_reach);
     return bits;
   }
-  const int w = (u - reach) / word_bits, shift = (u - reach) % word_bits;
+  const int w = (u - corner_reach) / word_bits, shift = (u - corner_reach) % word_bits;
   const std::uint64_t* const row = picture.row(v);
   std::uint64_t bits = row[w] >> shift;
-  if (shift + 2 * reach >= word_bits) bits |= row[w + 1] << (word_bits - shift);
+  if (shift + 2 * corner_reach >= word_bits) bits |= row[w + 1] << (word_bits - shift);
   return bits & 127;
 }
 
@@ -266,11 +266,11 @@ void RegionMap::boundary(int region, std::vector<BoundaryPixel>& boundary) const
 
 Eigen::Vector2f outward_normal(const BitPicture& colored, const BoundaryPixel& pixel) {
   int sum_u = 0, sum_v = 0;
-  for (int dv = -reach; dv <= reach; ++dv) {
+  for (int dv = -corner_reach; dv <= corner_reach; ++dv) {
     const int v = std::clamp(pixel.v_px + dv, 0, colored.size().height - 1);
     const unsigned bits = seven_around(colored, pixel.u_px, v);
-    const auto has = [bits](int du) { return static_cast<int>(bits >> (reach + du) & 1); };
-    for (int du = 1; du <= reach; ++du) sum_u += du * (has(du) - has(-du));
+    const auto has = [bits](int du) { return static_cast<int>(bits >> (corner_reach + du) & 1); };
+    for (int du = 1; du <= corner_reach; ++du) sum_u += du * (has(du) - has(-du));
     sum_v += dv * __builtin_popcount(bits);
   }
   if (sum_u == 0 && sum_v == 0) return {0, 0};

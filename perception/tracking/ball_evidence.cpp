@@ -8,9 +8,10 @@ namespace {
 
 // Looks, as log likelihood ratio: by 132 rendered pictures half of the balls have a quality above 0.9 and a
 // quarter below 0.7, of what is none 3 % and 70 %. The slope between is that of a logistic fit.
-constexpr double even_quality = 0.78, ratio_per_quality = 8, least_ratio = -1.5, most_ratio = 2;
+constexpr double even_quality = 0.78, ratio_per_quality = 8, least_quality_ratio = -1.5,
+                 most_quality_ratio = 2;
 // What a second look says against it, at the most.
-constexpr double least_log_odds = -10;
+constexpr double least_look_log_odds = -10;
 // In a scene that is not known, so many look-alikes (px^3, over the radius cubed): of the same pictures 0.4
 // of 3 to 6 px, 0.06 of 12 to 24. As much as so many pictures without any say against it.
 constexpr double look_alikes_px3 = 54, pictures_of_doubt = 10;
@@ -28,7 +29,7 @@ void BallEvidence::see(const BallObservation& ball, double log_odds) {
   if (pictures_++ > 0) again_ = std::min(again_ + again_ratio, most_again);
   const double share = 1.0 / pictures_;
   quality_ += share * (ball.quality - quality_);
-  log_odds_ += share * (std::clamp(log_odds, least_log_odds, 0.0) - log_odds_);
+  log_odds_ += share * (std::clamp(log_odds, least_look_log_odds, 0.0) - log_odds_);
   radius_px_ = pictures_ == 1 ? ball.outline.radius_px
                               : radius_px_ * std::pow(ball.outline.radius_px / radius_px_, share);
 }
@@ -38,7 +39,8 @@ void BallEvidence::miss() { again_ -= again_ratio; }
 bool BallEvidence::is_refuted() const { return again_ < refuted; }
 
 double BallEvidence::log_ratio_of_looks() const {
-  return std::clamp(ratio_per_quality * (quality_ - even_quality), least_ratio, most_ratio) + log_odds_;
+  return std::clamp(ratio_per_quality * (quality_ - even_quality), least_quality_ratio, most_quality_ratio) +
+         log_odds_;
 }
 
 double BallEvidence::usual_look_alikes() const { return look_alikes_px3 / std::pow(radius_px_, 3); }

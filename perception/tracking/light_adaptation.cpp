@@ -70,7 +70,7 @@ constexpr double sudden_change_log = 0.12;  // of a ball's log channel, from pic
 constexpr double trust = 1.25;              // times what the picture says a slow change may be
 constexpr double drift_s = 30;              // over which is forgotten what the pictures alone say
 // Of a ball to be learnt from; what is half covered says little.
-constexpr double min_quality = 0.3, min_fill = 0.4;
+constexpr double min_learning_quality = 0.3, min_learning_fill = 0.4;
 constexpr double forget_s = 300;  // without a ball, and the taught light is back
 // A change of level that the taught table serves by itself (log channels), having been learnt with some room.
 constexpr double level_room = 0.2;
@@ -282,7 +282,7 @@ void LightAdaptation::jump(const LogGain& change) {
 }
 
 void LightAdaptation::learn(const cv::Mat& bgr, const BallObservation& ball, BallLight& light) {
-  if (ball.quality < min_quality || ball.support.fill < min_fill) return;
+  if (ball.quality < min_learning_quality || ball.support.fill < min_learning_fill) return;
   const SurfaceColor now = middle_color(bgr, ball.outline);
   if (!any(now.known)) return;
   const SurfaceColor last = std::exchange(light.last, now);

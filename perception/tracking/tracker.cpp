@@ -20,7 +20,7 @@ constexpr double gate_distance2 = 16.27;
 constexpr double jump_radii = 6;
 // A ball's outline is sought so near the prediction, before its region is. And where its region shows no
 // ball, so near it and places up to a spread beside it, as where what carries the ball stops or turns.
-constexpr double reach_px = 5, reach_radii = 0.15, spread_radii = 0.6;
+constexpr double search_reach_px = 5, search_reach_radii = 0.15, spread_radii = 0.6;
 // A ball that moves less between two pictures, or whose edge is less blurred, is not smeared.
 constexpr double least_streak_radii = 0.7, sharp_edge_radii = 0.05;
 // Another light is sought so many lights a picture: often the likeliest ones, after so many pictures all.
@@ -284,14 +284,14 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
       return is_seen(followed);
     };
     // Where it is expected, or else anywhere near; a weak detection suffices where no clear one is had.
-    if (!look_for_it(reach_px, 0, true)) {
+    if (!look_for_it(search_reach_px, 0, true)) {
       for (const double quality : {min_ball_quality, expected_quality}) {
         if (is_seen(followed)) break;
         detect(bgr, window, quality, nullptr);
       }
       if (!is_seen(followed) && followed.track.state != TrackState::tentative)
-        look_for_it(std::max(reach_px, reach_radii * outline->radius_px), spread_radii * outline->radius_px,
-                    false);
+        look_for_it(std::max(search_reach_px, search_reach_radii * outline->radius_px),
+                    spread_radii * outline->radius_px, false);
     }
     if (followed.track.state != TrackState::tentative) look_for_streak(bgr, followed, *outline);
   }

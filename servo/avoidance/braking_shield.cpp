@@ -8,16 +8,16 @@ namespace ballservo {
 
 namespace {
 
-constexpr double spacing_m = 0.02;  // between places looked at, as the outermost corner moves
+constexpr double place_spacing_m = 0.02;  // between places looked at, as the outermost corner moves
 constexpr double creeping_mps = 0.10, creeping_radps = 0.30;
 
-bool finite(const Twist2& twist) { return std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps); }
+bool is_finite(const Twist2& twist) { return std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps); }
 
 }  // namespace
 
 Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                       const ShieldOptions& options, const MovingThings* moving) {
-  const double margin_m = drive_model_m + 0.5 * spacing_m;
+  const double margin_m = drive_model_m + 0.5 * place_spacing_m;
   const double corner_m = options.footprint.reach_m();
   const auto rate_mps = [corner_m](const Twist2& twist) {
     return std::abs(twist.v_mps) + std::abs(twist.w_radps) * corner_m;
@@ -27,8 +27,8 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
   const double brakes_s = options.delay_s + options.period_s;
   // A place stands for the way until half the spacing later, the last part of a brake at most.
   const UnicycleLimits& limits = options.limits;
-  const double lingers_s =
-      std::sqrt(spacing_m * std::max(1.0 / limits.a_max_mps2, 1.0 / (limits.alpha_max_radps2 * corner_m)));
+  const double lingers_s = std::sqrt(
+      place_spacing_m * std::max(1.0 / limits.a_max_mps2, 1.0 / (limits.alpha_max_radps2 * corner_m)));
   RobotMotion after;  // the command's period
 
   // No place along the way is further than half the spacing from one that is looked at.
@@ -38,13 +38,13 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
              (moving == nullptr || !moving->may_touch(options.footprint, pose, margin_m, later_s));
     };
     after = when_it_acts;
-    double to_next_m = 0.5 * spacing_m;
+    double to_next_m = 0.5 * place_spacing_m;
     for (int k = 0; k < steps; ++k) {
       const RobotMotion next = drive(after, command, options.limits, step_s, 1);
       const double step_m = step_s * rate_mps(mean_twist(after.twist, next.twist));
       if (!(step_m < to_next_m)) {
-        if (!(step_m < spacing_m) || !covers(after.pose, brakes_s + lingers_s)) return false;
-        to_next_m = spacing_m;
+        if (!(step_m < place_spacing_m) || !covers(after.pose, brakes_s + lingers_s)) return false;
+        to_next_m = place_spacing_m;
       }
       to_next_m -= step_m;
       after = next;
@@ -54,13 +54,13 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
                                     std::abs(after.twist.w_radps) / options.limits.alpha_max_radps2);
     const double way_m = 0.5 * brake_s * rate_mps(after.twist);
     double at_m = to_next_m;
-    for (; at_m < way_m; at_m += spacing_m) {
-      const double left = std::max(0.0, 1.0 - (at_m + 0.5 * spacing_m) / way_m);
+    for (; at_m < way_m; at_m += place_spacing_m) {
+      const double left = std::max(0.0, 1.0 - (at_m + 0.5 * place_spacing_m) / way_m);
       if (!covers(integrate(after.pose, after.twist, 0.5 * brake_s * at_m / way_m),
                   brakes_s + brake_s * (1.0 - std::sqrt(left))))
         return false;
     }
-    return at_m - way_m > 0.5 * spacing_m ||
+    return at_m - way_m > 0.5 * place_spacing_m ||
            covers(integrate(after.pose, after.twist, 0.5 * brake_s), brakes_s + brake_s);
   };
   // What was seen lately needs less clearance around the robot than what is half forgotten.
@@ -77,8 +77,9 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
 ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                      const ShieldOptions& options, const MovingThings* moving) {
   ShieldVerdict verdict;
-  const bool sane = finite(command) && finite(when_it_acts.twist) && std::isfinite(when_it_acts.pose.x_m) &&
-                    std::isfinite(when_it_acts.pose.y_m) && std::isfinite(when_it_acts.pose.yaw_rad);
+  const bool sane = is_finite(command) && is_finite(when_it_acts.twist) &&
+                    std::isfinite(when_it_acts.pose.x_m) && std::isfinite(when_it_acts.pose.y_m) &&
+                    std::isfinite(when_it_acts.pose.yaw_rad);
   if (!sane) {
     verdict.passed = false;
     verdict.reason = "a command or a motion is not finite";

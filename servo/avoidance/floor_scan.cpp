@@ -5,7 +5,7 @@
 namespace ballservo {
 
 namespace {
-constexpr double wide_at_m = 1.0, nearest_m = 0.05, step_m = 0.01;
+constexpr double wide_at_m = 1.0, nearest_floor_m = 0.05, scan_step_m = 0.01;
 }  // namespace
 
 FloorFan::FloorFan(const Camera& camera, const CameraMount& mount, double reach_m)
@@ -16,7 +16,8 @@ FloorFan::FloorFan(const Camera& camera, const CameraMount& mount, double reach_
   for (std::size_t k = 0; k < FloorScan::max_rays; ++k) {
     const double bearing = half_rad * (2.0 * static_cast<double>(k) / (FloorScan::max_rays - 1) - 1.0);
     double from_m = reach_m;
-    while (from_m - step_m > nearest_m && pixel(bearing, from_m - step_m)) from_m -= step_m;
+    while (from_m - scan_step_m > nearest_floor_m && pixel(bearing, from_m - scan_step_m))
+      from_m -= scan_step_m;
     if (from_m < reach_m) rays_.push_back({bearing, from_m});
   }
 }

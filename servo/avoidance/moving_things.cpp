@@ -22,7 +22,7 @@ void visit_words(int first, int last, const Visit& visit) {
 
 // What comes: no further off than this, lately, by more than so much, from one firing to the next.
 constexpr double comes_within_m = 1.5, comes_s = 1.0, comes_mps = 0.05, comes_m = 0.01;
-constexpr double same_echo_m = 0.3, same_firing_s = 1.0;
+constexpr double same_thing_m = 0.3, same_firing_s = 1.0;
 constexpr double farthest_m = 2.0;  // of a clearance
 
 }  // namespace
@@ -100,7 +100,7 @@ void MovingThings::exclude(const FloorRegion& region) {
 bool MovingThings::comes(const SonarReading& reading, const Pose2& transducer, const Heard& before) const {
   const double since_s = reading.fired_s - before.fired_s;
   if (!reading.echo || reading.range_m > comes_within_m || !(since_s > 0 && since_s < same_firing_s) ||
-      std::abs(reading.range_m - before.range_m) > same_echo_m)
+      std::abs(reading.range_m - before.range_m) > same_thing_m)
     return false;
   double nearest_m = farthest_m;
   for (int k = -8; k <= 8; ++k) {

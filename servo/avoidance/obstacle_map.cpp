@@ -7,15 +7,15 @@ namespace ballservo {
 
 namespace {
 
-constexpr float least = 0.002f, most = 0.98f;  // a map that is surer than that learns no more
+constexpr float least_chance = 0.002f, most_chance = 0.98f;  // a map that is surer than that learns no more
 // How often an observation is made where something stands and where nothing does.
 constexpr float unheard = 0.35f;  // a thing in the cone, short of the echo, is not heard
 constexpr float echo_right = 0.95f, echo_wrong = 0.02f;
-constexpr float unseen = 0.6f;  // floor is seen where something stands
+constexpr float seen_as_floor = 0.6f;  // floor is seen where something stands
 constexpr float edge_right = 0.8f, edge_wrong = 0.2f;
 
 /// Bayes' rule for "nothing is here", which is said of occupied cells with that rate.
-float emptier(float p, float missed) { return std::max(least, p * missed / (p * missed + 1.0f - p)); }
+float emptier(float p, float missed) { return std::max(least_chance, p * missed / (p * missed + 1.0f - p)); }
 
 }  // namespace
 
@@ -33,7 +33,7 @@ void ObstacleMap::move(const Pose2& pose) {
     for (int column = low.column; column <= high.column; ++column) {
       const Eigen::Vector2d p_R = in_robot_frame(pose, center_m({column, row}));
       if (started_ ? options_.footprint.distance_m(p_R) > 0.0 : p_R.norm() > reach_m) continue;
-      probability_[window_.index({column, row})] = least;
+      probability_[window_.index({column, row})] = least_chance;
     }
   }
   started_ = true;
@@ -46,7 +46,7 @@ void ObstacleMap::explain(float right, float wrong) {
   if (!(evidence > 0.0f)) return;
   // Where the cell is occupied, at least one is: p(cell | observation) = p right / evidence.
   for (const std::size_t cell : arc_) {
-    probability_[cell] = std::clamp(probability_[cell] * right / evidence, least, most);
+    probability_[cell] = std::clamp(probability_[cell] * right / evidence, least_chance, most_chance);
   }
   arc_.clear();
 }
@@ -107,7 +107,7 @@ void ObstacleMap::look_at_floor(const FloorScan& scan, const Pose2& pose_then) {
       before = cell;
       if (range_m < ray.clear_m - error_m) {
         float& chance = probability_[window_.index(cell)];
-        chance = emptier(chance, unseen);
+        chance = emptier(chance, seen_as_floor);
       } else if (edge) {
         arc_.push_back(window_.index(cell));
       }

@@ -12,10 +12,10 @@ namespace {
 
 // A new epoch after so much of motion: a cell counts as seen when its epoch began.
 constexpr double epoch_path_m = 0.01, epoch_turn_rad = 0.03;
-constexpr double same_echo_m = 0.2;  // between two firings of a transducer, while things and robot move
+constexpr double heard_again_m = 0.2;  // between two firings of a transducer, while things and robot move
 
 // What the camera says of the floor.
-constexpr double spacing_m = 0.7 * OccupancyGrid::cell_m;
+constexpr double line_spacing_m = 0.7 * OccupancyGrid::cell_m;
 constexpr unsigned lifted_every = 3;  // scans: that floor is seen where something stood is in no hurry
 constexpr double depth_m = 0.5;       // of what hides the floor beyond it no more is taken to stand there
 
@@ -24,13 +24,13 @@ template <typename Visit>
 void along(const FloorRay& ray, double width_rad, const Eigen::Vector2d& apex, double yaw_rad, double from_m,
            double to_m, const Visit& visit) {
   if (from_m > to_m) return;
-  const int lines = std::max(1, static_cast<int>(std::ceil(to_m * width_rad / spacing_m)));
-  const int steps = static_cast<int>(std::ceil((to_m - from_m) / spacing_m));
+  const int lines = std::max(1, static_cast<int>(std::ceil(to_m * width_rad / line_spacing_m)));
+  const int steps = static_cast<int>(std::ceil((to_m - from_m) / line_spacing_m));
   for (int line = 0; line < lines; ++line) {
     const double angle = yaw_rad + ray.bearing_rad + width_rad * ((line + 0.5) / lines - 0.5);
     const double c = std::cos(angle), s = std::sin(angle);
     for (int k = 0; k <= steps; ++k) {
-      const double range_m = std::min(from_m + k * spacing_m, to_m);
+      const double range_m = std::min(from_m + k * line_spacing_m, to_m);
       visit(OccupancyGrid::cell_at(apex.x() + range_m * c, apex.y() + range_m * s));
     }
   }
@@ -180,7 +180,7 @@ void OccupancyGrid::look(const SonarReading& reading, const Pose2& pose_then) {
   if (!started_ || !transducer) return;
   double& last_range_m = last_range_m_[reading.transducer];
   const double both_m = std::min(reading.range_m, last_range_m);
-  const bool heard_before = std::abs(reading.range_m - last_range_m) < same_echo_m;
+  const bool heard_before = std::abs(reading.range_m - last_range_m) < heard_again_m;
   last_range_m = reading.range_m;
   const double radius_m = std::min(both_m - options_.range_error_m, options_.look_range_m);
   if (both_m > options_.beam.min_range_m && radius_m > cell_m) {  // no nearer echo can be told apart

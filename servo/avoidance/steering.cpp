@@ -19,9 +19,9 @@ constexpr int place_every = 3;
 constexpr double nearest_place_m = 0.4, farthest_place_m = 12.0, look_m = 3.0, known_m2 = 0.05;
 constexpr double law_gap_m = 0.20;  // beside the body, where the law drives straight
 constexpr double ahead_m = 0.20, least_ahead_m = 0.25, most_ahead_m = 0.60;  // of pursuit, and the gap
-constexpr double there_m = 0.09;                     // 3/4 of a block: a pose so near is turned at
-constexpr double speed_mps = 0.6, turn_radps = 1.0;  // at most, among obstacles
-constexpr double slow_mps = 0.05;                    // no slower ahead at a way's end
+constexpr double there_m = 0.09;                          // 3/4 of a block: a pose so near is turned at
+constexpr double speed_mps = 0.6, most_turn_radps = 1.0;  // at most, among obstacles
+constexpr double slow_mps = 0.05;                         // no slower ahead at a way's end
 constexpr double turn_gain_per_s = 2.2;
 constexpr double sharp_rad = 0.7;      // a heading further aside is turned to on the spot
 constexpr double braking_share = 0.6;  // of the drive's deceleration that the barrier counts on
@@ -211,7 +211,7 @@ SteeringOutput Steering::follow(const SteeringInput& input) {
     aside = wrap_angle(std::atan2(way_.poses[next].y_m - pose.y_m, way_.poses[next].x_m - pose.x_m) -
                        pose.yaw_rad + (astern ? M_PI : 0.0));
   }
-  output.command.w_radps = std::clamp(turn_gain_per_s * aside, -turn_radps, turn_radps);
+  output.command.w_radps = std::clamp(turn_gain_per_s * aside, -most_turn_radps, most_turn_radps);
   double speed = astern ? recovery_back_mps : std::min(speed_mps, 0.25 + 0.7 * gap_m);
   if (input.distance_m > 0.0) {  // to rest at the way's end
     double to_end_m = away_m(way_.poses[at]);

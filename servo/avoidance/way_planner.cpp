@@ -13,9 +13,9 @@ constexpr std::size_t most_expanded = 6000, most_waiting = 65536;
 
 // Costs in metres on open floor.
 constexpr double turn_m_per_rad = 0.35;  // on the spot
-constexpr double astern = 2.5;           // times as much as ahead: slower, and nobody looks
+constexpr double astern_cost = 2.5;      // times as much as ahead: slower, and nobody looks
 constexpr double facing_rad = 0.25;      // a way ends no further aside of the ball
-constexpr double unseen = 1.0;           // so much more while the ball is out of the picture
+constexpr double unseen_cost = 1.0;      // so much more while the ball is out of the picture
 // Where the robot is too near to something already: so much, and more for each metre of gap that is missing.
 constexpr double leaving_price = 12.0, leaving_per_m = 8.0;
 
@@ -39,12 +39,13 @@ int nearest_heading(double yaw_rad) {
 }
 
 /// How far the ball is aside of straight ahead.
-double aside_rad(const WayRequest& request, const Pose2& pose) {
+double ball_aside_rad(const WayRequest& request, const Pose2& pose) {
   const double bearing_rad = std::atan2(request.p_OB.y() - pose.y_m, request.p_OB.x() - pose.x_m);
   return std::abs(wrap_angle(bearing_rad - pose.yaw_rad));
 }
 
-constexpr std::int32_t states = NavigationFunction::size * NavigationFunction::size * WayPlanner::headings;
+constexpr std::int32_t way_states =
+    NavigationFunction::size * NavigationFunction::size * WayPlanner::headings;
 
 std::int32_t state_of(const NavigationFunction::Block& block, int heading) {
   return static_cast<std::int32_t>(NavigationFunction::index(block)) * WayPlanner::headings + heading;
@@ -60,7 +61,7 @@ Pose2 pose_of(const NavigationFunction& navigation, std::int32_t state) {
 
 }  // namespace
 
-WayPlanner::WayPlanner() : nodes_(static_cast<std::size_t>(states), Node{0, 0, 0, false}) {
+WayPlanner::WayPlanner() : nodes_(static_cast<std::size_t>(way_states), Node{0, 0, 0, false}) {
   heap_.reserve(most_waiting);
 }
 
@@ -85,11 +86,11 @@ double WayPlanner::move_cost_m(NavigationFunction& navigation, const WayRequest&
   if (cost_m < 1e-6) {
     cost_m = turn_m_per_rad * std::abs(wrap_angle(to.yaw_rad - from.yaw_rad));
   } else if (way.x() * std::cos(from.yaw_rad) + way.y() * std::sin(from.yaw_rad) < 0.0) {
-    cost_m *= astern;
+    cost_m *= astern_cost;
   }
   if (request.half_view_rad > 0.0) {
-    if (aside_rad(request, to) > request.half_view_rad || !navigation.sees_ball(navigation.block_at(p)))
-      price += unseen;
+    if (ball_aside_rad(request, to) > request.half_view_rad || !navigation.sees_ball(navigation.block_at(p)))
+      price += unseen_cost;
   }
   return cost_m * price;
 }
@@ -99,7 +100,7 @@ bool WayPlanner::ends(const NavigationFunction& navigation, const WayRequest& re
   const NavigationFunction::Block block = navigation.block_at({pose.x_m, pose.y_m});
   if (!NavigationFunction::inside(block) || !navigation.is_goal(block)) return false;
   return request.half_view_rad <= 0.0 ||
-         aside_rad(request, pose) <= std::min(facing_rad, request.half_view_rad);
+         ball_aside_rad(request, pose) <= std::min(facing_rad, request.half_view_rad);
 }
 
 bool WayPlanner::plan(NavigationFunction& navigation, const WayRequest& request, Way& way) {

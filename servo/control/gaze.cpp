@@ -9,8 +9,8 @@ namespace ballservo {
 
 namespace {
 constexpr double gain_per_s = 6.0;  // with the loop's delay predicted, a fifth of what is stable at 30 Hz
-constexpr double nearest_m = 0.05;  // a ball nearer to the pan's axis has no azimuth
-constexpr double scan_radps = 1.4;  // as the robot turns while it searches
+constexpr double nearest_ball_m = 0.05;  // a ball nearer to the pan's axis has no azimuth
+constexpr double scan_radps = 1.4;       // as the robot turns while it searches
 constexpr double at_stop_rad = 0.1;
 }  // namespace
 
@@ -22,7 +22,7 @@ Gaze::Gaze(const CameraMount& mount, double aside_max_rad, double actuation_dela
 
 double Gaze::follow(double time_s, const PanMotion& now, const Target& target, const Twist2& twist) {
   const Eigen::Vector2d p = target.p_RB - Eigen::Vector2d(mount_.forward_m, 0);
-  if (!(p.norm() > nearest_m)) return look_aside(0, time_s, now);
+  if (!(p.norm() > nearest_ball_m)) return look_aside(0, time_s, now);
   // In the robot's axes: the ball's own velocity less that of the floor under it.
   const Eigen::Vector2d v(target.v_RB.x() - twist.v_mps + twist.w_radps * target.p_RB.y(),
                           target.v_RB.y() - twist.w_radps * target.p_RB.x());

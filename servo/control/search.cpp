@@ -6,11 +6,11 @@ namespace ballservo {
 
 namespace {
 
-constexpr double turn_radps = 0.7;      // 43 frames a radian at 30 Hz
-constexpr double aside_rad = 0.6;       // of the first turn: half a wide picture
+constexpr double search_radps = 0.7;    // 43 frames a radian at 30 Hz
+constexpr double first_turn_rad = 0.6;  // of the first turn: half a wide picture
 constexpr double whole_turn_rad = 6.8;  // and the ball's width over a full turn
 constexpr double turning_radps = 0.1,
-                 standing_s = 0.8;    // slower for so long: the shield lets it turn no further
+                 held_back_s = 0.8;   // slower for so long: the shield lets it turn no further
 constexpr int most_flips = 2;         // both ways have been tried
 constexpr double excursion_s = 15.0;  // 4 m through gaps, at 0.25 to 0.6 m/s
 constexpr double shortest_excursion_m = 0.4, arrived_m = 0.15;
@@ -45,13 +45,13 @@ void Search::begin_turn_back(double time_s, double yaw_rad) {
 bool Search::turn(double time_s, const Twist2& twist) {
   const bool looks = turned_rad_ == 0.0 && time_s - turn_since_s_ < look_s;
   if (looks || std::abs(twist.w_radps) > turning_radps) turning_s_ = time_s;
-  if (time_s - turning_s_ > standing_s) {
+  if (time_s - turning_s_ > held_back_s) {
     sign_ = -sign_;
     ++flips_;
     turning_s_ = time_s;
   }
   // Where a robot is set down, the ball is rather ahead than behind.
-  if (!looked_aside_ && turned_rad_ >= aside_rad) {
+  if (!looked_aside_ && turned_rad_ >= first_turn_rad) {
     looked_aside_ = true;
     turned_rad_ = 0;
     sign_ = -sign_;
@@ -63,7 +63,7 @@ bool Search::turn(double time_s, const Twist2& twist) {
 
 Twist2 Search::turn_command(double time_s) const {
   if (turned_rad_ == 0.0 && time_s - turn_since_s_ < look_s) return {};
-  return {0.0, sign_ * turn_radps};
+  return {0.0, sign_ * search_radps};
 }
 
 void Search::set_out(double time_s, const Pose2& pose, const Eigen::Vector2d& p_O) {

@@ -21,16 +21,17 @@ namespace {
 
 using testing::HasSubstr;
 
-const Camera camera(test::camera_parameters(LensModel::brown, 533, {-0.28, 0.05, 1e-3, -5e-4, 0.09}));
+const Camera brown_camera(test::camera_parameters(LensModel::brown, 533, {-0.28, 0.05, 1e-3, -5e-4, 0.09}));
 
 /// Pictures of boards that stand at different places, 8-bit BGR.
 std::vector<cv::Mat> board_photographs(int count) {
   RandomEngine engine = random_stream(5, "board pictures");
   std::vector<cv::Mat> pictures;
   for (int i = 0; i < count; ++i) {
-    const auto placed = test::random_place(camera, test::chessboard, engine, 0.6, 0.25, 0.5, 12);
-    cv::cvtColor(test::photographed(test::painted_chessboard(camera, test::chessboard, placed, 3), 1, engine),
-                 pictures.emplace_back(), cv::COLOR_GRAY2BGR);
+    const auto placed = test::random_place(brown_camera, test::chessboard, engine, 0.6, 0.25, 0.5, 12);
+    cv::cvtColor(
+        test::photographed(test::painted_chessboard(brown_camera, test::chessboard, placed, 3), 1, engine),
+        pictures.emplace_back(), cv::COLOR_GRAY2BGR);
   }
   return pictures;
 }
@@ -141,7 +142,7 @@ TEST_F(BoardFiles, AnotherBoardThanNamedIsRefusedWithItsSize) {
 
 TEST(CameraReport, HoldsWhatThePageShows) {
   CameraReportInput input;
-  input.views = test::random_views(camera, 8, 0.1, 3);
+  input.views = test::random_views(brown_camera, 8, 0.1, 3);
   const BoardCalibration calibration =
       calibrate_from_boards({640, 480}, input.views, test::only(LensModel::brown));
   input.calibration = &calibration;

@@ -12,7 +12,7 @@ CsvTable parsed(const std::string& text) {
   return parse_csv(text, "t.csv", {"source", "distance_m"}, {"sigma_m"});
 }
 
-std::string faults_of(const std::string& text) {
+std::string csv_faults(const std::string& text) {
   return test::fault_lines([&] { parsed(text); });
 }
 
@@ -31,17 +31,17 @@ TEST(CsvTables, AsSpreadsheetsWriteThem) {
 }
 
 TEST(CsvTables, FaultsWithTheirLines) {
-  EXPECT_NE(faults_of("").find("no heading"), std::string::npos);
-  EXPECT_NE(faults_of("source\n").find("no column distance_m"), std::string::npos);
-  EXPECT_NE(faults_of("source,distance_m,source\n").find("twice"), std::string::npos);
-  EXPECT_NE(faults_of("source,distance_m,colour\n").find("\"colour\""), std::string::npos);
-  const std::string faults = faults_of("source,distance_m\na\nb,1\nc,1,2\n");
+  EXPECT_NE(csv_faults("").find("no heading"), std::string::npos);
+  EXPECT_NE(csv_faults("source\n").find("no column distance_m"), std::string::npos);
+  EXPECT_NE(csv_faults("source,distance_m,source\n").find("twice"), std::string::npos);
+  EXPECT_NE(csv_faults("source,distance_m,colour\n").find("\"colour\""), std::string::npos);
+  const std::string faults = csv_faults("source,distance_m\na\nb,1\nc,1,2\n");
   EXPECT_NE(faults.find("t.csv:2: found 1 cells"), std::string::npos) << faults;
   EXPECT_NE(faults.find("t.csv:4: found 3 cells"), std::string::npos) << faults;
-  EXPECT_NE(faults_of("source,distance_m\n\"a,1\n").find("t.csv:2: found a quote"), std::string::npos);
-  EXPECT_NE(faults_of("source,distance_m\n\"a\"b,1\n").find("after a closing quote"), std::string::npos);
-  EXPECT_NE(faults_of(std::string(5u << 20, 'a')).find("bytes"), std::string::npos);
-  EXPECT_NE(faults_of(std::string(1000, ',')).find("too many cells"), std::string::npos);
+  EXPECT_NE(csv_faults("source,distance_m\n\"a,1\n").find("t.csv:2: found a quote"), std::string::npos);
+  EXPECT_NE(csv_faults("source,distance_m\n\"a\"b,1\n").find("after a closing quote"), std::string::npos);
+  EXPECT_NE(csv_faults(std::string(5u << 20, 'a')).find("bytes"), std::string::npos);
+  EXPECT_NE(csv_faults(std::string(1000, ',')).find("too many cells"), std::string::npos);
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ std::string exif(int orientation, bool big) {
          number(static_cast<std::uint32_t>(orientation), 2, big) + number(0, 2, big) + number(0, 4, big);
 }
 
-std::string encoded(const std::string& extension, const cv::Mat& image) {
+std::string encoded_sample(const std::string& extension, const cv::Mat& image) {
   std::vector<uchar> bytes;
   EXPECT_TRUE(cv::imencode(extension, image, bytes));
   return {bytes.begin(), bytes.end()};
@@ -86,7 +86,7 @@ std::string encoded(const std::string& extension, const cv::Mat& image) {
 
 std::string jpeg_with(const cv::Mat& image, const std::string& tiff) {
   const std::string body = std::string("Exif\0\0", 6) + tiff;
-  std::string bytes = encoded(".jpg", image);
+  std::string bytes = encoded_sample(".jpg", image);
   return bytes.insert(2, "\xFF\xE1" + number(static_cast<std::uint32_t>(body.size() + 2), 2, true) + body);
 }
 
@@ -100,7 +100,7 @@ std::uint32_t crc(const std::string& text) {
 }
 
 std::string png_with(const cv::Mat& image, const std::string& tiff) {
-  std::string bytes = encoded(".png", image);
+  std::string bytes = encoded_sample(".png", image);
   const std::string chunk = "eXIf" + tiff;
   return bytes.insert(
       33, number(static_cast<std::uint32_t>(tiff.size()), 4, true) + chunk + number(crc(chunk), 4, true));

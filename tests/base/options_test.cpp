@@ -84,11 +84,11 @@ std::vector<std::string> texts_of(const std::vector<Fault>& faults) {
   return texts;
 }
 
-std::vector<std::string> faults_in(const std::string& text) {
+std::vector<std::string> option_faults(const std::string& text) {
   return texts_of(test::faults_of([&] { read(text); }));
 }
 
-std::vector<std::string> faults_of(const Sample& sample) {
+std::vector<std::string> sample_faults(const Sample& sample) {
   FaultList faults;
   Sample copy = sample;
   OptionChecker checker(faults, "sample");
@@ -120,8 +120,9 @@ TEST(OptionReader, ReadsWhatTheFileSaysAndKeepsTheRest) {
 
 TEST(OptionReader, SaysEveryFaultAtOnce) {
   EXPECT_THAT(
-      faults_in("count: 10\non: yes\nshape: ball\nheight_m: 0.5\npart:\n  speed_mps: 0\n  range_m: [2, 1]\n"
-                "thing: {}\nthings:\n  - {size_m: .nan}\nunknown: 1\n"),
+      option_faults(
+          "count: 10\non: yes\nshape: ball\nheight_m: 0.5\npart:\n  speed_mps: 0\n  range_m: [2, 1]\n"
+          "thing: {}\nthings:\n  - {size_m: .nan}\nunknown: 1\n"),
       testing::UnorderedElementsAre(
           "f.yaml:1: count: found 10; allowed: a whole number from 1 to 9",
           "f.yaml:2: on: found yes; allowed: true or false",
@@ -135,7 +136,7 @@ TEST(OptionReader, SaysEveryFaultAtOnce) {
 
 TEST(OptionChecker, JudgesAStructByTheSameDeclaration) {
   Sample sample;
-  EXPECT_THAT(faults_of(sample), ElementsAre());
+  EXPECT_THAT(sample_faults(sample), ElementsAre());
   sample.count = 0;
   sample.radius_m = 2;
   sample.height_m = 2;  // of a box, which it is not
@@ -144,7 +145,7 @@ TEST(OptionChecker, JudgesAStructByTheSameDeclaration) {
   sample.part.range_m = {2, 1};
   sample.thing = Thing{-1};
   sample.things = {{1}, {0}, {std::numeric_limits<double>::infinity()}};
-  EXPECT_THAT(faults_of(sample),
+  EXPECT_THAT(sample_faults(sample),
               ElementsAre("sample.count: found 0; allowed: a whole number from 1 to 9",
                           "sample.radius_m: found 2; allowed: a number from 0 to 1 (m)",
                           "sample.angle_rad: found NaN; allowed: a number from -1 to 1 (rad)",

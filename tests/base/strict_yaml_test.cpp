@@ -16,7 +16,7 @@ using test::faults_of;
 using testing::HasSubstr;
 
 /// The faults of reading `text` by `reader`, which includes unknown keys.
-std::vector<Fault> faults_in(const std::string& text, const std::function<void(YamlNode)>& reader) {
+std::vector<Fault> reading_faults(const std::string& text, const std::function<void(YamlNode)>& reader) {
   return faults_of([&] {
     StrictYaml yaml = StrictYaml::from_text(text, "file.yaml");
     reader(yaml.root());
@@ -63,7 +63,7 @@ TEST(StrictYaml, ReadsWhatIsThere) {
 }
 
 TEST(StrictYaml, NamesEveryFaultAtOnceWithItsLine) {
-  const auto faults = faults_in("a: -1\nb: text\nc: 3\nd: [1, x]\nd: 2\n", [](YamlNode root) {
+  const auto faults = reading_faults("a: -1\nb: text\nc: 3\nd: [1, x]\nd: 2\n", [](YamlNode root) {
     root.number("a", NumberRange::above(0, "m"));
     root.number("b", NumberRange::any("m"));
     root.numbers("d", NumberRange::any(""), 2);
@@ -85,11 +85,12 @@ TEST(StrictYaml, TellsNumbersFromText) {
   const auto read = [](YamlNode root) { root.number("a", NumberRange::any("")); };
   for (const char* value : {"\"1\"", "'1'", ".nan", ".inf", "-.inf", "nan", "0x10", "1,5", "1e999", "[1]",
                             "{b: 1}", "|\n  1", "~", ""}) {
-    EXPECT_EQ(faults_in("a: " + std::string(value) + "\n", read).size(), 1u) << value;
+    EXPECT_EQ(reading_faults("a: " + std::string(value) + "\n", read).size(), 1u) << value;
   }
   for (const char* value : {"\"true\"", "yes", "1", "True"}) {
-    EXPECT_EQ(faults_in("a: " + std::string(value) + "\n", [](YamlNode root) { root.boolean("a"); }).size(),
-              1u);
+    EXPECT_EQ(
+        reading_faults("a: " + std::string(value) + "\n", [](YamlNode root) { root.boolean("a"); }).size(),
+        1u);
   }
   StrictYaml yaml = StrictYaml::from_text("a: 010\nb: '010'\n", "f");
   EXPECT_EQ(yaml.root().integer("a", 0, 100), 10);
@@ -126,40 +127,42 @@ TEST(StrictYaml, AnEmptyFileIsOneFault) {
 }
 
 TEST(StrictYaml, MissesAnEmptyDocumentOnlyWhereKeysAreRequired) {
-  EXPECT_TRUE(
-      faults_in("# nothing\n", [](YamlNode root) { root.number("a", NumberRange::any(""), 1.0); }).empty());
-  EXPECT_EQ(faults_in("# nothing\n", [](YamlNode root) { root.number("a", NumberRange::any("")); }).size(),
-            1u);
-  only(faults_in("[1, 2]\n", [](YamlNode root) {
+  EXPECT_TRUE(reading_faults("# nothing\n", [](YamlNode root) {
+                root.number("a", NumberRange::any(""), 1.0);
+              }).empty());
+  EXPECT_EQ(
+      reading_faults("# nothing\n", [](YamlNode root) { root.number("a", NumberRange::any("")); }).size(),
+      1u);
+  only(reading_faults("[1, 2]\n", [](YamlNode root) {
     root.number("a", NumberRange::any(""));
     root.number("b", NumberRange::any(""));
   }));
 }
 
 TEST(StrictYaml, ReportsAMissingMapOnceAndNotItsKeys) {
-  EXPECT_THAT(only(faults_in("a: 1\n",
-                             [](YamlNode root) {
-                               root.number("a", NumberRange::any(""));
-                               root.map("camera").map("noise").number("read", NumberRange::any(""));
-                             })),
+  EXPECT_THAT(only(reading_faults("a: 1\n",
+                                  [](YamlNode root) {
+                                    root.number("a", NumberRange::any(""));
+                                    root.map("camera").map("noise").number("read", NumberRange::any(""));
+                                  })),
               HasSubstr("camera: found nothing"));
-  EXPECT_THAT(only(faults_in("a: {b: 1, c: {d: 1}}\n",
-                             [](YamlNode root) { root.number("a", NumberRange::any("")); })),
+  EXPECT_THAT(only(reading_faults("a: {b: 1, c: {d: 1}}\n",
+                                  [](YamlNode root) { root.number("a", NumberRange::any("")); })),
               HasSubstr("a: found a map"));
 }
 
 TEST(StrictYaml, FindsUnknownKeysAtAnyDepth) {
-  EXPECT_THAT(only(faults_in("balls:\n  - {name: x}\n  - name: y\n    colour: red\n",
-                             [](YamlNode root) {
-                               for (YamlNode ball : root.list("balls")) ball.text("name");
-                             })),
+  EXPECT_THAT(only(reading_faults("balls:\n  - {name: x}\n  - name: y\n    colour: red\n",
+                                  [](YamlNode root) {
+                                    for (YamlNode ball : root.list("balls")) ball.text("name");
+                                  })),
               HasSubstr("file.yaml:4: balls[1].colour: found an unknown key; allowed: one of name"));
-  EXPECT_THAT(only(faults_in("<<: {a: 1}\n", [](YamlNode) {})), HasSubstr("unknown key"));
+  EXPECT_THAT(only(reading_faults("<<: {a: 1}\n", [](YamlNode) {})), HasSubstr("unknown key"));
 }
 
 TEST(StrictYaml, TakesAReadersOwnFaults) {
-  EXPECT_THAT(only(faults_in("x:\n  file: none\n",
-                             [](YamlNode root) { root.map("x").fault("file", "none", "a file"); })),
+  EXPECT_THAT(only(reading_faults("x:\n  file: none\n",
+                                  [](YamlNode root) { root.map("x").fault("file", "none", "a file"); })),
               HasSubstr("file.yaml:2: x.file: found none; allowed: a file"));
 }
 

@@ -19,7 +19,7 @@ namespace {
 using test::camera_examples;
 using test::camera_parameters;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Pixels all over the picture and a little beyond.
@@ -98,12 +98,12 @@ TEST_P(EveryCamera, TheAxisReachesThePrincipalPoint) {
 }
 
 TEST_P(EveryCamera, WhatCannotBeSeenIsNothing) {
-  for (const Eigen::Vector3d& p_C : {Eigen::Vector3d(nan, 0, 1), Eigen::Vector3d(0, infinity, 1),
+  for (const Eigen::Vector3d& p_C : {Eigen::Vector3d(not_a_number, 0, 1), Eigen::Vector3d(0, infinity, 1),
                                      Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, -1)}) {
     EXPECT_FALSE(camera.project(p_C)) << p_C.transpose();
     EXPECT_FALSE(camera.project_jacobian(p_C)) << p_C.transpose();
   }
-  EXPECT_FALSE(camera.unproject({nan, 3}));
+  EXPECT_FALSE(camera.unproject({not_a_number, 3}));
   EXPECT_FALSE(camera.unproject({3, -infinity}));
 }
 
@@ -257,15 +257,15 @@ TEST(CameraParametersCheck, NamesEveryFault) {
   CameraParameters p;
   p.model = LensModel::brown;
   p.size = {0, 70000};
-  p.fx_px = nan, p.fy_px = -533, p.cx_px = infinity, p.cy_px = nan;
-  p.coefficients = {nan, 0, infinity, 0, 0, 0, 3, 0};
+  p.fx_px = not_a_number, p.fy_px = -533, p.cx_px = infinity, p.cy_px = not_a_number;
+  p.coefficients = {not_a_number, 0, infinity, 0, 0, 0, 3, 0};
   const auto faults = test::faults_of([&] { Camera(p, "bad.yaml"); });
   EXPECT_EQ(faults.size(), 9u);
   for (const Fault& fault : faults) EXPECT_EQ(fault.place.rfind("bad.yaml", 0), 0u);
 }
 
 TEST(CameraParametersCheck, FocalLengthsAboveZeroAndPrincipalPointNearThePicture) {
-  for (const double focal : {0.0, -1.0, nan, infinity}) {
+  for (const double focal : {0.0, -1.0, not_a_number, infinity}) {
     CameraParameters p = camera_parameters(LensModel::pinhole, 500, {});
     p.fy_px = focal;
     EXPECT_THROW(Camera{p}, InputError) << focal;

@@ -10,7 +10,6 @@
 namespace ballservo {
 namespace {
 
-constexpr double degree = 0.017453292519943295;
 constexpr std::uint64_t first_seed = 500, seeds = 9;
 
 std::vector<RunSummary> runs_of(const std::string& name, const std::vector<std::string>& sets = {}) {
@@ -35,7 +34,7 @@ TEST(MovingBall, IsFollowedThroughItsBounces) {
     EXPECT_EQ(run.ball_contacts, 0);
   }
   EXPECT_LE(median_of(runs, &RunSummary::range_rms_m), 0.015);
-  EXPECT_LE(median_of(runs, &RunSummary::bearing_rms_rad), 0.3 * degree);
+  EXPECT_LE(median_of(runs, &RunSummary::bearing_rms_rad), 0.3 * M_PI / 180);
 }
 
 TEST(FleeingBall, IsCaughtUpWithOnTheOpenFloor) {

@@ -11,8 +11,8 @@
 namespace ballservo {
 namespace {
 
-const MethodList methods{find_fit_method("paper_one_step"), find_fit_method("paper_steps_2"),
-                         find_fit_method("paper_converged")};
+const MethodList tested_methods{find_fit_method("paper_one_step"), find_fit_method("paper_steps_2"),
+                                find_fit_method("paper_converged")};
 
 MethodFit fit_of(const UndistortedCircle& circle) {
   MethodFit fit;
@@ -48,7 +48,7 @@ ComparisonRecord record(double start_px, std::uint64_t index) {
 
 // Condition 0 is what rules are made on, condition 1 what they are tested on.
 Certificate trained_and_tested(double largest_start_px, double tested_start_px, std::uint64_t frames = 300) {
-  CertificateStudy study(methods);
+  CertificateStudy study(tested_methods);
   for (std::uint64_t k = 0; k < frames; ++k) {
     RandomEngine engine = random_stream(2, "certificate_test/start", k);
     study.add(0, record(uniform(engine, 0, largest_start_px), k));
@@ -78,7 +78,7 @@ TEST(Certificate, CatchesBreaksOnConditionsItWasNotMadeOn) {
 }
 
 TEST(Certificate, CatchesTheOneBreakThatWasMadeOnPurpose) {
-  CertificateStudy study(methods);
+  CertificateStudy study(tested_methods);
   for (std::uint64_t k = 0; k < 200; ++k) {
     RandomEngine engine = random_stream(3, "certificate_test/start", k);
     study.add(0, record(uniform(engine, 0, 8), k));
@@ -127,7 +127,7 @@ TEST(Certificate, SeesNothingOfTheConditionsItIsTestedOn) {
 
 // Step lengths that say nothing: whoever has a good area there is looking at the answer.
 TEST(Certificate, IsChanceWhereTheFitKnowsNothing) {
-  CertificateStudy study(methods);
+  CertificateStudy study(tested_methods);
   for (std::uint64_t k = 0; k < 600; ++k) {
     RandomEngine engine = random_stream(4, "certificate_test/chance", k);
     ComparisonRecord frame = record(uniform(engine, 0, 8), k);
@@ -142,7 +142,7 @@ TEST(Certificate, IsChanceWhereTheFitKnowsNothing) {
 
 // Both fits on something else than the ball: what they say of each other says nothing of balls.
 TEST(Certificate, LeavesOutFramesInWhichNeitherFitIsAtTheBall) {
-  CertificateStudy study(methods);
+  CertificateStudy study(tested_methods);
   for (std::uint64_t k = 0; k < 40; ++k) {
     ComparisonRecord frame = record(3, k);
     if (k >= 30) frame.truth.outline->center_px.x() += 500;
@@ -155,7 +155,7 @@ TEST(Certificate, LeavesOutFramesInWhichNeitherFitIsAtTheBall) {
 
 // As many frames as there are: what is kept of them is bounded, evenly spread, and says the same.
 TEST(Certificate, KeepsABoundedNumberOfFrames) {
-  CertificateStudy study(methods);
+  CertificateStudy study(tested_methods);
   std::vector<ComparisonRecord> some;
   for (std::uint64_t k = 0; k < 64; ++k) some.push_back(record(static_cast<double>(k) / 8, k));
   for (std::size_t k = 0; k < 450000; ++k) study.add(k < 225000 ? 1 : 0, some[(k * 7 + k / 64) % 64]);

@@ -37,11 +37,11 @@ struct Pictures {
   }
 };
 
-std::vector<Fault> faults_of(const PictureFilesOptions& options) {
+std::vector<Fault> files_faults(const PictureFilesOptions& options) {
   return test::faults_of([&] { PictureFiles source(options); });
 }
 
-bool any_at(const std::vector<Fault>& faults, const std::string& part) {
+bool any_speaks_of(const std::vector<Fault>& faults, const std::string& part) {
   return std::any_of(faults.begin(), faults.end(), [&](const Fault& fault) {
     return (fault.place + fault.found).find(part) != std::string::npos;
   });
@@ -72,16 +72,16 @@ TEST(PictureFiles, FitsStartFromTheTruthAndFindTheDisc) {
 
 TEST(PictureFiles, SaysEveryFaultAtOnce) {
   const Pictures pictures;
-  const std::vector<Fault> faults = faults_of(pictures.with(
+  const std::vector<Fault> faults = files_faults(pictures.with(
       "source,frame,ball_id,cx_px,cy_px,r_px\na.png,0,,130,91,30\na.png,0,,130,91,30\nnone.png,0,,1,2,3\n"
       "b.png,0,,130,,30\nb.png,0,2,x,91,-3\n../truth.csv,0,,1,2,3\n"));
   for (const std::string part : {"a.png again", "none.png", "r_px", "cx_px", "../truth.csv"})
-    EXPECT_TRUE(any_at(faults, part)) << part;
-  EXPECT_FALSE(faults_of(pictures.with("source\n")).empty());
-  EXPECT_FALSE(faults_of(pictures.with("picture\na.png\n")).empty());
+    EXPECT_TRUE(any_speaks_of(faults, part)) << part;
+  EXPECT_FALSE(files_faults(pictures.with("source\n")).empty());
+  EXPECT_FALSE(files_faults(pictures.with("picture\na.png\n")).empty());
   PictureFilesOptions votes = pictures.with("source\na.png\n");
   votes.start_at_truth = false;
-  EXPECT_TRUE(any_at(faults_of(votes), "--colors"));
+  EXPECT_TRUE(any_speaks_of(files_faults(votes), "--colors"));
 }
 
 TEST(ComparisonArchive, ComesBackAsItWas) {

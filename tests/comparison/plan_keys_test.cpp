@@ -15,7 +15,7 @@ using ::testing::Not;
 
 constexpr const char* small_plan = "frames: 1\nconditions: [{name: a}]\n";
 
-std::string faults_of(const std::string& text) {
+std::string plan_fault_lines(const std::string& text) {
   return "\n" + test::fault_lines([&] { parse_comparison_plan(text, "plan.yaml", "."); });
 }
 
@@ -45,7 +45,7 @@ TEST(PlanKeys, EachDefaultIsAccepted) {
   for (const OptionRow& row : plan_keys()) {
     if (!test::has_default(row)) continue;
     ++tried;
-    EXPECT_THAT(faults_of(test::with_value(small_plan, row, row.fallback)),
+    EXPECT_THAT(plan_fault_lines(test::with_value(small_plan, row, row.fallback)),
                 Not(HasSubstr(": " + test::of_first_item(row.path) + ":")));
   }
   EXPECT_GT(tried, 40);
@@ -55,7 +55,7 @@ TEST(PlanKeys, WhatIsOutsideIsRefusedWithItsPlace) {
   for (const OptionRow& row : plan_keys()) {
     if (is_varied(row)) continue;
     for (const std::string& value : test::values_outside(row)) {
-      EXPECT_THAT(faults_of(test::with_value(small_plan, row, value)),
+      EXPECT_THAT(plan_fault_lines(test::with_value(small_plan, row, value)),
                   HasSubstr("plan.yaml:1: " + test::of_first_item(row.path) + ": found "))
           << value;
     }

@@ -12,11 +12,11 @@
 namespace ballservo {
 namespace {
 
-std::vector<Fault> faults_of(const std::string& text) {
+std::vector<Fault> plan_faults(const std::string& text) {
   return test::faults_of([&] { parse_comparison_plan(text, "plan.yaml", "."); });
 }
 
-bool any_at(const std::vector<Fault>& faults, const std::string& part) {
+bool any_at_place(const std::vector<Fault>& faults, const std::string& part) {
   return std::any_of(faults.begin(), faults.end(),
                      [&](const Fault& fault) { return fault.place.find(part) != std::string::npos; });
 }
@@ -46,7 +46,7 @@ TEST(ComparisonPlan, AllMethodsWhereNoneIsNamed) {
 }
 
 TEST(ComparisonPlan, SaysEveryFaultAtOnce) {
-  const std::vector<Fault> faults = faults_of(
+  const std::vector<Fault> faults = plan_faults(
       "frames: 0\n"
       "methods: [vote, best, vote]\n"
       "colour: red\n"
@@ -57,7 +57,7 @@ TEST(ComparisonPlan, SaysEveryFaultAtOnce) {
       "- {camera: {focal_px: 0, width_px: 1}}\n");
   for (const std::string part : {"frames", "methods", "colour", "depth_m", "red", "name", "blur_px",
                                  "occlusion", "color", "diameter_m", "focal_px", "width_px"}) {
-    EXPECT_TRUE(any_at(faults, part)) << part;
+    EXPECT_TRUE(any_at_place(faults, part)) << part;
   }
   EXPECT_GE(faults.size(), 13u);
   for (const Fault& fault : faults) {
@@ -67,18 +67,18 @@ TEST(ComparisonPlan, SaysEveryFaultAtOnce) {
 }
 
 TEST(ComparisonPlan, RefusesWhatCannotBeRendered) {
-  EXPECT_TRUE(any_at(faults_of("conditions: [{name: a, depth_m: 0.03}]"), "conditions"));
-  EXPECT_TRUE(any_at(faults_of("conditions: [{name: a, off_axis_rad: 0.5}]"), "conditions"));
-  EXPECT_TRUE(any_at(faults_of("conditions: [{name: a, ball: {diameter_m: 1.5}}]"), "conditions"));
-  EXPECT_TRUE(faults_of("conditions: [{name: a, off_axis_rad: 0.5, camera: {focal_px: 500}}]").empty());
+  EXPECT_TRUE(any_at_place(plan_faults("conditions: [{name: a, depth_m: 0.03}]"), "conditions"));
+  EXPECT_TRUE(any_at_place(plan_faults("conditions: [{name: a, off_axis_rad: 0.5}]"), "conditions"));
+  EXPECT_TRUE(any_at_place(plan_faults("conditions: [{name: a, ball: {diameter_m: 1.5}}]"), "conditions"));
+  EXPECT_TRUE(plan_faults("conditions: [{name: a, off_axis_rad: 0.5, camera: {focal_px: 500}}]").empty());
 }
 
 TEST(ComparisonPlan, RefusesNothingToCompare) {
-  EXPECT_FALSE(faults_of("").empty());
-  EXPECT_FALSE(faults_of("frames: 3").empty());
-  EXPECT_FALSE(faults_of("conditions: []").empty());
-  EXPECT_FALSE(faults_of("conditions: {name: a}").empty());
-  EXPECT_FALSE(faults_of("conditions: [{name: a, camera: {file: missing.yaml}}]").empty());
+  EXPECT_FALSE(plan_faults("").empty());
+  EXPECT_FALSE(plan_faults("frames: 3").empty());
+  EXPECT_FALSE(plan_faults("conditions: []").empty());
+  EXPECT_FALSE(plan_faults("conditions: {name: a}").empty());
+  EXPECT_FALSE(plan_faults("conditions: [{name: a, camera: {file: missing.yaml}}]").empty());
 }
 
 TEST(ComparisonPlan, ReadsEveryNumberThatDesignsVary) {
@@ -134,15 +134,15 @@ TEST(ComparisonPlan, DesignsMakeConditions) {
 }
 
 TEST(ComparisonPlan, SaysWhatIsWrongWithADesign) {
-  const std::vector<Fault> faults = faults_of(
+  const std::vector<Fault> faults = plan_faults(
       "design: {type: spiral, vary: {depth_m: [], colour: [1], blur_px: [99], noise.read: {uniform: [1, "
       "2]}}}\n");
   for (const std::string part : {"type", "depth_m", "colour", "blur_px", "noise.read"})
-    EXPECT_TRUE(any_at(faults, part)) << part;
+    EXPECT_TRUE(any_at_place(faults, part)) << part;
   EXPECT_FALSE(
-      faults_of("design: {type: random, conditions: 3, vary: {depth_m: {uniform: [2, 1]}}}\n").empty());
-  EXPECT_FALSE(faults_of("design: {type: grid, vary: {}}\n").empty());
-  EXPECT_FALSE(faults_of("conditions: [{name: a, calibration_sigmas: 1}]").empty());  // no covariance
+      plan_faults("design: {type: random, conditions: 3, vary: {depth_m: {uniform: [2, 1]}}}\n").empty());
+  EXPECT_FALSE(plan_faults("design: {type: grid, vary: {}}\n").empty());
+  EXPECT_FALSE(plan_faults("conditions: [{name: a, calibration_sigmas: 1}]").empty());  // no covariance
 }
 
 TEST(ComparisonPlan, EstimatesWhatItTakes) {

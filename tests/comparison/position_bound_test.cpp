@@ -14,14 +14,14 @@
 namespace ballservo {
 namespace {
 
-constexpr double radius_m = 0.035, focal_px = 300;
+constexpr double ball_radius_m = 0.035, small_focal_px = 300;
 constexpr int width = 120, height = 100;
 constexpr double cx_px = 59.5, cy_px = 49.5;
 
 Camera small_camera() {
   CameraParameters parameters;
   parameters.size = {width, height};
-  parameters.fx_px = parameters.fy_px = focal_px;
+  parameters.fx_px = parameters.fy_px = small_focal_px;
   parameters.cx_px = cx_px;
   parameters.cy_px = cy_px;
   return Camera(parameters);
@@ -51,13 +51,14 @@ std::array<Jet, 3> basis_of(const Jet& x) {
 // The distance (px) of a pixel from the outline: the angle outside the cone over its slope in the picture.
 template <class T>
 T distance_px(const T* p, double u, double v) {
-  const double x = (u - cx_px) / focal_px, y = (v - cy_px) / focal_px, length = std::sqrt(x * x + y * y + 1);
+  const double x = (u - cx_px) / small_focal_px, y = (v - cy_px) / small_focal_px,
+               length = std::sqrt(x * x + y * y + 1);
   const T away = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
   const T along = (p[0] * x + p[1] * y + p[2]) / length, cosine = along / away;
   const T slope_x = (p[0] - along * (x / length)) / (away * length);
   const T slope_y = (p[1] - along * (y / length)) / (away * length);
   const T slope = sqrt((slope_x * slope_x + slope_y * slope_y) / (1.0 - cosine * cosine));
-  return focal_px * (acos(cosine) - asin(radius_m / away)) / slope;
+  return small_focal_px * (acos(cosine) - asin(ball_radius_m / away)) / slope;
 }
 
 // Levels of the three channels: `own` is O (3), A (3), slopes of root and ramp.
@@ -107,7 +108,7 @@ struct Case {
 
 std::optional<Eigen::Matrix3d> bound_of(const Case& it, const BoundNuisances& unknown = {}) {
   const Camera camera = small_camera();
-  return position_bound({camera, it.p_CB, radius_m, it.blur_px, it.noise, 0,
+  return position_bound({camera, it.p_CB, ball_radius_m, it.blur_px, it.noise, 0,
                          picture_of(it.p_CB, it.look, it.blur_px), it.unhidden},
                         unknown);
 }
@@ -120,8 +121,8 @@ TEST(PositionBound, IsThatOfAStepAlongACircleWhereNothingElseIsUnknown) {
   for (const double blur_px : {0.5, 0.7, 1.5}) {
     Case it;
     it.blur_px = blur_px;
-    const double z = it.p_CB.z(), tangent = std::sqrt(z * z - radius_m * radius_m);
-    const double outline_px = focal_px * radius_m / tangent;
+    const double z = it.p_CB.z(), tangent = std::sqrt(z * z - ball_radius_m * ball_radius_m);
+    const double outline_px = small_focal_px * ball_radius_m / tangent;
     const double slope = outline_px * z / (tangent * tangent);  // of the radius against depth
     const double per_px =
         100 * 100 / (2 * std::sqrt(M_PI) * edge_width(blur_px) * (it.noise * it.noise + 1.0 / 12));
@@ -189,7 +190,7 @@ TEST(PositionBound, PixelsBesideWhatHidesTheBallTellNothing) {
   smeared.colRange(54, 56).setTo(cv::Scalar(10, 200, 30));  // within three sigma of the edge
   const Camera camera = small_camera();
   const auto beside =
-      position_bound({camera, it.p_CB, radius_m, it.blur_px, it.noise, 0, smeared, it.unhidden});
+      position_bound({camera, it.p_CB, ball_radius_m, it.blur_px, it.noise, 0, smeared, it.unhidden});
   ASSERT_TRUE(clean && beside);
   EXPECT_EQ(*clean, *beside);
 }
@@ -235,7 +236,7 @@ struct PixelResidual {
 Eigen::Vector3d fitted(const cv::Mat& picture, const Case& it) {
   Eigen::Vector3d p = it.p_CB;
   double s = edge_width(it.blur_px);
-  const double radius_px = focal_px * radius_m / it.p_CB.z(), reach_px = 3 * s + 4;
+  const double radius_px = small_focal_px * ball_radius_m / it.p_CB.z(), reach_px = 3 * s + 4;
   const int count = static_cast<int>(std::ceil(2 * M_PI * radius_px / 8));
   std::vector<std::array<double, 8>> own(static_cast<std::size_t>(count), model_of(it.look));
   ceres::Problem problem;
@@ -245,7 +246,7 @@ Eigen::Vector3d fitted(const cv::Mat& picture, const Case& it) {
     for (int u = 0; u < width; ++u) {
       if (std::abs(distance_px(it.p_CB.data(), u, v)) > reach_px) continue;
       const double angle =
-          std::atan2(v - cy_px - focal_px * p.y() / p.z(), u - cx_px - focal_px * p.x() / p.z());
+          std::atan2(v - cy_px - small_focal_px * p.y() / p.z(), u - cx_px - small_focal_px * p.x() / p.z());
       const auto segment = static_cast<std::size_t>((angle + M_PI) / (2 * M_PI) * count) % own.size();
       problem.AddResidualBlock(
           new ceres::AutoDiffCostFunction<PixelResidual, 3, 3, 1, 8>(

@@ -17,12 +17,12 @@ using Seen = BoardLessons::Seen;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr ImageSize size{640, 480};
+constexpr ImageSize picture_size{640, 480};
 
 Camera some_camera() {
   CameraParameters parameters;
   parameters.model = LensModel::brown;
-  parameters.size = size;
+  parameters.size = picture_size;
   parameters.fx_px = parameters.fy_px = 530;
   parameters.cx_px = 330;
   parameters.cy_px = 235;
@@ -40,7 +40,7 @@ BoardFinding found(const BoardView& view, double shift_px = 0) {
 class BoardLessonsTest : public testing::Test {
  protected:
   Seen look(const BoardFinding& finding, double after_s = 0.1) {
-    return lessons.look(finding, size, time_s += after_s);
+    return lessons.look(finding, picture_size, time_s += after_s);
   }
   /// The board is held there for so many pictures, a tenth of a second apart; what came of the last.
   Seen hold(const BoardView& view, int pictures = 8) {
@@ -118,9 +118,10 @@ TEST_F(BoardLessonsTest, AnotherBoardOrPictureSizeIsSaid) {
 }
 
 TEST_F(BoardLessonsTest, TheFitIsTheCommands) {
-  const BoardFit fit = fit_boards(size, views, {LensModel::pinhole, LensModel::brown});
+  const BoardFit fit = fit_boards(picture_size, views, {LensModel::pinhole, LensModel::brown});
   ASSERT_TRUE(fit.calibration) << fit.refused;
-  const BoardCalibration same = calibrate_from_boards(size, views, {LensModel::pinhole, LensModel::brown});
+  const BoardCalibration same =
+      calibrate_from_boards(picture_size, views, {LensModel::pinhole, LensModel::brown});
   EXPECT_EQ(fit.calibration->camera.parameters().fx_px, same.camera.parameters().fx_px);
   EXPECT_EQ(fit.calibration->covered_ball_sigma_mm, same.covered_ball_sigma_mm);
   ASSERT_TRUE(fit.worst_place());
@@ -129,11 +130,11 @@ TEST_F(BoardLessonsTest, TheFitIsTheCommands) {
 
 TEST_F(BoardLessonsTest, RefusedWithTheCommandsReason) {
   std::vector<BoardView> flat = test::random_views(some_camera(), 5, 0.05, 3, 0.001, 0.4, 0.41);
-  const BoardFit fit = fit_boards(size, flat, {LensModel::pinhole});
+  const BoardFit fit = fit_boards(picture_size, flat, {LensModel::pinhole});
   EXPECT_FALSE(fit.calibration);
   EXPECT_FALSE(fit.is_good_enough());
   EXPECT_THAT(fit.refused, HasSubstr("one angle"));
-  EXPECT_THAT(next_board(test::chessboard, size, flat, &fit).words, HasSubstr("tilted"));
+  EXPECT_THAT(next_board(test::chessboard, picture_size, flat, &fit).words, HasSubstr("tilted"));
 }
 
 TEST_F(BoardLessonsTest, TheNextBoardIsAskedForWhereTheBallIsMostUncertain) {
@@ -144,9 +145,9 @@ TEST_F(BoardLessonsTest, TheNextBoardIsAskedForWhereTheBallIsMostUncertain) {
       if (std::all_of(view.corners_px.begin(), view.corners_px.end(),
                       [](const Eigen::Vector2d& corner) { return corner.x() < 360; }))
         left.push_back(view);
-  const BoardFit fit = fit_boards(size, left, {LensModel::brown});
+  const BoardFit fit = fit_boards(picture_size, left, {LensModel::brown});
   ASSERT_TRUE(fit.calibration && fit.map) << fit.refused;
-  const BoardHint hint = next_board(test::chessboard, size, left, &fit);
+  const BoardHint hint = next_board(test::chessboard, picture_size, left, &fit);
   const auto& sigma_mm = fit.map->sigma_mm;
   const auto worst = std::find(sigma_mm.begin(), sigma_mm.end(), fit.map->worst_mm()) - sigma_mm.begin();
   EXPECT_EQ(hint.place_px, fit.map->places_px[static_cast<std::size_t>(worst)]);
@@ -158,13 +159,13 @@ TEST_F(BoardLessonsTest, TheNextBoardIsAskedForWhereTheBallIsMostUncertain) {
 }
 
 TEST_F(BoardLessonsTest, WithoutAFitTheEmptiestPlaceIsAskedFor) {
-  const BoardHint first = next_board(test::chessboard, size, {}, nullptr);
+  const BoardHint first = next_board(test::chessboard, picture_size, {}, nullptr);
   EXPECT_THAT(first.words, HasSubstr("in the middle"));
   EXPECT_THAT(first.words, HasSubstr("so near that it fills half"));
   BoardView middle = views[0];
   for (Eigen::Vector2d& corner : middle.corners_px)
     corner = Eigen::Vector2d(320, 240) + 0.1 * (corner - middle.corners_px.front());
-  EXPECT_THAT(next_board(test::chessboard, size, {middle}, nullptr).words, HasSubstr("upper left"));
+  EXPECT_THAT(next_board(test::chessboard, picture_size, {middle}, nullptr).words, HasSubstr("upper left"));
 }
 
 TEST_F(BoardLessonsTest, TheTiltThatIsMissingIsAskedFor) {
@@ -178,11 +179,11 @@ TEST_F(BoardLessonsTest, TheTiltThatIsMissingIsAskedFor) {
     placed.p_CB = {-0.1 + 0.05 * (i / 3), -0.06 - 0.02 * (i / 3), 0.3 + 0.1 * (i / 3)};
     right.push_back(test::noisy_view(some_camera(), test::chessboard, placed, 0.05, engine, "board"));
   }
-  const BoardFit fit = fit_boards(size, right, {LensModel::brown});
+  const BoardFit fit = fit_boards(picture_size, right, {LensModel::brown});
   ASSERT_TRUE(fit.calibration) << fit.refused;
   const BoardPose& first = fit.calibration->poses.front();
   const char* const missing = board_normal(first).x() > 0 ? "left side" : "right side";
-  EXPECT_THAT(next_board(test::chessboard, size, right, &fit).words, HasSubstr(missing));
+  EXPECT_THAT(next_board(test::chessboard, picture_size, right, &fit).words, HasSubstr(missing));
   // A board whose right side is nearer has its right corners farther apart.
   const BoardView& view = right.front();
   const double left_px = (view.corners_px[45] - view.corners_px[0]).norm();
@@ -211,7 +212,7 @@ TEST_F(BoardLessonsTest, TheBoardIsDrawnAsItIsAskedFor) {
       EXPECT_GT(sides[side], 1.05 * sides[(side + 2) % 4]) << "what is nearer is larger";
     }
   }
-  EXPECT_EQ(next_board(test::chessboard, size, {}, nullptr).outline_px.size(), 4u)
+  EXPECT_EQ(next_board(test::chessboard, picture_size, {}, nullptr).outline_px.size(), 4u)
       << "before there is a camera";
 }
 
@@ -245,13 +246,14 @@ BoardView held(const Camera& camera, const BoardHint& hint, double noise_px, Ran
 TEST_F(BoardLessonsTest, HeldAsTheHintsSayEightBoardsLeaveNoPlaceFarWorse) {
   constexpr std::size_t count = 8;
   const auto fitted = [](const std::vector<BoardView>& boards) {
-    return fit_boards(size, boards, {LensModel::brown});
+    return fit_boards(picture_size, boards, {LensModel::brown});
   };
   RandomEngine engine = random_stream(1, "held");
   std::vector<BoardView> guided;
   BoardFit fit;
   while (guided.size() < count) {
-    const BoardHint hint = next_board(test::chessboard, size, guided, guided.empty() ? nullptr : &fit);
+    const BoardHint hint =
+        next_board(test::chessboard, picture_size, guided, guided.empty() ? nullptr : &fit);
     guided.push_back(held(some_camera(), hint, 0.12, engine));
     if (guided.size() >= BoardFit::least_boards) fit = fitted(guided);
   }
@@ -262,7 +264,7 @@ TEST_F(BoardLessonsTest, HeldAsTheHintsSayEightBoardsLeaveNoPlaceFarWorse) {
 
 TEST_F(BoardLessonsTest, GoodEnoughIsWhatTheMapSays) {
   const auto fitted = [](int boards) {
-    return fit_boards(size, test::random_views(some_camera(), boards, 0.05, 5), {LensModel::brown});
+    return fit_boards(picture_size, test::random_views(some_camera(), boards, 0.05, 5), {LensModel::brown});
   };
   const BoardFit many = fitted(40), few = fitted(5);
   EXPECT_TRUE(many.is_good_enough()) << *many.calibration->ball_sigma_mm;

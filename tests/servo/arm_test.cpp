@@ -11,7 +11,7 @@ namespace ballservo {
 namespace {
 
 constexpr double desired_range_m = 0.4, period_s = 0.02;
-constexpr int starts = 100, steps = 600;
+constexpr int starts = 100, arm_steps = 600;
 
 /// Joints within the middle of their ranges, with the wrist bent.
 vpColVector random_joints_rad(RandomEngine& engine, const vpViper850& arm) {
@@ -46,7 +46,7 @@ Ending drive(const vpViper850& arm, vpColVector q, const vpColVector& p_fB, Ball
   task.set_cVe(cVe);
   task.addFeature(seen, desired);
   Ending ending;
-  for (int step = 0; step < steps; ++step) {
+  for (int step = 0; step < arm_steps; ++step) {
     vpMatrix eJe;
     arm.get_eJe(q, eJe);
     task.set_eJe(eJe);

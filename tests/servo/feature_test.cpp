@@ -17,7 +17,7 @@ namespace {
 
 using test::random_goal;
 
-constexpr int scenes = 300;
+constexpr int feature_scenes = 300;
 
 struct FeatureCase {
   std::string name;
@@ -42,7 +42,7 @@ Eigen::Vector3d seen_after(const Eigen::Vector3d& p_CB, const vpColVector& camer
 
 TEST_P(EveryFeature, InteractionMatrixIsTheDerivativeAlongTheCamerasSixVelocities) {
   RandomEngine engine = random_stream(1, "interaction");
-  for (int i = 0; i < scenes; ++i) {
+  for (int i = 0; i < feature_scenes; ++i) {
     const ServoGoal goal = random_goal(engine);
     const Eigen::Vector3d p_CB = random_p_CB(engine);
     const auto feature = GetParam().make(goal), after = GetParam().make(goal), before = GetParam().make(goal);
@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ConeFeature, TheBallsSizeCancelsInTheError) {
   // The same picture of a ball of twice the size: twice as far.
   RandomEngine engine = random_stream(4, "size");
-  for (int i = 0; i < scenes; ++i) {
+  for (int i = 0; i < feature_scenes; ++i) {
     const Eigen::Vector3d p_CB = random_p_CB(engine), desired_p_CB = random_p_CB(engine);
     ConeFeature s, desired, s_of_twice, desired_of_twice;
     s.buildFrom(p_CB);
@@ -184,7 +184,7 @@ TEST(ConeFeature, IsNotDefinedStraightAboveTheCamera) {
 
 TEST(SphereFeature, HasTheMatrixOfThePaper) {
   RandomEngine engine = random_stream(5, "paper");
-  for (int i = 0; i < scenes; ++i) {
+  for (int i = 0; i < feature_scenes; ++i) {
     const double radius_m = uniform(engine, 0.02, 0.3);
     const Eigen::Vector3d p = random_p_CB(engine), o = p / radius_m;
     SphereFeature s(radius_m);

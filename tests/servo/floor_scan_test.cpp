@@ -38,7 +38,7 @@ void fire_ahead(OccupancyGrid& grid) {
   }
 }
 
-const FloorCell thing = OccupancyGrid::cell_at(1.2, 0.0), before = OccupancyGrid::cell_at(1.0, 0.0),
+const FloorCell thing = OccupancyGrid::cell_at(1.2, 0.0), before_thing = OccupancyGrid::cell_at(1.0, 0.0),
                 beyond = OccupancyGrid::cell_at(1.6, 0.0), beside = OccupancyGrid::cell_at(1.15, 0.35);
 
 TEST(FloorScan, WhatIsSeenTwiceStandsAndNoFiringFreesIt) {
@@ -55,7 +55,7 @@ TEST(FloorScan, WhatIsSeenTwiceStandsAndNoFiringFreesIt) {
     grid.look_at_floor(scan_of(1.1, 1.4), {});
     ASSERT_TRUE(grid.is_standing(thing)) << "as long as it is seen";
   }
-  for (const FloorCell& cell : {before, beyond, beside}) {
+  for (const FloorCell& cell : {before_thing, beyond, beside}) {
     EXPECT_TRUE(grid.is_free(cell)) << cell.column << ' ' << cell.row;
   }
 }

@@ -18,7 +18,7 @@ struct Tally {
 };
 
 /// A run of a reckless driver; false at the first broken promise.
-bool run(double actuation_delay_s, std::uint64_t seed, int steps, Tally& tally) {
+bool keeps_its_promise(double actuation_delay_s, std::uint64_t seed, int steps, Tally& tally) {
   RandomEngine engine = random_stream(seed, "shield");
   const World world = random_world(engine, OccupancyGridOptions{}.start_clear_m);
   ShieldedRobot robot(world, actuation_delay_s, seed);
@@ -50,7 +50,7 @@ TEST(BrakingShield, EveryCommandThatPassesCanBrakeClearAndNoSpeedIsRaised) {
   Tally tally;
   EXPECT_TRUE(rc::check("brakes clear", [&tally](std::uint64_t seed) {
     const double actuation_delay_s = 0.01 * static_cast<double>(seed % 12);
-    RC_ASSERT(run(actuation_delay_s, seed, 1000, tally));
+    RC_ASSERT(keeps_its_promise(actuation_delay_s, seed, 1000, tally));
   }));
   EXPECT_GE(tally.steps, 100000);
   EXPECT_GT(tally.passed, tally.steps / 10) << "a shield that lets nothing pass proves nothing";

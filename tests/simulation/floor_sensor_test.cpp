@@ -11,7 +11,7 @@
 namespace ballservo {
 namespace {
 
-const CameraMount mount{0.10, 0.28, 0.21};
+const CameraMount camera_mount{0.10, 0.28, 0.21};
 constexpr double reach_m = 1.8;
 
 Camera wide_camera() { return read_camera((test::project_data_dir() / "cameras" / "wide.yaml").string()); }
@@ -60,11 +60,11 @@ TEST(FloorSensor, FloorIsClearExactlyAsFarAsLinesOfSightReachIt) {
   for (int round = 0; round < 40; ++round) {
     const World world = random_world(engine);
     const Pose2 robot{uniform(engine, -0.3, 0.2), uniform(engine, -0.3, 0.3), uniform(engine, -0.4, 0.4)};
-    const FloorScan scan = FloorSensor(world, camera, mount, reach_m, 0, "none").scan(robot, 0, 0, 0);
+    const FloorScan scan = FloorSensor(world, camera, camera_mount, reach_m, 0, "none").scan(robot, 0, 0, 0);
     ASSERT_GT(scan.count, 50u);
     const Scene scene(world, 0);
-    const Eigen::Vector2d foot = in_world_frame(robot, {mount.forward_m, 0});
-    const Eigen::Vector3d eye(foot.x(), foot.y(), mount.up_m);
+    const Eigen::Vector2d foot = in_world_frame(robot, {camera_mount.forward_m, 0});
+    const Eigen::Vector3d eye(foot.x(), foot.y(), camera_mount.up_m);
     for (std::size_t k = 0; k < scan.count; ++k) {
       const FloorRay& ray = scan.rays[k];
       const double heading = robot.yaw_rad + ray.bearing_rad;
@@ -102,16 +102,16 @@ TEST(FloorSensor, FloorIsSeenAgainRightBehindWhatALowThingHides) {
       if (round % 3 == 2) thing.shape = CylinderShape{0.1, 0.12};
       thing.center_m.z() = round % 3 == 2 ? 0.06 : 0.04;
     }
-    const FloorScan scan = FloorSensor(world, camera, mount, 3.0, 0, "none").scan({}, 0, 0, 0);
+    const FloorScan scan = FloorSensor(world, camera, camera_mount, 3.0, 0, "none").scan({}, 0, 0, 0);
     const Scene scene(world, 0);
-    const Eigen::Vector3d eye(mount.forward_m, 0, mount.up_m);
+    const Eigen::Vector3d eye(camera_mount.forward_m, 0, camera_mount.up_m);
     for (std::size_t k = 0; k < scan.count; ++k) {
       const FloorRay& ray = scan.rays[k];
       if (ray.clear_m == ray.from_m || ray.until_m >= 3.0) continue;
       const auto seen = [&](double range_m) {
-        return sees(
-            scene, eye,
-            {mount.forward_m + range_m * std::cos(ray.bearing_rad), range_m * std::sin(ray.bearing_rad), 0});
+        return sees(scene, eye,
+                    {camera_mount.forward_m + range_m * std::cos(ray.bearing_rad),
+                     range_m * std::sin(ray.bearing_rad), 0});
       };
       ++again;
       EXPECT_FALSE(seen(ray.until_m - 0.002)) << round << ' ' << ray.bearing_rad;
@@ -131,7 +131,7 @@ TEST(FloorSensor, TheKnownBallIsFloorAndWallsEndIt) {
   world.balls = {ball};
   const Camera camera = wide_camera();
   const auto middle = [&](const std::string& known) {
-    const FloorScan scan = FloorSensor(world, camera, mount, reach_m, 0, known).scan({}, 0, 0, 0);
+    const FloorScan scan = FloorSensor(world, camera, camera_mount, reach_m, 0, known).scan({}, 0, 0, 0);
     return scan.rays[scan.count / 2];
   };
   EXPECT_NEAR(middle("target").clear_m * std::cos(middle("target").bearing_rad), 1.1, 1e-9) << "the wall";
@@ -142,9 +142,9 @@ TEST(FloorSensor, EdgesErrByThePixelsThatAreStated) {
   World world;
   world.room = {-2, 1.2, -3, 3, 2.5, {}, {}, {}};
   const Camera camera = wide_camera();
-  const FloorFan fan(camera, mount, reach_m);
-  const FloorSensor exact(world, camera, mount, reach_m, 0, ""),
-      rough(world, camera, mount, reach_m, 1.5, "");
+  const FloorFan fan(camera, camera_mount, reach_m);
+  const FloorSensor exact(world, camera, camera_mount, reach_m, 0, ""),
+      rough(world, camera, camera_mount, reach_m, 1.5, "");
   double sum2 = 0;
   int count = 0;
   for (std::uint64_t frame = 0; frame < 50; ++frame) {
@@ -180,17 +180,17 @@ TEST(FloorSensor, ATurnedCameraSeesWhatARobotTurnedSoFarWouldSee) {
 
 TEST(FloorFan, ItsPixelsSeeTheFloorWhereItSays) {
   const Camera camera = wide_camera();
-  const FloorFan fan(camera, mount, reach_m);
+  const FloorFan fan(camera, camera_mount, reach_m);
   ASSERT_GE(fan.rays().size(), 60u);
   for (const FloorFan::Ray& ray : fan.rays()) {
     EXPECT_FALSE(fan.pixel(ray.bearing_rad, ray.from_m - 0.02)) << "nearer than it begins";
     for (double range_m = ray.from_m; range_m < reach_m; range_m += 0.1) {
       const auto pixel = fan.pixel(ray.bearing_rad, range_m);
       ASSERT_TRUE(pixel);
-      const Eigen::Vector3d ray_R = mount.X_RC().linear() * *camera.unproject(*pixel);
-      const Eigen::Vector3d p_R = mount.X_RC().translation() - ray_R * (mount.up_m / ray_R.z());
-      EXPECT_NEAR(std::hypot(p_R.x() - mount.forward_m, p_R.y()), range_m, 1e-6);
-      EXPECT_NEAR(std::atan2(p_R.y(), p_R.x() - mount.forward_m), ray.bearing_rad, 1e-6);
+      const Eigen::Vector3d ray_R = camera_mount.X_RC().linear() * *camera.unproject(*pixel);
+      const Eigen::Vector3d p_R = camera_mount.X_RC().translation() - ray_R * (camera_mount.up_m / ray_R.z());
+      EXPECT_NEAR(std::hypot(p_R.x() - camera_mount.forward_m, p_R.y()), range_m, 1e-6);
+      EXPECT_NEAR(std::atan2(p_R.y(), p_R.x() - camera_mount.forward_m), ray.bearing_rad, 1e-6);
     }
   }
   EXPECT_TRUE(FloorFan(camera, {0.1, 0.28, -1.2}, reach_m).rays().empty()) << "it looks at the ceiling";

@@ -78,7 +78,7 @@ struct Chase {
 };
 
 /// Discs go for a robot that a reckless driver drives; each turns back for a while after a hit.
-Chase run(std::uint64_t seed, const MovingThingOptions& reckoned) {
+Chase run_while_chased(std::uint64_t seed, const MovingThingOptions& reckoned) {
   RandomEngine engine = random_stream(seed, "moving");
   World world;
   world.room = {-4, 4, -4, 4, 2.5, {}, {}, {}};
@@ -121,11 +121,11 @@ Chase run(std::uint64_t seed, const MovingThingOptions& reckoned) {
 TEST(MovingThings, TouchARecklessRobotOnlyAtRestHoweverTheyChaseIt) {
   Chase all, unreckoned;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const Chase chased = run(seed, people);
+    const Chase chased = run_while_chased(seed, people);
     EXPECT_EQ(chased.hits_while_moving, 0) << seed;
     all.hits_at_rest += chased.hits_at_rest;
     all.way_m += chased.way_m;
-    unreckoned.hits_while_moving += run(seed, {}).hits_while_moving;
+    unreckoned.hits_while_moving += run_while_chased(seed, {}).hits_while_moving;
   }
   EXPECT_GT(all.hits_at_rest, 20) << "things that touch nothing prove nothing";
   EXPECT_GT(all.way_m, 20) << "a robot that stands proves nothing";

@@ -17,7 +17,7 @@ using ::testing::Not;
 std::filesystem::path scenarios() { return test::project_data_dir() / "scenarios"; }
 
 /// Every fault of a scenario beside static_ball.yaml, a line each.
-std::string faults_of(const std::string& text) {
+std::string fault_lines_of(const std::string& text) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.path() / "scenario.yaml") << text;
   try {
@@ -28,7 +28,7 @@ std::string faults_of(const std::string& text) {
   return {};
 }
 
-std::string static_ball() {
+std::string static_ball_text() {
   auto document =
       nlohmann::json::parse(StrictYaml::from_file(scenarios() / "static_ball.yaml").resolved_json());
   document.erase("vary");  // what it draws would hide what is set
@@ -55,7 +55,7 @@ TEST(ScenarioKeys, EachDefaultIsAccepted) {
   for (const OptionRow& row : scenario_keys()) {
     if (!test::has_default(row)) continue;
     ++tried;
-    EXPECT_THAT(faults_of(test::with_value(static_ball(), row, row.fallback)),
+    EXPECT_THAT(fault_lines_of(test::with_value(static_ball_text(), row, row.fallback)),
                 Not(HasSubstr(": " + test::of_first_item(row.path) + ":")));
   }
   EXPECT_GT(tried, 80);
@@ -65,7 +65,7 @@ TEST(ScenarioKeys, WhatIsOutsideIsRefusedWithItsPlace) {
   for (const OptionRow& row : scenario_keys()) {
     if (row.path.rfind("vary.", 0) == 0) continue;
     for (const std::string& value : test::values_outside(row)) {
-      EXPECT_THAT(faults_of(test::with_value(static_ball(), row, value)),
+      EXPECT_THAT(fault_lines_of(test::with_value(static_ball_text(), row, value)),
                   HasSubstr("scenario.yaml:1: " + test::of_first_item(row.path) + ": found "))
           << value;
     }

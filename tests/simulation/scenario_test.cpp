@@ -17,8 +17,8 @@ using ::testing::HasSubstr;
 std::filesystem::path static_ball() { return test::project_data_dir() / "scenarios" / "static_ball.yaml"; }
 
 /// Every fault of a scenario as one text; empty where there is none.
-std::string faults_of(const std::vector<std::string>& sets,
-                      const std::filesystem::path& file = static_ball()) {
+std::string scenario_faults(const std::vector<std::string>& sets,
+                            const std::filesystem::path& file = static_ball()) {
   try {
     load_scenario(file, sets, 0);
   } catch (const InputError& error) {
@@ -79,7 +79,7 @@ TEST(Scenario, SaysAllFaultsAtOnceWithTheirLines) {
                          "target: {ball: target, distance_m: 0.8}\n"
                          "obstacles:\n"
                          "  - {type: box, position: {x_m: 1}, size: {x_m: 1, y_m: 0, z_m: 1}, yaw_deg: 30}\n";
-  const std::string faults = faults_of({}, file);
+  const std::string faults = scenario_faults({}, file);
   for (const char* expected :
        {":1: duration_s", ":3: camera.file", ":4: camera.mount.pitch_down_rad", ":5: camera.rate_hz",
         ":6: camera.latency_s", ":7: robot.pose.x_m", ":7: robot.speed", ":9: balls[0].diameter_m",
@@ -89,33 +89,34 @@ TEST(Scenario, SaysAllFaultsAtOnceWithTheirLines) {
 }
 
 TEST(Scenario, RefusesWhatCannotBe) {
-  EXPECT_THAT(faults_of({"balls.0.position.x_m=0.1", "balls.0.position.y_m=0.1"}),
+  EXPECT_THAT(scenario_faults({"balls.0.position.x_m=0.1", "balls.0.position.y_m=0.1"}),
               HasSubstr("inside or touching the robot"));
-  EXPECT_THAT(faults_of({"balls.0.position.x_m=4.9", "balls.0.position.y_m=2.2"}),
+  EXPECT_THAT(scenario_faults({"balls.0.position.x_m=4.9", "balls.0.position.y_m=2.2"}),
               HasSubstr("in obstacle crate"));
-  EXPECT_THAT(faults_of({"balls.0.position.x_m=6.48"}), HasSubstr("outside the room, or in a wall"));
-  EXPECT_THAT(faults_of({"balls.0.position.z_m=0.03"}), HasSubstr("floor"));
-  EXPECT_THAT(faults_of({"obstacles.0.position.x_m=0", "obstacles.0.position.y_m=0"}),
+  EXPECT_THAT(scenario_faults({"balls.0.position.x_m=6.48"}), HasSubstr("outside the room, or in a wall"));
+  EXPECT_THAT(scenario_faults({"balls.0.position.z_m=0.03"}), HasSubstr("floor"));
+  EXPECT_THAT(scenario_faults({"obstacles.0.position.x_m=0", "obstacles.0.position.y_m=0"}),
               HasSubstr("on the robot"));
-  EXPECT_THAT(faults_of({"robot.pose.x_m=-1.4"}), HasSubstr("robot.pose"));
-  EXPECT_THAT(faults_of({"target.ball=other"}), HasSubstr("balls: target"));
-  EXPECT_THAT(faults_of({"vary={nonsense.key: {uniform: [0, 1]}}"}), HasSubstr("nonsense"));
-  EXPECT_THAT(faults_of({"vary={robot.pose.x_m: {uniform: [1, 0]}}"}), HasSubstr("falling order"));
-  EXPECT_THAT(faults_of({"balls.0.motion={type: linear, velocity: {x_mps: 1, y_mps: 0}}"}),
+  EXPECT_THAT(scenario_faults({"robot.pose.x_m=-1.4"}), HasSubstr("robot.pose"));
+  EXPECT_THAT(scenario_faults({"target.ball=other"}), HasSubstr("balls: target"));
+  EXPECT_THAT(scenario_faults({"vary={nonsense.key: {uniform: [0, 1]}}"}), HasSubstr("nonsense"));
+  EXPECT_THAT(scenario_faults({"vary={robot.pose.x_m: {uniform: [1, 0]}}"}), HasSubstr("falling order"));
+  EXPECT_THAT(scenario_faults({"balls.0.motion={type: linear, velocity: {x_mps: 1, y_mps: 0}}"}),
               HasSubstr("outside the room"));
   EXPECT_THAT(
-      faults_of({"balls.0.motion={type: waypoints, points: [{time_s: 2, x_m: 3, y_m: 0}, {time_s: 2, x_m: 3, "
-                 "y_m: 1}]}"}),
+      scenario_faults(
+          {"balls.0.motion={type: waypoints, points: [{time_s: 2, x_m: 3, y_m: 0}, {time_s: 2, x_m: 3, "
+           "y_m: 1}]}"}),
       HasSubstr("a time after the point before"));
-  EXPECT_THAT(faults_of({"balls.0.motion={type: waypoints, points: [{time_s: 2, x_m: 9, y_m: 0}]}"}),
+  EXPECT_THAT(scenario_faults({"balls.0.motion={type: waypoints, points: [{time_s: 2, x_m: 9, y_m: 0}]}"}),
               HasSubstr("outside the room"));
-  EXPECT_THAT(faults_of({"lights=[{type: ambient, changes: [{time_s: 2}, {time_s: 1}]}]"}),
+  EXPECT_THAT(scenario_faults({"lights=[{type: ambient, changes: [{time_s: 2}, {time_s: 1}]}]"}),
               HasSubstr("a time not before"));
-  EXPECT_THAT(faults_of({"lights=[{type: ambient, changes: [{time_s: 2, temperature_k: 900}]}]"}),
+  EXPECT_THAT(scenario_faults({"lights=[{type: ambient, changes: [{time_s: 2, temperature_k: 900}]}]"}),
               HasSubstr("from 1667 to 25000 (K)"));
-  EXPECT_THAT(faults_of({"no_equals_sign"}), HasSubstr("key.path=value"));
-  EXPECT_THAT(faults_of({"balls.0.class=Red"}), HasSubstr("beginning with a letter"));
-  EXPECT_EQ(faults_of({}), "");
+  EXPECT_THAT(scenario_faults({"no_equals_sign"}), HasSubstr("key.path=value"));
+  EXPECT_THAT(scenario_faults({"balls.0.class=Red"}), HasSubstr("beginning with a letter"));
+  EXPECT_EQ(scenario_faults({}), "");
 }
 
 TEST(Scenario, ReadsSonarsOdometryAndTheirFaults) {
@@ -134,12 +135,12 @@ TEST(Scenario, ReadsSonarsOdometryAndTheirFaults) {
   EXPECT_EQ(scenario.robot.sonar_faults[8].transducer, 15u);
   EXPECT_EQ(scenario.robot.sonar_faults[8].amount, 0.5);
 
-  EXPECT_THAT(faults_of({"robot.faults=[{type: dead, sonar: 3}]"}), HasSubstr("robot.sonar beside it"));
+  EXPECT_THAT(scenario_faults({"robot.faults=[{type: dead, sonar: 3}]"}), HasSubstr("robot.sonar beside it"));
   EXPECT_THAT(
-      faults_of({"robot.sonar={}", "robot.faults=[{type: asleep, sonar: 16}, {type: long, sonar: 2}]"}),
+      scenario_faults({"robot.sonar={}", "robot.faults=[{type: asleep, sonar: 16}, {type: long, sonar: 2}]"}),
       ::testing::AllOf(HasSubstr("one of dead"), HasSubstr("faults[0].sonar"), HasSubstr("faults[1].by_m")));
-  EXPECT_THAT(faults_of({"robot.sonar={rate_hz: 25}"}), HasSubstr("robot.sonar.rate_hz"));
-  EXPECT_THAT(faults_of({"robot.odometry={distance_share: .nan}"}), HasSubstr("distance_share"));
+  EXPECT_THAT(scenario_faults({"robot.sonar={rate_hz: 25}"}), HasSubstr("robot.sonar.rate_hz"));
+  EXPECT_THAT(scenario_faults({"robot.odometry={distance_share: .nan}"}), HasSubstr("distance_share"));
 }
 
 TEST(Scenario, ReadsTheFaultsOfTheCamera) {
@@ -153,30 +154,30 @@ TEST(Scenario, ReadsTheFaultsOfTheCamera) {
   EXPECT_EQ(scenario.camera.faults[1].level, 0.1);
   EXPECT_EQ(scenario.camera.faults[1].until_s, 4);
 
-  EXPECT_THAT(
-      faults_of({"camera.faults=[{type: dropped, rate: 1.2}, {type: dropped, rate: 0.9, burst_frames: 3}, "
-                 "{type: exposure}, {type: asleep}, {type: dropped, from_s: 3, until_s: 2}, "
-                 "{type: exposure, level: 1, rate: 0.5}]"}),
-      ::testing::AllOf(HasSubstr("faults[0].rate"), HasSubstr("faults[1].burst_frames"),
-                       HasSubstr("faults[2].level"), HasSubstr("one of dropped, exposure"),
-                       HasSubstr("faults[4].until_s"), HasSubstr("faults[5].rate")));
+  EXPECT_THAT(scenario_faults(
+                  {"camera.faults=[{type: dropped, rate: 1.2}, {type: dropped, rate: 0.9, burst_frames: 3}, "
+                   "{type: exposure}, {type: asleep}, {type: dropped, from_s: 3, until_s: 2}, "
+                   "{type: exposure, level: 1, rate: 0.5}]"}),
+              ::testing::AllOf(HasSubstr("faults[0].rate"), HasSubstr("faults[1].burst_frames"),
+                               HasSubstr("faults[2].level"), HasSubstr("one of dropped, exposure"),
+                               HasSubstr("faults[4].until_s"), HasSubstr("faults[5].rate")));
 }
 
 TEST(Scenario, ATargetOutsideThePictureIsRefusedWithTheDistancesThatWouldDo) {
-  const std::string faults = faults_of({"target.distance_m=0.4"});
+  const std::string faults = scenario_faults({"target.distance_m=0.4"});
   EXPECT_THAT(faults, HasSubstr("target.distance_m"));
   // What it names must do, and less must not.
   const std::size_t at = faults.find("allowed: ") + 9;
   const double nearest = parse_number(faults.substr(at, 4)).value();
   EXPECT_GT(nearest, 0.4);
   EXPECT_LT(nearest, 0.8);
-  EXPECT_EQ(faults_of({"target.distance_m=" + faults.substr(at, 4)}), "");
-  EXPECT_NE(faults_of({"target.distance_m=" + std::to_string(nearest - 0.02)}), "");
+  EXPECT_EQ(scenario_faults({"target.distance_m=" + faults.substr(at, 4)}), "");
+  EXPECT_NE(scenario_faults({"target.distance_m=" + std::to_string(nearest - 0.02)}), "");
 }
 
 TEST(Scenario, EveryScenarioOfTheProjectIsValid) {
   for (const auto& entry : std::filesystem::directory_iterator(test::project_data_dir() / "scenarios")) {
-    EXPECT_EQ(faults_of({}, entry.path()), "") << entry.path();
+    EXPECT_EQ(scenario_faults({}, entry.path()), "") << entry.path();
   }
 }
 

@@ -43,7 +43,7 @@ std::optional<Moments> moments_of(const std::vector<RingPixel>& points) {
 }
 
 // The circle of A z + B x + C y + D = 0.
-std::optional<UndistortedCircle> circle_of(const Moments& moments, const Eigen::Vector4d& a) {
+std::optional<UndistortedCircle> undistorted_circle(const Moments& moments, const Eigen::Vector4d& a) {
   const Eigen::Vector2d center = -a.segment<2>(1) / (2 * a[0]);
   const double radius2 = center.squaredNorm() - a[3] / a[0];
   if (!center.allFinite() || !(radius2 > 0) || !std::isfinite(radius2)) return std::nullopt;
@@ -64,7 +64,7 @@ std::optional<UndistortedCircle> kasa_circle(const std::vector<RingPixel>& point
   if (!moments || on_a_line(*moments)) return std::nullopt;
   const Eigen::Matrix4d& m = moments->matrix;
   const Eigen::Vector3d rest = m.bottomRightCorner<3, 3>().ldlt().solve(-m.block<3, 1>(1, 0));
-  return circle_of(*moments, {1, rest[0], rest[1], rest[2]});
+  return undistorted_circle(*moments, {1, rest[0], rest[1], rest[2]});
 }
 
 std::optional<UndistortedCircle> taubin_circle(const std::vector<RingPixel>& points) {
@@ -82,7 +82,7 @@ std::optional<UndistortedCircle> taubin_circle(const std::vector<RingPixel>& poi
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(s);
   const Eigen::Vector3d best = eigen.eigenvectors().col(0);
   const double a = best[0] * half;
-  return circle_of(*moments, {a, best[1], best[2], -a * mean_z});
+  return undistorted_circle(*moments, {a, best[1], best[2], -a * mean_z});
 }
 
 }  // namespace ballservo

@@ -65,11 +65,11 @@ Settings best(const std::vector<TuningPicture>& pictures, const std::vector<Sett
   return chosen;
 }
 
-Answer first(const std::vector<OutlineEllipse>& found) {
+Answer first_outline(const std::vector<OutlineEllipse>& found) {
   return found.empty() ? Answer() : Answer(found.front());
 }
 
-Answer largest(const std::vector<OutlineEllipse>& found) {
+Answer largest_outline(const std::vector<OutlineEllipse>& found) {
   const auto it = std::max_element(
       found.begin(), found.end(),
       [](const OutlineEllipse& a, const OutlineEllipse& b) { return a.radius_px < b.radius_px; });
@@ -82,7 +82,7 @@ PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const Metho
   const auto asked = [&](std::string_view name) { return place_of(methods, name).has_value(); };
   PeerSettings chosen;
   const auto hough = [](const TuningPicture& p, const HoughSettings& s) {
-    return first(HoughGradient(p.task.expected_radius_px.value_or(30), s).find(p.bgr));
+    return first_outline(HoughGradient(p.task.expected_radius_px.value_or(30), s).find(p.bgr));
   };
   if (asked("hough_gradient"))
     chosen.hough = best<HoughSettings>(pictures, hough_grid(HoughMode::gradient), hough);
@@ -90,7 +90,7 @@ PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const Metho
     chosen.hough_alt = best<HoughSettings>(pictures, hough_grid(HoughMode::gradient_alt), hough);
   if (asked("hsv_contour"))
     chosen.hsv = best<HsvSettings>(pictures, hsv_grid(), [](const TuningPicture& p, const HsvSettings& s) {
-      return largest(HsvContour(p.task.hue, s).find(p.bgr));
+      return largest_outline(HsvContour(p.task.hue, s).find(p.bgr));
     });
   if (asked("vpdot2"))
     chosen.vpdot2 =

@@ -15,17 +15,17 @@
 namespace ballservo {
 namespace {
 
-constexpr int channels = 3, terms = 4;             // of the model: O, A, B, D
-constexpr double segment_px = 8;                   // of the outline has one background, contrast and shading
-constexpr int fewest_segments = 8;                 // of a small ball
-constexpr double reach_sigmas = 3, beyond_px = 4;  // how far from the outline pixels count
-constexpr double reach_inside = 0.6;               // of the radius, at most
-constexpr double least_seen = 0.5;                 // of a segment's pixels
+constexpr int color_channels = 3, terms = 4;  // of the model: O, A, B, D
+constexpr double segment_px = 8;              // of the outline has one background, contrast and shading
+constexpr int fewest_segments = 8;            // of a small ball
+constexpr double reach_sigmas = 3, beyond_edge_px = 4;  // how far from the outline pixels count
+constexpr double reach_inside = 0.6;                    // of the radius, at most
+constexpr double least_seen = 0.5;                      // of a segment's pixels
 
 using Terms = Eigen::Matrix<double, terms, 1>;
-using Levels = Eigen::Matrix<double, channels, 1>;
-using Global = Eigen::Vector4d;           // p_C, s
-constexpr int locals = 2 * channels + 2;  // O and A of each channel, slopes of root and ramp
+using Levels = Eigen::Matrix<double, color_channels, 1>;
+using Global = Eigen::Vector4d;                 // p_C, s
+constexpr int locals = 2 * color_channels + 2;  // O and A of each channel, slopes of root and ramp
 using Local = Eigen::Matrix<double, locals, 1>;
 
 double edge_width_px(const BoundScene& scene) { return std::sqrt(scene.blur_px * scene.blur_px + 1.0 / 12); }
@@ -66,7 +66,7 @@ std::optional<OutlinePixel> outline_pixel(const BoundScene& scene, const Tangent
 // The ball's outline cut into segments, with the pixels near each.
 std::vector<ArcSegment> collect(const BoundScene& scene, const TangentCone& cone,
                                 const OutlineEllipse& outline) {
-  const double reach_px = reach_sigmas * edge_width_px(scene) + beyond_px;
+  const double reach_px = reach_sigmas * edge_width_px(scene) + beyond_edge_px;
   const double inside_px = std::min(reach_px, reach_inside * outline.radius_px);
   const int count =
       std::max(fewest_segments, static_cast<int>(std::ceil(2 * M_PI * outline.radius_px / segment_px)));
@@ -121,7 +121,7 @@ TermsAt terms_at(double distance_px, double s) {
 Local local_row(const BoundNuisances& unknown, int channel, const Terms& value, double ball_level) {
   Local row = Local::Zero();
   if (unknown.background) row[channel] = value[0];
-  if (unknown.contrast) row[channels + channel] = value[1];
+  if (unknown.contrast) row[color_channels + channel] = value[1];
   if (unknown.shading) row.tail<2>() = ball_level * value.tail<2>();
   return row;
 }
@@ -132,14 +132,14 @@ Eigen::Matrix4d information(const ArcSegment& segment, const BoundScene& scene,
   const double s = edge_width_px(scene);
   const auto pixels = static_cast<Eigen::Index>(segment.pixels.size());
   std::vector<TermsAt> at;
-  Eigen::MatrixXd values(pixels, terms), levels(pixels, channels);
+  Eigen::MatrixXd values(pixels, terms), levels(pixels, color_channels);
   for (Eigen::Index i = 0; i < pixels; ++i) {
     const OutlinePixel& pixel = segment.pixels[static_cast<std::size_t>(i)];
     at.push_back(terms_at(pixel.distance_px, s));
     values.row(i) = at.back().value;
     levels.row(i) = pixel.clean;
   }
-  const Eigen::Matrix<double, terms, channels> profile =
+  const Eigen::Matrix<double, terms, color_channels> profile =
       values.completeOrthogonalDecomposition().solve(levels);
   Eigen::Matrix4d global = Eigen::Matrix4d::Zero();
   Eigen::Matrix<double, 4, locals> mixed = Eigen::Matrix<double, 4, locals>::Zero();
@@ -147,7 +147,7 @@ Eigen::Matrix4d information(const ArcSegment& segment, const BoundScene& scene,
   for (Eigen::Index i = 0; i < pixels; ++i) {
     const OutlinePixel& pixel = segment.pixels[static_cast<std::size_t>(i)];
     const TermsAt& term = at[static_cast<std::size_t>(i)];
-    for (int c = 0; c < channels; ++c) {
+    for (int c = 0; c < color_channels; ++c) {
       const double level = pixel.clean[c];
       if (level <= 0 || level >= 255) continue;  // saturated: it tells nothing
       const double weight = 1 / (scene.read_noise * scene.read_noise + scene.shot_noise * level + 1.0 / 12);

@@ -79,8 +79,8 @@ Obstacle occluder(const ComparisonCondition& condition, const Eigen::Isometry3d&
 }
 
 // Boxes behind the ball.
-void add_clutter(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                 const Eigen::Vector3d& p_CB, RandomEngine& engine, World& world) {
+void add_lab_clutter(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
+                     const Eigen::Vector3d& p_CB, RandomEngine& engine, World& world) {
   constexpr int count = 14;
   for (int k = 0; k < count; ++k) {
     const double size = p_CB.z() * uniform(engine, 0.05, 0.25);
@@ -109,7 +109,8 @@ void add_ring_clutter(const ComparisonCondition& condition, const Eigen::Isometr
   }
 }
 
-Texture near_color(const ComparisonCondition& condition, double low, double high, RandomEngine& engine) {
+Texture nearly_ball_colored(const ComparisonCondition& condition, double low, double high,
+                            RandomEngine& engine) {
   Texture texture;
   texture.color = *color_from_word(condition.ball_color) * uniform(engine, low, high);
   return texture;
@@ -126,7 +127,7 @@ void add_same_color(const ComparisonCondition& condition, const Eigen::Isometry3
     world.obstacles.push_back(
         box(X_WC * (depth / z * Eigen::Vector3d(place.x(), place.y(), z)),
             {0.3 * side, side * uniform(engine, 0.5, 1.5), side * uniform(engine, 0.5, 1.5)},
-            uniform(engine, -0.6, 0.6), near_color(condition, 0.7, 1.1, engine)));
+            uniform(engine, -0.6, 0.6), nearly_ball_colored(condition, 0.7, 1.1, engine)));
   }
   if (!condition.touching) return;
   const double width = r * uniform(engine, 0.4, 1.2), length = r * uniform(engine, 3, 6);
@@ -135,7 +136,7 @@ void add_same_color(const ComparisonCondition& condition, const Eigen::Isometry3
   const double scale = (z + r) / z;
   const Eigen::Vector3d center(p_CB.x() + side * shift, p_CB.y() + uniform(engine, -0.3, 0.3) * length, z);
   world.obstacles.push_back(box(X_WC * (scale * center), {0.002, scale * width, scale * length}, 0,
-                                near_color(condition, 0.85, 1.1, engine)));
+                                nearly_ball_colored(condition, 0.85, 1.1, engine)));
 }
 
 // The camera's places while it is exposed: along a line in the picture's plane, the middle one at its own.
@@ -189,7 +190,7 @@ RenderedFrame lab_frame(const ComparisonCondition& condition, RandomEngine& engi
   if (condition.background == ComparisonBackground::plain) {
     world.room.wall.texture.pattern = world.room.floor.texture.pattern = Pattern::plain;
   } else {
-    add_clutter(condition, X_WC, p_CB, engine, world);
+    add_lab_clutter(condition, X_WC, p_CB, engine, world);
   }
 
   // A lamp from the camera's side, above, as bright at the ball wherever it hangs.

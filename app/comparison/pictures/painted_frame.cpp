@@ -18,7 +18,7 @@ BallChannels channels_of(const ComparisonCondition& condition) {
   return BallChannels(2 - own_channel(condition.ball_color));
 }
 
-Color ball_color(const BallChannels& channels) {
+Color linear_ball_color(const BallChannels& channels) {
   Color color;
   color[channels.other_1] = 0.07f;
   color[channels.own] = 0.6f;
@@ -41,7 +41,7 @@ Color muted_color(const BallChannels& channels, RandomEngine& engine) {
 }
 
 Color near_color(const BallChannels& channels, RandomEngine& engine) {
-  Color color = ball_color(channels) * static_cast<float>(uniform(engine, 0.5, 1.2));
+  Color color = linear_ball_color(channels) * static_cast<float>(uniform(engine, 0.5, 1.2));
   color[channels.other_1] *= static_cast<float>(uniform(engine, 0.8, 2.2));
   color[channels.other_2] *= static_cast<float>(uniform(engine, 0.8, 2.2));
   return color;
@@ -174,7 +174,7 @@ BallPaint draw_paint(const ComparisonCondition& condition, const Eigen::Vector3d
   };
   BallPaint paint;
   paint.look = condition.look;
-  paint.color = ball_color(channels_of(condition));
+  paint.color = linear_ball_color(channels_of(condition));
   paint.light.to_lamp = around(uniform(engine, 0.1, 1.5));
   paint.gloss.half_vector = (paint.light.to_lamp + to_camera).normalized();
   paint.shadow.side = around(M_PI / 2);

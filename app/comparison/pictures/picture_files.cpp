@@ -55,7 +55,7 @@ FrameTruth read_truth(const CsvRow& row) {
 }
 
 // As OpenCV counts it: the most frequent hue of the saturated pixels inside the ball's circle.
-int hue_of(const FrameTruth& truth, const cv::Mat& bgr) {
+int most_frequent_hue(const FrameTruth& truth, const cv::Mat& bgr) {
   if (!truth.outline) return 0;
   const OutlineEllipse& ball = *truth.outline;
   const int reach = std::max(1, static_cast<int>(0.6 * ball.radius_px));
@@ -212,7 +212,7 @@ ComparisonPicture PictureFiles::picture(std::size_t condition, int frame) const 
   picture.detector.options.seed = options_.seed;
   MethodTask& task = picture.task;
   task.color_class = row.color_class;
-  task.hue = hue_of(row.truth, picture.bgr);
+  task.hue = most_frequent_hue(row.truth, picture.bgr);
   if (!row.truth.outline) return picture;
   const OutlineEllipse& ball = *row.truth.outline;
   RandomEngine engine = random_stream(options_.seed, "start/" + row.class_name + "/" + row.truth.source,

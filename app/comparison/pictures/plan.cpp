@@ -14,7 +14,7 @@
 namespace ballservo {
 namespace {
 
-constexpr long long most_frames = 1000000000;
+constexpr long long most_plan_frames = 1000000000;
 
 // Measured: what a picture of 640x480 with all methods takes on one core, and what its rows need.
 constexpr double seconds_a_frame = 0.15, seconds_a_view = 0.12, seconds_a_condition = 1.5, bytes_a_fit = 230;
@@ -87,7 +87,7 @@ void declare(OptionVisitor& v, PlanFile& plan) {
   if (v.present("claims", false))
     v.choice("claims", plan.claims, {"paper"}, "the paper's claims are looked at one by one",
              otherwise("none"));
-  v.integer("frames", plan.defaults.condition.frames, 1, most_frames, "pictures of each condition");
+  v.integer("frames", plan.defaults.condition.frames, 1, most_plan_frames, "pictures of each condition");
   v.map("defaults", [&] { declare(v, plan.defaults); });
   const bool designed = v.present("design", false);
   v.list("conditions", 0, designed ? Fallback{} : required, [&](std::size_t) {

@@ -64,7 +64,7 @@ std::shared_ptr<const ColorTable> dominant_color(const ComparisonCondition& cond
 }
 
 // As OpenCV counts it, of a colour word's reflectance.
-int hue_of(const std::string& color) {
+int hue_of_word(const std::string& color) {
   const Rgb rgb = *color_from_word(color);
   cv::Mat pixel(1, 1, CV_32FC3, cv::Scalar(rgb[2], rgb[1], rgb[0])), hsv;
   cv::cvtColor(pixel, hsv, cv::COLOR_BGR2HSV);
@@ -147,7 +147,7 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
                           condition.sensor.gamma}];
     if (!table) table = lab ? learn_color(condition, plan_.seed) : dominant_color(condition);
     setups_[c].colors = table;
-    setups_[c].hue = lab ? hue_of(condition.ball_color) : 60 * own_channel(condition.ball_color);
+    setups_[c].hue = lab ? hue_of_word(condition.ball_color) : 60 * own_channel(condition.ball_color);
     auto& rays = cameras[camera_numbers(condition.camera)];
     if (!rays) rays = std::make_shared<const RayTable>(condition.camera);
     setups_[c].rays = rays;

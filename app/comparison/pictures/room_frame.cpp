@@ -39,7 +39,7 @@ struct Stage {
 };
 
 // Any colour but the ball's.
-Rgb muted_color(const BallChannels& channels, RandomEngine& engine) {
+Rgb muted_rgb(const BallChannels& channels, RandomEngine& engine) {
   Rgb color(uniform(engine, 0.1, 0.7), uniform(engine, 0.1, 0.7), uniform(engine, 0.1, 0.7));
   double& own = color[channels.own];
   own = std::min(own, 1.4 * std::max(color[channels.other_1], color[channels.other_2]));
@@ -49,13 +49,13 @@ Rgb muted_color(const BallChannels& channels, RandomEngine& engine) {
 Texture muted_texture(const BallChannels& channels, RandomEngine& engine) {
   Texture texture;
   texture.pattern = all_patterns[uniform_index(engine, static_cast<std::uint32_t>(all_patterns.size()))];
-  texture.color = muted_color(channels, engine);
-  texture.color_2 = 0.6 * texture.color + 0.4 * muted_color(channels, engine);
+  texture.color = muted_rgb(channels, engine);
+  texture.color_2 = 0.6 * texture.color + 0.4 * muted_rgb(channels, engine);
   texture.scale_m = uniform(engine, 0.03, 0.4);
   return texture;
 }
 
-Texture near_color(const Stage& stage, RandomEngine& engine) {
+Texture near_texture(const Stage& stage, RandomEngine& engine) {
   Texture texture;
   texture.color = stage.ball_color * uniform(engine, 0.6, 1.1);
   texture.color[stage.channels.other_1] *= uniform(engine, 0.7, 1.8);
@@ -79,7 +79,7 @@ Eigen::Vector2d random_pixel(const Stage& stage, RandomEngine& engine) {
           uniform(engine, 0, stage.camera.size().height_px - 1.0)};
 }
 
-void add_clutter(Stage& stage, RandomEngine& engine) {
+void add_room_clutter(Stage& stage, RandomEngine& engine) {
   const double z = stage.p_CB.z();
   for (int k = 0; k < 40; ++k) {
     const double size_px = uniform(engine, 20, 120), depth_m = z * uniform(engine, 1.3, 2.2);
@@ -101,7 +101,7 @@ void add_distractors(Stage& stage, RandomEngine& engine) {
     if (stage.ball && (pixel - stage.ball->center_px).norm() < clear_px) continue;
     const double size_m = size_px * depth_m / stage.camera.focal_px();
     stage.put(random_solid(size_m, engine), stage.world_point(pixel, depth_m + 0.3 * size_m),
-              uniform(engine, 0, M_PI), near_color(stage, engine));
+              uniform(engine, 0, M_PI), near_texture(stage, engine));
     ++k;
   }
 }
@@ -118,7 +118,7 @@ void add_false_disc(Stage& stage, RandomEngine& engine) {
   const bool cut = uniform01(engine) < 0.6;
   const double turned_rad = cut ? uniform(engine, 0, 0.4) : uniform(engine, 0.61, 1.2);
   stage.put(DiscShape{radius_m}, center_m, facing_rad + (uniform01(engine) < 0.5 ? -turned_rad : turned_rad),
-            near_color(stage, engine));
+            near_texture(stage, engine));
   if (!cut) return;
   const double edge = hiding_edge_distance(uniform(engine, 0.55, 0.8));
   const bool upright = uniform01(engine) < 0.5;
@@ -220,7 +220,7 @@ RenderedFrame room_frame(const ComparisonCondition& condition, RandomEngine& eng
   } else {
     for (int k = 0; k < 4; ++k) add_false_disc(stage, engine);
   }
-  add_clutter(stage, engine);
+  add_room_clutter(stage, engine);
   add_distractors(stage, engine);
   add_lamp(stage, occluder_side, engine);
 

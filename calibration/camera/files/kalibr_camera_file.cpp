@@ -13,7 +13,7 @@ bool is_camera_name(std::string_view name) {
          std::all_of(name.begin() + 3, name.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-bool recognises(std::string_view text) {
+bool is_kalibr_text(std::string_view text) {
   // A line that begins with the key cam0, or another number.
   for (std::size_t start = 0; start < text.size();
        start = std::min(text.find('\n', start), text.size() - 1) + 1) {
@@ -43,7 +43,7 @@ std::string chosen_camera(StrictYaml& yaml, YamlNode& root, const std::string& f
   return chosen;
 }
 
-void read_distortion(YamlNode& node, CameraParameters& parameters) {
+void read_kalibr_distortion(YamlNode& node, CameraParameters& parameters) {
   const std::string model = node.text("distortion_model");
   if (model != "none" && model != "radtan" && model != "equidistant") {
     node.leave_aside("distortion_coeffs");
@@ -60,7 +60,8 @@ void read_distortion(YamlNode& node, CameraParameters& parameters) {
   if (model == "equidistant") parameters.model = LensModel::kannala_brandt;
 }
 
-Camera read(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
+Camera read_kalibr(const std::filesystem::path& file, const std::string& text,
+                   const std::string& camera_name) {
   StrictYaml yaml = StrictYaml::from_text(text, file.string());
   YamlNode root = yaml.root();
   const std::string chosen = chosen_camera(yaml, root, file.string(), camera_name);
@@ -71,7 +72,7 @@ Camera read(const std::filesystem::path& file, const std::string& text, const st
     const auto numbers = node.numbers("intrinsics", NumberRange::any(""), 4);
     parameters.fx_px = numbers[0], parameters.fy_px = numbers[1];
     parameters.cx_px = numbers[2], parameters.cy_px = numbers[3];
-    read_distortion(node, parameters);
+    read_kalibr_distortion(node, parameters);
   } else {
     node.fault("camera_model", model.empty() ? "nothing" : model,
                "pinhole, with distortion_model none, radtan or equidistant");
@@ -84,7 +85,7 @@ Camera read(const std::filesystem::path& file, const std::string& text, const st
   return finished_camera(yaml, parameters, file.string());
 }
 
-std::string write(const Camera& camera, const std::string&) {
+std::string write_kalibr(const Camera& camera, const std::string&) {
   const CameraParameters& p = camera.parameters();
   const auto& k = p.coefficients;
   if (p.model == LensModel::brown && k[4] != 0)
@@ -104,9 +105,14 @@ std::string write(const Camera& camera, const std::string&) {
 }  // namespace
 
 CameraFileFormat kalibr_camera_format() {
-  return {
-      "kalibr", "Kalibr camchain YAML", {}, {LensModel::pinhole, LensModel::kannala_brandt}, recognises, read,
-      write,    {LensModel::brown}};
+  return {"kalibr",
+          "Kalibr camchain YAML",
+          {},
+          {LensModel::pinhole, LensModel::kannala_brandt},
+          is_kalibr_text,
+          read_kalibr,
+          write_kalibr,
+          {LensModel::brown}};
 }
 
 }  // namespace ballservo

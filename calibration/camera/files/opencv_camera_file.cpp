@@ -27,7 +27,7 @@ bool is_one_of(const std::string& key, const Names& names) {
   return std::find(names.begin(), names.end(), plain(key)) != names.end();
 }
 
-bool recognises(std::string_view text) { return text.substr(0, 5) == "%YAML"; }
+bool is_opencv_text(std::string_view text) { return text.substr(0, 5) == "%YAML"; }
 
 /// The key that is spelled in one of these ways; `usual` where there is none. A second one is a fault.
 std::string key_of(YamlNode& root, const Names& names, const std::string& usual) {
@@ -46,7 +46,7 @@ struct Matrix {
   long long rows = 0, columns = 0;
   std::vector<double> data;
 };
-Matrix read_matrix(YamlNode& root, const std::string& key) {
+Matrix read_opencv_matrix(YamlNode& root, const std::string& key) {
   YamlNode node = root.map(key);
   if (!root.has(key)) return {};
   Matrix matrix{node.integer("rows", 1, 64), node.integer("cols", 1, 64), {}};
@@ -70,9 +70,9 @@ void read_size(YamlNode& root, ImageSize& size) {
   size.height_px = static_cast<int>(root.integer(key_of(root, height_names, "image_height"), 1, 65536));
 }
 
-void read_distortion(YamlNode& root, CameraParameters& parameters) {
+void read_opencv_distortion(YamlNode& root, CameraParameters& parameters) {
   const std::string key = key_of(root, distortion_names, "distortion_coefficients");
-  const auto [rows, columns, data] = read_matrix(root, key);
+  const auto [rows, columns, data] = read_opencv_matrix(root, key);
   const bool fisheye = root.integer("fisheye_model", 0, 1, 0) == 1;
   if (data.empty()) return;
   if (rows != 1 && columns != 1)
@@ -109,7 +109,8 @@ void leave_the_rest(YamlNode& root) {
   }
 }
 
-Camera read(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
+Camera read_opencv(const std::filesystem::path& file, const std::string& text,
+                   const std::string& camera_name) {
   // "%YAML:1.0" is no directive of YAML's: a comment in its place keeps the lines' numbers.
   std::string yaml_text = text;
   yaml_text[text.find('%')] = '#';
@@ -119,39 +120,42 @@ Camera read(const std::filesystem::path& file, const std::string& text, const st
   read_size(root, parameters.size);
   check_camera_name(root, camera_name);
   const std::string key = key_of(root, matrix_names, "camera_matrix");
-  const Matrix matrix = read_matrix(root, key);
+  const Matrix matrix = read_opencv_matrix(root, key);
   if (!matrix.data.empty() && (matrix.rows != 3 || matrix.columns != 3))
     root.fault(key, fmt::format("a matrix of {} x {}", matrix.rows, matrix.columns), "3 x 3");
   else
     set_camera_matrix(root, key, matrix.data, parameters);
-  read_distortion(root, parameters);
+  read_opencv_distortion(root, parameters);
   leave_the_rest(root);
   return finished_camera(yaml, parameters, file.string());
 }
 
-std::string matrix_text(std::string_view name, int rows, const std::vector<double>& data) {
+std::string opencv_matrix_text(std::string_view name, int rows, const std::vector<double>& data) {
   return fmt::format("{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: {}\n", name, rows,
                      data.size() / static_cast<std::size_t>(rows), yaml_floats(data));
 }
 
-std::string write(const Camera& camera, const std::string& camera_name) {
+std::string write_opencv(const Camera& camera, const std::string& camera_name) {
   const CameraParameters& p = camera.parameters();
   const std::vector<double> column = coefficients(p);
   return fmt::format(
              "%YAML:1.0\n---\ncamera_name: {}\nimage_width: {}\nimage_height: {}\nfisheye_model: {}\n",
              yaml_quoted(camera_name), p.size.width_px, p.size.height_px,
              p.model == LensModel::kannala_brandt ? 1 : 0) +
-         matrix_text("camera_matrix", 3, camera_matrix(p)) +
-         matrix_text("distortion_coefficients", static_cast<int>(column.size()), column);
+         opencv_matrix_text("camera_matrix", 3, camera_matrix(p)) +
+         opencv_matrix_text("distortion_coefficients", static_cast<int>(column.size()), column);
 }
 
 }  // namespace
 
 CameraFileFormat opencv_camera_format() {
-  return {"opencv",   "OpenCV YAML",
-          {},         {LensModel::pinhole, LensModel::brown, LensModel::brown8, LensModel::kannala_brandt},
-          recognises, read,
-          write};
+  return {"opencv",
+          "OpenCV YAML",
+          {},
+          {LensModel::pinhole, LensModel::brown, LensModel::brown8, LensModel::kannala_brandt},
+          is_opencv_text,
+          read_opencv,
+          write_opencv};
 }
 
 }  // namespace ballservo

@@ -21,7 +21,7 @@ const std::vector<RosModel>& ros_models() {
   return models;
 }
 
-bool recognises(std::string_view text) {
+bool is_ros_text(std::string_view text) {
   // Keys at the start of a line; an OpenCV file has some of them too, but says so in its first line.
   const auto has_key = [&](std::string_view key) {
     const auto at = text.find(key);
@@ -32,8 +32,8 @@ bool recognises(std::string_view text) {
 }
 
 /// A matrix of ROS: {rows, cols, data}. Its numbers, or nothing but faults.
-std::vector<double> read_matrix(YamlNode& parent, const std::string& key, long long rows, long long columns,
-                                bool required) {
+std::vector<double> read_ros_matrix(YamlNode& parent, const std::string& key, long long rows,
+                                    long long columns, bool required) {
   if (!required && !parent.has(key)) return {};
   YamlNode node = parent.map(key, required);
   if (!parent.has(key)) return {};
@@ -42,7 +42,7 @@ std::vector<double> read_matrix(YamlNode& parent, const std::string& key, long l
   return node.numbers("data", NumberRange::any(""), static_cast<std::size_t>(rows * columns));
 }
 
-void read_distortion(YamlNode& root, CameraParameters& parameters) {
+void read_ros_distortion(YamlNode& root, CameraParameters& parameters) {
   std::vector<std::string> names;
   for (const RosModel& ros : ros_models()) names.emplace_back(ros.name);
   const std::string name = root.choice("distortion_model", names);
@@ -65,17 +65,17 @@ void read_distortion(YamlNode& root, CameraParameters& parameters) {
   parameters.model = ros->model;
 }
 
-Camera read(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
+Camera read_ros(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
   StrictYaml yaml = StrictYaml::from_text(text, file.string());
   YamlNode root = yaml.root();
   CameraParameters parameters;
   parameters.size.width_px = static_cast<int>(root.integer("image_width", 1, 65536));
   parameters.size.height_px = static_cast<int>(root.integer("image_height", 1, 65536));
   check_camera_name(root, camera_name);
-  set_camera_matrix(root, "camera_matrix", read_matrix(root, "camera_matrix", 3, 3, true), parameters);
-  read_distortion(root, parameters);
-  read_matrix(root, "rectification_matrix", 3, 3, false);
-  read_matrix(root, "projection_matrix", 3, 4, false);
+  set_camera_matrix(root, "camera_matrix", read_ros_matrix(root, "camera_matrix", 3, 3, true), parameters);
+  read_ros_distortion(root, parameters);
+  read_ros_matrix(root, "rectification_matrix", 3, 3, false);
+  read_ros_matrix(root, "projection_matrix", 3, 4, false);
   for (const char* key : {"binning_x", "binning_y"})
     if (root.has(key)) root.integer(key, 0, 65536);
   if (root.has("roi")) {
@@ -86,23 +86,24 @@ Camera read(const std::filesystem::path& file, const std::string& text, const st
   return finished_camera(yaml, parameters, file.string());
 }
 
-std::string matrix_text(std::string_view name, int rows, const std::vector<double>& data) {
+std::string ros_matrix_text(std::string_view name, int rows, const std::vector<double>& data) {
   return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: {}\n", name, rows,
                      data.size() / static_cast<std::size_t>(rows), yaml_floats(data));
 }
 
-std::string write(const Camera& camera, const std::string& camera_name) {
+std::string write_ros(const Camera& camera, const std::string& camera_name) {
   const CameraParameters& p = camera.parameters();
   const LensModel model = p.model == LensModel::pinhole ? LensModel::brown : p.model;
   const auto ros = std::find_if(ros_models().begin(), ros_models().end(),
                                 [&](const RosModel& candidate) { return candidate.model == model; });
   return fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n", p.size.width_px,
                      p.size.height_px, yaml_quoted(camera_name)) +
-         matrix_text("camera_matrix", 3, camera_matrix(p)) +
+         ros_matrix_text("camera_matrix", 3, camera_matrix(p)) +
          fmt::format("distortion_model: {}\n", ros->name) +
-         matrix_text("distortion_coefficients", 1, coefficients(p)) +
-         matrix_text("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
-         matrix_text("projection_matrix", 3, {p.fx_px, 0, p.cx_px, 0, 0, p.fy_px, p.cy_px, 0, 0, 0, 1, 0});
+         ros_matrix_text("distortion_coefficients", 1, coefficients(p)) +
+         ros_matrix_text("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
+         ros_matrix_text("projection_matrix", 3,
+                         {p.fx_px, 0, p.cx_px, 0, 0, p.fy_px, p.cy_px, 0, 0, 0, 1, 0});
 }
 
 }  // namespace
@@ -112,9 +113,9 @@ CameraFileFormat ros_camera_format() {
           "ROS camera_info YAML",
           {".yaml", ".yml"},
           {LensModel::pinhole, LensModel::brown, LensModel::brown8, LensModel::kannala_brandt},
-          recognises,
-          read,
-          write};
+          is_ros_text,
+          read_ros,
+          write_ros};
 }
 
 }  // namespace ballservo

@@ -220,13 +220,13 @@ void check_kud(const CameraParameters& p, double kud, const std::string& place) 
                      fmt::format("two coefficients of one lens (about {:.6g} as kud)", best_kud(p)));
 }
 
-bool recognises(std::string_view text) {
+bool is_visp_text(std::string_view text) {
   const auto start = text.find_first_not_of(" \t\r\n");
   return start != std::string_view::npos && text[start] == '<' && text.substr(start, 2) != "<<" &&
          text.find("<opencv_storage") == std::string_view::npos;
 }
 
-Camera read(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
+Camera read_visp(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
   FaultList faults;
   const auto entries = EntryReader(file.string(), faults).cameras(parse_xml(text, file.string()));
   faults.throw_if_any();
@@ -290,7 +290,7 @@ class ScratchFolder {
   std::filesystem::path path;
 };
 
-std::string write(const Camera& camera, const std::string& camera_name) {
+std::string write_visp(const Camera& camera, const std::string& camera_name) {
   const CameraParameters& p = camera.parameters();
   // Onto a file that already holds this camera ViSP's writer fails: a new one each time.
   const ScratchFolder folder;
@@ -302,7 +302,7 @@ std::string write(const Camera& camera, const std::string& camera_name) {
     throw InputError(file.string(), "ViSP's writer failed", "a writable temporary folder (TMPDIR)");
   const std::string text = read_file_bytes(file, 1u << 20);
   // ViSP's writer follows the process's locale: make sure that what it wrote is what was meant.
-  const CameraParameters back = read(file, text, "").parameters();
+  const CameraParameters back = read_visp(file, text, "").parameters();
   if (back.fx_px != p.fx_px || back.fy_px != p.fy_px || back.cx_px != p.cx_px || back.cy_px != p.cy_px ||
       back.coefficients != p.coefficients)
     throw InputError(file.string(), "numbers changed by ViSP's writer", "the C locale");
@@ -330,8 +330,9 @@ double best_kud(const CameraParameters& p) {
 }
 
 CameraFileFormat visp_camera_format() {
-  return {"visp",     "ViSP XML", {".xml"}, {LensModel::pinhole, LensModel::visp, LensModel::kannala_brandt},
-          recognises, read,       write};
+  return {
+      "visp",       "ViSP XML", {".xml"},  {LensModel::pinhole, LensModel::visp, LensModel::kannala_brandt},
+      is_visp_text, read_visp,  write_visp};
 }
 
 }  // namespace ballservo

@@ -8,8 +8,8 @@ namespace ballservo {
 
 namespace {
 
-constexpr int cells = 4;    // samples of an edge pixel, per side
-constexpr int squares = 2;  // squares of a cell, per side, for ball outlines
+constexpr int pixel_cells = 4;  // samples of an edge pixel, per side
+constexpr int squares = 2;      // squares of a cell, per side, for ball outlines
 
 /// The share of a square (centre x, y and side in pixels) inside a ball's outline.
 double ball_share(const BallCone& cone, const PixelRays& rays, double x, double y, double side) {
@@ -29,11 +29,12 @@ double ball_share(const BallCone& cone, const PixelRays& rays, double x, double 
 }
 
 /// Where in each cell its surface sample lies: 16 points of which no two share a row or column of sixteenths.
-constexpr std::array<std::array<double, 2>, cells* cells> cell_offsets = [] {
-  std::array<std::array<double, 2>, cells * cells> offsets{};
-  for (int j = 0; j < cells; ++j) {
-    for (int i = 0; i < cells; ++i) {
-      offsets[static_cast<std::size_t>(j * cells + i)] = {(j + 0.5) / cells, (i + 0.5) / cells};
+constexpr std::array<std::array<double, 2>, pixel_cells* pixel_cells> cell_offsets = [] {
+  std::array<std::array<double, 2>, pixel_cells * pixel_cells> offsets{};
+  for (int j = 0; j < pixel_cells; ++j) {
+    for (int i = 0; i < pixel_cells; ++i) {
+      offsets[static_cast<std::size_t>(j * pixel_cells + i)] = {(j + 0.5) / pixel_cells,
+                                                                (i + 0.5) / pixel_cells};
     }
   }
   return offsets;
@@ -89,7 +90,7 @@ class PixelSurfaces {
   const Viewpoint& view_;
   const std::vector<int>& solids_;
   double pixel_rad_;
-  std::array<Shaded, cells * cells> shaded_;
+  std::array<Shaded, pixel_cells * pixel_cells> shaded_;
   std::ptrdiff_t count_ = 0;
 };
 
@@ -98,8 +99,8 @@ Triples sample_rays(const PixelRays& rays, int first) {
   Floats x{}, y{};
   for (int k = 0; k < lanes; ++k) {
     const auto& offset = cell_offsets[static_cast<std::size_t>(first + k)];
-    x[k] = static_cast<float>(((first + k) % cells + offset[0]) / cells);
-    y[k] = static_cast<float>(((first + k) / cells + offset[1]) / cells);
+    x[k] = static_cast<float>(((first + k) % pixel_cells + offset[0]) / pixel_cells);
+    y[k] = static_cast<float>(((first + k) / pixel_cells + offset[1]) / pixel_cells);
   }
   const auto along = [&](int axis) {
     return static_cast<float>(rays.base[axis]) + x * static_cast<float>(rays.along_x[axis]) +
@@ -147,15 +148,15 @@ double half_plane_share(double inside, double slope_x, double slope_y, double si
 
 Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<int>& solids, double reach_rad,
                double pixel_rad, std::vector<NearBall>& near_balls) {
-  static_assert(cells * cells % lanes == 0);
+  static_assert(pixel_cells * pixel_cells % lanes == 0);
   find_near_balls(view.cones, rays, reach_rad, near_balls);
   PixelSurfaces surfaces(view, solids, pixel_rad);
   Rgb sum = Rgb::Zero();
-  for (int first = 0; first < cells * cells; first += lanes) {
+  for (int first = 0; first < pixel_cells * pixel_cells; first += lanes) {
     const Triples directions = sample_rays(rays, first);
     const SurfaceHits hits = view.scene.hit_surfaces(view.origin, directions, solids);
     for (int k = 0; k < lanes; ++k) {
-      const int i = (first + k) % cells, j = (first + k) / cells;
+      const int i = (first + k) % pixel_cells, j = (first + k) / pixel_cells;
       const Eigen::Vector3d direction(directions.x[k], directions.y[k], directions.z[k]);
       double rest = 1.0;
       for (const auto& [near_cone, whole] : near_balls) {
@@ -164,8 +165,8 @@ Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<i
         double share = whole ? squares * squares : 0;
         for (int sj = 0; sj < squares && !whole; ++sj) {
           for (int si = 0; si < squares; ++si) {
-            share += ball_share(cone, rays, (i + (si + 0.5) / squares) / cells,
-                                (j + (sj + 0.5) / squares) / cells, 1.0 / (cells * squares));
+            share += ball_share(cone, rays, (i + (si + 0.5) / squares) / pixel_cells,
+                                (j + (sj + 0.5) / squares) / pixel_cells, 1.0 / (pixel_cells * squares));
           }
         }
         share /= squares * squares;
@@ -177,7 +178,7 @@ Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<i
       if (rest > 1e-12) sum += rest * surfaces.color(hits.surface[k], hits.t[k], direction);
     }
   }
-  return sum / (cells * cells);
+  return sum / (pixel_cells * pixel_cells);
 }
 
 }  // namespace ballservo

@@ -91,7 +91,7 @@ struct Crossing {
   Floats enter, leave;
 };
 
-Crossing cross(double o, Floats d, double half) {
+Crossing cross_slab(double o, Floats d, double half) {
   const Floats a = spread(-half - o) / d, b = spread(half - o) / d;
   return {min(a, b), max(a, b)};
 }
@@ -109,8 +109,8 @@ BALLSERVO_WIDE void hit_solid(const SceneSolid& solid, int index, const Eigen::V
   Ints face;
   switch (solid.kind) {
     case SceneSolid::Kind::box: {
-      const Crossing x = cross(o.x(), d.x, solid.half.x()), y = cross(o.y(), d.y, solid.half.y()),
-                     z = cross(o.z(), d.z, solid.half.z());
+      const Crossing x = cross_slab(o.x(), d.x, solid.half.x()), y = cross_slab(o.y(), d.y, solid.half.y()),
+                     z = cross_slab(o.z(), d.z, solid.half.z());
       enter = max(max(x.enter, y.enter), z.enter);
       leave = min(min(x.leave, y.leave), z.leave);
       face = enter == x.enter   ? entered_face(0, d.x)
@@ -125,7 +125,7 @@ BALLSERVO_WIDE void hit_solid(const SceneSolid& solid, int index, const Eigen::V
       // b^2 - a c without the difference of two large numbers.
       const Floats across = ox * d.y - oy * d.x, discriminant = a * radius * radius - across * across;
       const Floats root = square_root(max(discriminant, spread(0.0f)));
-      const Crossing z = cross(o.z(), d.z, solid.half.z());
+      const Crossing z = cross_slab(o.z(), d.z, solid.half.z());
       const Floats none = spread(std::numeric_limits<float>::infinity());
       const Floats side = discriminant < 0.0f ? none : (-b - root) / a;
       enter = max(side, z.enter);

@@ -43,8 +43,6 @@ struct Shadow {
 
 using Edge = std::pair<Eigen::Vector3d, Eigen::Vector3d>;
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 /// The edges of a solid in its own frame; round ones as prisms.
 std::vector<Edge> edges_of(const SceneSolid& solid) {
   std::vector<Eigen::Vector2d> base;

@@ -20,12 +20,12 @@ Eigen::Vector3d three_normals(RandomEngine engine) {
   return normals;
 }
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double endless_m = std::numeric_limits<double>::infinity();
 
 /// Where a ray over the floor enters an outline and leaves it; empty where it misses.
 std::optional<std::pair<double, double>> crossing(const FloorOutline& outline, const Eigen::Vector2d& apex,
                                                   const Eigen::Vector2d& ahead) {
-  double enter = -infinite, leave = infinite;
+  double enter = -endless_m, leave = endless_m;
   if (outline.radius_m > 0) {
     const Eigen::Vector2d away = outline.points_m.front() - apex;
     const double along = away.dot(ahead);
@@ -124,7 +124,7 @@ std::optional<FloorSensor::Span> FloorSensor::hidden_by(const Thing& thing, cons
   if (!within) return std::nullopt;
   const double h = mount_.up_m;
   const auto foot_m = [h](double range_m, double height_m) {
-    return height_m < h ? range_m * h / (h - height_m) : infinite;
+    return height_m < h ? range_m * h / (h - height_m) : endless_m;
   };
   return Span{foot_m(within->first, std::max(0.0, thing.bottom_m)), foot_m(within->second, thing.top_m)};
 }
@@ -141,7 +141,7 @@ std::optional<FloorSensor::Span> FloorSensor::hidden_by(const Ball& ball, double
   if (along <= 0 || cut2 <= 0 || cut2 >= distance * distance) return std::nullopt;
   const double middle = std::atan2(down, along), half = std::asin(std::sqrt(cut2) / distance);
   const auto foot_m = [this](double angle) {
-    return angle > 1e-9 ? mount_.up_m / std::tan(std::min(angle, M_PI / 2)) : infinite;
+    return angle > 1e-9 ? mount_.up_m / std::tan(std::min(angle, M_PI / 2)) : endless_m;
   };
   return Span{foot_m(middle + half), foot_m(middle - half)};
 }
@@ -149,7 +149,7 @@ std::optional<FloorSensor::Span> FloorSensor::hidden_by(const Ball& ball, double
 double FloorSensor::to_wall_m(const Eigen::Vector2d& apex, const Eigen::Vector2d& ahead) const {
   const Room& room = world_.room;
   const auto along = [](double from, double way, double low, double high) {
-    return way > 0 ? (high - from) / way : way < 0 ? (low - from) / way : infinite;
+    return way > 0 ? (high - from) / way : way < 0 ? (low - from) / way : endless_m;
   };
   return std::max(0.0, std::min(along(apex.x(), ahead.x(), room.x_min_m, room.x_max_m),
                                 along(apex.y(), ahead.y(), room.y_min_m, room.y_max_m)));
@@ -165,7 +165,7 @@ FloorScan FloorSensor::scan(const Pose2& robot, double time_s, std::uint64_t see
   for (const FloorFan::Ray& ray : fan_.rays()) {
     const double heading = robot.yaw_rad + pan_rad + ray.bearing_rad;
     const Eigen::Vector2d ahead(std::cos(heading), std::sin(heading));
-    Span first{to_wall_m(apex, ahead), infinite};
+    Span first{to_wall_m(apex, ahead), endless_m};
     const auto look = [&first](const std::optional<Span>& span) {
       if (span && span->from_m < first.from_m) first = *span;
     };

@@ -12,8 +12,6 @@ namespace {
 
 constexpr double nothing = std::numeric_limits<double>::infinity();
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 }  // namespace
 
 void declare(OptionVisitor& v, SonarOptions& sonar) {
