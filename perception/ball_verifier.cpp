@@ -29,10 +29,13 @@ constexpr double half_hidden = 0.4, half_filled = 0.7, half_log_odds = 4, off_si
 // is less than this to the stated lens is an oval to any other.
 constexpr double lens_oval_fraction = 0.004, clearer_by = 0.1, least_of_stated_lens = 0.45;
 
-// What is a ball by a second look alone: its odds, its size in pixels and as a part of the picture's shorter
-// side, what its outline must show at least, and how far it may lie off the circle that is seen (radii).
-constexpr double least_log_odds_after_all = 4, least_after_all_px = 8, most_after_all_side = 0.25;
-constexpr double least_arc_after_all = 0.2, least_fill_after_all = 0.25, most_off_after_all = 0.12;
+// What is a ball by a second look: its odds, and how far it may lie off the circle that is seen (radii),
+// where its outline is an arc of a circle around a shaded thing, as of a half-hidden ball, and where the
+// second look speaks for it alone; its size in pixels and as a part of the picture's shorter side, and how
+// much of its disc has the colour.
+constexpr double least_arc = 0.3, least_sphere = 0.35, least_log_odds_of_arc = 1, most_off_arc = 0.2;
+constexpr double least_arc_alone = 0.2, least_log_odds_alone = 4, most_off_alone = 0.12;
+constexpr double least_thorough_px = 8, most_thorough_side = 0.25, least_thorough_fill = 0.25;
 
 constexpr const char* no_edge = "no edge along the circle";
 
@@ -112,7 +115,7 @@ void BallVerifier::allow_oval(const ClassView& view, VerifiedCandidate& candidat
 
 // Where a ball is expected, less suffices, and nothing is looked at again.
 const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, VerifiedCandidate& candidate) {
-  if (is_ball_after_all(view, candidate)) {
+  if (view.prior.thorough && is_seen_ball(view, candidate)) {
     candidate.verdict.reason = nullptr;
     return candidate;
   }
@@ -132,18 +135,22 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
 
 // A seam or a sheet across a ball, a skin that is not quite round: the outline says too little, where
 // contour, shading and colour together leave no doubt.
-bool BallVerifier::is_ball_after_all(const ClassView& view, const VerifiedCandidate& candidate) {
-  if (!view.prior.in_vain || !candidate.is_fitted || candidate.is_ball()) return false;
+bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& candidate) {
   const OutlineEllipse& outline = candidate.fit.ball.outline;
   const OutlineSupport& support = candidate.verdict.support;
-  if (outline.radius_px < least_after_all_px ||
-      outline.radius_px > most_after_all_side * std::min(view.bgr.cols, view.bgr.rows) ||
-      support.fill < least_fill_after_all || support.arc < least_arc_after_all ||
+  const double most_px = most_thorough_side * std::min(view.bgr.cols, view.bgr.rows);
+  if (!candidate.is_fitted || outline.radius_px < least_thorough_px || outline.radius_px > most_px ||
+      support.fill < least_thorough_fill || support.arc < least_arc_alone ||
       support.leak > options_.judge.max_leak)
     return false;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
-  return look.log_odds >= least_log_odds_after_all + view.prior.log_look_alikes &&
-         radii_off(look, outline) < most_off_after_all;
+  const double log_odds = look.log_odds - view.prior.log_look_alikes, off = radii_off(look, outline);
+  const cv::Rect2d picture({0, 0}, cv::Size2d(view.bgr.size()));
+  const bool is_arc = support.arc >= least_arc && candidate.verdict.quality >= view.prior.min_quality &&
+                      look.sphere >= least_sphere &&
+                      picture.contains({outline.center_px.x(), outline.center_px.y()});
+  return (log_odds >= least_log_odds_alone && off < most_off_alone) ||
+         (is_arc && log_odds >= least_log_odds_of_arc && off < most_off_arc);
 }
 
 bool BallVerifier::fit_sphere(BallFitter& fitter, double oval_fraction, const cv::Mat& bgr,

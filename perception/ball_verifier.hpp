@@ -84,7 +84,7 @@ class BallVerifier {
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
                 VerifiedCandidate& candidate, const KnownAngle& known = {});
   const VerifiedCandidate& looked_at_again(const ClassView& view, VerifiedCandidate& candidate);
-  bool is_ball_after_all(const ClassView& view, const VerifiedCandidate& candidate);
+  bool is_seen_ball(const ClassView& view, const VerifiedCandidate& candidate);
   BallJudge judge(const ClassView& view) const { return {view, *rays_, options_.judge}; }
   BallRadius radius(const ClassView& view) const { return options_.radius_of(view.colored.color_class); }
 

@@ -123,9 +123,9 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
   return balls_;
 }
 
-const std::vector<BallObservation>& Detector::detect_after_all(const cv::Mat& bgr, DetectionStages* stages) {
+const std::vector<BallObservation>& Detector::detect_thoroughly(const cv::Mat& bgr, DetectionStages* stages) {
   RegionPrior prior{min_ball_quality, true};
-  prior.in_vain = true;
+  prior.thorough = true;
   find_balls(bgr, {0, 0}, prior, stages);
   admit_other_responses(bgr);
   return balls_;

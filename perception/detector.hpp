@@ -54,9 +54,10 @@ class Detector {
                                              DetectionStages* stages = nullptr,
                                              double min_quality = min_ball_quality);
 
-  /// For the picture in which `detect` has just found nothing anywhere: the balls that show too little of
-  /// their outlines, by the colours of their pixels. Slower.
-  const std::vector<BallObservation>& detect_after_all(const cv::Mat& bgr, DetectionStages* stages = nullptr);
+  /// For the picture in which `detect` has just looked everywhere: its balls, and those that show too little
+  /// of their outlines, by the colours of their pixels. Slower.
+  const std::vector<BallObservation>& detect_thoroughly(const cv::Mat& bgr,
+                                                        DetectionStages* stages = nullptr);
 
   /// The expected ball, by the edges around it and without votes; nothing where they show none. Looks at the
   /// colours in `window` only, which holds its outline. A ball that passes as any does (`clearly`), or also

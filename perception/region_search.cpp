@@ -7,7 +7,7 @@
 namespace ballservo {
 namespace {
 
-constexpr int failures_per_region = 3, max_balls_per_region = 8;
+constexpr int failures_per_region = 3, thorough_failures_per_region = 10, max_balls_per_region = 8;
 // A disc of 12 px radius: a smaller one's edges before its own colour tell nothing (see outline_support).
 constexpr double least_unexplained_px2 = M_PI * 12 * 12;
 
@@ -65,7 +65,8 @@ void RegionSearch::find_by_votes(const ClassView& view, const RegionOutline& out
                                  int region, std::vector<BallObservation>& balls, DetectionStages* stages) {
   unexplained_ = outline;
   int found = 0;
-  for (int failures = 0; failures < failures_per_region && found < max_balls_per_region;) {
+  const int most_failures = view.prior.thorough ? thorough_failures_per_region : failures_per_region;
+  for (int failures = 0; failures < most_failures && found < max_balls_per_region;) {
     const auto vote = voter_.estimate(unexplained_.points, engine);
     if (!vote) return;
     const VotedCircle circle(*vote, rays_->camera().focal_px());

@@ -56,13 +56,11 @@ struct AnyLight {
   std::optional<AssumedLight> detect(const cv::Mat& bgr, DetectionStages* stages) {
     detector.set_light(LightCells::as_taught());
     balls = detector.detect(bgr, {}, stages);
+    if (balls.empty()) balls = detector.detect_thoroughly(bgr, stages);
     if (!balls.empty()) return std::nullopt;
     if (!other_lights) other_lights.emplace(detector);
     std::optional<AssumedLight> light = other_lights->find(bgr);
-    if (!light) {
-      balls = detector.detect_after_all(bgr, stages);
-      return std::nullopt;
-    }
+    if (!light) return std::nullopt;
     detector.set_light(cells_in(*light));
     for (const BallObservation& ball : detector.detect(bgr, {}, stages))
       if (detector.log_odds(bgr, ball) >= LightSearch::least_log_odds) balls.push_back(ball);

@@ -36,7 +36,7 @@ struct RegionPrior {
   double min_quality;     ///< that suffices for a ball here
   bool anywhere = false;  ///< the whole picture is searched: nothing says that a ball of the class is there
   double log_look_alikes = 0;  ///< ln of the number of regions of its class and about its size, with it
-  bool in_vain = false;  ///< the picture was searched, and showed no ball: a second look may decide for one
+  bool thorough = false;       ///< a second look may decide for a ball that shows too little of its outline
 };
 
 /// One class in a picture.

@@ -220,7 +220,6 @@ TEST(Detector, HexagonsOfAWallAreNoBalls) {
   EXPECT_LT(4 * found, found_where_expected);
 }
 
-// What may be a small ball where it is alone is hardly one among hundreds of its colour and size.
 // A ball with a line across it, half behind a sheet; and half a flat disc with such a line, which is none.
 TEST(Detector, ASecondLookDecidesWhereNothingElseIsABall) {
   Detector detector(std::make_shared<const RayTable>(test::pinhole(size, 400)), test::red_and_green(), {});
@@ -242,7 +241,7 @@ TEST(Detector, ASecondLookDecidesWhereNothingElseIsABall) {
         });
         cv::GaussianBlur(bgr, bgr, {}, 0.7);
         EXPECT_TRUE(detector.detect(bgr).empty());
-        const auto& balls = detector.detect_after_all(bgr);
+        const auto& balls = detector.detect_thoroughly(bgr);
         ASSERT_EQ(balls.size(), is_ball ? 1u : 0u) << radius_px << " px, " << shown;
         if (!is_ball) continue;
         EXPECT_NEAR((balls[0].outline.center_px - center_px).norm(), 0, 0.1);
@@ -252,6 +251,39 @@ TEST(Detector, ASecondLookDecidesWhereNothingElseIsABall) {
   }
 }
 
+// A blotched ball half behind a sheet: its shading is no clean sphere's, but its outline is an arc of a
+// circle. A blotched disc there is none.
+TEST(Detector, HalfABlotchedBallIsSeenByItsArc) {
+  Detector detector(std::make_shared<const RayTable>(test::pinhole(size, 400)), test::red_and_green(), {});
+  const Eigen::Vector2d center_px(160, 120);
+  for (const double radius_px : {24.0, 28.0, 32.0}) {
+    for (const bool is_ball : {true, false}) {
+      cv::Mat bgr = test::grey_picture();
+      if (is_ball)
+        test::paint_shaded_disc(bgr, center_px, radius_px, test::red);
+      else
+        test::paint_disc(bgr, center_px, radius_px, test::red);
+      for (int v = 0; v < bgr.rows; ++v) {
+        for (int u = 0; u < bgr.cols; ++u) {
+          const Eigen::Vector2d q = (Eigen::Vector2d(u, v) - center_px) / radius_px;
+          if (q.norm() < 0.99 && std::sin(9 * q.x()) * std::sin(11 * q.y() + 1) > 0.3)
+            bgr.at<cv::Vec3b>(v, u) *= 0.45;
+        }
+      }
+      test::paint(bgr, {60, 90, 80}, [&](const Eigen::Vector2d& p) {
+        return p.x() > center_px.x() - 0.1 * radius_px && p.x() < 280 && std::abs(p.y() - 120) < 90;
+      });
+      cv::GaussianBlur(bgr, bgr, {}, 0.7);
+      EXPECT_TRUE(detector.detect(bgr).empty());
+      const auto& balls = detector.detect_thoroughly(bgr);
+      ASSERT_EQ(balls.size(), is_ball ? 1u : 0u) << radius_px << " px";
+      if (!is_ball) continue;
+      EXPECT_NEAR((balls[0].outline.center_px - center_px).norm(), 0, 0.02 * radius_px);
+    }
+  }
+}
+
+// What may be a small ball where it is alone is hardly one among hundreds of its colour and size.
 TEST(Detector, AmongLeavesLessIsABall) {
   Detector detector(std::make_shared<const RayTable>(long_lens_camera(size)), test::red_and_green(), {});
   std::size_t alone = 0, among = 0;
