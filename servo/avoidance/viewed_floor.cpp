@@ -7,8 +7,8 @@ namespace ballservo {
 
 namespace {
 constexpr int directions = 36;  // of a turn on the spot
-constexpr double least_weight =
-    0.05;                       // so likely is the ball behind the start, or far from where it was lost
+// So likely is the ball behind the start, or far from where it was lost.
+constexpr double least_weight = 0.05;
 constexpr double lost_m = 1.0;  // half as likely so far from where it was lost
 constexpr double view_step_m = ViewedFloor::block_m;
 }  // namespace
