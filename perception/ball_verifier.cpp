@@ -146,8 +146,8 @@ bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& 
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   const double log_odds = look.log_odds - view.prior.log_look_alikes, off = radii_off(look, outline);
   const cv::Rect2d picture({0, 0}, cv::Size2d(view.bgr.size()));
-  const bool is_arc = support.arc >= least_arc && candidate.verdict.quality >= view.prior.min_quality &&
-                      look.sphere >= least_sphere &&
+  const bool is_arc = support.arc >= least_arc && outline.radius_px >= looked_at_again_px &&
+                      candidate.verdict.quality >= view.prior.min_quality && look.sphere >= least_sphere &&
                       picture.contains({outline.center_px.x(), outline.center_px.y()});
   return (log_odds >= least_log_odds_alone && off < most_off_alone) ||
          (is_arc && log_odds >= least_log_odds_of_arc && off < most_off_arc);
