@@ -220,6 +220,24 @@ TEST(Detector, HexagonsOfAWallAreNoBalls) {
   EXPECT_LT(4 * found, found_where_expected);
 }
 
+// A ball, or a flat disc in its place, spoilt and then hidden by a sheet from `shown` radii right of its
+// centre on.
+template <typename Spoil>
+cv::Mat half_behind_a_sheet(bool is_ball, const Eigen::Vector2d& center_px, double radius_px, double shown,
+                            const Spoil& spoil) {
+  cv::Mat bgr = test::grey_picture();
+  if (is_ball)
+    test::paint_shaded_disc(bgr, center_px, radius_px, test::red);
+  else
+    test::paint_disc(bgr, center_px, radius_px, test::red);
+  spoil(bgr);
+  test::paint(bgr, {60, 90, 80}, [&](const Eigen::Vector2d& p) {
+    return p.x() > center_px.x() + shown * radius_px && p.x() < 280 && std::abs(p.y() - 120) < 90;
+  });
+  cv::GaussianBlur(bgr, bgr, {}, 0.7);
+  return bgr;
+}
+
 // A ball with a line across it, half behind a sheet; and half a flat disc with such a line, which is none.
 TEST(Detector, ASecondLookDecidesWhereNothingElseIsABall) {
   Detector detector(std::make_shared<const RayTable>(test::pinhole(size, 400)), test::red_and_green(), {});
@@ -227,19 +245,12 @@ TEST(Detector, ASecondLookDecidesWhereNothingElseIsABall) {
   for (const double radius_px : {20.0, 30.0, 40.0}) {
     for (const double shown : {-0.1, 0.0}) {
       for (const bool is_ball : {true, false}) {
-        cv::Mat bgr = test::grey_picture();
-        if (is_ball)
-          test::paint_shaded_disc(bgr, center_px, radius_px, test::red);
-        else
-          test::paint_disc(bgr, center_px, radius_px, test::red);
-        test::paint(bgr, {30, 30, 40}, [&](const Eigen::Vector2d& p) {
-          const Eigen::Vector2d q = (p - center_px) / radius_px;
-          return q.norm() < 1 && std::abs((q - Eigen::Vector2d(-1.2, -0.5)).norm() - 0.8) < 0.04;
+        const cv::Mat bgr = half_behind_a_sheet(is_ball, center_px, radius_px, shown, [&](cv::Mat& picture) {
+          test::paint(picture, {30, 30, 40}, [&](const Eigen::Vector2d& p) {
+            const Eigen::Vector2d q = (p - center_px) / radius_px;
+            return q.norm() < 1 && std::abs((q - Eigen::Vector2d(-1.2, -0.5)).norm() - 0.8) < 0.04;
+          });
         });
-        test::paint(bgr, {60, 90, 80}, [&](const Eigen::Vector2d& p) {
-          return p.x() > center_px.x() + shown * radius_px && p.x() < 280 && std::abs(p.y() - 120) < 90;
-        });
-        cv::GaussianBlur(bgr, bgr, {}, 0.7);
         EXPECT_TRUE(detector.detect(bgr).empty());
         const auto& balls = detector.detect_thoroughly(bgr);
         ASSERT_EQ(balls.size(), is_ball ? 1u : 0u) << radius_px << " px, " << shown;
@@ -258,22 +269,12 @@ TEST(Detector, HalfABlotchedBallIsSeenByItsArc) {
   const Eigen::Vector2d center_px(160, 120);
   for (const double radius_px : {24.0, 28.0, 32.0}) {
     for (const bool is_ball : {true, false}) {
-      cv::Mat bgr = test::grey_picture();
-      if (is_ball)
-        test::paint_shaded_disc(bgr, center_px, radius_px, test::red);
-      else
-        test::paint_disc(bgr, center_px, radius_px, test::red);
-      for (int v = 0; v < bgr.rows; ++v) {
-        for (int u = 0; u < bgr.cols; ++u) {
-          const Eigen::Vector2d q = (Eigen::Vector2d(u, v) - center_px) / radius_px;
-          if (q.norm() < 0.99 && std::sin(9 * q.x()) * std::sin(11 * q.y() + 1) > 0.3)
-            bgr.at<cv::Vec3b>(v, u) *= 0.45;
-        }
-      }
-      test::paint(bgr, {60, 90, 80}, [&](const Eigen::Vector2d& p) {
-        return p.x() > center_px.x() - 0.1 * radius_px && p.x() < 280 && std::abs(p.y() - 120) < 90;
+      const cv::Mat bgr = half_behind_a_sheet(is_ball, center_px, radius_px, -0.1, [&](cv::Mat& picture) {
+        picture.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int* at) {
+          const Eigen::Vector2d q = (Eigen::Vector2d(at[1], at[0]) - center_px) / radius_px;
+          if (q.norm() < 0.99 && std::sin(9 * q.x()) * std::sin(11 * q.y() + 1) > 0.3) pixel *= 0.45;
+        });
       });
-      cv::GaussianBlur(bgr, bgr, {}, 0.7);
       EXPECT_TRUE(detector.detect(bgr).empty());
       const auto& balls = detector.detect_thoroughly(bgr);
       ASSERT_EQ(balls.size(), is_ball ? 1u : 0u) << radius_px << " px";
