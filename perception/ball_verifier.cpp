@@ -12,11 +12,11 @@ namespace {
 // then there may be an outline around it, its radius larger by up to a part of the circle's.
 constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
 
-// A ball smaller than this is looked at again, since some circle fits into a few pixels of anything; and is
-// none where the odds are worse than e^3. A larger one shows its shape in its outline, unless that is
-// doubtful and nothing else says that a ball is there: then that it is one must be likelier than not. A
-// streak, which is no circle, shows its shape there alone.
-constexpr double looked_at_again_px = 12, least_small_log_odds = 3;
+// A small ball is looked at again, since some circle fits into a few pixels of anything; and is none where
+// the odds are worse than e^3, or what its size asks. A larger one shows its shape in its outline, unless
+// that is doubtful and nothing else says that a ball is there: then that it is one must be likelier than not.
+// A streak, which is no circle, shows its shape there alone.
+constexpr double least_small_log_odds = 3;
 constexpr double least_large_log_odds = 0;
 
 // Half a disc passes for a half-hidden ball. Where neither the class nor the second look sees most of the
@@ -121,12 +121,14 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
   }
   if (!candidate.is_ball() || view.prior.min_quality < min_ball_quality) return candidate;
   const OutlineEllipse& outline = candidate.fit.ball.outline;
-  const bool small = outline.radius_px < looked_at_again_px;
+  const bool small = outline.radius_px < small_ball_px;
   const bool doubtful = small || (view.prior.anywhere && candidate.verdict.quality < doubtful_quality);
   if (!doubtful) return candidate;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   const bool half = candidate.verdict.support.hidden > half_hidden && look.filled < half_filled;
-  const double least = small ? least_small_log_odds : half ? half_log_odds : least_large_log_odds;
+  const double least = small  ? least_small_log_odds + log_look_alikes_by_size(outline.radius_px)
+                       : half ? half_log_odds
+                              : least_large_log_odds;
   const double off = small ? 0 : radii_off(look, outline) / off_sigma;
   if (look.log_odds - 0.5 * off * off < least + view.prior.log_look_alikes)
     candidate.verdict.reason = "contour and shading are no ball's";
@@ -146,7 +148,7 @@ bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& 
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   const double log_odds = look.log_odds - view.prior.log_look_alikes, off = radii_off(look, outline);
   const cv::Rect2d picture({0, 0}, cv::Size2d(view.bgr.size()));
-  const bool is_arc = support.arc >= least_arc && outline.radius_px >= looked_at_again_px &&
+  const bool is_arc = support.arc >= least_arc && outline.radius_px >= small_ball_px &&
                       candidate.verdict.quality >= view.prior.min_quality && look.sphere >= least_sphere &&
                       picture.contains({outline.center_px.x(), outline.center_px.y()});
   return (log_odds >= least_log_odds_alone && off < most_off_alone) ||

@@ -31,6 +31,10 @@ constexpr const char* too_weak = "outline and colour together are too weak";
 
 }  // namespace
 
+double log_look_alikes_by_size(double radius_px) {
+  return 3 * std::log(std::max(1.0, small_ball_px / radius_px));
+}
+
 Verdict BallJudge::early(const std::vector<BoundaryPoint>& boundary, const TangentCone& cone) const {
   const Camera& camera = rays_.camera();
   OutlineSectors sectors = boundary_sectors(boundary, cone, camera.focal_px());

@@ -20,6 +20,12 @@ inline constexpr double min_ball_quality = 0.36;
 /// Below, it is doubtful, and worth a second look where nothing says that a ball is there.
 inline constexpr double doubtful_quality = 0.8;
 
+/// Below this radius (px) an outline alone tells too little.
+inline constexpr double small_ball_px = 12;
+/// So many times more things look like balls of this radius than like balls of `small_ball_px`, as a
+/// logarithm: as the room for things of one size grows, with the third power of the distance.
+double log_look_alikes_by_size(double radius_px);
+
 struct JudgeOptions {
   /// Of a ball's rim so much may have its colour; but of a small one's only so much: some circle fits into a
   /// few pixels of anything.

@@ -131,7 +131,9 @@ LightSearch::Guess LightSearch::look(const cv::Mat& bgr, const AssumedLight& lig
     const double of_taught =
         light.power == 1 ? -0.5 * (coordinates / sigma_of_taught).square().sum() : of_other;
     const double prior = std::max(of_other, of_taught);
-    const double log_odds = prior < least_log_prior ? best.log_odds : detector_.log_odds(bgr, ball) + prior;
+    if (prior < least_log_prior) continue;
+    const double log_odds =
+        detector_.log_odds(bgr, ball) + prior - log_look_alikes_by_size(ball.outline.radius_px);
     if (log_odds > best.log_odds) best = {refined, log_odds};
   }
   return best;

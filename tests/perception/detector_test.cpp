@@ -284,6 +284,19 @@ TEST(Detector, HalfABlotchedBallIsSeenByItsArc) {
   }
 }
 
+// Dots of a wallpaper, leaves far off: the smaller, the more there are.
+TEST(Detector, TheSmallerTheSurerMustASecondLookBe) {
+  Detector detector(std::make_shared<const RayTable>(long_lens_camera(size)), test::red_and_green(), {});
+  for (const double radius_px : {4.5, 5.0, 5.5, 9.0, 10.0, 11.0}) {
+    for (const double off_px : {0.0, 0.3, 0.6}) {
+      cv::Mat bgr = test::grey_picture();
+      test::paint_disc(bgr, {160 + off_px, 110}, radius_px, 0.6 * test::red + 0.4 * test::grey);
+      cv::GaussianBlur(bgr, bgr, {}, 0.7);
+      EXPECT_EQ(detector.detect(bgr).size(), radius_px > 6 ? 1u : 0u) << radius_px;
+    }
+  }
+}
+
 // What may be a small ball where it is alone is hardly one among hundreds of its colour and size.
 TEST(Detector, AmongLeavesLessIsABall) {
   Detector detector(std::make_shared<const RayTable>(long_lens_camera(size)), test::red_and_green(), {});

@@ -77,10 +77,8 @@ TEST(BallEvidence, OfASpeckAndABallTheTrackerBelievesTheBall) {
   for (int k = 0; k < 12; ++k) {
     cv::Mat bgr = test::grey_picture();
     test::paint_disc(bgr, {160.0 + 2 * k, 120}, 20, test::red);
-    test::paint(bgr, test::red, [&](const Eigen::Vector2d& p) {
-      const double along = p.x() - 120, across = p.y() - 200 - 0.2 * along;
-      return along * along / (4.4 * 4.4) + across * across / (4.3 * 4.3) < 1;
-    });
+    test::paint_disc(bgr, {120, 200}, 5, 0.42 * test::red + 0.3 * test::grey);
+    cv::GaussianBlur(bgr, bgr, {}, 0.7);
     for (const Track& track : tracker.update(bgr, k / 30.0)) {
       const bool is_ball = track.ball.outline.radius_px > 12;
       EXPECT_TRUE(is_ball || track.state == TrackState::tentative) << k;
