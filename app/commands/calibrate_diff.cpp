@@ -10,6 +10,7 @@
 #include "app/report/draw_pages.hpp"
 #include "calibration/ball/camera_difference.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 namespace {
@@ -61,23 +62,13 @@ std::string uncertainty_verdict(const ComparedCameras& compared) {
          ". Either the camera changed in between (focus, zoom, a knock), or a lens model does not fit.";
 }
 
-nlohmann::json scaled_or_null(std::optional<double> value, double scale = 1) {
-  return value ? nlohmann::json(scale * *value) : nlohmann::json(nullptr);
-}
-
 nlohmann::json place_json(const DifferencePlace& place) {
-  const auto shift = [&](int i) {
-    return place.shift_px ? std::optional((*place.shift_px)(i)) : std::nullopt;
-  };
-  const auto ball = [&](int i) { return place.ball_m ? std::optional((*place.ball_m)(i)) : std::nullopt; };
-  return {{"x_px", place.pixel_px.x()},
-          {"y_px", place.pixel_px.y()},
-          {"dx_px", scaled_or_null(shift(0))},
-          {"dy_px", scaled_or_null(shift(1))},
-          {"ball_dx_mm", scaled_or_null(ball(0), 1e3)},
-          {"ball_dy_mm", scaled_or_null(ball(1), 1e3)},
-          {"ball_dz_mm", scaled_or_null(ball(2), 1e3)},
-          {"ball_sigma_mm", scaled_or_null(place.ball_sigma_m, 1e3)}};
+  const Eigen::Vector2d shift_px = place.shift_px.value_or(Eigen::Vector2d::Constant(not_known));
+  const Eigen::Vector3d ball_mm = 1e3 * place.ball_m.value_or(Eigen::Vector3d::Constant(not_known));
+  return {{"x_px", place.pixel_px.x()}, {"y_px", place.pixel_px.y()},
+          {"dx_px", shift_px.x()},      {"dy_px", shift_px.y()},
+          {"ball_dx_mm", ball_mm.x()},  {"ball_dy_mm", ball_mm.y()},
+          {"ball_dz_mm", ball_mm.z()},  {"ball_sigma_mm", 1e3 * place.ball_sigma_m.value_or(not_known)}};
 }
 
 nlohmann::json difference_json(const ComparedCameras& compared) {
@@ -96,11 +87,11 @@ nlohmann::json difference_json(const ComparedCameras& compared) {
                       {"ball_difference_median_mm", 1e3 * d.ball_m.median},
                       {"ball_difference_rms_mm", 1e3 * d.ball_m.rms},
                       {"ball_difference_max_mm", 1e3 * d.ball_m.max},
-                      {"ball_sigma_rms_mm", scaled_or_null(d.ball_sigma_rms_m, 1e3)},
-                      {"ball_difference_sigmas_rms", scaled_or_null(d.sigmas_rms)},
+                      {"ball_sigma_rms_mm", 1e3 * d.ball_sigma_rms_m.value_or(not_known)},
+                      {"ball_difference_sigmas_rms", d.sigmas_rms.value_or(not_known)},
                       {"uncertainty_known_a", compared.known_a},
                       {"uncertainty_known_b", compared.known_b},
-                      {"chance", scaled_or_null(d.chance)},
+                      {"chance", d.chance.value_or(not_known)},
                       {"within_uncertainties", nullptr},
                       {"places", nlohmann::json::array()}};
   if (d.chance) json["within_uncertainties"] = *d.chance >= least_chance;

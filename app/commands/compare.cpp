@@ -301,7 +301,7 @@ Writes compare.csv (each method in each condition), fits.csv (every fit), frames
       ->type_name("FILE");
   command->add_option("--colors", options->pictures.colors, "Colours that tell a ball")->type_name("FILE");
   command->add_option("--camera", options->pictures.camera, "The pictures' camera")->type_name("FILE");
-  add_number_option(*command, "--diameter", options->pictures.diameter_m, {0, 10, true, false, "m"},
+  add_number_option(*command, "--diameter", options->pictures.diameter_m, NumberRange::above(0, 10, "m"),
                     "The balls' diameter in metres: with --camera, places in space are compared too");
   command
       ->add_option("--start", options->start,

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <opencv2/core/version.hpp>
 #include <string_view>
 
@@ -76,28 +75,24 @@ void write_run(const OutputFolder& folder, const RunRecord& run, const Scenario&
 }
 
 nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& timing) {
-  const auto known = [](double value) {
-    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-  };
-  const auto percentiles = [&known](const std::vector<double>& values) {
-    return nlohmann::ordered_json{{"p50", known(quantile(values, 0.5))},
-                                  {"p99", known(quantile(values, 0.99))}};
+  const auto percentiles = [](const std::vector<double>& values) {
+    return nlohmann::ordered_json{{"p50", quantile(values, 0.5)}, {"p99", quantile(values, 0.99)}};
   };
   nlohmann::ordered_json json;
   json["outcome"] = outcome_name(summary.outcome);
-  json["settled_s"] = known(summary.settled_s);
-  json["time_optimal_s"] = known(summary.time_optimal_s);
-  json["range_error_m"] = known(summary.range_error_m);
-  json["bearing_error_rad"] = known(summary.bearing_error_rad);
-  json["range_rms_m"] = known(summary.range_rms_m);
-  json["bearing_rms_rad"] = known(summary.bearing_rms_rad);
-  json["min_clearance_m"] = known(summary.min_clearance_m);
-  json["out_of_view_s"] = known(summary.out_of_view_s);
+  json["settled_s"] = summary.settled_s;
+  json["time_optimal_s"] = summary.time_optimal_s;
+  json["range_error_m"] = summary.range_error_m;
+  json["bearing_error_rad"] = summary.bearing_error_rad;
+  json["range_rms_m"] = summary.range_rms_m;
+  json["bearing_rms_rad"] = summary.bearing_rms_rad;
+  json["min_clearance_m"] = summary.min_clearance_m;
+  json["out_of_view_s"] = summary.out_of_view_s;
   json["lost_events"] = summary.lost_events;
   json["collision_cause"] = summary.collision_cause.empty() ? nlohmann::ordered_json(nullptr)
                                                             : nlohmann::ordered_json(summary.collision_cause);
   json["steps"] = summary.steps;
-  json["duration_s"] = known(summary.duration_s);
+  json["duration_s"] = summary.duration_s;
   json["ball_contacts"] = summary.ball_contacts;
   json["outcome_text"] = summary.outcome_text;
   json["timing"] = {{"image_to_command_ms", percentiles(timing.image_to_command_ms)},

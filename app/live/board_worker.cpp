@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/boards/board_detector.hpp"
 
 namespace ballservo {
@@ -22,11 +23,9 @@ void give_way() {
 
 double rounded(double value, double parts = 10) { return std::round(parts * value) / parts; }
 
-Json number_or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
 Json map_json(const BallSigmaMap& map) {
   Json sigma_mm = Json::array();
-  for (const auto& sigma : map.sigma_mm) sigma_mm.push_back(sigma ? Json(rounded(*sigma, 100)) : Json());
+  for (const auto& sigma : map.sigma_mm) sigma_mm.push_back(rounded(sigma.value_or(not_known), 100));
   return {{"columns", map.columns}, {"rows", map.rows}, {"sigma_mm", sigma_mm}};
 }
 
@@ -36,8 +35,8 @@ Json fit_json(const BoardFit& fit) {
   const BoardCalibration& found = *fit.calibration;
   said["model"] = lens_model_name(found.camera.parameters().model);
   said["rms_px"] = found.rms_px;
-  said["ball_sigma_mm"] = number_or_null(found.ball_sigma_mm);
-  said["covered_ball_sigma_mm"] = number_or_null(found.covered_ball_sigma_mm);
+  said["ball_sigma_mm"] = found.ball_sigma_mm.value_or(not_known);
+  said["covered_ball_sigma_mm"] = found.covered_ball_sigma_mm.value_or(not_known);
   said["lacks"] = fit.lacks;
   said["warnings"] = found.warnings;
   said["map"] = fit.map ? map_json(*fit.map) : Json();

@@ -9,6 +9,7 @@
 #include "app/experiment/run_log.hpp"
 #include "app/report/picture.hpp"
 #include "calibration/ball/ball_uncertainty.hpp"
+#include "calibration/base/statistics.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 
 namespace ballservo {
@@ -19,10 +20,6 @@ using nlohmann::ordered_json;
 constexpr int page_width_px = 800;
 constexpr double overlay_enlarged = 50;
 constexpr double ball_diameter_m = 0.070;
-
-ordered_json known_or_null(std::optional<double> value) {
-  return value ? ordered_json(*value) : ordered_json();
-}
 
 ordered_json parameters_json(const BoardCalibration& result) {
   const auto names = parameter_names(result.camera.parameters().model);
@@ -58,7 +55,7 @@ ordered_json ball_maps(const BoardCalibration& calibration) {
                                     range_m, columns, rows);
     if (!map || !map->worst_mm()) continue;
     ordered_json sigma = ordered_json::array();
-    for (const auto& value : map->sigma_mm) sigma.push_back(known_or_null(value));
+    for (const auto& value : map->sigma_mm) sigma.push_back(value.value_or(not_known));
     list.push_back({{"range_m", range_m}, {"columns", map->columns}, {"sigma_mm", sigma}});
   }
   return list;
@@ -171,11 +168,11 @@ nlohmann::ordered_json camera_report(const CameraReportInput& input, const Outpu
           {"rms_px", result.rms_px},
           {"held_out_rms_px", result.held_out_rms_px},
           {"noise_px", result.covariance.noise_px},
-          {"structure_px", known_or_null(result.structure_px)},
+          {"structure_px", result.structure_px.value_or(not_known)},
           {"coverage", result.coverage},
           {"focal_distance_correlation", result.covariance.focal_distance_correlation},
-          {"ball_sigma_mm", known_or_null(result.ball_sigma_mm)},
-          {"covered_ball_sigma_mm", known_or_null(result.covered_ball_sigma_mm)},
+          {"ball_sigma_mm", result.ball_sigma_mm.value_or(not_known)},
+          {"covered_ball_sigma_mm", result.covered_ball_sigma_mm.value_or(not_known)},
           {"parameters", parameters_json(result)},
           {"trials", trials_json(result)},
           {"warnings", result.warnings},

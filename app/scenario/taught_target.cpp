@@ -54,7 +54,7 @@ TaughtTarget read_taught_target(const std::filesystem::path& file) {
   }
   target.sigma = read_vector(root, "sigma", NumberRange::within(0, 1e4, "radii"));
   target.frames = static_cast<int>(root.integer("frames", 1, 1000000));
-  target.distance_m = root.number("distance_m", {0, 20, true, false, "m"});
+  target.distance_m = root.number("distance_m", NumberRange::above(0, 20, "m"));
   yaml.finish();
   return target;
 }

@@ -1,4 +1,4 @@
-// How the options of colour calibration say what is wrong with them.
+// What is wrong with a number that lies out of its range.
 #pragma once
 
 #include <fmt/format.h>

@@ -100,29 +100,27 @@ std::vector<std::string> steps_of(const std::string& key_path) {
 }  // namespace
 
 bool NumberRange::contains(double value) const {
-  return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
+  return (low_open ? value > low : value >= low) && value <= high;
 }
 
 std::string NumberRange::to_text() const {
   const bool has_low = low > -std::numeric_limits<double>::infinity();
   const bool has_high = high < std::numeric_limits<double>::infinity();
   const std::string low_text = (low_open ? "above " : "from ") + number_text(low);
-  const std::string high_text = (high_open ? "below " : "to ") + number_text(high);
   std::string text = "a finite number";
   if (has_low && has_high) {
-    text = "a number " + low_text + (high_open ? " and " : " ") + (low_open && !high_open ? "up " : "") +
-           high_text;
+    text = "a number " + low_text + (low_open ? " up to " : " to ") + number_text(high);
   } else if (has_low) {
     text = low_open ? "a number above " + number_text(low) : "a number of at least " + number_text(low);
   } else if (has_high) {
-    text = high_open ? "a number below " + number_text(high) : "a number of at most " + number_text(high);
+    text = "a number of at most " + number_text(high);
   }
   return unit.empty() ? text : text + " (" + unit + ")";
 }
 
 std::string NumberRange::interval() const {
   return fmt::format("{}{}, {}{}", low_open || std::isinf(low) ? '(' : '[', low, high,
-                     high_open || std::isinf(high) ? ')' : ']');
+                     std::isinf(high) ? ')' : ']');
 }
 
 struct YamlNode::Impl {

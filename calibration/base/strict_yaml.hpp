@@ -17,29 +17,27 @@ namespace ballservo {
 
 struct YamlTree;
 
-/// The closed or half-open range that a number may lie in, and its unit for messages.
+/// The range that a number may lie in, its upper bound included, and its unit for messages.
 struct NumberRange {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
-  bool low_open = false;   ///< low itself is not allowed
-  bool high_open = false;  ///< high itself is not allowed
-  std::string unit;        ///< "m", "rad", "Hz"; empty where there is none
+  bool low_open = false;  ///< low itself is not allowed
+  std::string unit;       ///< "m", "rad", "Hz"; empty where there is none
 
   static NumberRange any(std::string unit) {
-    return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), false, false,
-            std::move(unit)};
+    return at_least(-std::numeric_limits<double>::infinity(), std::move(unit));
   }
   static NumberRange above(double low, std::string unit) {
-    return {low, std::numeric_limits<double>::infinity(), true, false, std::move(unit)};
+    return {low, std::numeric_limits<double>::infinity(), true, std::move(unit)};
   }
   static NumberRange above(double low, double high, std::string unit) {  ///< up to `high` itself
-    return {low, high, true, false, std::move(unit)};
+    return {low, high, true, std::move(unit)};
   }
   static NumberRange at_least(double low, std::string unit) {
-    return {low, std::numeric_limits<double>::infinity(), false, false, std::move(unit)};
+    return {low, std::numeric_limits<double>::infinity(), false, std::move(unit)};
   }
   static NumberRange within(double low, double high, std::string unit) {
-    return {low, high, false, false, std::move(unit)};
+    return {low, high, false, std::move(unit)};
   }
 
   bool contains(double value) const;  ///< false for NaN

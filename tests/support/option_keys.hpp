@@ -55,7 +55,7 @@ inline std::vector<std::string> values_outside(const OptionRow& row) {
   if (number || std::holds_alternative<long long*>(option.value)) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     values.emplace_back("text");
-    const double low = range.low - (range.low_open ? 0 : 1), high = range.high + (range.high_open ? 0 : 1);
+    const double low = range.low - (range.low_open ? 0 : 1), high = range.high + 1;
     if (low > -infinity && !range.contains(low)) values.push_back(number_text(low));
     if (high < infinity && !range.contains(high)) values.push_back(number_text(high));
   }

@@ -47,9 +47,9 @@ FrameTruth read_truth(const CsvRow& row) {
   if (const std::string frame = row.text("frame"); !frame.empty() && parse_integer(frame) != 0)
     row.fault("frame", frame, "0 or nothing: every row is of a still");
   const NumberRange px = NumberRange::within(-1e5, 1e5, "px"), m = NumberRange::within(-1e4, 1e4, "m");
-  if (const auto circle = triple(row, {"cx_px", "cy_px", "r_px"}, {px, px, {0, 1e5, true, false, "px"}}))
+  if (const auto circle = triple(row, {"cx_px", "cy_px", "r_px"}, {px, px, NumberRange::above(0, 1e5, "px")}))
     truth.outline = OutlineEllipse{circle->head<2>(), circle->z()};
-  truth.p_CB = triple(row, {"x_m", "y_m", "z_m"}, {m, m, {0, 1e4, true, false, "m"}});
+  truth.p_CB = triple(row, {"x_m", "y_m", "z_m"}, {m, m, NumberRange::above(0, 1e4, "m")});
   truth.visible_fraction = row.number("visible_fraction", NumberRange::within(0, 1, ""));
   return truth;
 }
