@@ -13,9 +13,9 @@ namespace {
 constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
 
 // A small ball is looked at again, since some circle fits into a few pixels of anything; and is none where
-// the odds are worse than e^3, or what its size asks. A larger one shows its shape in its outline, unless
-// that is doubtful and nothing else says that a ball is there: then that it is one must be likelier than not.
-// A streak, which is no circle, shows its shape there alone.
+// the odds are worse than e^3 and what its size asks beyond. A larger one shows its shape in its outline,
+// unless that is doubtful and nothing else says that a ball is there: then that it is one must be likelier
+// than not. A streak, which is no circle, shows its shape there alone.
 constexpr double least_small_log_odds = 3;
 constexpr double least_large_log_odds = 0;
 

@@ -177,8 +177,7 @@ void Tracker::put_off_light_search() { next_light_search_ = pictures_ + options_
 bool Tracker::see_sure_balls(const cv::Mat& bgr) {
   bool any = false;
   for (const BallObservation& ball : detector_.detect(bgr)) {
-    if (ball.quality < doubtful_quality && detector_.log_odds(bgr, ball) < LightSearch::least_log_odds)
-      continue;
+    if (detector_.log_odds(bgr, ball) < LightSearch::least_log_odds) continue;
     add_new(ball);
     any = true;
   }

@@ -89,5 +89,20 @@ TEST(BallEvidence, OfASpeckAndABallTheTrackerBelievesTheBall) {
   EXPECT_EQ(tentative, 12) << "the speck looks like a ball";
 }
 
+// A speck that would be a ball in a dimmer light than the taught one, beside a ball that is flat.
+TEST(Tracker, ASpeckSpeaksForNoOtherLight) {
+  Tracker tracker(test::detector_for(test::pinhole({320, 240}, 400)));
+  cv::Mat bgr = test::grey_picture();
+  test::paint_disc(bgr, {160, 120}, 20, test::red);
+  test::paint(bgr, 0.7 * test::red, [&](const Eigen::Vector2d& p) {
+    const double along = p.x() - 120, across = p.y() - 200 - 0.2 * along;
+    return std::hypot(along, across) < 4.8;
+  });
+  cv::GaussianBlur(bgr, bgr, {}, 0.7);
+  const auto& tracks = tracker.update(bgr, 0);
+  ASSERT_EQ(tracks.size(), 1u);
+  EXPECT_NEAR(tracks[0].ball.outline.radius_px, 20, 0.1);
+}
+
 }  // namespace
 }  // namespace ballservo
