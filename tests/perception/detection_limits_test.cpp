@@ -16,17 +16,17 @@ Detector limited_detector(int max_regions, int max_runs) {
   return Detector(std::make_shared<const RayTable>(long_lens_camera(size)), test::red_and_green(), options);
 }
 
-/// Discs of radius 6 to 17 px, each its own region.
-cv::Mat discs() {
+/// Balls of radius 6 to 17 px, each its own region.
+cv::Mat twelve_balls() {
   cv::Mat bgr = test::grey_picture();
   for (int i = 0; i < 12; ++i)
-    test::paint_disc(bgr, {35.0 + 75 * (i % 4), 40.0 + 75 * (i / 4)}, 6.0 + i, test::red);
+    test::paint_shaded_disc(bgr, {35.0 + 75 * (i % 4), 40.0 + 75 * (i / 4)}, 6.0 + i, test::red);
   return bgr;
 }
 
 TEST(DetectionLimits, TheLargestRegionsAreSearched) {
   Detector detector = limited_detector(4, 1 << 16);
-  const auto& balls = detector.detect(discs());
+  const auto& balls = detector.detect(twelve_balls());
   EXPECT_EQ(balls.size(), 4u);
   for (const BallObservation& ball : balls) EXPECT_GT(ball.outline.radius_px, 13);
   EXPECT_EQ(detector.left_out().regions, 8);
@@ -37,14 +37,14 @@ TEST(DetectionLimits, TheLargestRegionsAreSearched) {
 
 TEST(DetectionLimits, NothingIsLeftOutOfAnOrdinaryPicture) {
   Detector detector = limited_detector(12, 1 << 16);
-  EXPECT_EQ(detector.detect(discs()).size(), 12u);
+  EXPECT_EQ(detector.detect(twelve_balls()).size(), 12u);
   EXPECT_FALSE(detector.left_out());
 }
 
-// One ball is followed by its own surroundings; only looks at the whole picture meet the other discs.
+// One ball is followed by its own surroundings; only looks at the whole picture meet the other balls.
 TEST(DetectionLimits, ATrackersPictureIsAsLeftOutAsItsOwnLooks) {
   Tracker tracker(limited_detector(1, 1 << 16));
-  const cv::Mat bgr = discs();
+  const cv::Mat bgr = twelve_balls();
   const int every = TrackerOptions{}.newcomers_every;
   for (int picture = 0; picture <= every; ++picture) {
     tracker.update(bgr, picture / 30.0);
