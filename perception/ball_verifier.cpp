@@ -28,6 +28,8 @@ constexpr double half_hidden = 0.4, half_filled = 0.7, half_log_odds = 4, off_si
 // believed where it makes a doubtful ball so much clearer, and a second look is sure of that ball; but what
 // is less than this to the stated lens is an oval to any other.
 constexpr double lens_oval_fraction = 0.004, clearer_by = 0.1, least_of_stated_lens = 0.45;
+// An outline that is more of an oval (radii) does not speak for itself, whatever the lens.
+constexpr double most_sure_oval = 0.02;
 
 // What is a ball by a second look: its odds, and how far it may lie off the circle that is seen (radii),
 // where its outline is an arc of a circle around a shaded thing, as of a half-hidden ball, and where the
@@ -38,12 +40,24 @@ constexpr double least_arc_alone = 0.2, least_log_odds_alone = 4, most_off_alone
 constexpr double least_thorough_px = 8, most_thorough_side = 0.25, least_thorough_fill = 0.25;
 
 constexpr const char* no_edge = "no edge along the circle";
+constexpr const char* disc_aslant = "flat and an oval, as a disc seen aslant";
 
 // How far the circle that a second look sees, if any, lies off the outline, radii.
 double radii_off(const SecondLook::Look& look, const OutlineEllipse& outline) {
   if (!(look.radius_px > 0)) return 0;
   return std::max((look.center_px - outline.center_px).norm(), std::abs(look.radius_px - outline.radius_px)) /
          outline.radius_px;
+}
+
+// What is half hidden shows too little of a shading.
+bool is_flat(const SecondLook::Look& look) {
+  constexpr double least_shaded = 0.22;
+  return look.sphere < least_shaded && look.filled >= half_filled;
+}
+
+// An oval, and flat.
+bool is_disc_aslant(const SecondLook::Look& look, const OutlineFit& fit) {
+  return fit.oval > most_sure_oval && is_flat(look);
 }
 
 void forget(VerifiedCandidate& candidate) {
@@ -102,14 +116,17 @@ const VerifiedCandidate& BallVerifier::verify(const ClassView& view, const Voted
 template <typename Refit>
 void BallVerifier::allow_oval(const ClassView& view, VerifiedCandidate& candidate, const Refit& refit) {
   if (options_.fit != BallFit::sphere || options_.oval_fraction > 0 || !candidate.is_ball() ||
-      candidate.verdict.quality >= doubtful_quality || candidate.verdict.quality < least_of_stated_lens)
+      candidate.verdict.quality >= doubtful_quality)
     return;
   forget(oval_);
   oval_.is_fitted = refit(oval_.fit);
   if (!oval_.is_fitted) return;
   oval_.verdict = judge(view).of(oval_.fit, {});
-  if (oval_.is_ball() && oval_.verdict.quality >= candidate.verdict.quality + clearer_by &&
-      second_look_.look(view.bgr, view.colored, oval_.fit.ball.outline).log_odds >= least_small_log_odds)
+  if (!oval_.is_ball() || oval_.verdict.quality < candidate.verdict.quality + clearer_by) return;
+  const SecondLook::Look look = second_look_.look(view.bgr, view.colored, oval_.fit.ball.outline);
+  if (is_disc_aslant(look, oval_.fit))
+    candidate.verdict.reason = disc_aslant;
+  else if (look.log_odds >= least_small_log_odds && candidate.verdict.quality >= least_of_stated_lens)
     std::swap(candidate, oval_);
 }
 
@@ -122,7 +139,8 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
   if (!candidate.is_ball() || view.prior.min_quality < min_ball_quality) return candidate;
   const OutlineEllipse& outline = candidate.fit.ball.outline;
   const bool small = outline.radius_px < small_ball_px;
-  const bool doubtful = small || (view.prior.anywhere && candidate.verdict.quality < doubtful_quality);
+  const bool doubtful = small || (view.prior.anywhere && (candidate.verdict.quality < doubtful_quality ||
+                                                          candidate.fit.oval > most_sure_oval));
   if (!doubtful) return candidate;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   const bool half = candidate.verdict.support.hidden > half_hidden && look.filled < half_filled;
@@ -130,7 +148,9 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
                        : half ? half_log_odds
                               : least_large_log_odds;
   const double off = small ? 0 : radii_off(look, outline) / off_sigma;
-  if (look.log_odds - 0.5 * off * off < least + view.prior.log_look_alikes)
+  if (is_disc_aslant(look, candidate.fit))
+    candidate.verdict.reason = disc_aslant;
+  else if (look.log_odds - 0.5 * off * off < least + view.prior.log_look_alikes)
     candidate.verdict.reason = "contour and shading are no ball's";
   return candidate;
 }
@@ -146,6 +166,7 @@ bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& 
       support.leak > options_.judge.max_leak)
     return false;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
+  if (is_flat(look)) return false;
   const double log_odds = look.log_odds - view.prior.log_look_alikes, off = radii_off(look, outline);
   const cv::Rect2d picture({0, 0}, cv::Size2d(view.bgr.size()));
   const bool is_arc = support.arc >= least_arc && outline.radius_px >= small_ball_px &&
@@ -194,9 +215,6 @@ std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, 
       around_.is_ball() || (!clearly && around_.is_fitted &&
                             judge(view).suffices_where_expected(around_.fit, around_.verdict.support));
   if (!is_there) return std::nullopt;
-  allow_oval(view, around_, [&](OutlineFit& fit) {
-    return oval_fitter_.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), fit, known);
-  });
   return around_.observation(view.colored.color_class, std::nullopt);
 }
 
@@ -210,6 +228,9 @@ void BallVerifier::fit_near(const ClassView& view, const TangentCone& start, dou
     candidate.verdict = judge(view).of(candidate.fit, {});
   else
     candidate.verdict.reason = no_edge;
+  allow_oval(view, candidate, [&](OutlineFit& fit) {
+    return oval_fitter_.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), fit, known);
+  });
 }
 
 }  // namespace ballservo

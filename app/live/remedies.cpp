@@ -7,7 +7,7 @@
 namespace ballservo {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 10> remedies{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 11> remedies{{
     {"too small", "come nearer, or take a larger picture"},
     {"no ball makes this circle",
      "the region is a box or a slanted disc, or too little of a boundary is seen"},
@@ -24,6 +24,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 10> remedies
      "a ball that is known already passes with less: show it whole first"},
     {"contour and shading are no ball's",
      "a small ball, one of many alike or a doubtful one must be plainly round and shaded: come nearer"},
+    {"flat and an oval, as a disc seen aslant",
+     "a disc or a lid; or a ball lit from everywhere, through another lens than the stated one"},
 }};
 
 }  // namespace

@@ -42,6 +42,7 @@ bool BallFitter::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, 
   ball.residual_px = step->residual_px;
   ball.step_px = step->step_px;
   ball.blur_px = fit.edges.blur_px;
+  fit.oval = step->oval_rad.norm() / step->cone.alpha_rad;
   fit.offsets = edge_offsets(fit.edges, *step);
   if (radius.radius_m > 0)
     ball.position = {step->cone.center(radius.radius_m),

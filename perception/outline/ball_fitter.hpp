@@ -49,6 +49,7 @@ struct OutlineFit {
   FittedBall ball;
   // Fit sphere:
   TangentCone edges_start;  ///< the cone around which the edges were measured
+  double oval = 0;          ///< how far the outline departs from the ball's, a part of its radius
   int passes = 0;           ///< how often they were measured, each time for one step
   OutlineEdges edges;
   EdgeOffsets offsets;  ///< of the edges from the fitted outline; no sectors where none were measured

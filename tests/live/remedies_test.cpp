@@ -28,7 +28,7 @@ TEST(Remedies, ThereIsOneForEveryReasonOfTheGuide) {
 
 TEST(Remedies, ThereIsOneForEveryReasonOfTheJudge) {
   static const std::regex reason(
-      R"-((?:return|reason =|too_weak =|no_edge =|\? nullptr\s*:|:) "([a-z][^"]* [^"]*)")-");
+      R"-((?:return|reason =|too_weak =|no_edge =|disc_aslant =|\? nullptr\s*:|:) "([a-z][^"]* [^"]*)")-");
   int reasons = 0;
   for (const char* file : {"perception/judgement/ball_judge.cpp", "perception/ball_verifier.cpp"}) {
     const std::string source = source_of(file);

@@ -456,10 +456,11 @@ TEST(DetectorOptions, NameTheFaultsOfTheirPartsToo) {
   expect_fault("threads", [](auto& o) { o.threads = DetectorOptions::most_threads + 1; });
 }
 
-/// A shaded ball in a picture that was made so much narrower.
-cv::Mat narrowed_ball(double radius_px, double factor) {
+/// A ball, shaded or flat, in a picture that was made so much narrower.
+cv::Mat narrowed_ball(double radius_px, double factor, bool shaded = true) {
   cv::Mat bgr = test::grey_picture(static_cast<int>(320 * factor));
-  test::paint_shaded_disc(bgr, {150 * factor, 110}, radius_px, test::red);
+  const auto paint = shaded ? test::paint_shaded_disc : test::paint_disc;
+  paint(bgr, {150 * factor, 110}, radius_px, test::red);
   cv::Mat narrowed;
   cv::resize(bgr, narrowed, {320, 240}, 0, 0, cv::INTER_AREA);
   return narrowed;
@@ -480,6 +481,27 @@ TEST(Detector, NoLensMakesABallOfAnOval) {
     Detector detector = test::detector_for(test::pinhole({320, 240}, 400), 0.05);
     for (const BallObservation& ball : detector.detect(narrowed_ball(50, factor)))
       EXPECT_LT(ball.quality, 0.8) << factor;
+  }
+}
+
+// A lens that is not known makes ovals of balls; so does motion.
+TEST(Detector, AnOvalThatIsFlatIsADiscSeenAslant) {
+  for (const double radius_px : {20.0, 30.0, 45.0}) {
+    for (const double factor : {1.08, 1.12, 1.16}) {
+      for (const double oval_fraction : {0.0, 0.04}) {
+        DetectorOptions options;
+        options.oval_fraction = oval_fraction;
+        Detector detector(std::make_shared<const RayTable>(test::pinhole({320, 240}, 400)),
+                          test::red_and_green(), options);
+        const auto balls = [&](bool shaded) {
+          const cv::Mat bgr = narrowed_ball(radius_px, factor, shaded);
+          return detector.detect(bgr).size() + detector.detect_thoroughly(bgr).size();
+        };
+        const bool may_be_ball = factor < 1.1 || oval_fraction > 0;
+        EXPECT_EQ(balls(false), 0u) << radius_px << " " << factor << " " << oval_fraction;
+        EXPECT_GE(balls(true), may_be_ball ? 1u : 0u) << radius_px << " " << factor << " " << oval_fraction;
+      }
+    }
   }
 }
 
