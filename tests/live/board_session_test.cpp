@@ -25,7 +25,16 @@ using namespace std::chrono_literals;
 
 constexpr int boards = 4;
 constexpr int repeats = 20;  // at 10 Hz: 2 s, for a machine that has much else to do
-constexpr double disc_u_px = 600, disc_v_px = 440, disc_radius_px = 24;  // where no board is
+constexpr int ball_u_px = 600, ball_v_px = 440, ball_radius_px = 24;  // where no board is
+
+// Shaded, since through the lens of these pictures a round disc is a flat oval.
+void draw_ball(cv::Mat& bgr) {
+  for (int radius_px = ball_radius_px; radius_px > 0; --radius_px) {
+    const int inward_px = ball_radius_px - radius_px, towards_light_px = inward_px / 3;
+    cv::circle(bgr, {ball_u_px - towards_light_px, ball_v_px - towards_light_px}, radius_px,
+               cv::Scalar(24, 108, 24) * (1 + 0.7 * inward_px / ball_radius_px), cv::FILLED, cv::LINE_AA);
+  }
+}
 
 class BoardSessionTest : public testing::Test {
  protected:
@@ -35,8 +44,7 @@ class BoardSessionTest : public testing::Test {
     std::filesystem::create_directory(folder());
     for (int number = 1; number <= boards; ++number) {
       cv::Mat bgr = cv::imread((*examples / fmt::format("left{:02}.jpg", number)).string());
-      cv::circle(bgr, {int(disc_u_px), int(disc_v_px)}, int(disc_radius_px), {40, 180, 40}, cv::FILLED,
-                 cv::LINE_AA);
+      draw_ball(bgr);
       const std::filesystem::path first = folder() / fmt::format("{}_0.png", number);
       cv::imwrite(first.string(), bgr);
       for (int i = 1; i < repeats; ++i)
@@ -107,10 +115,10 @@ TEST_F(BoardSessionTest, BoardsAreTakenACameraIsFittedSavedAndUsed) {
               HasSubstr("allowed: 1 to 1000 mm"));
   const Json taught = ask({{"do", "teach"},
                            {"serial", exchange.newest()->serial},
-                           {"u_px", disc_u_px},
-                           {"v_px", disc_v_px},
-                           {"radius_px", disc_radius_px},
-                           {"name", "disc"}});
+                           {"u_px", ball_u_px},
+                           {"v_px", ball_v_px},
+                           {"radius_px", ball_radius_px},
+                           {"name", "ball"}});
   ASSERT_FALSE(taught.contains("refused")) << taught;
   until([&] { return !state()["balls"].empty(); });
   EXPECT_TRUE(state()["balls"][0]["p_m"].is_null()) << "no camera yet";
@@ -150,7 +158,7 @@ TEST_F(BoardSessionTest, BoardsAreTakenACameraIsFittedSavedAndUsed) {
   const Json ball = state()["balls"][0];
   ASSERT_FALSE(ball["p_m"].is_null()) << ball;
   const auto p_m = ball["p_m"].get<std::vector<double>>();
-  EXPECT_NEAR(std::hypot(p_m[0], p_m[1], p_m[2]), 535 * 0.035 / disc_radius_px, 0.05);
+  EXPECT_NEAR(std::hypot(p_m[0], p_m[1], p_m[2]), 535 * 0.035 / ball_radius_px, 0.05);
   EXPECT_FALSE(ask({{"do", "save_camera"}}).contains("refused")) << "its own file is replaced";
   EXPECT_TRUE(state()["warnings"].empty()) << state()["warnings"];
 
