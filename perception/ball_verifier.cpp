@@ -49,15 +49,17 @@ double radii_off(const SecondLook::Look& look, const OutlineEllipse& outline) {
          outline.radius_px;
 }
 
-// What is half hidden shows too little of a shading.
+// Of what is half hidden nothing is said: it shows too little of a shading.
 bool is_flat(const SecondLook::Look& look) {
   constexpr double least_shaded = 0.22;
   return look.sphere < least_shaded && look.filled >= half_filled;
 }
 
-// An oval, and flat.
-bool is_disc_aslant(const SecondLook::Look& look, const OutlineFit& fit) {
-  return fit.oval > most_sure_oval && is_flat(look);
+// Asked only where nothing says that a ball is there, and of a large thing: a small ball's few edges may show
+// an oval by chance, its few pixels no shading.
+bool is_disc_aslant(const ClassView& view, const SecondLook::Look& look, const OutlineFit& fit) {
+  return view.prior.anywhere && fit.ball.outline.radius_px >= small_ball_px && fit.oval > most_sure_oval &&
+         is_flat(look);
 }
 
 void forget(VerifiedCandidate& candidate) {
@@ -124,7 +126,7 @@ void BallVerifier::allow_oval(const ClassView& view, VerifiedCandidate& candidat
   oval_.verdict = judge(view).of(oval_.fit, {});
   if (!oval_.is_ball() || oval_.verdict.quality < candidate.verdict.quality + clearer_by) return;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, oval_.fit.ball.outline);
-  if (is_disc_aslant(look, oval_.fit))
+  if (is_disc_aslant(view, look, oval_.fit))
     candidate.verdict.reason = disc_aslant;
   else if (look.log_odds >= least_small_log_odds && candidate.verdict.quality >= least_of_stated_lens)
     std::swap(candidate, oval_);
@@ -148,7 +150,7 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
                        : half ? half_log_odds
                               : least_large_log_odds;
   const double off = small ? 0 : radii_off(look, outline) / off_sigma;
-  if (is_disc_aslant(look, candidate.fit))
+  if (is_disc_aslant(view, look, candidate.fit))
     candidate.verdict.reason = disc_aslant;
   else if (look.log_odds - 0.5 * off * off < least + view.prior.log_look_alikes)
     candidate.verdict.reason = "contour and shading are no ball's";

@@ -505,5 +505,14 @@ TEST(Detector, AnOvalThatIsFlatIsADiscSeenAslant) {
   }
 }
 
+TEST(Detector, AFlatBallIsFoundWhereItIsExpectedEvenIfItIsAnOval) {
+  Detector detector = test::detector_for(test::pinhole({320, 240}, 400));
+  const Eigen::Vector3d ray = Eigen::Vector3d(150 - 159.5, 110 - 119.5, 400).normalized();
+  const ExpectedBall expected{1, {ray, std::atan(30 / 400.0)}, 12};
+  const auto ball = detector.find_expected(narrowed_ball(30, 1.08, false), {0, 0, 320, 240}, expected, true,
+                                           [](const BallObservation&) { return true; });
+  EXPECT_TRUE(ball);
+}
+
 }  // namespace
 }  // namespace ballservo
