@@ -59,13 +59,12 @@ struct AnyLight {
     if (balls.empty()) balls = detector.detect_thoroughly(bgr, stages);
     if (!balls.empty()) return std::nullopt;
     if (!other_lights) other_lights.emplace(detector);
-    std::optional<AssumedLight> light = other_lights->find(bgr);
-    if (!light) return std::nullopt;
-    detector.set_light(cells_in(*light));
+    const std::optional<LightSearch::Found> found = other_lights->find(bgr);
+    if (!found) return std::nullopt;
+    detector.set_light(cells_in(found->light));
     for (const BallObservation& ball : detector.detect(bgr, {}, stages))
-      if (detector.log_odds(bgr, ball) >= LightSearch::least_log_odds) balls.push_back(ball);
-    if (balls.empty()) light.reset();
-    return light;
+      if (detector.log_odds(bgr, ball) >= found->least_log_odds) balls.push_back(ball);
+    return balls.empty() ? std::nullopt : std::optional(found->light);
   }
 };
 

@@ -75,9 +75,6 @@ constexpr double forget_s = 300;  // without a ball, and the taught light is bac
 // A change of level that the taught table serves by itself (log channels), having been learnt with some room.
 constexpr double level_room = 0.2;
 
-using Known = std::array<bool, 3>;
-
-Known both(const Known& a, const Known& b) { return {a[0] && b[0], a[1] && b[1], a[2] && b[2]}; }
 bool any(const Known& known) { return known[0] || known[1] || known[2]; }
 
 double largest(const LogGain& change, const Known& known) {
@@ -157,7 +154,7 @@ SurfaceColor middle_color(const ColorClass& color_class) {
   return total > 0 ? middle_color(counts, total) : SurfaceColor{};
 }
 
-LogGain completed(const LogGain& change, const std::array<bool, 3>& known) {
+LogGain completed(const LogGain& change, const Known& known) {
   const auto count = std::count(known.begin(), known.end(), true);
   if (count == 3) return change;
   if (count == 0) return LogGain::Zero();

@@ -48,10 +48,14 @@ LightCells cells_in(const AssumedLight& light);
 /// lamp of a temperature has.
 LogGain confined(const LogGain& gain);
 
+/// Of which channels something is known.
+using Known = std::array<bool, 3>;
+inline Known both(const Known& a, const Known& b) { return {a[0] && b[0], a[1] && b[1], a[2] && b[2]}; }
+
 /// The colour of a surface as channels, with those that say something.
 struct SurfaceColor {
-  LogGain log_bgr = LogGain::Zero();                 ///< ln of grey levels
-  std::array<bool, 3> known{{false, false, false}};  ///< neither clipped nor lost in the dark
+  LogGain log_bgr = LogGain::Zero();   ///< ln of grey levels
+  Known known{{false, false, false}};  ///< neither clipped nor lost in the dark
 };
 
 /// The middle half (between the quartiles) of what each channel shows inside the outline, clear of its rim: a
@@ -63,7 +67,7 @@ SurfaceColor middle_color(const ColorClass& color_class);
 
 /// Puts values into the channels of `change` that are not known: those of a change of level and temperature
 /// alone.
-LogGain completed(const LogGain& change, const std::array<bool, 3>& known);
+LogGain completed(const LogGain& change, const Known& known);
 
 /// A picture looked at in so few places that it can be kept, to tell a change of light, which is everywhere,
 /// from a change of things.

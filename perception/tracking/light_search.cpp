@@ -1,16 +1,18 @@
 #include "perception/tracking/light_search.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ballservo {
 namespace {
 
-// A light against the taught one, in coordinates of light (log channels of the taught camera). Its level and
-// temperature are about what the greys say; the standard deviations are of that. A tint no lamp has.
-const Eigen::Array3d sigma(1.2, 0.18, 0.08);
-// Or it is the taught light after all, in which the ball's colour could not be told from what is around it.
-const Eigen::Array3d sigma_of_taught(0.4, 0.1, 0.05);
+// Standard deviations of a light against the taught one, in coordinates of light (log channels of the taught
+// camera). Its level and temperature are about what the greys say; a tint no lamp has.
+const Eigen::Array3d sigma_by_greys(1.2, 0.18, 0.08);
+// Or it is the taught light, brighter or dimmer, whatever colours are around the ball.
+const Eigen::Array3d sigma_of_taught(1.0, 0.1, 0.05);
 // The taught table bears half a step of each.
 const Eigen::Array3d step(0.5, 0.22, 0.12);
 // sRGB is close to the power 2.2 of the light. Pictures are mostly sRGB; the edges of a linear one say so.
@@ -22,9 +24,34 @@ constexpr double least_log_prior_tried = -2.5;
 // So surely that no other light need be asked.
 constexpr double sure_log_odds = 16;
 
-double log_prior(const Eigen::Array3d& off, double power) {
-  return -0.5 * (off / sigma).square().sum() + (power == 1 ? 0 : log_other_response);
+double log_prior_of(double power) { return power == 1 ? 0 : log_other_response; }
+
+double log_density(const Eigen::Array3d& off, const Eigen::Array3d& sigma) {
+  return -0.5 * (off / sigma).square().sum();
 }
+
+// What is believed of a light: a normal distribution.
+struct LightBelief {
+  LogGain mean;
+  Eigen::Array3d sigma;  // along the coordinates of light
+
+  // The likeliest light that has `seen` in its known channels, and the log density of those.
+  std::pair<LogGain, double> given(const LogGain& seen, const Known& known) const {
+    constexpr double variance_known = 1e-6, variance_unknown = 1e6;
+    Eigen::Matrix3d axes;
+    for (Eigen::Index i = 0; i < 3; ++i) axes.col(i) = gain_of(Eigen::Array3d(Eigen::Vector3d::Unit(i)));
+    const Eigen::Matrix3d covariance = axes * sigma.square().matrix().asDiagonal() * axes.transpose();
+    Eigen::Matrix3d of_seen = covariance;
+    Eigen::Vector3d change = (seen - mean).matrix();
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      const bool is_known = known[static_cast<std::size_t>(c)];
+      of_seen(c, c) += is_known ? variance_known : variance_unknown;
+      if (!is_known) change[c] = 0;
+    }
+    const Eigen::Vector3d weighted = of_seen.ldlt().solve(change);
+    return {mean + (covariance * weighted).array(), -0.5 * change.dot(weighted)};
+  }
+};
 
 // The colour of a picture's greys as log channels, of what is neither dark nor clipped: half way between the
 // mean of all surfaces and the brightest ones, which are white more often than not (Minkowski norms:
@@ -76,80 +103,105 @@ LightSearch::LightSearch(const Detector& detector)
     : detector_(detector), taught_greys_(greys_of(detector.colors().background)) {
   for (const ColorClass& color_class : detector.colors().classes)
     of_class_.push_back(middle_color(color_class));
-  const auto add = [&](double power, int levels, int temperatures, int tints) {
+  const auto add = [&](const Eigen::Array3d& sigma, double power, int levels, int temperatures, int tints) {
     for (int level = -levels; level <= levels; ++level)
       for (int temperature = -temperatures; temperature <= temperatures; ++temperature)
         for (int tint = -tints; tint <= tints; ++tint) {
           const Eigen::Array3d off = step * Eigen::Array3d(level, temperature, tint);
-          if (log_prior(off, 1) >= least_log_prior_tried) trials_.push_back({off, power});
+          const double log_prior = log_density(off, sigma);
+          if (log_prior >= least_log_prior_tried)
+            trials_.push_back({off, power, &sigma == &sigma_of_taught, log_prior + log_prior_of(power)});
         }
   };
-  add(1, 4, 2, 1);
-  add(1 / srgb_power, 1, 1, 0);
-  add(srgb_power, 1, 1, 0);
-  std::stable_sort(trials_.begin(), trials_.end(), [](const Trial& a, const Trial& b) {
-    return log_prior(a.off, a.power) > log_prior(b.off, b.power);
-  });
+  add(sigma_by_greys, 1, 4, 2, 1);
+  add(sigma_by_greys, 1 / srgb_power, 1, 1, 0);
+  add(sigma_by_greys, srgb_power, 1, 1, 0);
+  add(sigma_of_taught, 1, 4, 0, 0);
+  std::stable_sort(trials_.begin(), trials_.end(),
+                   [](const Trial& a, const Trial& b) { return a.log_prior > b.log_prior; });
 }
 
 void LightSearch::begin(std::size_t likeliest) {
   next_trial_ = 0;
   end_ = std::min(likeliest, trials_.size());
-  best_ = {};
+  things_.clear();
 }
 
-std::optional<AssumedLight> LightSearch::go_on(const cv::Mat& bgr, std::size_t lights) {
+std::optional<LightSearch::Found> LightSearch::go_on(const cv::Mat& bgr, std::size_t lights,
+                                                     double least_of_all) {
   const LogGain greys = greys_of(bgr);
   for (; lights > 0 && !is_done(); --lights, ++next_trial_) {
     const Trial& trial = trials_[next_trial_];
-    Eigen::Array3d by_greys = light_coordinates(trial.power * greys - taught_greys_);
-    by_greys[2] = 0;
-    const AssumedLight light{gain_of(by_greys + trial.off) / trial.power, trial.power};
-    const Guess guess = look(bgr, light, by_greys);
-    if (guess.log_odds <= best_.log_odds) continue;
-    // Under the light that shows the ball's colour as it was taught, if that shows it still.
-    const Guess again = look(bgr, guess.light, by_greys);
-    best_ = again.log_odds > guess.log_odds - 1 ? again : Guess{light, guess.log_odds};
-    if (best_.log_odds >= sure_log_odds) next_trial_ = end_ - 1;
+    const Eigen::Array3d about = trial.of_taught ? Eigen::Array3d::Zero() : by_greys(greys, trial.power);
+    for (const Guess& guess : look(bgr, {gain_of(about + trial.off) / trial.power, trial.power}, greys)) {
+      add(guess);
+      if (guess.log_odds >= sure_log_odds) next_trial_ = end_ - 1;
+    }
   }
-  if (!is_done() || best_.log_odds < least_log_odds) return std::nullopt;
-  return best_.light;
+  if (!is_done() || things_.empty()) return std::nullopt;
+  const Thing& likeliest = *std::max_element(
+      things_.begin(), things_.end(), [](const Thing& a, const Thing& b) { return a.log_odds < b.log_odds; });
+  if (likeliest.log_odds < least_of_all && likeliest.best.log_odds < least_log_odds) return std::nullopt;
+  Guess best = likeliest.best;
+  // Rather under the light that shows the ball's colour as it was taught, if that shows it still.
+  for (const Guess& again : look(bgr, best.refined, greys))
+    if (again.is_same_thing(best) && again.log_odds > best.log_odds - 1) best = again;
+  return Found{best.light, std::min(least_log_odds, best.second_look - 0.5)};
 }
 
-LightSearch::Guess LightSearch::look(const cv::Mat& bgr, const AssumedLight& light,
-                                     const Eigen::Array3d& by_greys) {
+bool LightSearch::Guess::is_same_thing(const Guess& other) const {
+  const double radius_px = other.outline.radius_px;
+  return (outline.center_px - other.outline.center_px).norm() < 0.3 * radius_px &&
+         std::abs(outline.radius_px - radius_px) < 0.3 * radius_px;
+}
+
+void LightSearch::add(const Guess& guess) {
+  for (Thing& thing : things_) {
+    if (!guess.is_same_thing(thing.best)) continue;
+    const double more = std::max(guess.log_odds, thing.log_odds);
+    thing.log_odds = more + std::log1p(std::exp(std::min(guess.log_odds, thing.log_odds) - more));
+    if (guess.log_odds > thing.best.log_odds) thing.best = guess;
+    return;
+  }
+  things_.push_back({guess, guess.log_odds});
+}
+
+// What the greys say of a light, in its coordinates against the taught one: nothing of its tint.
+Eigen::Array3d LightSearch::by_greys(const LogGain& greys, double power) const {
+  Eigen::Array3d coordinates = light_coordinates(power * greys - taught_greys_);
+  coordinates[2] = 0;
+  return coordinates;
+}
+
+const std::vector<LightSearch::Guess>& LightSearch::look(const cv::Mat& bgr, const AssumedLight& light,
+                                                         const LogGain& greys) {
   detector_.set_light(cells_in(light));
   detector_.doubt_response();
-  Guess best;
+  guesses_.clear();
   for (const BallObservation& ball : detector_.detect(bgr)) {
-    const AssumedLight refined = refined_by(bgr, ball, light);
-    const Eigen::Array3d coordinates = light_coordinates(light.power * refined.gain);
+    const SurfaceColor now = middle_color(bgr, ball.outline), &taught = of_class_[ball.color_class - 1u];
+    const double full = std::log(255);
+    LogGain seen = light.power * (now.log_bgr - full) - (taught.log_bgr - full);
+    Known known = both(now.known, taught.known);
+    if (known == Known{}) {  // it may be in the light that it is seen in
+      seen = light.power * light.gain;
+      known.fill(true);
+    }
+    const auto of_other =
+        LightBelief{gain_of(by_greys(greys, light.power)), sigma_by_greys}.given(seen, known);
+    const auto of_taught = LightBelief{LogGain::Zero(), sigma_of_taught}.given(seen, known);
+    const auto& [gain, log_prior] =
+        std::max(of_other, of_taught, [](const auto& a, const auto& b) { return a.second < b.second; });
     const CameraResponse& response = detector_.response();
     const bool linear = &response == &CameraResponse::linear(response.coarse_chroma);
-    const double of_other =
-        log_prior(coordinates - by_greys, light.power) + (light.power < 1 && linear ? log_seen_linear : 0);
-    const double of_taught =
-        light.power == 1 ? -0.5 * (coordinates / sigma_of_taught).square().sum() : of_other;
-    const double prior = std::max(of_other, of_taught);
+    const double prior =
+        log_prior + log_prior_of(light.power) + (light.power < 1 && linear ? log_seen_linear : 0);
     if (prior < least_log_prior) continue;
-    const double log_odds =
-        detector_.log_odds(bgr, ball) + prior - log_look_alikes_by_size(ball.outline.radius_px);
-    if (log_odds > best.log_odds) best = {refined, log_odds};
+    const double second_look = detector_.log_odds(bgr, ball);
+    const double log_odds = second_look + prior - log_look_alikes_by_size(ball.outline.radius_px);
+    guesses_.push_back({light, {gain / light.power, light.power}, ball.outline, log_odds, second_look});
   }
-  return best;
-}
-
-AssumedLight LightSearch::refined_by(const cv::Mat& bgr, const BallObservation& ball,
-                                     const AssumedLight& light) const {
-  const SurfaceColor now = middle_color(bgr, ball.outline), &taught = of_class_[ball.color_class - 1u];
-  const double full = std::log(255);
-  const LogGain gain = (now.log_bgr - full) - (taught.log_bgr - full) / light.power;
-  AssumedLight refined = light;
-  for (Eigen::Index c = 0; c < 3; ++c) {
-    const auto channel = static_cast<std::size_t>(c);
-    if (now.known[channel] && taught.known[channel]) refined.gain[c] = gain[c];
-  }
-  return refined;
+  return guesses_;
 }
 
 }  // namespace ballservo

@@ -155,29 +155,29 @@ void Tracker::seek_light(const cv::Mat& bgr) {
   if (pictures_ < next_light_search_) return;
   if (!other_lights_) other_lights_.emplace(detector_);
   if (pictures_ == next_light_search_) {
-    if (see_sure_balls(bgr)) return put_off_light_search();
+    if (see_sure_balls(bgr, LightSearch::least_log_odds)) return put_off_light_search();
     const bool all = pictures_ >= next_search_of_all_;
     other_lights_->begin(all ? LightSearch::all_lights : likeliest_lights);
     if (all) next_search_of_all_ = pictures_ + between_searches_of_all;
   }
-  const std::optional<AssumedLight> light =
+  const std::optional<LightSearch::Found> found =
       other_lights_->go_on(bgr, pictures_ == 0 ? LightSearch::all_lights : lights_a_picture);
   if (other_lights_->is_done()) put_off_light_search();
-  if (!light) return;
-  light_->assume(*light);
+  if (!found) return;
+  light_->assume(found->light);
   is_light_believed_ = taught_light_ = false;
   set_light();
   detector_.doubt_response();
   seen_.clear();
-  see_sure_balls(bgr);
+  see_sure_balls(bgr, found->least_log_odds);
 }
 
 void Tracker::put_off_light_search() { next_light_search_ = pictures_ + options_.newcomers_every; }
 
-bool Tracker::see_sure_balls(const cv::Mat& bgr) {
+bool Tracker::see_sure_balls(const cv::Mat& bgr, double least_log_odds) {
   bool any = false;
   for (const BallObservation& ball : detector_.detect(bgr)) {
-    if (detector_.log_odds(bgr, ball) < LightSearch::least_log_odds) continue;
+    if (detector_.log_odds(bgr, ball) < least_log_odds) continue;
     add_new(ball);
     any = true;
   }

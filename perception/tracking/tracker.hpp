@@ -70,7 +70,7 @@ class Tracker {
   void look_under_another_light(const cv::Mat& bgr);
   void seek_light(const cv::Mat& bgr);
   void put_off_light_search();
-  bool see_sure_balls(const cv::Mat& bgr);
+  bool see_sure_balls(const cv::Mat& bgr, double least_log_odds);
   void learn_colors(const cv::Mat& bgr);
   bool is_taken(std::size_t seen) const;
   bool is_shown(const Followed& followed) const;

@@ -14,14 +14,16 @@ namespace {
 const Eigen::Vector2d center_px(130, 100);
 constexpr double radius_px = 24;
 
-/// A shaded ball before patches of grey, as the camera shows it: level = 255 (factor level / 255)^power.
-cv::Mat picture(const cv::Vec3b& ball, const LogGain& log_factor, double power = 1) {
+/// A shaded ball before patches of grey, or of another hue, as the camera shows it: level = 255 (factor level
+/// / 255)^power.
+cv::Mat picture(const cv::Vec3b& ball, const LogGain& log_factor, double power = 1,
+                const cv::Scalar& hue = cv::Scalar::all(1),
+                decltype(test::paint_disc)* paint_ball = test::paint_shaded_disc) {
   cv::Mat bgr = test::grey_picture();
   RandomEngine engine = random_stream(3, "light_search_test");
   for (int v = 0; v < bgr.rows; v += 20)
-    for (int u = 0; u < bgr.cols; u += 20)
-      bgr(cv::Rect(u, v, 20, 20)) = cv::Scalar::all(uniform(engine, 50, 200));
-  test::paint_shaded_disc(bgr, center_px, radius_px, ball);
+    for (int u = 0; u < bgr.cols; u += 20) bgr(cv::Rect(u, v, 20, 20)) = hue * uniform(engine, 50, 200);
+  paint_ball(bgr, center_px, radius_px, ball);
   const LogGain factor = log_factor.exp();
   for (int v = 0; v < bgr.rows; ++v) {
     for (int u = 0; u < bgr.cols; ++u) {
@@ -39,27 +41,61 @@ Detector make_detector() {
   return {std::make_shared<const RayTable>(test::pinhole({320, 240}, 400)), test::red_and_green(), {}};
 }
 
+/// A red that was learnt from a ball before greys, in bright light.
+Detector taught_detector(const cv::Vec3b& red) {
+  auto colors = std::make_shared<ColorTable>(*test::red_and_green());
+  const auto cell = [](const cv::Vec3d& bgr) {
+    const auto channel = [&](int c) { return static_cast<std::uint32_t>(bgr[c] / 4); };
+    return CellCount{channel(2) << 12 | channel(1) << 6 | channel(0), 100};
+  };
+  for (double light = 0.5; light < 1; light += 0.05)
+    colors->classes[0].cells.push_back(cell(light * cv::Vec3d(red)));
+  for (std::size_t i = 0; i < colors->table.size(); ++i)
+    if (i >> 12 <= 24) colors->table[i] = no_class;
+  for (double grey = 50; grey < 200; grey += 4) colors->background.push_back(cell(cv::Vec3d::all(grey)));
+  return {std::make_shared<const RayTable>(test::pinhole({320, 240}, 400)), colors, {}};
+}
+
 /// What the detector shows under the light that is found.
-std::vector<BallObservation> balls_in(const cv::Mat& bgr) {
-  Detector detector = make_detector();
+std::vector<BallObservation> balls_in(const cv::Mat& bgr, Detector detector = make_detector()) {
   EXPECT_TRUE(detector.detect(bgr).empty()) << "the taught light shows it";
-  const auto light = LightSearch(detector).find(bgr);
-  if (!light) return {};
-  detector.set_light(cells_in(*light));
+  const auto found = LightSearch(detector).find(bgr);
+  if (!found) return {};
+  detector.set_light(cells_in(found->light));
   return detector.detect(bgr);
 }
 
-void expect_the_ball(const cv::Mat& bgr) {
-  const auto balls = balls_in(bgr);
+void expect_the_ball(const std::vector<BallObservation>& balls) {
   ASSERT_EQ(balls.size(), 1u);
   EXPECT_NEAR((balls[0].outline.center_px - center_px).norm(), 0, 0.3);
   EXPECT_NEAR(balls[0].outline.radius_px, radius_px, 0.3);
 }
 
-TEST(LightSearch, FindsABallThatALampHides) { expect_the_ball(picture(test::red, gain_of({-0.3, 0.9, 0}))); }
+TEST(LightSearch, FindsABallThatALampHides) {
+  expect_the_ball(balls_in(picture(test::red, gain_of({-0.3, 0.9, 0}))));
+}
 
 TEST(LightSearch, FindsABallThatTheDarkHides) {
-  expect_the_ball(picture(test::red, LogGain::Constant(std::log(0.2))));
+  expect_the_ball(balls_in(picture(test::red, LogGain::Constant(std::log(0.2)))));
+}
+
+TEST(LightSearch, ABallBeforeThingsOfOneHueIsInNoLightOfThatHue) {
+  const cv::Scalar blue_wall(1, 0.5, 0.3), green_wall(0.7, 1, 0.5);
+  // Of deep red only one channel says something in the dark.
+  for (const cv::Vec3b& red : {test::red, cv::Vec3b(100, 100, 220)})
+    for (const cv::Scalar& hue : {blue_wall, green_wall}) {
+      const cv::Mat bgr = picture(red, LogGain::Constant(std::log(0.4)), 1, hue);
+      expect_the_ball(balls_in(bgr, taught_detector(red)));
+    }
+}
+
+TEST(LightSearch, WhatNoLightMakesSureAllTogetherMay) {
+  const LogGain lamp = gain_of({-0.3, 0.9, 0});
+  const cv::Mat bgr = picture(test::red, lamp, 1, cv::Scalar::all(1), test::paint_disc);
+  EXPECT_EQ(balls_in(bgr).size(), 1u);
+  LightSearch one_by_one(make_detector());
+  one_by_one.begin();
+  EXPECT_FALSE(one_by_one.go_on(bgr, LightSearch::all_lights));
 }
 
 TEST(LightSearch, NoLampTurnsOneColorIntoAnother) {
