@@ -138,14 +138,17 @@ std::optional<LightSearch::Found> LightSearch::go_on(const cv::Mat& bgr, std::si
       if (guess.log_odds >= sure_log_odds) next_trial_ = end_ - 1;
     }
   }
-  if (!is_done() || things_.empty()) return std::nullopt;
-  const Thing& likeliest = *std::max_element(
-      things_.begin(), things_.end(), [](const Thing& a, const Thing& b) { return a.log_odds < b.log_odds; });
-  if (likeliest.log_odds < least_of_all && likeliest.best.log_odds < least_log_odds) return std::nullopt;
-  Guess best = likeliest.best;
+  if (!is_done()) return std::nullopt;
+  const Thing* likeliest = nullptr;
+  for (const Thing& thing : things_) {
+    const bool is_sure = thing.log_odds >= least_of_all || thing.best.log_odds >= least_log_odds;
+    if (is_sure && (!likeliest || thing.log_odds > likeliest->log_odds)) likeliest = &thing;
+  }
+  if (!likeliest) return std::nullopt;
+  Guess best = likeliest->best;
   // Rather under the light that shows the ball's colour as it was taught, if that shows it still.
   for (const Guess& again : look(bgr, best.refined, greys))
-    if (again.is_same_thing(best) && again.log_odds > best.log_odds - 1) best = again;
+    if (again.log_odds > best.log_odds - 1) best = again;
   return Found{best.light, std::min(least_log_odds, best.second_look - 0.5)};
 }
 

@@ -28,16 +28,16 @@ class LightSearch {
 
   explicit LightSearch(const Detector& detector);
 
-  /// The light under which the picture shows what is most probably a ball. Nothing where no light does that
-  /// is probable by the picture's greys, or is the taught one, brighter or dimmer.
+  /// The light under which the picture shows what is most probably a ball, of those that are probable: by the
+  /// picture's greys, or as the taught one, brighter or dimmer.
   std::optional<Found> find(const cv::Mat& bgr) {
     begin();
     return go_on(bgr, trials_.size(), least_log_odds_of_all);
   }
 
   /// The same in turns over the pictures of one light, `lights` of them a picture: nothing before the end. Of
-  /// all lights, or of the `likeliest` by the greys of each picture. One light must make it sure, unless all
-  /// lights together may: in a track a thing of a near colour would become the ball that is away.
+  /// all lights, or of the `likeliest` by the greys of each picture. One light must make the ball sure,
+  /// unless all lights together may: in a track a thing of a near colour would become the ball that is away.
   void begin(std::size_t likeliest = all_lights);
   std::optional<Found> go_on(const cv::Mat& bgr, std::size_t lights,
                              double least_of_all = std::numeric_limits<double>::infinity());
@@ -54,8 +54,8 @@ class LightSearch {
   struct Guess {
     AssumedLight light, refined;
     OutlineEllipse outline;
-    double log_odds;         // with those of the light
-    double second_look = 0;  // without
+    double log_odds;     // with those of the light
+    double second_look;  // without
     bool is_same_thing(const Guess& other) const;
   };
   struct Thing {
