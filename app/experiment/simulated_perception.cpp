@@ -6,6 +6,7 @@
 #include "app/loop/image_perception.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/color/color_file.hpp"
+#include "servo/control/ball_memory.hpp"
 #include "servo/simulation/robot/geometric_sensors.hpp"
 
 namespace ballservo {
@@ -192,7 +193,8 @@ std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scena
   tracker.seek_light = false;  // a robot searches for its ball rather than drive to what may be one
   const ServoGoal goal = scenario.goal();
   const TargetOptions selected{*target_class, goal.mount, goal.desired_p_RB().z(),
-                               target.heights_m().second - target.position_m.z()};
+                               target.heights_m().second - target.position_m.z(),
+                               goal.taught_center_over_radius ? TargetFilter::greatest_scale : 1.0};
   const auto rays = std::make_shared<RayTable>(scenario.believed.camera(scenario.camera.camera));
   return std::make_unique<RenderedPerception>(
       scenario, Tracker(Detector(rays, std::move(colors), detector), tracker), selected);

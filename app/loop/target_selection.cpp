@@ -1,5 +1,6 @@
 #include "app/loop/target_selection.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace ballservo {
@@ -38,7 +39,10 @@ bool TargetSelection::may_be(const Track& track) const {
   }
   const Eigen::Vector3d p_RB = X_RC_ * track.ball.position->p_C;
   const double slack_m = height_slack_m + height_slack_per_m * p_RB.head<2>().norm();
-  return p_RB.z() > options_.height_m - slack_m && p_RB.z() < options_.height_m + options_.lift_m + slack_m;
+  const double up_m = options_.mount.up_m, above_m = p_RB.z() - up_m;
+  const auto [lowest_m, highest_m] =
+      std::minmax({up_m + above_m / options_.greatest_scale, up_m + above_m * options_.greatest_scale});
+  return highest_m > options_.height_m - slack_m && lowest_m < options_.height_m + options_.lift_m + slack_m;
 }
 
 }  // namespace ballservo

@@ -13,6 +13,7 @@ struct TargetOptions {
   CameraMount mount;           ///< as the robot believes
   double height_m = 0.06;      ///< of the ball's centre over the floor
   double lift_m = 0;           ///< it may be lifted so much higher
+  double greatest_scale = 1;   ///< places may be so many times as far from the camera as the ball, or as near
 };
 
 /// The target is the first track of its class that was confirmed, for as long as it lives; until then the

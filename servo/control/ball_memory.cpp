@@ -18,6 +18,9 @@ constexpr double max_variance_m2 = 1e4;
 constexpr double acceleration_psd_m2ps3 = 2e-4;
 constexpr double drift_psd_m2ps = 1e-7;  // odometry's drift, as a random walk of the ball in its frame
 constexpr double speed_sigma_mps = 0.3;  // of a ball just seen
+// Where the scale is not known, the camera's tilt is not either: a ball seems to rise or sink as it comes
+// near.
+constexpr double height_psd_m2ps = 2.5e-3;
 // What the covariances leave out, the camera's calibration above all: per distance along the ray, and in
 // every direction.
 constexpr double model_share = 0.003, sigma_floor_m = 2e-4;
@@ -40,14 +43,18 @@ void TargetFilter::propagate(double dt_s, State& state, Covariance& covariance) 
     Q(axis + 3, axis + 3) = q * dt_s;
   }
   for (int axis = 0; axis < 3; ++axis) Q(axis, axis) += drift_psd_m2ps * dt_s;
+  if (scale_sigma_ > 0) Q(2, 2) += height_psd_m2ps * dt_s;
   covariance = F * covariance * F.transpose() + Q;
 }
 
-void TargetFilter::start(double time_s, const Eigen::Vector3d& p_OB, const Eigen::Matrix3d& covariance_m2) {
-  state_.setZero();
-  state_.head<3>() = p_OB;
-  covariance_.setZero();
-  covariance_.topLeftCorner<3, 3>() = covariance_m2;
+void TargetFilter::start(double time_s, const Eigen::Vector3d& p_OB, const Eigen::Matrix3d& covariance_m2,
+                         const Eigen::Vector3d& c_OC) {
+  const double scale = state_[5], scale_variance = covariance_(5, 5);  // what was learnt of it holds on
+  state_ << p_OB + (scale - 1) * c_OC, 0, 0, scale;
+  State by_scale;
+  by_scale << c_OC, 0, 0, 1;
+  covariance_ = scale_variance * by_scale * by_scale.transpose();
+  covariance_.topLeftCorner<3, 3>() += covariance_m2;
   covariance_(3, 3) = covariance_(4, 4) = speed_sigma_mps * speed_sigma_mps;
   time_s_ = time_s;
   started_ = true;
@@ -71,32 +78,34 @@ TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, co
   stamp_s_ = measurement.time_s;
 
   const Eigen::Isometry3d X_OC = X_WR(pose) * mount_.X_RC(measurement.pan_rad);
-  const Eigen::Vector3d p_OB = X_OC * p_CB;
+  const Eigen::Vector3d p_OB = X_OC * p_CB, c_OC = X_OC.translation();
   const Eigen::Matrix3d R = X_OC.linear() * R_C * X_OC.linear().transpose();
   if (!p_OB.allFinite()) return Update::ignored;
   if (!started_ || measurement.time_s - time_s_ > forget_s) {
-    start(measurement.time_s, p_OB, R);
+    start(measurement.time_s, p_OB, R, c_OC);
     return Update::started;
   }
 
   State state = state_;
   Covariance covariance = covariance_;
   propagate(measurement.time_s - time_s_, state, covariance);
-  const Eigen::Vector3d innovation = p_OB - state.head<3>();
-  const Eigen::Matrix3d S = covariance.topLeftCorner<3, 3>() + R;
+  Eigen::Matrix<double, 3, 6> H = Eigen::Matrix<double, 3, 6>::Identity();
+  H.col(5) = -c_OC;
+  const Eigen::Vector3d innovation = p_OB - state.head<3>() + (state[5] - 1) * c_OC;
+  const Eigen::Matrix<double, 6, 3> cross = covariance * H.transpose();
+  const Eigen::Matrix3d S = H * cross + R;
   const Eigen::LLT<Eigen::Matrix3d> S_llt(S);
   const double distance2 = innovation.dot(S_llt.solve(innovation));
   if (S_llt.info() != Eigen::Success || !(distance2 <= gate_sigmas * gate_sigmas)) {
     if (++doubts_ < doubts_to_restart) return Update::doubted;
-    start(measurement.time_s, p_OB, R);
+    start(measurement.time_s, p_OB, R, c_OC);
     return Update::started;
   }
   doubts_ = 0;
-  const Eigen::Matrix<double, 5, 3> K = S_llt.solve(covariance.leftCols<3>().transpose()).transpose();
+  const Eigen::Matrix<double, 6, 3> K = S_llt.solve(cross.transpose()).transpose();
   state_ = state + K * innovation;
   // Joseph's form keeps the covariance positive.
-  Covariance I_KH = Covariance::Identity();
-  I_KH.leftCols<3>() -= K;
+  const Covariance I_KH = Covariance::Identity() - K * H;
   covariance_ = I_KH * covariance * I_KH.transpose() + K * R * K.transpose();
   time_s_ = measurement.time_s;
   return Update::accepted;
@@ -107,18 +116,22 @@ std::optional<TargetEstimate> TargetFilter::predict(double time_s) const {
   const double dt_s = std::max(0.0, time_s - time_s_);
 
   // A speed counts once it stands out; in between it fades in, so that the command does not jump.
-  Eigen::Vector2d v = state_.tail<2>();
+  const double scale = std::clamp(state_[5], 1 / greatest_scale, greatest_scale);
+  Eigen::Vector2d v = state_.segment<2>(3) / scale;
   const double speed = v.norm();
-  const double sigma = std::sqrt(std::max(covariance_(3, 3), covariance_(4, 4)));
+  const double sigma = std::sqrt(std::max(covariance_(3, 3), covariance_(4, 4))) / scale;
   const double threshold = std::max(min_speed_mps, 3.0 * sigma);
   v *= threshold > 0.0 ? std::clamp((speed - threshold) / (0.5 * threshold), 0.0, 1.0) : 1.0;
 
   State state = state_;
-  state.tail<2>() = v;
+  state.segment<2>(3) = v * scale;
   Covariance covariance = covariance_;
   propagate(dt_s, state, covariance);
   if (!state.allFinite()) return std::nullopt;
-  return TargetEstimate{state.head<3>(), v, covariance.topLeftCorner<3, 3>()};
+  const Eigen::Vector3d p_OB = state.head<3>() / scale;
+  Eigen::Matrix<double, 3, 6> by_state = Eigen::Matrix<double, 3, 6>::Identity() / scale;
+  by_state.col(5) = -p_OB / scale;
+  return TargetEstimate{p_OB, v, by_state * covariance * by_state.transpose(), scale};
 }
 
 void BallMemory::see(const BallMeasurement& measurement, double arrived_s) {

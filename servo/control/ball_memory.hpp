@@ -16,20 +16,30 @@ namespace ballservo {
 
 /// The ball as predicted: O is the odometry's frame, in which the robot's pose is X_OR.
 struct TargetEstimate {
-  Eigen::Vector3d p_OB{0, 0, 0};  ///< m
+  Eigen::Vector3d p_OB{0, 0, 0};  ///< m, by odometry's metre
   Eigen::Vector2d v_OB{0, 0};     ///< in the floor plane (m/s); 0 where the sightings do not support a speed
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< of p_OB
+  double scale = 1;  ///< sightings put the ball so many times as far from the camera as it is
 };
 
 /// A Kalman filter of constant velocity (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to
 /// Tracking and Navigation", 6.2) in the floor plane, constant height. Sightings come late, with their own
 /// time stamps, and with the robot's pose at that time; duplicates and backward stamps are ignored. Allocates
 /// nothing.
+///
+/// A wrong diameter or focal length puts a ball at scale * p_CB: one that rests then seems to move whenever
+/// the robot does. With the camera's centre c_OC in O, a sighting p_CB is R_CO (scale * p_OB - scale * c_OC),
+/// which is linear in the state (scale * p_OB, scale * v_OB, scale).
 class TargetFilter {
  public:
   static constexpr double never = -std::numeric_limits<double>::infinity();
+  static constexpr double greatest_scale = 5;  ///< and 1 / 5 the least that is reckoned with
 
-  explicit TargetFilter(const CameraMount& mount) : mount_(mount) {}
+  /// `scale_sigma`: what is not known of the scale, which is 1 at first; 0: it is 1.
+  explicit TargetFilter(const CameraMount& mount, double scale_sigma = 0)
+      : mount_(mount), scale_sigma_(scale_sigma) {
+    covariance_(5, 5) = scale_sigma * scale_sigma;
+  }
 
   /// So many sightings in a row far from the prediction, and the filter starts anew there.
   static constexpr int doubts_to_restart = 3;
@@ -45,23 +55,26 @@ class TargetFilter {
   double last_time_s() const { return time_s_; }  ///< of the newest sighting taken, -inf before the first
 
  private:
-  using State = Eigen::Matrix<double, 5, 1>;  // x, y, z, vx, vy in O
-  using Covariance = Eigen::Matrix<double, 5, 5>;
+  using State = Eigen::Matrix<double, 6, 1>;  // x, y, z, vx, vy in O, all times the scale; the scale
+  using Covariance = Eigen::Matrix<double, 6, 6>;
   void propagate(double dt_s, State& state, Covariance& covariance) const;
-  void start(double time_s, const Eigen::Vector3d& p_OB, const Eigen::Matrix3d& covariance_m2);
+  /// p_OB: as sighted, by scale 1; c_OC: of the camera.
+  void start(double time_s, const Eigen::Vector3d& p_OB, const Eigen::Matrix3d& covariance_m2,
+             const Eigen::Vector3d& c_OC);
 
   CameraMount mount_;
+  double scale_sigma_;
   bool started_ = false;
   int doubts_ = 0;
   double time_s_ = never, stamp_s_ = never;  // of the state; of the newest measurement looked at
-  State state_ = State::Zero();
+  State state_ = State::Unit(5);
   Covariance covariance_ = Covariance::Zero();
 };
 
 /// Frames wait in an inbox until a control step takes them in. Allocates nothing.
 class BallMemory {
  public:
-  explicit BallMemory(const CameraMount& mount) : filter_(mount) {}
+  BallMemory(const CameraMount& mount, double scale_sigma) : filter_(mount, scale_sigma) {}
 
   /// A frame that arrived at that time.
   void see(const BallMeasurement& measurement, double arrived_s);

@@ -23,6 +23,8 @@ constexpr double hold_range_m = 0.0004, resume_range_m = 0.0025;
 constexpr double hold_bearing_rad = 0.0004, resume_bearing_rad = 0.0025;
 // Such errors put a ball well inside the picture.
 constexpr double in_view_range_m = 0.25, in_view_bearing_rad = 0.3;
+// A goal that was shown holds for any diameter: this is not known then of what places are multiplied with.
+constexpr double taught_scale_sigma = 0.7;
 // A camera with a pan lets the ball go so far aside, of half the picture, to look ahead.
 constexpr double ball_aside = 0.5;
 
@@ -79,11 +81,9 @@ Controller::Controller(const ControllerOptions& options, std::unique_ptr<Law> la
       predictor_(options.limits, options.actuation_delay_s, history_length(options.rate_hz)),
       gaze_(options.goal.mount, ball_aside * options.avoidance.half_view_rad, options.actuation_delay_s,
             history_length(options.rate_hz)),
-      ball_(options.goal.mount),
+      ball_(options.goal.mount, options.goal.taught_center_over_radius ? taught_scale_sigma : 0.0),
       states_(options.avoidance.type == AvoidanceOptions::Type::full) {
   if (!law_) throw std::invalid_argument("a Controller needs a law");
-  const Eigen::Vector3d p_RB = options.goal.desired_p_RB();
-  goal_polar_ = {std::hypot(p_RB.x(), p_RB.y()), std::atan2(p_RB.y(), p_RB.x())};
   if (options.avoidance.type != AvoidanceOptions::Type::none) {
     const double command_s = options.command_s > 0.0 ? options.command_s : 1.0 / options.rate_hz;
     avoidance_.emplace(options.avoidance, options.limits, options.actuation_delay_s, command_s);
@@ -136,7 +136,7 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
     react(look_around(time_s, now, when_it_acts, target), time_s, odometry);
 
     std::optional<LawOutput> law;
-    if (target && asks_law(states_.state())) law = law_->command(target->p_CB, target->v_CB);
+    if (target && asks_law(states_.state())) law = ask_law(*target);
     if (law) {
       output.error_1 = law->error_1;
       output.error_2 = law->error_2;
@@ -178,10 +178,20 @@ std::optional<Controller::Target> Controller::predict_target(double time_s,
   target.v_RB = v_RB.head<2>();
   target.p_CB = X_CR * p_RB;
   target.v_CB = X_CR.linear() * v_RB;
-  target.range_error_m = target.p_RB.norm() - goal_polar_[0];
-  target.bearing_rad = wrap_angle(std::atan2(target.p_RB.y(), target.p_RB.x()) - goal_polar_[1]);
+  target.scale = estimate->scale;
+  const Eigen::Vector3d goal = options_.goal.desired_p_RB(estimate->scale);
+  target.range_error_m = target.p_RB.norm() - goal.head<2>().norm();
+  target.bearing_rad =
+      wrap_angle(std::atan2(target.p_RB.y(), target.p_RB.x()) - std::atan2(goal.y(), goal.x()));
   if (!std::isfinite(target.range_error_m) || !std::isfinite(target.bearing_rad)) return std::nullopt;
   return target;
+}
+
+/// The law and its goal know places as sightings have them.
+std::optional<LawOutput> Controller::ask_law(const Target& target) const {
+  std::optional<LawOutput> output = law_->command(target.scale * target.p_CB, target.scale * target.v_CB);
+  if (output) output->twist.v_mps /= target.scale;
+  return output;
 }
 
 /// What the table of states is asked about; the search and the place where the ball is expected go on by it.

@@ -103,6 +103,7 @@ class Controller {
     Eigen::Vector2d p_RB{0, 0}, v_RB{0, 0};        // in the floor plane, in the robot frame then
     Eigen::Vector3d p_CB{0, 0, 0}, v_CB{0, 0, 0};  // in the camera frame then
     double range_error_m = 0, bearing_rad = 0;
+    double scale = 1;  // as in TargetEstimate
   };
   /// What the state asks for: a command, or a way through obstacles to a place.
   struct Wish {
@@ -111,6 +112,7 @@ class Controller {
   };
 
   std::optional<Target> predict_target(double time_s, const RobotMotion& when_it_acts) const;
+  std::optional<LawOutput> ask_law(const Target& target) const;
   Findings look_around(double time_s, const RobotMotion& now, const RobotMotion& when_it_acts,
                        const std::optional<Target>& target);
   bool knows_view(double in_state_s) const;
@@ -129,7 +131,6 @@ class Controller {
 
   ControllerOptions options_;
   std::unique_ptr<Law> law_;
-  Eigen::Vector2d goal_polar_;  // of the ball at the goal, as the robot believes: range (m), bearing (rad)
   std::optional<Avoidance> avoidance_;
   PoseHistory poses_;
   MotionPredictor predictor_;

@@ -12,8 +12,8 @@ Eigen::Vector3d ServoGoal::desired_p_CB() const {
   return mount.X_RC().inverse() * Eigen::Vector3d(distance_m, 0.0, ball_height_m);
 }
 
-Eigen::Vector3d ServoGoal::desired_p_RB() const {
-  if (taught_center_over_radius) return mount.X_RC() * desired_p_CB();
+Eigen::Vector3d ServoGoal::desired_p_RB(double scale) const {
+  if (taught_center_over_radius) return mount.X_RC() * (desired_p_CB() / scale);
   return {distance_m, 0.0, ball_height_m};
 }
 

@@ -32,8 +32,9 @@ struct ServoGoal {
 
   /// The ball's centre in the camera frame at the goal (m): as taught where it was, else by the distance.
   Eigen::Vector3d desired_p_CB() const;
-  /// The same in the robot frame; (distance_m, 0, ball_height_m) where nothing was taught.
-  Eigen::Vector3d desired_p_RB() const;
+  /// In the robot frame, where sightings put the ball `scale` times as far from the camera as it is;
+  /// (distance_m, 0, ball_height_m) where nothing was taught.
+  Eigen::Vector3d desired_p_RB(double scale = 1) const;
 };
 void declare(OptionVisitor& v, ServoGoal& goal);
 

@@ -84,6 +84,22 @@ TEST_F(TargetSelectionTest, TheWindowOfHeightGrowsWithTheRange) {
   EXPECT_EQ(chosen(selection, {track(1, confirmed, 0.9, 5.0, 0.35)}), 1);
 }
 
+TEST_F(TargetSelectionTest, OfAnUnknownScaleTheDirectionCounts) {
+  TargetOptions options;
+  options.greatest_scale = 5;
+  TargetSelection taught{options};
+  const Eigen::Vector3d camera = options.mount.X_RC().translation(), ball(2.0, 0, 0.06), sign(6.0, 0, 1.3);
+  const auto seen = [&](const Eigen::Vector3d& p_RB, double scale) {
+    const Eigen::Vector3d p = camera + scale * (p_RB - camera);
+    return std::vector<Track>{track(1, confirmed, 0.8, p.x(), p.z())};
+  };
+  EXPECT_EQ(chosen(selection, seen(ball, 4)), 0);
+  for (const double scale : {0.25, 1.0, 4.0}) {
+    EXPECT_EQ(chosen(taught, seen(ball, scale)), 1) << scale;
+    EXPECT_EQ(chosen(taught, seen(sign, scale)), 0) << scale;
+  }
+}
+
 TEST_F(TargetSelectionTest, ATrackWithoutAPlaceOrWithAnImpossibleOneIsPassedOver) {
   Track nowhere = track(1, confirmed);
   nowhere.ball.position.reset();

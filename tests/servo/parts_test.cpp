@@ -220,8 +220,66 @@ TEST(TargetFilter, DoubtsOneOutlierAndBelievesARow) {
   EXPECT_EQ(last, TargetFilter::Update::started);
 }
 
+/// Feeds a filter by a drive towards a ball, after a second at rest; the ball is seen `scale` times as far
+/// away as it is.
+class Approach {
+ public:
+  explicit Approach(double scale) : scale_(scale) {}
+
+  void drive(double seconds, double ball_vx_mps) {
+    for (int k = 0; k < seconds * 30; ++k) {
+      t_s_ += 1 / 30.0;
+      if (t_s_ > 1) speed_mps_ = std::min(0.5, speed_mps_ + 0.3 / 30);
+      robot_.x_m += speed_mps_ / 30;
+      ball_.x() += ball_vx_mps / 30;
+      const Eigen::Vector3d p_CB = (X_WR(robot_) * mount_.X_RC()).inverse() * ball_;
+      last_ = filter.update(sighting(t_s_, scale_ * p_CB, 0.002), robot_);
+      restarts += last_ == TargetFilter::Update::started;
+    }
+  }
+  TargetEstimate estimate() const { return *filter.predict(t_s_); }
+  double error_m() const { return (estimate().p_OB - ball_).norm(); }
+
+ private:
+  CameraMount mount_;
+  double scale_, t_s_ = 0, speed_mps_ = 0;
+  Pose2 robot_{10, -4, 0};  // odometry's frame begins anywhere
+  Eigen::Vector3d ball_{15, -3.8, 0.06};
+  TargetFilter::Update last_ = TargetFilter::Update::ignored;
+
+ public:
+  TargetFilter filter{mount_, 0.7};
+  int restarts = 0;
+};
+
+TEST(TargetFilter, TellsAWrongScaleFromABallThatMoves) {
+  for (const double scale : {0.4, 1.0, 3.0}) {
+    Approach resting(scale);
+    resting.drive(5, 0);
+    EXPECT_NEAR(resting.estimate().scale / scale, 1, 0.015);
+    EXPECT_TRUE(resting.estimate().v_OB.isZero(0.0)) << scale;
+    EXPECT_LT(resting.error_m(), 0.04) << scale;
+
+    if (scale < 1) continue;  // of a ball that seems to creep no speed stands out so soon
+    Approach moving(scale);
+    moving.drive(5, 0.2);
+    EXPECT_NEAR(moving.estimate().v_OB.x(), 0.2, 0.02) << scale;
+    EXPECT_NEAR(moving.estimate().scale / scale, 1, 0.05);
+  }
+}
+
+TEST(TargetFilter, KeepsAScaleThroughABounce) {
+  Approach approach(2);
+  approach.drive(5, 0.3);
+  const double before = approach.estimate().scale;
+  approach.drive(0.5, -0.6);
+  EXPECT_GE(approach.restarts, 2);
+  EXPECT_NEAR(approach.estimate().scale / before, 1, 0.03);
+  EXPECT_NEAR(approach.estimate().v_OB.x(), -0.6, 0.1);
+}
+
 TEST(TargetFilter, KeepsItsCovariancePositive) {
-  TargetFilter filter(CameraMount{});
+  TargetFilter filter(CameraMount{}, 0.7);
   RandomEngine engine = random_stream(4, "positive");
   for (int k = 0; k < 3000; ++k) {
     const double sigma = std::exp(uniform(engine, -20, 0));
