@@ -1,10 +1,11 @@
 #!/bin/sh
-# The laws beside each other: among obstacles with and without avoidance, on the same worlds, and over errors of what the
-# robot believes. Prints the two tables; each sweep's folder has a report with its map. Killed, it goes on where it was.
+# The laws beside each other: among obstacles with and without avoidance, on the same worlds, over errors of what the robot
+# believes, and shown their goal by a robot that believes what is far off. Prints the three tables; each sweep's folder has
+# a report with its map. Killed, it goes on where it was.
 #
 #   app/law_tables.sh OUT [TRIALS]      OUT: folder for the sweeps; TRIALS: worlds a cell (default 60); THREADS: of each sweep
 set -eu
-[ $# -ge 1 ] || { sed -n '2,6s/^# \{0,1\}//p' "$0"; exit 2; }
+[ $# -ge 1 ] || { sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 2; }
 out=$1 trials=${2:-60}
 root=$(cd "$(dirname "$0")/.." && pwd)
 program=$root/build/release/app/ballservo
@@ -45,6 +46,21 @@ for law in cone visp sphere pose; do
     "latency {believed.latency_error_s: {uniform: [-0.033, 0.4]}, law.gain_per_s: {uniform: [0.5, 4]}}"; do
     cell=$(sweep "$law-${errors%% *}" static_ball --set law.name=$law --set "vary=${errors#* }")
     row="$row | ${cell%% |*}"
+  done
+  echo "$row |"
+done
+
+echo
+echo "| shown its goal, believed | cone | visp | sphere | pose |"
+echo "|---|---|---|---|---|"
+for belief in diameter_scale=0.4 diameter_scale=1 diameter_scale=3 focal_scale=0.5 focal_scale=2 pitch_error_rad=-0.2 \
+  pitch_error_rad=0.2 forward_error_m=0.2 up_error_m=0.15 latency_error_s=0.1 latency_error_s=0.2; do
+  "$program" servo "$root/data/scenarios/static_ball.yaml" --teach -o "$out/$belief.yaml" --force --quiet --perception geometric \
+    --set "believed.$belief" >/dev/null
+  row="| $belief"
+  for law in cone visp sphere pose; do
+    row="$row | $(sweep "$law-$belief" static_ball --set law.name=$law --set "believed.$belief" \
+      --set "target={ball: target, taught: $out/$belief.yaml}" | sed 's/, \(.*\) | \(.*\)/, \1 (\2)/')"
   done
   echo "$row |"
 done
