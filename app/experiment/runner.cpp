@@ -203,8 +203,8 @@ Scenario at_the_goal(const Scenario& scenario) {
   const Eigen::Vector2d goal =
       p_WB - scenario.target_distance_m * Eigen::Vector2d(std::cos(yaw_rad), std::sin(yaw_rad));
   there.robot.pose = {goal.x(), goal.y(), yaw_rad};
-  const ServoGoal believed =
-      there.goal();  // of which a run towards what was taught trusts the direction alone
+  // Believed, not known: with a goal that was taught the ball's direction alone tells it from another thing.
+  const ServoGoal believed = there.goal();
   there.taught_center_over_radius = believed.desired_p_CB() / believed.ball_radius_m;
   return there;
 }

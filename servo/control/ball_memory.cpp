@@ -104,6 +104,9 @@ TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, co
   doubts_ = 0;
   const Eigen::Matrix<double, 6, 3> K = S_llt.solve(cross.transpose()).transpose();
   state_ = state + K * innovation;
+  const double scale = std::clamp(state_[5], 1 / greatest_scale, greatest_scale);
+  state_.head<3>() += (scale - state_[5]) * c_OC;  // where the ball seems to be stays
+  state_[5] = scale;
   // Joseph's form keeps the covariance positive.
   const Covariance I_KH = Covariance::Identity() - K * H;
   covariance_ = I_KH * covariance * I_KH.transpose() + K * R * K.transpose();
@@ -116,7 +119,7 @@ std::optional<TargetEstimate> TargetFilter::predict(double time_s) const {
   const double dt_s = std::max(0.0, time_s - time_s_);
 
   // A speed counts once it stands out; in between it fades in, so that the command does not jump.
-  const double scale = std::clamp(state_[5], 1 / greatest_scale, greatest_scale);
+  const double scale = state_[5];
   Eigen::Vector2d v = state_.segment<2>(3) / scale;
   const double speed = v.norm();
   const double sigma = std::sqrt(std::max(covariance_(3, 3), covariance_(4, 4))) / scale;

@@ -268,6 +268,15 @@ TEST(TargetFilter, TellsAWrongScaleFromABallThatMoves) {
   }
 }
 
+TEST(TargetFilter, OfABallThatKeepsAheadTheScaleStaysWithinReason) {
+  Approach approach(1);
+  for (int second = 0; second < 20; ++second) {
+    approach.drive(1, std::min(0.5, 0.3 * std::max(0, second - 1)));
+    EXPECT_GE(approach.estimate().scale, 1 / TargetFilter::greatest_scale);
+    EXPECT_LE(approach.estimate().scale, TargetFilter::greatest_scale);
+  }
+}
+
 TEST(TargetFilter, KeepsAScaleThroughABounce) {
   Approach approach(2);
   approach.drive(5, 0.3);
