@@ -52,12 +52,12 @@ TEST_F(Taught, CoarselyWrongBeliefsHardlyDelayIt) {
   const double right_s = run(static_ball(4, teach({})), PerceptionLevel::geometric, 4).summary.settled_s;
   for (const char* belief :
        {"diameter_scale=0.4", "diameter_scale=3", "focal_scale=0.5", "focal_scale=2", "pitch_error_rad=-0.2",
-        "pitch_error_rad=0.2", "forward_error_m=0.2", "up_error_m=0.15", "latency_error_s=0.1"}) {
+        "pitch_error_rad=0.2", "forward_error_m=0.2", "up_error_m=0.15", "latency_error_s=0.03"}) {
     const RunSummary s =
         run(static_ball(4, teach({std::string("believed.") + belief})), PerceptionLevel::geometric, 4)
             .summary;
     EXPECT_EQ(s.outcome, Outcome::reached) << belief << ": " << s.outcome_text;
-    EXPECT_LT(s.settled_s, right_s + 2.0) << belief;
+    EXPECT_LT(s.settled_s, right_s + 0.6) << belief;
     EXPECT_EQ(s.ball_contacts, 0) << belief;
   }
 }

@@ -275,6 +275,7 @@ TEST(TargetFilter, OfABallThatKeepsAheadTheScaleStaysWithinReason) {
     EXPECT_GE(approach.estimate().scale, 1 / TargetFilter::greatest_scale);
     EXPECT_LE(approach.estimate().scale, TargetFilter::greatest_scale);
   }
+  EXPECT_EQ(approach.restarts, 1);
 }
 
 TEST(TargetFilter, KeepsAScaleThroughABounce) {
