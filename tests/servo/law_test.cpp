@@ -302,6 +302,51 @@ TEST_P(EveryLaw, StopsWhereItWasTaughtWhateverDiameterAndFocalLengthItBelieves) 
   }
 }
 
+/// What a robot believes of ball and camera: times what is true, and more than it.
+struct Belief {
+  double diameter_scale, focal_scale, pitch_error_rad;
+  double least_rate, greatest_rate;  // in gains, of every law
+};
+
+// With V = |e|^2 / 2, dV/dt = -2 gain rate V: stable where rate > 0, which is e' L L^+ e / e' e, with the
+// interaction matrix L as it is and L^+ as believed (Chaumette and Hutchinson, "Visual servo control, part
+// I", IEEE RAM 13(4), 2006, on the stability of image-based servoing).
+TEST_P(EveryLaw, ALyapunovFunctionFallsInTheWholeViewWhateverIsBelieved) {
+  for (const Belief& belief :
+       {Belief{1, 1, 0, 0.9999, 1.0001}, Belief{0.4, 1, 0, 0.33, 1.02}, Belief{3, 1, 0, 0.41, 3.25},
+        Belief{1, 0.5, 0, 0.42, 2.25}, Belief{1, 2, 0, 0.53, 2.05}, Belief{1, 1, -0.2, 0.91, 1.02},
+        Belief{1, 1, 0.2, 0.97, 1.16}}) {
+    ServoGoal truth;
+    truth.mount = {0.10, 0.28, 0.21};
+    const auto seen = [&](const Eigen::Vector3d& p_CB) -> Eigen::Vector3d {
+      return belief.diameter_scale * Eigen::Vector3d(p_CB.x(), p_CB.y(), belief.focal_scale * p_CB.z());
+    };
+    ServoGoal goal = truth;
+    goal.mount.pitch_down_rad += belief.pitch_error_rad;
+    goal.ball_radius_m *= belief.diameter_scale;
+    goal.taught_center_over_radius = seen(truth.desired_p_CB()) / goal.ball_radius_m;
+    const auto a_law = law(goal);
+    double least = 1e9, greatest = -1e9;
+    for (double range_m = 0.5; range_m <= 5; range_m += 0.25) {
+      for (double bearing_rad = -0.5; bearing_rad <= 0.5; bearing_rad += 0.05) {
+        const Eigen::Vector3d p_WB(range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad), 0.06);
+        const auto output = a_law->command(seen(in_camera(truth, {}, p_WB)), {0, 0, 0});
+        ASSERT_TRUE(output);
+        const auto errors_after = [&](double t) {
+          return errors_of(*a_law, seen(in_camera(truth, integrate({}, output->twist, t), p_WB)));
+        };
+        const double h = 1e-6;
+        const Eigen::Vector2d e = errors_after(0), change = (errors_after(h) - errors_after(-h)) / (2 * h);
+        if (e.norm() < 1e-3) continue;
+        least = std::min(least, -e.dot(change) / e.squaredNorm());
+        greatest = std::max(greatest, -e.dot(change) / e.squaredNorm());
+      }
+    }
+    EXPECT_GT(least, belief.least_rate) << belief.diameter_scale << " " << belief.focal_scale;
+    EXPECT_LT(greatest, belief.greatest_rate) << belief.diameter_scale << " " << belief.focal_scale;
+  }
+}
+
 TEST_P(EveryLaw, IsSingularExactlyAbeamOfTheAxle) {
   RandomEngine engine = random_stream(11, "determinant");
   for (int i = 0; i < scenes; ++i) {
