@@ -126,13 +126,16 @@ ordered_json image_json(const RunRecord& record, const Scenario& scenario) {
     truth.push_back(center(frame.truth));
     measured.push_back(frame.measurement.is_sighting() ? center(frame.measured) : ordered_json(nullptr));
   }
+  const Camera& camera = scenario.camera.camera;
+  constexpr int corners = 72;
   const auto outline = [&](const std::optional<Eigen::Vector3d>& p_CB) {
-    constexpr int corners = 72;
-    return p_CB ? points_json(project_outline(scenario.camera.camera, *p_CB,
-                                              scenario.target_ball().radius_m(), corners))
+    return p_CB ? points_json(project_outline(camera, *p_CB, scenario.target_ball().radius_m(), corners))
                 : ordered_json::array();
   };
-  ordered_json outlines{{"desired", outline(scenario.goal().desired_p_CB())}};
+  const ServoGoal goal = scenario.goal();  // as the robot believes
+  ordered_json outlines{
+      {"desired", points_json(project_outline(scenario.believed.camera(camera), goal.desired_p_CB(),
+                                              goal.ball_radius_m, corners))}};
   if (!record.frames.empty()) {
     outlines["first"] = outline(record.frames.front().truth_p_CB);
     outlines["last"] = outline(record.frames.back().truth_p_CB);

@@ -277,7 +277,8 @@ void PictureKeeper::frame(const FrameEvent& event) {
     text += fmt::format("  axle to ball {:.3f} m", p_RB.head<2>().norm());
   }
   cv::Mat picture = event.frame.bgr.clone();
-  draw_detection(picture, scenario_.camera.camera, frame, scenario_.target_ball().radius_m(), text);
+  draw_detection(picture, scenario_.believed.camera(scenario_.camera.camera), frame,
+                 scenario_.goal().ball_radius_m, text);
   const bool changed = !last_state_ || *last_state_ != state;
   const bool halfway = state == ControlState::approach && frame.time_s >= next_s_;
   if ((changed || halfway) && kept_.size() + 1 < max_key_frames) {

@@ -20,8 +20,8 @@ namespace ballservo {
 
 inline constexpr double foreseen_s = 1.5;  ///< commands are drawn as the way driven in this time
 
-/// Draws the ball's outline and centre as measured (from p_CB and the ball's radius) into a camera picture,
-/// with a line of text below; a prediction is drawn in grey.
+/// Draws the ball's outline and centre as measured (from p_CB, by the camera and radius that are believed)
+/// into a camera picture, with a line of text below; a prediction is drawn in grey.
 void draw_detection(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, double ball_radius_m,
                     const std::string& text);
 

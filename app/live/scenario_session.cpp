@@ -376,7 +376,8 @@ void ScenarioSession::draw_later(const RunView& now) {
   const CameraView view{now.scenario.X_WC(pose_at(now.record.steps, frame.time_s), frame.measurement.pan_rad),
                         frame.time_s};
   eye_->look([world = world_, view, frame, camera = now.scenario.camera, seed = options_.seed,
-              radius_m = now.scenario.target_ball().radius_m()](auto& renderer, auto& drawn) {
+              believed = now.scenario.believed.camera(now.scenario.camera.camera),
+              radius_m = now.scenario.goal().ball_radius_m](auto& renderer, auto& drawn) {
     if (drawn != world) {
       if (renderer)
         renderer->set_world(*world);
@@ -386,7 +387,7 @@ void ScenarioSession::draw_later(const RunView& now) {
     }
     cv::Mat picture =
         expose(renderer->radiance({view}), camera.sensor, seed, static_cast<std::uint64_t>(frame.frame));
-    draw_detection(picture, camera.camera, frame, radius_m, "");
+    draw_detection(picture, believed, frame, radius_m, "");
     return picture;
   });
   picture_ = [eye = eye_] { return eye->picture(); };

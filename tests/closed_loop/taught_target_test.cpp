@@ -2,9 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
 
+#include "app/experiment/run_log.hpp"
 #include "app/experiment/runner.hpp"
 #include "calibration/base/fault.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
@@ -64,9 +68,16 @@ TEST_F(Taught, CoarselyWrongBeliefsHardlyDelayIt) {
 
 // It seems to lie 0.4 m below the floor.
 TEST_F(Taught, ABallThatIsBelievedThriceAsLargeIsReachedThroughPictures) {
-  const auto sets = teach({"believed.diameter_scale=3"}, PerceptionLevel::image);
-  const RunSummary s = run(static_ball(4, sets), PerceptionLevel::image, 4).summary;
-  EXPECT_EQ(s.outcome, Outcome::reached) << s.outcome_text;
+  const Scenario scenario = static_ball(4, teach({"believed.diameter_scale=3"}, PerceptionLevel::image));
+  const RunRecord record = run(scenario, PerceptionLevel::image, 4);
+  EXPECT_EQ(record.summary.outcome, Outcome::reached) << record.summary.outcome_text;
+
+  const OutputFolder page(folder.path() / "page", Overwrite::allow);
+  const auto report = run_report(record, scenario, "image", ReachedRule(), page);
+  const auto outlines =
+      report["image"]["outlines_px"].get<std::map<std::string, std::vector<std::array<double, 2>>>>();
+  for (int axis = 0; axis < 2; ++axis)
+    EXPECT_NEAR(outlines.at("desired")[0][axis], outlines.at("last")[0][axis], 1.0) << "where it should end";
 }
 
 TEST_F(Taught, WithoutTeachingTheSameBeliefsMissByCentimetres) {
