@@ -182,6 +182,7 @@ std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scena
   }
   DetectorOptions detector;
   detector.seed = seed;
+  if (scenario.camera.sensor.gamma == 1) detector.response = ResponseChoice::linear;
   detector.radii.resize(colors->classes.size());
   for (const Ball& ball : scenario.world.balls) {
     if (const auto color_class = colors->find(ball.class_name))

@@ -46,6 +46,24 @@ TEST(StaticBall, IsReachedThroughRenderedFrames) {
   expect_reached(run(static_ball(0), PerceptionLevel::image, 0), 0.005, 0.2 * degree, "seed 0");
 }
 
+TEST(StaticBall, TheFirstFramesMeasureTheRadiusToo) {
+  double sum_px = 0;
+  int count = 0;
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    const Scenario scenario = static_ball(seed, {"duration_s=0.4"});
+    const RunRecord record = run(scenario, PerceptionLevel::image, seed);
+    for (const FrameRecord& frame : record.frames) {
+      if (frame.measurement.state != TrackState::confirmed) continue;
+      const double truth_m = frame.truth_p_CB->norm(), error_m = frame.measurement.p_CB.norm() - truth_m;
+      const double radius_px = scenario.target_ball().radius_m() / truth_m * scenario.camera.camera.focal_px();
+      sum_px -= error_m / truth_m * radius_px;
+      ++count;
+    }
+  }
+  ASSERT_GE(count, 20);
+  EXPECT_NEAR(sum_px / count, 0, 0.1);
+}
+
 TEST(StaticBall, LawsStopAtTheSamePlace) {
   const RunRecord cone = run(static_ball(3, {"law.name=cone"}), PerceptionLevel::truth, 3);
   const RunRecord visp = run(static_ball(3, {"law.name=visp"}), PerceptionLevel::truth, 3);
