@@ -9,6 +9,7 @@
 namespace ballservo {
 namespace {
 
+constexpr double sigma_floor_radii = 0.03;  // of a measurement, as a fraction of the apparent radius
 // What a ball radius of motion sideways is to the log distance, which changes less and is measured worse.
 constexpr double size_share = 0.015;
 // Sigmas of the velocity when the ball appears, and when it is thrown: 3 m/s of a ball of 35 mm.
@@ -35,7 +36,7 @@ Eigen::Matrix<double, 2, 3> normalized_jacobian(const Eigen::Vector3d& axis) {
 
 }  // namespace
 
-BallFeatures features_of(const BallObservation& ball, double sigma_floor_radii) {
+BallFeatures features_of(const BallObservation& ball) {
   const Eigen::Vector3d& axis = ball.cone.axis;
   const double alpha = ball.cone.alpha_rad;
   BallFeatures features;

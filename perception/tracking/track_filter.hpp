@@ -13,9 +13,9 @@ struct BallFeatures {
   Eigen::Vector3d sigma{0, 0, 0};
 };
 
-/// Features of a ball as it was seen. `sigma_floor_radii` bounds the sigmas from below, as a fraction of its
-/// apparent radius (what an occluded or blurred outline may be wrong by beyond its own residuals).
-BallFeatures features_of(const BallObservation& ball, double sigma_floor_radii);
+/// Features of a ball as it was seen. Their sigmas have a floor: what an occluded or blurred outline may be
+/// wrong by beyond its own residuals.
+BallFeatures features_of(const BallObservation& ball);
 
 /// The cone that has these features.
 TangentCone cone_of(const Eigen::Vector3d& features);

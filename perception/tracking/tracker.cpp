@@ -6,7 +6,6 @@
 #include <tuple>
 #include <utility>
 
-#include "calibration/base/range_check.hpp"
 #include "perception/tracking/streak.hpp"
 
 namespace ballservo {
@@ -28,8 +27,9 @@ constexpr std::size_t lights_a_picture = 3, likeliest_lights = 12;
 constexpr long between_searches_of_all = 300;
 // Suffices for a ball where a confirmed track expects it.
 constexpr double expected_quality = 0.17;
-// Tolerance of the distance's logarithm for a detection that is not clear.
-constexpr double weak_log_size = 0.12;
+// A detection that is not clear continues a track only in the size that is expected, to such a tolerance of
+// the distance's logarithm.
+constexpr double clear_quality = 0.5, weak_log_size = 0.12;
 
 double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -43,17 +43,8 @@ bool same_ball(const BallObservation& a, const BallObservation& b) {
 
 }  // namespace
 
-void TrackerOptions::validate() const {
-  FaultList faults;
-  check_range(faults, "newcomers_every", newcomers_every, 1, 1e6);
-  check_range(faults, "clear_quality", clear_quality, 0, 1);
-  check_range(faults, "sigma_floor_radii", sigma_floor_radii, 0, 1);
-  faults.throw_if_any();
-}
-
 Tracker::Tracker(Detector detector, const TrackerOptions& options)
     : detector_(std::move(detector)), options_(options), look_alikes_(detector_.colors().classes.size()) {
-  options_.validate();
   if (!options_.fixed_colors) light_.emplace();
   if (!options_.seek_light_at_once) put_off_light_search();
 }
@@ -74,7 +65,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   if (light_) look_under_another_light(bgr);
   // Once for each detection: a filter that starts or is restarted from one knows it already.
   for (Followed& followed : followed_)
-    if (followed.detection) followed.filter.correct(features(seen_[*followed.detection]));
+    if (followed.detection) followed.filter.correct(features_of(seen_[*followed.detection]));
   continue_jumps();
   for (Followed& followed : followed_)
     if (followed.detection) gather_evidence(bgr, followed);
@@ -92,7 +83,7 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     if (is_taken(i) || seen_[i].quality < min_ball_quality) continue;
     Followed newcomer{{next_id_++, seen_[i].color_class, TrackState::tentative, seen_[i]},
-                      TrackFilter(features(seen_[i]), time_s)};
+                      TrackFilter(features_of(seen_[i]), time_s)};
     newcomer.born_s = time_s;
     newcomer.detection = i;
     gather_evidence(bgr, newcomer);
@@ -149,7 +140,7 @@ void Tracker::seek_light(const cv::Mat& bgr) {
     return followed.track.state != TrackState::tentative;
   });
   if (knows_ball) {
-    next_light_search_ = pictures_ + options_.newcomers_every;
+    next_light_search_ = pictures_ + newcomers_every;
     next_search_of_all_ = pictures_ + between_searches_of_all;
   }
   if (pictures_ < next_light_search_) return;
@@ -172,7 +163,7 @@ void Tracker::seek_light(const cv::Mat& bgr) {
   see_sure_balls(bgr, found->least_log_odds);
 }
 
-void Tracker::put_off_light_search() { next_light_search_ = pictures_ + options_.newcomers_every; }
+void Tracker::put_off_light_search() { next_light_search_ = pictures_ + newcomers_every; }
 
 bool Tracker::see_sure_balls(const cv::Mat& bgr, double least_log_odds) {
   bool any = false;
@@ -210,7 +201,7 @@ void Tracker::learn_colors(const cv::Mat& bgr) {
     const BallObservation& ball = followed.track.ball;
     if (followed.track.state != TrackState::confirmed) continue;
     if (!light_) {
-      if (ball.quality >= options_.clear_quality && ball.support.fill > 0)
+      if (ball.quality >= clear_quality && ball.support.fill > 0)
         followed.light.last = middle_color(bgr, ball.outline);
       continue;
     }
@@ -240,7 +231,7 @@ void Tracker::count_look_alikes() {
 // there, and now and then for newcomers.
 void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   seen_.clear();
-  const bool newcomers = followed_.empty() || pictures_ % options_.newcomers_every == 0;
+  const bool newcomers = followed_.empty() || pictures_ % newcomers_every == 0;
   look_near_predictions(bgr);
   const bool all_found = std::all_of(followed_.begin(), followed_.end(),
                                      [&](const Followed& followed) { return is_seen(followed); });
@@ -328,12 +319,12 @@ bool Tracker::is_seen(const Followed& followed) const {
 
 bool Tracker::is_plausible(const Followed& followed, const BallObservation& ball) const {
   if (ball.color_class != followed.track.color_class) return false;
-  const BallFeatures measured = features(ball);
+  const BallFeatures measured = features_of(ball);
   if (!(followed.filter.distance2(measured) < gate_distance2)) return false;
   // A weak detection counts only of a ball that is known, and only in its size: two balls that hide each
   // other look like one larger ball.
   if (ball.quality < min_ball_quality && followed.track.state == TrackState::tentative) return false;
-  return ball.quality >= options_.clear_quality ||
+  return ball.quality >= clear_quality ||
          std::abs(measured.value.z() - followed.filter.value().z()) < weak_log_size;
 }
 
@@ -344,7 +335,7 @@ void Tracker::match() {
   for (std::size_t i = 0; i < followed_.size(); ++i) {
     for (std::size_t k = 0; k < seen_.size(); ++k) {
       if (!is_plausible(followed_[i], seen_[k])) continue;
-      const BallFeatures measured = features(seen_[k]);
+      const BallFeatures measured = features_of(seen_[k]);
       const double negative_log_likelihood = followed_[i].filter.negative_log_likelihood(measured);
       pairs_.push_back({followed_[i].track.state == TrackState::tentative, negative_log_likelihood, i, k});
     }
@@ -372,13 +363,12 @@ void Tracker::continue_jumps() {
     std::size_t candidate = seen_.size();
     int candidates = 0;
     for (std::size_t k = 0; k < seen_.size(); ++k) {
-      if (!is_taken(k) && seen_[k].quality >= options_.clear_quality &&
-          may_be_missing_one(followed, seen_[k]))
+      if (!is_taken(k) && seen_[k].quality >= clear_quality && may_be_missing_one(followed, seen_[k]))
         candidate = k, ++candidates;
     }
     if (candidates != 1) continue;
     followed.detection = candidate;
-    followed.filter.correct_after_jump(features(seen_[candidate]));
+    followed.filter.correct_after_jump(features_of(seen_[candidate]));
   }
 }
 

@@ -14,15 +14,13 @@
 
 namespace ballservo {
 
-struct TrackerOptions {
-  int newcomers_every = 10;    ///< pictures between two looks at the whole picture while no ball is missing
-  double clear_quality = 0.5;  ///< below, a detection continues a track only in the size that is expected
-  double sigma_floor_radii = 0.03;  ///< see features_of
-  bool fixed_colors = false;        ///< looks with the taught colours alone, whatever the light does
-  bool seek_light = true;           ///< while no ball is known, also under other lights than the taught one
-  bool seek_light_at_once = true;   ///< in the first picture; else from the tenth on
+/// Pictures between two looks at the whole picture while no ball is missing.
+inline constexpr int newcomers_every = 10;
 
-  void validate() const;  ///< throws InputError naming every value that makes no sense
+struct TrackerOptions {
+  bool fixed_colors = false;       ///< looks with the taught colours alone, whatever the light does
+  bool seek_light = true;          ///< while no ball is known, also under other lights than the taught one
+  bool seek_light_at_once = true;  ///< in the first picture; else from the tenth on
 };
 
 /// A ball followed through the pictures.
@@ -83,9 +81,6 @@ class Tracker {
   void add_new(const BallObservation& ball);
   void gather_evidence(const cv::Mat& bgr, Followed& followed);
   bool is_seen(const Followed& followed) const;
-  BallFeatures features(const BallObservation& ball) const {
-    return features_of(ball, options_.sigma_floor_radii);
-  }
   bool is_plausible(const Followed& followed, const BallObservation& ball) const;
   void match();
   bool may_be_missing_one(const Followed& missing, const BallObservation& ball) const;

@@ -62,11 +62,11 @@ TEST(PerceptionAllocation, TrackingTakesNoMemory) {
     }
   };
   // Until each picture has had its turn to be looked at as a whole.
-  for (int turn = 0; turn < TrackerOptions().newcomers_every; ++turn) follow();
+  for (int turn = 0; turn < newcomers_every; ++turn) follow();
   EXPECT_GT(coasting, 4u);
   EXPECT_GT(confirmed, 20u);
   const long before = test::allocations();
-  for (int turn = 0; turn < TrackerOptions().newcomers_every; ++turn) follow();
+  for (int turn = 0; turn < newcomers_every; ++turn) follow();
   EXPECT_EQ(test::allocations() - before, 0);
 }
 

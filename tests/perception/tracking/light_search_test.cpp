@@ -128,8 +128,8 @@ TEST(LightSearch, BeginsWithTheTenthPictureWhereItIsPutOff) {
   options.seek_light_at_once = false;
   Tracker tracker(make_detector(), options);
   const cv::Mat bgr = picture(test::red, gain_of({-0.3, 0.9, 0}));
-  for (int k = 0; k < options.newcomers_every; ++k) EXPECT_TRUE(tracker.update(bgr, k / 30.0).empty()) << k;
-  for (int k = options.newcomers_every; k < 60; ++k) tracker.update(bgr, k / 30.0);
+  for (int k = 0; k < newcomers_every; ++k) EXPECT_TRUE(tracker.update(bgr, k / 30.0).empty()) << k;
+  for (int k = newcomers_every; k < 60; ++k) tracker.update(bgr, k / 30.0);
   EXPECT_TRUE(tracker.assumed_light());
 }
 

@@ -30,7 +30,7 @@ TEST(TrackFilter, MeasurementsOfAStandstillGiveItsPlaceAndNoVelocity) {
 TEST(TrackFilter, FeaturesAndConeAreTheSameThing) {
   BallObservation ball;
   ball.cone = *TangentCone::of_sphere({0.3, -0.2, 1.1}, 0.05);
-  const BallFeatures features = features_of(ball, 0.02);
+  const BallFeatures features = features_of(ball);
   const TangentCone cone = cone_of(features.value);
   EXPECT_LT((cone.axis - ball.cone.axis).norm(), 1e-12);
   EXPECT_NEAR(cone.alpha_rad, ball.cone.alpha_rad, 1e-12);

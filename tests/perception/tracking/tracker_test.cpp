@@ -69,15 +69,15 @@ TEST(Tracker, CoastsThroughAShortOcclusionAndKnowsTheBallAgain) {
 
 TEST(Tracker, ADetectionCountsOnce) {
   // Seen and predicted an instant later, a ball is known as well as its own fit says, not better.
-  TrackerOptions options;
-  options.sigma_floor_radii = 0;
-  Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
+  Tracker tracker = make_tracker();
   // So long ago that it says nothing of the place.
   for (const double time_s : {0.0, 2.0}) tracker.update(picture_with({{160, 120}}), time_s);
   const auto seen = tracker.update(picture_with({{160, 120}}), 4).at(0);
   const auto predicted = tracker.update(test::grey_picture(), 4 + 1e-6).at(0);
   ASSERT_EQ(predicted.state, TrackState::coasting);
-  const Eigen::Vector3d fitted = seen.ball.position->covariance_m2.diagonal();
+  const BallFeatures measured = features_of(seen.ball);
+  const Eigen::Vector3d fitted =
+      position_of(measured.value, measured.sigma.cwiseAbs2(), {0.05, 0}).covariance_m2.diagonal();
   const Eigen::Vector3d known = predicted.ball.position->covariance_m2.diagonal();
   EXPECT_NEAR(known.x() / fitted.x(), 1, 0.1);
   EXPECT_NEAR(known.y() / fitted.y(), 1, 0.1);
@@ -105,9 +105,7 @@ TEST(Tracker, PredictsABallOnlyThriceAsLongAsItWasFollowed) {
 
 // A knock that outruns the filter, after which the ball is too unclear to be known at once.
 TEST(Tracker, ABallThatIsBelievedAnewNearAMissingOneIsThatOne) {
-  TrackerOptions options;
-  options.clear_quality = 0.9;
-  Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
+  Tracker tracker = make_tracker();
   const auto unclear_ball_at = [](int u_px) {
     cv::Mat bgr = picture_with({{static_cast<double>(u_px), 100}});
     bgr(cv::Rect(u_px + 8, 80, 12, 40)).setTo(cv::Scalar(60, 90, 70));
@@ -131,17 +129,15 @@ TEST(Tracker, ABallThatIsBelievedAnewNearAMissingOneIsThatOne) {
 
 TEST(Tracker, NotOneThatWasThereBeforeTheOtherWentMissingNorOneFarAway) {
   for (const double x_px : {124.0, 250.0}) {
-    const int appears = x_px < 200 ? 19 : 20;  // believed two pictures later
-    TrackerOptions options;
-    options.newcomers_every = 1;
-    Tracker tracker(test::detector_for(test::pinhole(size, 400), 0.05), options);
-    for (int k = 0; k < 25; ++k) {
+    const int appears = x_px < 200 ? 20 : 21;  // believed two pictures later
+    Tracker tracker = make_tracker();
+    for (int k = 0; k < 26; ++k) {
       std::vector<Eigen::Vector2d> centers;
-      if (k < 20) centers.push_back({60, 100});
+      if (k < 21) centers.push_back({60, 100});
       if (k >= appears) centers.push_back({x_px, 100});
       tracker.update(picture_with(centers), k * dt_s);
     }
-    const auto& tracks = tracker.update(picture_with({{x_px, 100}}), 25 * dt_s);
+    const auto& tracks = tracker.update(picture_with({{x_px, 100}}), 26 * dt_s);
     ASSERT_EQ(tracks.size(), 2u) << x_px;
     EXPECT_EQ(tracks[0].state, TrackState::coasting);
     EXPECT_EQ(tracks[1].state, TrackState::confirmed);
@@ -174,26 +170,6 @@ TEST(Tracker, IgnoresRepeatedAndBackwardTimes) {
               0.1);
   EXPECT_NEAR(tracker.update(picture_with({{200, 100}}), std::nan("")).at(0).ball.outline.center_px.x(), 103,
               0.1);
-}
-
-TEST(Tracker, OptionsThatMakeNoSenseAreNamed) {
-  const double nan = std::nan("");
-  const auto faults_of = [](auto change) {
-    TrackerOptions options;
-    change(options);
-    std::vector<std::string> places;
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) places.push_back(fault.place);
-    }
-    return places;
-  };
-  using Places = std::vector<std::string>;
-  EXPECT_EQ(faults_of([](TrackerOptions&) {}), Places{});
-  EXPECT_EQ(faults_of([&](TrackerOptions& o) { o.sigma_floor_radii = -1, o.clear_quality = nan; }),
-            (Places{"clear_quality", "sigma_floor_radii"}));
-  EXPECT_EQ(faults_of([](TrackerOptions& o) { o.newcomers_every = 0; }), Places{"newcomers_every"});
 }
 
 }  // namespace
