@@ -164,8 +164,7 @@ bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& 
   const OutlineSupport& support = candidate.verdict.support;
   const double most_px = most_thorough_side * std::min(view.bgr.cols, view.bgr.rows);
   if (!candidate.is_fitted || outline.radius_px < least_thorough_px || outline.radius_px > most_px ||
-      support.fill < least_thorough_fill || support.arc < least_arc_alone ||
-      support.leak > options_.judge.max_leak)
+      support.fill < least_thorough_fill || support.arc < least_arc_alone || support.leak > max_leak)
     return false;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   if (is_flat(look)) return false;
@@ -211,8 +210,7 @@ const VerifiedCandidate& BallVerifier::verify_frayed(const ClassView& view, cons
 std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, const TangentCone& start,
                                                          double reach_px, bool clearly,
                                                          const KnownAngle& known) {
-  fit_near(view, start, reach_px, clearly ? min_frayed_edge : options_.judge.min_expected_edge, around_,
-           known);
+  fit_near(view, start, reach_px, clearly ? min_frayed_edge : min_expected_edge, around_, known);
   const bool is_there =
       around_.is_ball() || (!clearly && around_.is_fitted &&
                             judge(view).suffices_where_expected(around_.fit, around_.verdict.support));

@@ -85,7 +85,7 @@ class BallVerifier {
                 VerifiedCandidate& candidate, const KnownAngle& known = {});
   const VerifiedCandidate& looked_at_again(const ClassView& view, VerifiedCandidate& candidate);
   bool is_seen_ball(const ClassView& view, const VerifiedCandidate& candidate);
-  BallJudge judge(const ClassView& view) const { return {view, *rays_, options_.judge}; }
+  BallJudge judge(const ClassView& view) const { return {view, *rays_}; }
   BallRadius radius(const ClassView& view) const { return options_.radius_of(view.colored.color_class); }
 
   std::shared_ptr<const RayTable> rays_;

@@ -12,6 +12,7 @@ namespace ballservo {
 namespace {
 
 constexpr int worth_sharing_px = 100000;  // below, threads cost more to wake than they save
+constexpr int max_regions = 256;          // that are looked at for balls; the largest
 
 const DetectorOptions& valid(const DetectorOptions& options) {
   options.validate();
@@ -71,8 +72,6 @@ BallRadius DetectorOptions::radius_of(ClassIndex color_class) const {
 
 void DetectorOptions::validate() const {
   FaultList faults;
-  check_range(faults, "max_regions", max_regions, 1, 1 << 20);
-  check_range(faults, "max_runs", max_runs, 1, 1 << 24);
   check_range(faults, "threads", threads, 1, most_threads);
   check_range(faults, "oval_fraction", oval_fraction, 0, 0.3);
   for (const BallRadius& radius : radii) {
@@ -81,21 +80,12 @@ void DetectorOptions::validate() const {
     if (!(radius.sigma_m >= 0) || !std::isfinite(radius.sigma_m))
       faults.add("radii", number_text(radius.sigma_m), "a sigma of 0 or more (m)");
   }
-  check_range(faults, "judge.max_leak", judge.max_leak, 0, 1);
-  check_range(faults, "judge.max_small_leak", judge.max_small_leak, 0, 1);
-  check_range(faults, "judge.min_shading_explained", judge.min_shading_explained, 0, 1);
-  check_range(faults, "judge.min_enclosing_edge", judge.min_enclosing_edge, 0, 1);
-  check_range(faults, "judge.min_expected_edge", judge.min_expected_edge, 0, 1);
   faults.throw_if_any();
 }
 
 Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const ColorTable> colors,
                    const DetectorOptions& options)
-    : rays_(std::move(rays)),
-      options_(valid(options)),
-      colors_(std::move(colors)),
-      regions_(options.max_runs),
-      search_(rays_, options) {}
+    : rays_(std::move(rays)), options_(valid(options)), colors_(std::move(colors)), search_(rays_, options) {}
 
 const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const cv::Rect& window,
                                                      DetectionStages* stages, double min_quality) {
@@ -114,8 +104,8 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
   }
   regions_.update(segmented_.closed, seen.size());
   left_out_.shorter_px = regions_.shortest_run_px() > 1 ? regions_.shortest_run_px() : 0;
-  left_out_.regions = choose_regions(regions_.regions(), 2 * min_ball_radius_px * min_ball_radius_px,
-                                     options_.max_regions, chosen_);
+  left_out_.regions =
+      choose_regions(regions_.regions(), 2 * min_ball_radius_px * min_ball_radius_px, max_regions, chosen_);
   const RegionPrior prior{min_quality, window.empty()};
   find_balls(bgr, seen.tl(), prior, stages);
   if (learn_response(bgr)) find_balls(bgr, seen.tl(), prior, stages);

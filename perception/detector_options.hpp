@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
-#include "perception/judgement/ball_judge.hpp"
 #include "perception/outline/ball_fitter.hpp"
 
 namespace ballservo {
@@ -18,9 +17,6 @@ struct DetectorOptions {
   ResponseChoice response = ResponseChoice::by_edges;
   /// The radius of each class's balls; class k is entry k - 1. Empty or 0: not known, no position in 3-D.
   std::vector<BallRadius> radii;
-  int max_regions = 256;   ///< that are looked at for balls; the largest
-  int max_runs = 1 << 16;  ///< that a picture is cut into (see Runs::cut)
-  JudgeOptions judge;
   /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).
   double oval_fraction = 0;
   std::uint64_t seed = 0;

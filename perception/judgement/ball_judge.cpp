@@ -10,12 +10,15 @@
 namespace ballservo {
 namespace {
 
-constexpr double min_arc = 0.3;        // of the outline must have an edge on it
-constexpr double min_fill = 0.25;      // of the disc must have the ball's colour
-constexpr double small_radius_px = 5;  // below, max_small_leak counts
+constexpr double min_arc = 0.3;    // of the outline must have an edge on it
+constexpr double min_fill = 0.25;  // of the disc must have the ball's colour
+// Some circle fits into a few pixels of anything: of the rim of a ball smaller than this less may have its
+// colour.
+constexpr double small_radius_px = 5, max_small_leak = 0.1;
 // Where more of the outline than this is hidden, what is seen must be shaded as a sphere is, so strongly (a
 // part of the mean brightness). A half-hidden disc is flat.
 constexpr double max_hidden = 0.45, min_shading = 0.4, min_lighter_shading = 1;
+constexpr double min_shading_explained = 0.95;  // of it, by a sphere
 // Or what hides it must be seen to go on beyond it; a chord of a few pixels shows no line, and what is seen
 // must be round: of the pictures that we have, balls are by 1, what is none by half of it.
 constexpr double least_hidden_radius_px = 12, least_round = 0.75;
@@ -23,6 +26,7 @@ constexpr double least_hidden_radius_px = 12, least_round = 0.75;
 constexpr double min_whole = 0.9;
 // Of the disc of a ball that encloses its region, so much and no more has the colour.
 constexpr double min_enclosed_fill = 0.35, max_enclosed_fill = 0.6;
+constexpr double min_enclosing_edge = 0.5;  // and on so much of its outline an edge lies
 constexpr double min_expected_fill = 0.4;
 // An edge that is straight, or in many short pieces, is another thing's even where a ball is expected.
 constexpr double least_expected_quality = 0.05;
@@ -51,7 +55,7 @@ Verdict BallJudge::early(const std::vector<BoundaryPoint>& boundary, const Tange
     if (support.arc_in_runs == 0 && (support.leak > 0.25 || (support.arc < 0.4 && support.fill > 0.9)))
       return "the region's outline follows no circle";
     if (support.fill < 0.8 * min_fill) return "too little of the disc has the colour";
-    if (support.leak > options_.max_leak + 0.1) return "the colour runs on around it";
+    if (support.leak > max_leak + 0.1) return "the colour runs on around it";
     return quality < 0.75 * view_.prior.min_quality ? too_weak : nullptr;
   };
   return {support, quality, reason()};
@@ -86,7 +90,7 @@ const char* BallJudge::rejection(const OutlineFit& fit, const Verdict& verdict, 
   if (radius_px < min_ball_radius_px) return "too small";
   if (support.arc < min_arc) return "too little of the outline has an edge";
   if (support.fill < min_fill) return "too little of the disc has the colour";
-  if (support.leak > (radius_px < small_radius_px ? options_.max_small_leak : options_.max_leak))
+  if (support.leak > (radius_px < small_radius_px ? max_small_leak : max_leak))
     return "the colour runs on around it";
   if (verdict.quality < view_.prior.min_quality) return too_weak;
   return shows_a_sphere(fit, support, behind_something)
@@ -105,13 +109,13 @@ bool BallJudge::shows_a_sphere(const OutlineFit& fit, const OutlineSupport& supp
       ball_shading(view_.bgr, view_.response, view_.colored, rays_, fit.ball.cone, fit.ball.outline);
   if (shading.strength < min_shading) return false;
   if (behind_something && shading.strength_of_lighter >= min_lighter_shading) return true;
-  return shading.explained >= options_.min_shading_explained && shading.explained > shading.explained_by_two;
+  return shading.explained >= min_shading_explained && shading.explained > shading.explained_by_two;
 }
 
 bool BallJudge::encloses(const std::vector<BoundaryPoint>& region, const OutlineFit& fit,
                          const OutlineSupport& support) const {
   if (support.fill < min_enclosed_fill || support.fill > max_enclosed_fill ||
-      share_on_outline(fit) < options_.min_enclosing_edge)
+      share_on_outline(fit) < min_enclosing_edge)
     return false;
   const double focal_px = rays_.camera().focal_px();
   const double reach_px = outline_tolerance_px(fit.ball.outline.radius_px);
@@ -122,8 +126,8 @@ bool BallJudge::encloses(const std::vector<BoundaryPoint>& region, const Outline
 }
 
 bool BallJudge::suffices_where_expected(const OutlineFit& fit, const OutlineSupport& support) const {
-  return support.fill >= min_expected_fill && support.leak <= options_.max_leak &&
-         support.quality() >= least_expected_quality && share_on_outline(fit) >= options_.min_expected_edge;
+  return support.fill >= min_expected_fill && support.leak <= max_leak &&
+         support.quality() >= least_expected_quality && share_on_outline(fit) >= min_expected_edge;
 }
 
 double share_on_outline(const OutlineFit& fit) {

@@ -26,16 +26,10 @@ inline constexpr double small_ball_px = 12;
 /// logarithm: as the room for things of one size grows, with the third power of the distance.
 double log_look_alikes_by_size(double radius_px);
 
-struct JudgeOptions {
-  /// Of a ball's rim so much may have its colour; but of a small one's only so much: some circle fits into a
-  /// few pixels of anything.
-  double max_leak = 0.55, max_small_leak = 0.1;
-  /// Of the shading of a ball more than half hidden so much must be a sphere's.
-  double min_shading_explained = 0.95;
-  /// On so much of an outline an edge must lie: where the class ends well inside it all around; where a ball
-  /// is expected.
-  double min_enclosing_edge = 0.5, min_expected_edge = 0.30;
-};
+/// Of a ball's rim so much may have its colour.
+inline constexpr double max_leak = 0.55;
+/// On so much of an outline an edge must lie where a ball is expected.
+inline constexpr double min_expected_edge = 0.30;
 
 /// What is known of a region before it is looked at.
 struct RegionPrior {
@@ -62,8 +56,7 @@ struct Verdict {
 /// Judges the candidates of one class in one picture. What it is made from must outlive it.
 class BallJudge {
  public:
-  BallJudge(const ClassView& view, const RayTable& rays, const JudgeOptions& options)
-      : view_(view), rays_(rays), options_(options) {}
+  BallJudge(const ClassView& view, const RayTable& rays) : view_(view), rays_(rays) {}
 
   /// By the boundary points, before any edge was measured, and a quick look at the picture where there are
   /// none: as if every edge that may be there lay on the outline. With room for what the edges may add.
@@ -87,7 +80,6 @@ class BallJudge {
 
   const ClassView& view_;
   const RayTable& rays_;
-  const JudgeOptions& options_;
 };
 
 /// On how much of the outline that runs in the picture an edge lies.

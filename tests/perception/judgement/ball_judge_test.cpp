@@ -14,9 +14,8 @@ TEST(BallJudge, AnEdgeThatRunsStraightSufficesNowhere) {
   pixels.resize(bgr.size());
   const ColoredPixels colored{1, pixels, {0, 0}};
   const RayTable rays(test::pinhole({320, 240}, 500));
-  const JudgeOptions options;
   const ClassView view{bgr, colored, CameraResponse::srgb(), {0.17}};
-  const BallJudge judge(view, rays, options);
+  const BallJudge judge(view, rays);
   OutlineFit fit;
   fit.ball.outline.radius_px = 30;
   fit.offsets.count = fit.edges.segments_in_picture = 24;
