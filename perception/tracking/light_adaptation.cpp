@@ -56,7 +56,7 @@ SurfaceColor middle_color(const std::array<LevelCounts, 3>& counts, double total
   SurfaceColor color;
   for (std::size_t c = 0; c < 3; ++c) {
     const double value = middle_mean(counts[c], total);
-    color.known[c] = is_clear(value);
+    color.known[static_cast<Eigen::Index>(c)] = is_clear(value);
     color.log_bgr[static_cast<Eigen::Index>(c)] = std::log(std::max(value, 1.0));
   }
   return color;
@@ -75,15 +75,7 @@ constexpr double forget_s = 300;  // without a ball, and the taught light is bac
 // A change of level that the taught table serves by itself (log channels), having been learnt with some room.
 constexpr double level_room = 0.2;
 
-bool any(const Known& known) { return known[0] || known[1] || known[2]; }
-
-double largest(const LogGain& change, const Known& known) {
-  double result = 0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (known[c]) result = std::max(result, std::abs(change[static_cast<Eigen::Index>(c)]));
-  }
-  return result;
-}
+double largest(const LogGain& change, const Known& known) { return known.select(change.abs(), 0).maxCoeff(); }
 
 // As much of what the balls say as the picture says too, in level and in colour apart (a ball that rolls into
 // a shadow changes its level alone).
@@ -155,19 +147,10 @@ SurfaceColor middle_color(const ColorClass& color_class) {
 }
 
 LogGain completed(const LogGain& change, const Known& known) {
-  const auto count = std::count(known.begin(), known.end(), true);
-  if (count == 3) return change;
-  if (count == 0) return LogGain::Zero();
-  LogGain result = change;
-  if (count == 2) {  // the one that leaves no tint
-    const auto missing = std::find(known.begin(), known.end(), false) - known.begin();
-    result[missing] = 0;
-    const Eigen::Vector3d tint = light_directions().col(2);
-    result[missing] = -tint.dot(result.matrix()) / tint[missing];
-    return result;
-  }
-  const auto only = std::find(known.begin(), known.end(), true) - known.begin();
-  return LogGain::Constant(change[only]);
+  const LogGain seen = known.select(change, 0);
+  if (known.count() < 2) return LogGain::Constant(seen.sum());
+  const LogGain tint = light_directions().col(2);
+  return known.select(change, -(tint * seen).sum() / tint);  // what leaves no tint
 }
 
 void PictureSamples::take(const cv::Mat& bgr) {
@@ -210,7 +193,7 @@ SurfaceColor PictureSamples::change_since(const PictureSamples& then) const {
       sum += is_near * ratios[k];
       taken += is_near;
     }
-    change.known[c] = true;
+    change.known[static_cast<Eigen::Index>(c)] = true;
     change.log_bgr[static_cast<Eigen::Index>(c)] = sum / taken;
   }
   return change;
@@ -234,13 +217,8 @@ void LightAdaptation::assume(const AssumedLight& light) {
 bool LightAdaptation::may_be_taught_light() const {
   if (!assumed_.is_taught()) return true;
   const SurfaceColor change = picture_.change_since(then_);
-  double along = 0, whole = 0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (!change.known[c]) continue;
-    const auto i = static_cast<Eigen::Index>(c);
-    along -= change.log_bgr[i] * belief_.gain[i];
-    whole += belief_.gain[i] * belief_.gain[i];
-  }
+  const LogGain gain = change.known.select(belief_.gain, 0);
+  const double along = -(change.log_bgr * gain).sum(), whole = gain.square().sum();
   return along > 0.5 * whole && whole > least_change * least_change;
 }
 
@@ -265,11 +243,7 @@ LogGain LightAdaptation::sudden_change(const SurfaceColor& now, const SurfaceCol
   const SurfaceColor change = picture_.change_since(then_);
   if (largest(change.log_bgr, change.known) < least_change) return LogGain::Zero();
   const LogGain picture = completed(change.log_bgr, change.known);
-  LogGain ball = picture;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const auto i = static_cast<Eigen::Index>(c);
-    if (now.known[c] && last.known[c]) ball[i] = now.log_bgr[i] - last.log_bgr[i];
-  }
+  const LogGain ball = (now.known && last.known).select(now.log_bgr - last.log_bgr, picture);
   return agreed(ball, picture, trust);
 }
 
@@ -281,25 +255,20 @@ void LightAdaptation::jump(const LogGain& change) {
 void LightAdaptation::learn(const cv::Mat& bgr, const BallObservation& ball, BallLight& light) {
   if (ball.quality < min_learning_quality || ball.support.fill < min_learning_fill) return;
   const SurfaceColor now = middle_color(bgr, ball.outline);
-  if (!any(now.known)) return;
+  if (!now.known.any()) return;
   const SurfaceColor last = std::exchange(light.last, now);
-  const bool sudden = largest(now.log_bgr - last.log_bgr, both(now.known, last.known)) > sudden_change_log;
-  if (!any(both(now.known, light.reference.known)) || sudden) {
+  const bool sudden = largest(now.log_bgr - last.log_bgr, now.known && last.known) > sudden_change_log;
+  if (!(now.known && light.reference.known).any() || sudden) {
     if (sudden && !jumped_) jump(sudden_change(now, last));
     light.reference = {now.log_bgr - belief_.gain, now.known};
   }
   // What the ball is too dark or too bright to say, the picture says.
-  LogGain here = belief_.start + belief_.picture_change;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const auto i = static_cast<Eigen::Index>(c);
-    if (!now.known[c]) continue;
-    if (light.reference.known[c]) {
-      here[i] = now.log_bgr[i] - light.reference.log_bgr[i];
-    } else {  // a channel that comes out of the dark
-      light.reference.known[c] = true;
-      light.reference.log_bgr[i] = now.log_bgr[i] - here[i];
-    }
-  }
+  SurfaceColor& reference = light.reference;
+  const LogGain here = (now.known && reference.known)
+                           .select(now.log_bgr - reference.log_bgr, belief_.start + belief_.picture_change);
+  // A channel that comes out of the dark.
+  reference.log_bgr = (now.known && !reference.known).select(now.log_bgr - here, reference.log_bgr);
+  reference.known = reference.known || now.known;
   votes_.sum += here;
   ++votes_.balls;
 }

@@ -49,13 +49,12 @@ LightCells cells_in(const AssumedLight& light);
 LogGain confined(const LogGain& gain);
 
 /// Of which channels something is known.
-using Known = std::array<bool, 3>;
-inline Known both(const Known& a, const Known& b) { return {a[0] && b[0], a[1] && b[1], a[2] && b[2]}; }
+using Known = Eigen::Array<bool, 3, 1>;
 
 /// The colour of a surface as channels, with those that say something.
 struct SurfaceColor {
-  LogGain log_bgr = LogGain::Zero();   ///< ln of grey levels
-  Known known{{false, false, false}};  ///< neither clipped nor lost in the dark
+  LogGain log_bgr = LogGain::Zero();     ///< ln of grey levels
+  Known known = Known::Constant(false);  ///< neither clipped nor lost in the dark
 };
 
 /// The middle half (between the quartiles) of what each channel shows inside the outline, clear of its rim: a

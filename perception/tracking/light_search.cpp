@@ -42,12 +42,8 @@ struct LightBelief {
     for (Eigen::Index i = 0; i < 3; ++i) axes.col(i) = gain_of(Eigen::Array3d(Eigen::Vector3d::Unit(i)));
     const Eigen::Matrix3d covariance = axes * sigma.square().matrix().asDiagonal() * axes.transpose();
     Eigen::Matrix3d of_seen = covariance;
-    Eigen::Vector3d change = (seen - mean).matrix();
-    for (Eigen::Index c = 0; c < 3; ++c) {
-      const bool is_known = known[static_cast<std::size_t>(c)];
-      of_seen(c, c) += is_known ? variance_known : variance_unknown;
-      if (!is_known) change[c] = 0;
-    }
+    of_seen.diagonal().array() += known.select(Eigen::Array3d::Constant(variance_known), variance_unknown);
+    const Eigen::Vector3d change = known.select(seen - mean, 0).matrix();
     const Eigen::Vector3d weighted = of_seen.ldlt().solve(change);
     return {mean + (covariance * weighted).array(), -0.5 * change.dot(weighted)};
   }
@@ -185,10 +181,10 @@ const std::vector<LightSearch::Guess>& LightSearch::look(const cv::Mat& bgr, con
     const SurfaceColor now = middle_color(bgr, ball.outline), &taught = of_class_[ball.color_class - 1u];
     const double full = std::log(255);
     LogGain seen = light.power * (now.log_bgr - full) - (taught.log_bgr - full);
-    Known known = both(now.known, taught.known);
-    if (known == Known{}) {  // it may be in the light that it is seen in
+    Known known = now.known && taught.known;
+    if (!known.any()) {  // it may be in the light that it is seen in
       seen = light.power * light.gain;
-      known.fill(true);
+      known.setConstant(true);
     }
     const auto of_other =
         LightBelief{gain_of(by_greys(greys, light.power)), sigma_by_greys}.given(seen, known);

@@ -298,8 +298,7 @@ void Tracker::look_for_streak(const cv::Mat& bgr, const Followed& followed, cons
   const auto seen = std::find_if(seen_.begin(), seen_.end(),
                                  [&](const BallObservation& ball) { return is_plausible(followed, ball); });
   if (seen != seen_.end() && seen->blur_px < sharp_edge_radii * seen->outline.radius_px) return;
-  if (!from || !to || (*to - *from).norm() < least_streak_radii * expected.radius_px ||
-      std::none_of(color.known.begin(), color.known.end(), [](bool known) { return known; }))
+  if (!from || !to || (*to - *from).norm() < least_streak_radii * expected.radius_px || !color.known.any())
     return;
   auto ball = find_streak(bgr, camera, detector_.response(), color.log_bgr.exp().matrix(),
                           {expected.center_px, *to - *from, expected.radius_px},
