@@ -1,6 +1,7 @@
 // A ball as it was seen in one picture.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "calibration/circles/circle_vote.hpp"
@@ -17,5 +18,11 @@ struct BallObservation : FittedBall {
   OutlineSupport support;
   double quality = 0;  ///< 0 to 1
 };
+
+/// Whether one lies well inside the other: seen through two windows, or in two regions, a ball is still one.
+inline bool same_ball(const BallObservation& a, const BallObservation& b) {
+  return a.color_class == b.color_class &&
+         angle_between(a.cone.axis, b.cone.axis) < 0.7 * std::max(a.cone.alpha_rad, b.cone.alpha_rad);
+}
 
 }  // namespace ballservo

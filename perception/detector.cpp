@@ -35,15 +35,12 @@ void sort_by_quality(std::vector<BallObservation>& balls) {
     std::rotate(std::upper_bound(balls.begin(), ball, *ball, better), ball, ball + 1);
 }
 
-// A circle whose centre lies well inside a better one of its class is the same ball, by another region.
+// What is the same ball as a better one, by another region.
 void drop_repeated(std::vector<BallObservation>& balls) {
   auto kept = balls.begin();
   for (auto ball = balls.begin(); ball != balls.end(); ++ball) {
-    const bool repeated = std::any_of(balls.begin(), kept, [&](const BallObservation& better) {
-      const double apart_rad = std::acos(std::clamp(better.cone.axis.dot(ball->cone.axis), -1.0, 1.0));
-      return better.color_class == ball->color_class &&
-             apart_rad < 0.7 * std::max(better.cone.alpha_rad, ball->cone.alpha_rad);
-    });
+    const bool repeated = std::any_of(
+        balls.begin(), kept, [&](const BallObservation& better) { return same_ball(better, *ball); });
     if (repeated) continue;
     if (kept != ball) *kept = *ball;
     ++kept;

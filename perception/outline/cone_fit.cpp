@@ -95,8 +95,12 @@ std::optional<TangentCone> TangentCone::of_sphere(const Eigen::Vector3d& p_C, do
   return TangentCone{p_C / distance, std::asin(radius_m / distance)};
 }
 
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
 double angle_outside(const TangentCone& cone, const Eigen::Vector3d& ray) {
-  return std::atan2(cone.axis.cross(ray).norm(), cone.axis.dot(ray)) - cone.alpha_rad;
+  return angle_between(cone.axis, ray) - cone.alpha_rad;
 }
 
 double angle_outside(const ConeFit& fit, const Eigen::Vector3d& ray) {

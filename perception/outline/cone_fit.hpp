@@ -52,6 +52,9 @@ struct ConeFit {
   double step_px = 0;      ///< largest move of the outline by the step
 };
 
+/// The angle (rad) between two directions.
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+
 /// Signed angle (rad) of a ray outside the cone (negative inside): angle(u, axis) - alpha.
 double angle_outside(const TangentCone& cone, const Eigen::Vector3d& ray);
 

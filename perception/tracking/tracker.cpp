@@ -1,6 +1,5 @@
 #include "perception/tracking/tracker.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -30,16 +29,6 @@ constexpr double expected_quality = 0.17;
 // A detection that is not clear continues a track only in the size that is expected, to such a tolerance of
 // the distance's logarithm.
 constexpr double clear_quality = 0.5, weak_log_size = 0.12;
-
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-// Seen through two windows, a ball is still one ball.
-bool same_ball(const BallObservation& a, const BallObservation& b) {
-  return a.color_class == b.color_class &&
-         angle_between(a.cone.axis, b.cone.axis) < 0.7 * std::max(a.cone.alpha_rad, b.cone.alpha_rad);
-}
 
 }  // namespace
 
