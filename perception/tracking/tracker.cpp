@@ -166,16 +166,14 @@ bool Tracker::see_sure_balls(const cv::Mat& bgr, double least_log_odds) {
 
 // A confirmed ball is missing: perhaps the light has changed at once.
 void Tracker::look_under_another_light(const cv::Mat& bgr) {
-  const auto is_missing = [&](std::size_t i) {
-    return followed_[i].track.state != TrackState::tentative && !followed_[i].detection;
-  };
-  std::size_t missing = 0;
-  while (missing < followed_.size() && !is_missing(missing)) ++missing;
-  if (missing == followed_.size() || !light_->assume_change()) return;
+  const auto missing = std::find_if(followed_.begin(), followed_.end(), [](const Followed& followed) {
+    return followed.track.state != TrackState::tentative && !followed.detection;
+  });
+  if (missing == followed_.end() || !light_->assume_change()) return;
   set_light();
   look(bgr, nullptr);
   match();
-  const auto& detection = followed_[missing].detection;
+  const auto& detection = missing->detection;
   const bool is_there = detection && seen_[*detection].quality >= min_ball_quality;
   light_->settle_change(is_there);
   if (is_there) return;
