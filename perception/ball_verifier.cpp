@@ -71,7 +71,7 @@ void forget(VerifiedCandidate& candidate) {
 }  // namespace
 
 VotedCircle::VotedCircle(const CircleEstimate& voted, double focal_px)
-    : estimate(voted), cone(cone_near_circle({voted.center_px, voted.radius_px}, focal_px)) {}
+    : estimate(voted), cone(cone_near_circle(voted, focal_px)) {}
 
 BallObservation VerifiedCandidate::observation(ClassIndex color_class,
                                                const std::optional<CircleEstimate>& vote) const {
@@ -101,15 +101,14 @@ const VerifiedCandidate& BallVerifier::verify(const ClassView& view, const Voted
     if (!candidate.is_ball() && !inside_region) return candidate;
     candidate.is_fitted =
         options_.fit == BallFit::sphere
-            ? fit_sphere(view.bgr, view.response, circle, rough, points, radius(view), candidate.fit)
-            : fitter_.fit_circle(view.bgr, circle.start(), radius(view), candidate.fit);
+            ? fit_sphere(fitter_, view.bgr, view.response, circle, rough, points, radius(view), candidate.fit)
+            : fitter_.fit_circle(view.bgr, circle.estimate, radius(view), candidate.fit);
     if (candidate.is_fitted)
       verdict = judge(view).of(candidate.fit, points);
     else
       verdict.reason = no_edge;
     allow_oval(view, candidate, [&](OutlineFit& fit) {
-      return fit_sphere(oval_fitter_, lens_oval_fraction, view.bgr, view.response, circle, rough, points,
-                        radius(view), fit);
+      return fit_sphere(oval_fitter_, view.bgr, view.response, circle, rough, points, radius(view), fit);
     });
   }
   return looked_at_again(view, candidate);
@@ -177,14 +176,15 @@ bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& 
          (is_arc && log_odds >= least_log_odds_of_arc && off < most_off_arc);
 }
 
-bool BallVerifier::fit_sphere(BallFitter& fitter, double oval_fraction, const cv::Mat& bgr,
-                              const CameraResponse& response, const VotedCircle& circle,
-                              const TangentCone& rough, const std::vector<BoundaryPoint>& points,
-                              const BallRadius& radius, OutlineFit& fit) {
+bool BallVerifier::fit_sphere(BallFitter& fitter, const cv::Mat& bgr, const CameraResponse& response,
+                              const VotedCircle& circle, const TangentCone& rough,
+                              const std::vector<BoundaryPoint>& points, const BallRadius& radius,
+                              OutlineFit& fit) {
   const TangentCone start =
-      boundary_cone_.robust(rough, points, rays_->camera().focal_px(), oval_fraction).value_or(*circle.cone);
+      boundary_cone_.robust(rough, points, rays_->camera().focal_px(), fitter.oval_fraction())
+          .value_or(*circle.cone);
   if (!fitter.fit_sphere(bgr, response, start, radius, fit)) return false;
-  fit.ball.start = circle.start();
+  fit.ball.start = circle.estimate;
   return true;
 }
 

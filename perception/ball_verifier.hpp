@@ -24,7 +24,6 @@ inline constexpr double min_frayed_edge = 0.37;
 /// A circle that votes gave, and the cone that it would be; none where no ball makes it.
 struct VotedCircle {
   VotedCircle(const CircleEstimate& voted, double focal_px);
-  UndistortedCircle start() const { return {estimate.center_px, estimate.radius_px}; }
 
   CircleEstimate estimate;
   std::optional<TangentCone> cone;
@@ -64,11 +63,9 @@ class BallVerifier {
                                              bool clearly, const KnownAngle& known);
 
   /// The exact fit of a circle that has a cone, and its points, as of every candidate.
-  bool fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const VotedCircle& circle,
-                  const TangentCone& rough, const std::vector<BoundaryPoint>& points,
-                  const BallRadius& radius, OutlineFit& fit) {
-    return fit_sphere(fitter_, options_.oval_fraction, bgr, response, circle, rough, points, radius, fit);
-  }
+  bool fit_sphere(BallFitter& fitter, const cv::Mat& bgr, const CameraResponse& response,
+                  const VotedCircle& circle, const TangentCone& rough,
+                  const std::vector<BoundaryPoint>& points, const BallRadius& radius, OutlineFit& fit);
   TangentCone rough_cone(const VotedCircle& circle, const std::vector<BoundaryPoint>& points) {
     return boundary_cone_.rough(*circle.cone, points, rays_->camera().focal_px());
   }
@@ -76,9 +73,6 @@ class BallVerifier {
   SecondLook& second_look() { return second_look_; }
 
  private:
-  bool fit_sphere(BallFitter& fitter, double oval_fraction, const cv::Mat& bgr,
-                  const CameraResponse& response, const VotedCircle& circle, const TangentCone& rough,
-                  const std::vector<BoundaryPoint>& points, const BallRadius& radius, OutlineFit& fit);
   template <typename Refit>  // bool(OutlineFit&), to an oval
   void allow_oval(const ClassView& view, VerifiedCandidate& candidate, const Refit& refit);
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,

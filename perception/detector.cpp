@@ -174,13 +174,11 @@ double Detector::log_odds(const cv::Mat& bgr, const BallObservation& ball) {
 
 bool Detector::fit_sphere(const cv::Mat& bgr, const UndistortedCircle& circle,
                           const std::vector<BoundaryPoint>& boundary, OutlineFit& fit) {
-  CircleEstimate estimate;
-  estimate.center_px = circle.center_px;
-  estimate.radius_px = circle.radius_px;
-  const VotedCircle voted(estimate, rays_->camera().focal_px());
+  const VotedCircle voted({circle}, rays_->camera().focal_px());
   if (!voted.cone) return false;
-  const TangentCone rough = search_.verifier().rough_cone(voted, boundary);
-  return search_.verifier().fit_sphere(bgr, response(), voted, rough, boundary, {}, fit);
+  BallVerifier& verifier = search_.verifier();
+  const TangentCone rough = verifier.rough_cone(voted, boundary);
+  return verifier.fit_sphere(verifier.fitter(), bgr, response(), voted, rough, boundary, {}, fit);
 }
 
 // Stages 1 and 2.

@@ -17,10 +17,14 @@ struct BoundaryPoint {
   Eigen::Vector2f normal{0, 0};
 };
 
-/// What the votes say.
-struct CircleEstimate {
+/// A circle in the undistorted picture of square pixels, relative to its principal point (px).
+struct UndistortedCircle {
   Eigen::Vector2d center_px{0, 0};
   double radius_px = 0;
+};
+
+/// What the votes say.
+struct CircleEstimate : UndistortedCircle {
   int votes = 0;         ///< N_votes: triples drawn
   int points = 0;        ///< N_points
   int center_peak = 0;   ///< c_max: votes in the fullest cell

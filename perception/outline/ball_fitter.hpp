@@ -77,6 +77,7 @@ class BallFitter {
   /// `oval_fraction`: see one_gauss_newton_step.
   explicit BallFitter(std::shared_ptr<const RayTable> rays, double oval_fraction = 0)
       : rays_(std::move(rays)), oval_fraction_(oval_fraction) {}
+  double oval_fraction() const { return oval_fraction_; }
 
   /// The exact cone, by the edges around `start`, which is known to a pixel or so.
   bool fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& start,

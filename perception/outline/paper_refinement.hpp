@@ -12,12 +12,6 @@
 
 namespace ballservo {
 
-/// A circle in the undistorted picture of square pixels, relative to its principal point (px).
-struct UndistortedCircle {
-  Eigen::Vector2d center_px{0, 0};
-  double radius_px = 0;
-};
-
 /// A pixel of the ring that was kept.
 struct RingPixel {
   Eigen::Vector2d position_px{0, 0};  ///< undistorted, relative to the principal point
