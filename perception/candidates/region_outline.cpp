@@ -14,32 +14,12 @@ namespace ballservo {
 namespace {
 
 struct Move {
-  std::int8_t du = 0, dv = 0;
+  int du, dv;
 };
 
 // A pixel that shares an edge comes before one that shares a corner: else it would be left behind.
 constexpr std::array<Move, 8> moves{Move{1, 0}, Move{0, 1},  Move{-1, 0},  Move{0, -1},
                                     Move{1, 1}, Move{-1, 1}, Move{-1, -1}, Move{1, -1}};
-
-// Where to go from the middle of 3x3 pixels, by which wait: bit 3 (dv + 1) + du + 1. (0, 0): none does.
-constexpr std::array<Move, 512> make_next_moves() {
-  std::array<Move, 512> table{};
-  for (unsigned around = 0; around < 512; ++around) {
-    for (std::size_t i = moves.size(); i-- > 0;) {
-      if (around >> (3 * (moves[i].dv + 1) + moves[i].du + 1) & 1) table[around] = moves[i];
-    }
-  }
-  return table;
-}
-constexpr std::array<Move, 512> next_moves = make_next_moves();
-
-// The pixels u - 1 to u + 1 of a row.
-unsigned three(const std::uint64_t* row, int u) {
-  const int w = (u - 1) / BitPicture::word_bits, shift = (u - 1) % BitPicture::word_bits;
-  std::uint64_t bits = row[w] >> shift;
-  if (shift > BitPicture::word_bits - 3) bits |= row[w + 1] << (BitPicture::word_bits - shift);
-  return static_cast<unsigned>(bits & 7);
-}
 
 // How far (px) the flattest arc rises over its chord on the length of a side, and what still passes for none.
 constexpr double arc_rise_px = 1.3, straight_rise_px = 0.6;
@@ -140,14 +120,13 @@ void BoundaryChain::order(std::vector<BoundaryPixel>& boundary, cv::Size size) {
     if (!waiting_.at(first.u_px, first.v_px)) continue;
     int u = first.u_px, v = first.v_px;
     while (true) {
-      waiting_.row(v)[u / BitPicture::word_bits] &= ~(std::uint64_t{1} << (u % BitPicture::word_bits));
+      waiting_.fill(v, u, u + 1, false);
       ordered_.push_back({u, v, {0, 0}});
-      const unsigned around =
-          three(waiting_.row(v - 1), u) | three(waiting_.row(v), u) << 3 | three(waiting_.row(v + 1), u) << 6;
-      const Move move = next_moves[around];
-      if (move.du == 0 && move.dv == 0) break;
-      u += move.du;
-      v += move.dv;
+      const auto move = std::find_if(moves.begin(), moves.end(),
+                                     [&](const Move& to) { return waiting_.at(u + to.du, v + to.dv); });
+      if (move == moves.end()) break;
+      u += move->du;
+      v += move->dv;
     }
   }
   boundary.swap(ordered_);
@@ -157,8 +136,7 @@ void BoundaryChain::order(std::vector<BoundaryPixel>& boundary, cv::Size size) {
 bool StraightSides::is_straight(std::size_t begin, std::size_t end) const {
   const std::size_t third = (end - begin) / 3;
   const auto mean = [&](std::size_t from, std::size_t to) -> Eigen::Vector2d {
-    return Eigen::Vector2d(sums_[to].x - sums_[from].x, sums_[to].y - sums_[from].y) /
-           static_cast<double>(to - from);
+    return (sums_[to].place - sums_[from].place) / static_cast<double>(to - from);
   };
   const Eigen::Vector2d first = mean(begin, begin + third), middle = mean(begin + third, end - third),
                         last = mean(end - third, end);
@@ -168,15 +146,11 @@ bool StraightSides::is_straight(std::size_t begin, std::size_t end) const {
   const Eigen::Vector2d normal = Eigen::Vector2d(chord.y(), -chord.x()) / length;
   const double rise_px = normal.dot(middle - 0.5 * (first + last)) / 0.444;
   if (!(std::abs(rise_px) < straight_rise_px)) return false;
-  // The scatter across the chord.
-  const Sums &a = sums_[begin], &b = sums_[end];
-  const double count = static_cast<double>(end - begin);
-  const double x = (b.x - a.x) / count, y = (b.y - a.y) / count;
-  const double xx = (b.xx - a.xx) / count - x * x, xy = (b.xy - a.xy) / count - x * y,
-               yy = (b.yy - a.yy) / count - y * y;
-  const double variance =
-      normal.x() * normal.x() * xx + 2 * normal.x() * normal.y() * xy + normal.y() * normal.y() * yy;
-  return variance < max_scatter_px * max_scatter_px;
+  const Eigen::Vector2d center = mean(begin, end);
+  const Eigen::Matrix2d scatter =
+      (sums_[end].square - sums_[begin].square) / static_cast<double>(end - begin) -
+      center * center.transpose();
+  return normal.dot(scatter * normal) < max_scatter_px * max_scatter_px;  // across the chord
 }
 
 const std::vector<char>& StraightSides::find(const std::vector<BoundaryPoint>& points) {
@@ -191,9 +165,7 @@ const std::vector<char>& StraightSides::find(const std::vector<BoundaryPoint>& p
     high = high.cwiseMax(p);
     // About the first point, so that the squares stay small.
     const Eigen::Vector2d d = (p - points[0].position_px).cast<double>();
-    const Sums& s = sums_[i];
-    sums_[i + 1] = {s.x + d.x(), s.y + d.y(), s.xx + d.x() * d.x(), s.xy + d.x() * d.y(),
-                    s.yy + d.y() * d.y()};
+    sums_[i + 1] = {sums_[i].place + d, sums_[i].square + d * d.transpose()};
     if (i > 0) path_px_[i] = path_px_[i - 1] + static_cast<double>((p - points[i - 1].position_px).norm());
   }
   const double size_px = static_cast<double>((high - low).maxCoeff());

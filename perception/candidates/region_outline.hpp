@@ -40,7 +40,8 @@ class StraightSides {
  private:
   // Of all points before one: their number is its index.
   struct Sums {
-    double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+    Eigen::Vector2d place{0, 0};
+    Eigen::Matrix2d square = Eigen::Matrix2d::Zero();  // place * place'
   };
   bool is_straight(std::size_t begin, std::size_t end) const;
 
