@@ -294,28 +294,38 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_segment(const CameraResponse& respo
   return fit;
 }
 
-// The edge again, by luma alone; nothing where that differs too little. Leaves luma in the samples.
-std::optional<EdgeProfileFit> EdgeMeter::fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
-                                                  const EdgeProfileOptions& options) {
+// The mean of what `of` makes of the gathered pixels so far inside and outside an edge; nothing where there
+// are hardly any.
+template <class Of>
+std::optional<EdgeColors> EdgeMeter::colors_beside(const EdgeProfileFit& edge, float clear_px,
+                                                   const Of& of) const {
   EdgeColors colors{{0, 0, 0}, {0, 0, 0}};
   int inside = 0, outside = 0;
-  const float clear = std::min(coarse_clear_px, static_cast<float>(ring_.half_width_px) - 1),
-              edge = static_cast<float>(start.offset_px);
-  samples_.count = 0;
   for (const RingColor& pixel : pixels_) {
-    const Eigen::Array3f light(response.light[pixel.bgr[0]], response.light[pixel.bgr[1]],
-                               response.light[pixel.bgr[2]]);
-    if (pixel.distance_px - edge < -clear) colors.inside += light, ++inside;
-    if (pixel.distance_px - edge > clear) colors.outside += light, ++outside;
-    samples_.add(pixel.distance_px, luma_of.dot(grey_levels(pixel.bgr)));
+    const float outside_px = pixel.distance_px - static_cast<float>(edge.offset_px);
+    if (outside_px < -clear_px) colors.inside += of(pixel.bgr), ++inside;
+    if (outside_px > clear_px) colors.outside += of(pixel.bgr), ++outside;
   }
   if (inside < 3 || outside < 3) return std::nullopt;
   colors.inside /= static_cast<float>(inside);
   colors.outside /= static_cast<float>(outside);
+  return colors;
+}
+
+// The edge again, by luma alone; nothing where that differs too little. Leaves luma in the samples.
+std::optional<EdgeProfileFit> EdgeMeter::fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
+                                                  const EdgeProfileOptions& options) {
+  const float clear_px = std::min(coarse_clear_px, static_cast<float>(ring_.half_width_px) - 1);
+  const auto colors = colors_beside(start, clear_px, [&](const cv::Vec3b& bgr) {
+    return Eigen::Array3f(response.light[bgr[0]], response.light[bgr[1]], response.light[bgr[2]]);
+  });
+  if (!colors) return std::nullopt;
   const double contrast =
-      code_luma(colors.inside, response).level - code_luma(colors.outside, response).level;
+      code_luma(colors->inside, response).level - code_luma(colors->outside, response).level;
   if (!(std::abs(contrast) >= least_contrast)) return std::nullopt;
-  return fit_luma_profile(samples_, colors, response, start, ring_.prior, options);
+  samples_.count = 0;
+  for (const RingColor& pixel : pixels_) samples_.add(pixel.distance_px, luma_of.dot(grey_levels(pixel.bgr)));
+  return fit_luma_profile(samples_, *colors, response, start, ring_.prior, options);
 }
 
 // The ring around the outline, in segments of the outline's length; false where none is in the picture.
@@ -349,18 +359,11 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
 double EdgeMeter::coarse_chroma_evidence(const EdgeProfileFit& edge) {
   const auto chroma = [](const cv::Vec3b& bgr) {
     const Eigen::Vector3f grey = grey_levels(bgr);
-    return Eigen::Vector3f(grey.array() - luma_of.dot(grey));
+    return Eigen::Array3f(grey.array() - luma_of.dot(grey));
   };
-  Eigen::Vector3f inside(0, 0, 0), outside(0, 0, 0);
-  int inside_count = 0, outside_count = 0;
-  for (const RingColor& pixel : pixels_) {
-    const float outside_px = pixel.distance_px - static_cast<float>(edge.offset_px);
-    if (outside_px < -coarse_clear_px) inside += chroma(pixel.bgr), ++inside_count;
-    if (outside_px > coarse_clear_px) outside += chroma(pixel.bgr), ++outside_count;
-  }
-  if (inside_count < 3 || outside_count < 3) return 0;
-  const Eigen::Vector3f direction =
-      (inside / static_cast<float>(inside_count) - outside / static_cast<float>(outside_count)).normalized();
+  const auto colors = colors_beside(edge, coarse_clear_px, chroma);
+  if (!colors) return 0;
+  const Eigen::Vector3f direction = (colors->inside - colors->outside).matrix().normalized();
   EdgeProfileOptions options;
   options.min_contrast = clear_contrast;
   const auto profile_of = [&](const auto& level) {
@@ -370,7 +373,8 @@ double EdgeMeter::coarse_chroma_evidence(const EdgeProfileFit& edge) {
   };
   const auto of_luma = profile_of([](const cv::Vec3b& bgr) { return luma_of.dot(grey_levels(bgr)); });
   if (!of_luma) return 0;
-  const auto of_chroma = profile_of([&](const cv::Vec3b& bgr) { return direction.dot(chroma(bgr)); });
+  const auto of_chroma =
+      profile_of([&](const cv::Vec3b& bgr) { return direction.dot(chroma(bgr).matrix()); });
   if (!of_chroma) return 0;
   // The variance of a blur's estimate is twice that of the place (Fisher information of a blurred step).
   const double luma_px2 = of_luma->blur_px * of_luma->blur_px,

@@ -79,6 +79,8 @@ class EdgeMeter {
   void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t segment);
   std::optional<double> take_samples(const CameraResponse& response);
   std::optional<EdgeProfileFit> fit_segment(const CameraResponse& response);
+  template <class Of>
+  std::optional<EdgeColors> colors_beside(const EdgeProfileFit& edge, float clear_px, const Of& of) const;
   std::optional<EdgeProfileFit> fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
                                          const EdgeProfileOptions& options);
   double coarse_chroma_evidence(const EdgeProfileFit& edge);
