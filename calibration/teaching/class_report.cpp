@@ -23,16 +23,13 @@ struct Sample {
   double count;
 };
 
-double srgb_of_cell(std::uint32_t six_bits) { return (4 * six_bits + 2) / 255.0; }
-
 std::vector<Sample> samples_of(const OccupiedCells& cells) {
   std::vector<Sample> result;
   for (const CellCount& cell : cells) {
-    const std::uint32_t r = cell.cell >> 12, g = cell.cell >> 6 & 63, b = cell.cell & 63;
-    const auto byte = [](std::uint32_t v) { return static_cast<std::uint8_t>(4 * v + 2); };
-    result.push_back({{linear_from_srgb(srgb_of_cell(r)), linear_from_srgb(srgb_of_cell(g)),
-                       linear_from_srgb(srgb_of_cell(b))},
-                      lab_from_bgr(byte(b), byte(g), byte(r)),
+    const auto byte = [&](int c) { return static_cast<std::uint8_t>(4 * (cell.cell >> (6 * c) & 63) + 2); };
+    const auto linear = [&](int c) { return linear_from_srgb(byte(c) / 255.0); };
+    result.push_back({{linear(2), linear(1), linear(0)},
+                      lab_from_bgr(byte(0), byte(1), byte(2)),
                       static_cast<double>(cell.count)});
   }
   return result;
@@ -45,50 +42,40 @@ ClassIndex class_of(const ColorTable& colors, const Eigen::Vector3d& linear_rgb)
   return colors.classify(byte(linear_rgb.z()), byte(linear_rgb.y()), byte(linear_rgb.x()));
 }
 
-/// Whether at least half of the samples are of the class after `change` (linear sRGB to linear sRGB).
+/// Of the changes 1 to `most` (`change(i)`: linear sRGB to linear sRGB), one after the other, how many leave
+/// at least half of the samples in the class.
 template <class Change>
-bool survives(const ColorTable& colors, ClassIndex index, const std::vector<Sample>& samples, Change change) {
-  double all = 0, kept = 0;
-  for (const Sample& sample : samples) {
-    all += sample.count;
-    if (class_of(colors, change(sample)) == index) kept += sample.count;
+int survived(const ColorTable& colors, ClassIndex index, const std::vector<Sample>& samples, int most,
+             const Change& change) {
+  for (int i = 1; i <= most; ++i) {
+    const Eigen::Matrix3d changed = change(i);
+    double all = 0, kept = 0;
+    for (const Sample& sample : samples) {
+      all += sample.count;
+      if (class_of(colors, changed * sample.linear_rgb) == index) kept += sample.count;
+    }
+    if (kept < 0.5 * all) return i - 1;
   }
-  return kept >= 0.5 * all;
+  return most;
 }
 
 LightTolerance light_tolerance(const ColorTable& colors, ClassIndex index,
                                const std::vector<Sample>& samples) {
-  LightTolerance result;
-  const auto level = [&](double step) {
-    double factor = 1;
-    for (int i = 1; i <= 32; ++i) {
-      const double next = std::exp2(step * i / 8);
-      if (!survives(colors, index, samples, [&](const Sample& s) { return (next * s.linear_rgb).eval(); }))
-        break;
-      factor = next;
-    }
-    return factor;
+  const auto level = [&](double octaves) {
+    const auto change = [&](int i) {
+      return Eigen::Matrix3d(Eigen::Matrix3d::Identity() * std::exp2(octaves * i));
+    };
+    return std::exp2(octaves * survived(colors, index, samples, 32, change));
   };
-  result.level_low = level(-1);
-  result.level_high = level(1);
   const double taught_mired = 1e6 / taught_temperature_k;
-  const auto shift = [&](double step_mired, double last_mired) {
-    double reached = taught_mired;
-    for (double mired = taught_mired + step_mired; step_mired > 0 ? mired <= last_mired : mired >= last_mired;
-         mired += step_mired) {
-      const Eigen::Matrix3d change = light_change(1e6 / mired);
-      if (!survives(colors, index, samples, [&](const Sample& s) { return (change * s.linear_rgb).eval(); }))
-        break;
-      reached = mired;
-    }
-    return reached;
+  const auto shift = [&](double mired, double last_k) {
+    const auto change = [&](int i) { return light_change(1e6 / (taught_mired + mired * i)); };
+    return survived(colors, index, samples, static_cast<int>((1e6 / last_k - taught_mired) / mired), change);
   };
-  const double warmest = shift(5, 1e6 / 1667), coolest = shift(-5, 1e6 / 25000);
-  result.warmest_k = 1e6 / warmest;
-  result.coolest_k = 1e6 / coolest;
-  result.warmer_mired = warmest - taught_mired;
-  result.cooler_mired = taught_mired - coolest;
-  return result;
+  constexpr double step_mired = 5;
+  const double warmer = step_mired * shift(step_mired, 1667), cooler = step_mired * shift(-step_mired, 25000);
+  const double low = level(-1.0 / 8), high = level(1.0 / 8);
+  return {low, high, 1e6 / (taught_mired - cooler), 1e6 / (taught_mired + warmer), cooler, warmer};
 }
 
 double median_chroma(const std::vector<Sample>& samples) {
@@ -108,17 +95,12 @@ double median_chroma(const std::vector<Sample>& samples) {
 
 /// How little of its chroma a class may keep: mixed with grey of its own luminance, as haze and blur do.
 double fading_factor(const ColorTable& colors, ClassIndex index, const std::vector<Sample>& samples) {
-  double reached = 1;
-  for (int i = 1; i <= 50; ++i) {
-    const double saturation = 1 - i / 50.0;
-    const bool kept = survives(colors, index, samples, [&](const Sample& s) {
-      const double luminance = xyz_from_linear_rgb().row(1).dot(s.linear_rgb);
-      return (saturation * s.linear_rgb + (1 - saturation) * Eigen::Vector3d::Constant(luminance)).eval();
-    });
-    if (!kept) break;
-    reached = saturation;
-  }
-  return reached;
+  constexpr int steps = 50;
+  const auto saturation = [](int i) { return 1 - static_cast<double>(i) / steps; };
+  const Eigen::Matrix3d luminance = Eigen::Vector3d::Ones() * xyz_from_linear_rgb().row(1);
+  return saturation(survived(colors, index, samples, steps, [&](int i) -> Eigen::Matrix3d {
+    return saturation(i) * Eigen::Matrix3d::Identity() + (1 - saturation(i)) * luminance;
+  }));
 }
 
 }  // namespace
