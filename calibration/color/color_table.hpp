@@ -1,7 +1,6 @@
 // Which class a colour belongs to: a table over RGB with 6 bits a channel (paper, "Calibrage", 2e).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>

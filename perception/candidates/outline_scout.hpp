@@ -2,9 +2,7 @@
 // proposals that most often are wrong.
 #pragma once
 
-#include <array>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <vector>
 
 #include "calibration/camera/ray_table.hpp"

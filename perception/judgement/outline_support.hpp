@@ -1,7 +1,6 @@
 // Is it a ball? How much of the outline has an edge on it, and how the ball's colour fills it.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "calibration/circles/circle_evidence.hpp"
 #include "calibration/color/color_space.hpp"
