@@ -12,20 +12,7 @@ namespace {
 
 constexpr double openness_radii = 8;  // within which a ball keeps off light from everywhere
 
-/// Points on the unit disc, spread evenly (Vogel, Mathematical Biosciences 1979), for shadows of solids.
-constexpr int shadow_samples = 24;
-
-const std::array<Eigen::Vector2d, shadow_samples>& disc_samples() {
-  static const std::array<Eigen::Vector2d, shadow_samples> samples = [] {
-    std::array<Eigen::Vector2d, shadow_samples> points;
-    for (int k = 0; k < shadow_samples; ++k) {
-      const double radius = std::sqrt((k + 0.5) / shadow_samples), angle = 2.399963229728653 * k;
-      points[static_cast<std::size_t>(k)] = {radius * std::cos(angle), radius * std::sin(angle)};
-    }
-    return points;
-  }();
-  return samples;
-}
+constexpr std::size_t shadow_samples = 24;  // of a lamp's disc, for shadows of solids
 
 /// Fraction of a disc of radius a that a disc of radius b at a distance covers (all small angles).
 double covered_fraction(double a, double b, double distance) {
@@ -183,7 +170,7 @@ double Scene::visible_fraction(const Light& light, const Eigen::Vector3d& p, con
     const Eigen::Vector3d side = Eigen::Vector3d(to_light.z(), 0, -to_light.x()).normalized();
     const Eigen::Vector3d other = to_light.cross(side);
     int lit = 0;
-    for (const Eigen::Vector2d& sample : disc_samples()) {
+    for (const Eigen::Vector2d& sample : disc_samples<shadow_samples>()) {
       const Eigen::Vector3d ray =
           to_light * distance + light.radius_m * (sample.x() * side + sample.y() * other);
       if (hit_solid(solid, p, ray) >= 1.0) ++lit;

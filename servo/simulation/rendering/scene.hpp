@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -66,6 +67,21 @@ struct SurfaceAxes {
   int u, v, normal;
 };
 inline constexpr std::array<SurfaceAxes, 3> surface_axes{{{0, 1, 2}, {1, 2, 0}, {0, 2, 1}}};
+
+/// Points on the unit disc, spread evenly (Vogel, Mathematical Biosciences 1979).
+template <std::size_t count>
+const std::array<Eigen::Vector2d, count>& disc_samples() {
+  static const std::array<Eigen::Vector2d, count> samples = [] {
+    std::array<Eigen::Vector2d, count> points;
+    for (std::size_t k = 0; k < count; ++k) {
+      const double radius = std::sqrt((static_cast<double>(k) + 0.5) / count);
+      const double angle = 2.399963229728653 * static_cast<double>(k);
+      points[k] = {radius * std::cos(angle), radius * std::sin(angle)};
+    }
+    return points;
+  }();
+  return samples;
+}
 
 inline constexpr double no_hit = std::numeric_limits<double>::infinity();
 
