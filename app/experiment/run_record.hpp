@@ -91,16 +91,9 @@ struct RunTiming {
   std::optional<RealtimeTiming> realtime;
 };
 
-/// What the drive was told.
-struct DriveCommand {
-  double time_s = 0;
-  Twist2 twist;
-};
-
 struct RunRecord {
   std::vector<StepRecord> steps;
   std::vector<FrameRecord> frames;
-  std::vector<DriveCommand> commands;
   std::string tracks_csv;
   std::vector<KeyFrame> key_frames;
   RunSummary summary;

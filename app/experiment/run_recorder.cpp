@@ -134,7 +134,6 @@ RunRecord RunRecorder::finish(bool realtime) {
   if (!touched_.empty())
     run_.summary.collision_cause =
         camera_ != nullptr ? collision_cause(scenario_, {touched_, run_.steps, robot_.firings()}) : "unknown";
-  run_.commands = robot_.commands();
   if (realtime) {
     wall_.frames_skipped = camera_->skipped();
     run_.timing.realtime = std::move(wall_);

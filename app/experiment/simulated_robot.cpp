@@ -13,34 +13,21 @@ UnicycleLimits true_limits(const RobotSettings& robot) {
   return limits;
 }
 
-class UnicycleBody final : public RobotBody {
- public:
-  explicit UnicycleBody(const RobotSettings& robot)
-      : drive_(robot.pose, true_limits(robot), robot.actuation_delay_s) {}
-  void command(const Twist2& twist) override { drive_.command(twist); }
-  RobotMotion advance_to(double time_s) override {
-    drive_.advance_to(time_s);
-    return {drive_.pose(), drive_.twist()};
-  }
-  void put(const Pose2& pose) override { drive_.put(pose); }
-
- private:
-  UnicycleRobot drive_;
-};
-
 }  // namespace
 
 PanMotion SimulatedPan::advance_to(double time_s) {
-  drive_.advance_to(time_s);
-  const double angle_rad = std::clamp(drive_.pose().yaw_rad, -max_rad_, max_rad_);
-  if (angle_rad == drive_.pose().yaw_rad) return {angle_rad, drive_.twist().w_radps};
+  const RobotMotion turned = drive_.advance_to(time_s);
+  const double angle_rad = std::clamp(turned.pose.yaw_rad, -max_rad_, max_rad_);
+  if (angle_rad == turned.pose.yaw_rad) return {angle_rad, turned.twist.w_radps};
   drive_.hold({0, 0, angle_rad});
   return {angle_rad, 0};
 }
 
 SimulatedRobot::SimulatedRobot(const World& world, const RobotSettings& settings, std::uint64_t seed,
                                std::shared_ptr<RobotBody> body, const PanLimits& pan)
-    : body_(body ? std::move(body) : std::make_shared<UnicycleBody>(settings)),
+    : body_(body ? std::move(body)
+                 : std::make_shared<UnicycleRobot>(settings.pose, true_limits(settings),
+                                                   settings.actuation_delay_s)),
       odometry_(settings.odometry, settings.pose, seed) {
   if (pan.turns()) pan_.emplace(pan, settings.actuation_delay_s);
   const RobotMotion start = body_->advance_to(0);
@@ -81,7 +68,6 @@ void SimulatedRobot::command(const Twist2& twist, double now_s) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (now_s > now_.time_s) move_on(now_s);
   body_->command(twist);
-  commands_.push_back({now_.time_s, twist});
 }
 
 void SimulatedRobot::pan(double speed_radps, double now_s) {

@@ -26,30 +26,15 @@ class WatchedRobot : public Robot {
  public:
   /// What was true at the last `read`; for its thread.
   virtual std::optional<RobotTruth> when_read() const = 0;
-  /// All that the sonars have said, and all that the drive was told; not while other threads may look at the
-  /// robot.
+  /// All that the sonars have said; not while other threads may look at the robot.
   virtual const std::vector<SonarFiring>& firings() const = 0;
-  virtual const std::vector<DriveCommand>& commands() const = 0;
-};
-
-/// What is driven: where it truly is, and how it answers commands. Called by one thread at a time.
-class RobotBody {
- public:
-  virtual ~RobotBody() = default;
-  /// A command given now.
-  virtual void command(const Twist2& twist) = 0;
-  /// Moves on to a time not before now; where it is then, and how it moves.
-  virtual RobotMotion advance_to(double time_s) = 0;
-  /// Somebody puts it there.
-  virtual void put(const Pose2& pose) = 0;
 };
 
 /// A camera's pan with its stops: a drive that turns on the spot.
 class SimulatedPan {
  public:
   SimulatedPan(const PanLimits& limits, double actuation_delay_s)
-      : max_rad_(limits.max_rad),
-        drive_({}, {1, limits.speed_max_radps, 1, limits.acceleration_max_radps2}, actuation_delay_s) {}
+      : max_rad_(limits.max_rad), drive_({}, drive_limits(limits), actuation_delay_s) {}
   void command(double speed_radps) { drive_.command({0, speed_radps}); }
   PanMotion advance_to(double time_s);
 
@@ -83,12 +68,8 @@ class SimulatedRobot final : public WatchedRobot {
   /// The truth when anybody last looked; not while other threads may look at the robot.
   const RobotTruth& now() const { return now_; }
   const std::vector<SonarFiring>& firings() const override { return firings_; }
-  const std::vector<DriveCommand>& commands() const override { return commands_; }
-  /// Of both all but the newest ones: so many, or up to twice as many.
-  void forget(std::size_t most) {
-    forget_before_last(most, firings_);
-    forget_before_last(most, commands_);
-  }
+  /// All firings but the newest ones: so many, or up to twice as many.
+  void forget(std::size_t most) { forget_before_last(most, firings_); }
 
  private:
   void move_on(double now_s);
@@ -101,7 +82,6 @@ class SimulatedRobot final : public WatchedRobot {
   std::optional<SonarRing> sonar_;
   RobotTruth when_read_;
   std::vector<SonarFiring> firings_;
-  std::vector<DriveCommand> commands_;
 };
 
 }  // namespace ballservo

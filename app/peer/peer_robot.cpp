@@ -38,11 +38,6 @@ RobotState PeerRobot::read(double now_s) {
   return now_;
 }
 
-void PeerRobot::command(const Twist2& twist, double now_s) {
-  command_ = twist;
-  commands_.push_back({now_s, twist});
-}
-
 void PeerRobot::listen(const std::function<void(const SonarReading&)>& hear) {
   for (const SonarReading& reading : std::exchange(readings_, {})) hear(reading);
 }

@@ -22,14 +22,13 @@ class PeerRobot final : public WatchedRobot {
   ~PeerRobot() override { leave("the program failed"); }
 
   RobotState read(double now_s) override;
-  void command(const Twist2& twist, double now_s) override;
+  void command(const Twist2& twist, double) override { command_ = twist; }
   void pan(double speed_radps, double) override { pan_radps_ = speed_radps; }
   bool has_sonars() const override { return has_sonars_; }
   void listen(const std::function<void(const SonarReading&)>& hear) override;
 
   std::optional<RobotTruth> when_read() const override { return when_read_; }
   const std::vector<SonarFiring>& firings() const override { return firings_; }
-  const std::vector<DriveCommand>& commands() const override { return commands_; }
 
   void advance_to(double time_s);
   /// The oldest frame that has arrived and was not taken.
@@ -49,7 +48,6 @@ class PeerRobot final : public WatchedRobot {
   std::vector<SonarReading> readings_;
   std::deque<LockstepFrame> frames_;
   std::vector<SonarFiring> firings_;  // none: where the robot was is not known
-  std::vector<DriveCommand> commands_;
 };
 
 class PeerCamera final : public FrameSource {

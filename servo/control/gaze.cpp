@@ -17,8 +17,7 @@ constexpr double at_stop_rad = 0.1;
 Gaze::Gaze(const CameraMount& mount, double aside_max_rad, double actuation_delay_s, std::size_t history)
     : mount_(mount),
       aside_max_rad_(aside_max_rad),
-      predictor_({1, mount.pan.speed_max_radps, 1, mount.pan.acceleration_max_radps2}, actuation_delay_s,
-                 history) {}
+      predictor_(drive_limits(mount.pan), actuation_delay_s, history) {}
 
 double Gaze::follow(double time_s, const PanMotion& now, const Target& target, const Twist2& twist) {
   const Eigen::Vector2d p = target.p_RB - Eigen::Vector2d(mount_.forward_m, 0);

@@ -22,6 +22,10 @@ void declare(OptionVisitor& v, CameraMount& mount) {
   });
 }
 
+UnicycleLimits drive_limits(const PanLimits& pan) {
+  return {1, pan.speed_max_radps, 1, pan.acceleration_max_radps2};
+}
+
 Eigen::Isometry3d CameraMount::X_RC(double pan_rad) const {
   const double c = std::cos(pitch_down_rad), s = std::sin(pitch_down_rad);
   const double c_pan = std::cos(pan_rad), s_pan = std::sin(pan_rad);

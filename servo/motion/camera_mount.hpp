@@ -3,9 +3,9 @@
 
 #include <Eigen/Geometry>
 
-namespace ballservo {
+#include "servo/motion/unicycle.hpp"
 
-class OptionVisitor;
+namespace ballservo {
 
 /// A pan turns the camera to the left and to the right, about the vertical through its optical centre. The
 /// speed is that of the Canon VC-C4 on the Pioneers; the acceleration is an assumption.
@@ -16,6 +16,9 @@ struct PanLimits {
 
   bool turns() const { return max_rad > 0; }
 };
+
+/// Of a drive that turns on the spot as the pan turns.
+UnicycleLimits drive_limits(const PanLimits& pan);
 
 /// Where the pan stands, left positive, 0 straight ahead; and how fast it turns.
 struct PanMotion {

@@ -18,22 +18,51 @@ Scenario scenario_of(std::uint64_t seed) {
 
 bool rests(const Twist2& command) { return command.v_mps == 0.0 && command.w_radps == 0.0; }
 
+/// The scenario's drive, which notes what it is told.
+class NotedDrive final : public UnicycleRobot {
+ public:
+  struct Command {
+    double time_s;
+    Twist2 twist;
+  };
+  explicit NotedDrive(const RobotSettings& robot)
+      : UnicycleRobot(robot.pose, robot.limits, robot.actuation_delay_s) {}
+  void command(const Twist2& twist) override {
+    commands.push_back({time_s(), twist});
+    UnicycleRobot::command(twist);
+  }
+  std::vector<Command> commands;
+};
+
+struct NotedRun {
+  RunRecord record;
+  std::vector<NotedDrive::Command> commands;
+};
+
+NotedRun noted_run(const Scenario& scenario, RunOptions options) {
+  const auto drive = std::make_shared<NotedDrive>(scenario.robot);
+  options.body = drive;
+  RunRecord record = run_realtime(scenario, options);
+  return {std::move(record), drive->commands};
+}
+
 /// A run whose camera gives nothing from that time on, ended when everything must long have happened.
-RunRecord run_with_camera_until(double stop_s, std::uint64_t seed) {
+NotedRun run_with_camera_until(double stop_s, std::uint64_t seed) {
   Scenario scenario = scenario_of(seed);
   scenario.camera.faults.push_back({CameraFault::Kind::dropped, stop_s});
   RunOptions options;
   options.perception = PerceptionLevel::geometric;
   options.seed = seed;
   options.go_on = [stop_s](double time_s) { return time_s < stop_s + 0.45; };
-  return run_realtime(scenario, options);
+  return noted_run(scenario, options);
 }
 
 /// How long the drive went on following a command after the last frame had arrived (s).
-double followed_blindly_s(const RunRecord& run) {
-  const double last_frame_s = run.frames.empty() ? 0.0 : run.frames.back().arrived_s;
+double followed_blindly_s(const NotedRun& run) {
+  const auto& frames = run.record.frames;
+  const double last_frame_s = frames.empty() ? 0.0 : frames.back().arrived_s;
   double rest_s = last_frame_s;
-  for (const DriveCommand& command : run.commands) {
+  for (const NotedDrive::Command& command : run.commands) {
     if (command.time_s <= last_frame_s) {
       rest_s = rests(command.twist) ? command.time_s : 1e9;
     } else if (rests(command.twist)) {
@@ -57,16 +86,16 @@ TEST(Realtime, TheDriveRestsSoonAfterTheCameraStopsAtAnyInstant) {
   constexpr int instants = 50, at_once = 10;
   int drove = 0;
   for (int done = 0; done < instants; done += at_once) {
-    std::vector<std::future<RunRecord>> runs;
+    std::vector<std::future<NotedRun>> runs;
     for (int k = 0; k < at_once; ++k) {
       const double stop_s = uniform(engine, 0.5, 2.0);
       runs.push_back(std::async(std::launch::async, run_with_camera_until, stop_s, 100u + k));
     }
     for (auto& each : runs) {
-      const RunRecord run = each.get();
-      EXPECT_LE(followed_blindly_s(run), 0.2 + 0.02 + longest_guard_period_s(run));
+      const NotedRun run = each.get();
+      EXPECT_LE(followed_blindly_s(run), 0.2 + 0.02 + longest_guard_period_s(run.record));
       drove += std::any_of(run.commands.begin(), run.commands.end(),
-                           [](const DriveCommand& c) { return c.twist.v_mps > 0.1; });
+                           [](const NotedDrive::Command& c) { return c.twist.v_mps > 0.1; });
     }
   }
   EXPECT_GE(drove, instants / 2) << "robots that rest anyway show nothing";
@@ -81,15 +110,15 @@ TEST(Realtime, ADeadControllerIsStoppedByTheGuard) {
     if (time_s > 1.5) std::this_thread::sleep_for(std::chrono::milliseconds(400));
     return time_s <= 1.5;
   };
-  const RunRecord run = run_realtime(scenario, options);
+  const auto [run, commands] = noted_run(scenario, options);
   const double last_step_s = run.steps.back().time_s;
-  const auto rest = std::find_if(run.commands.begin(), run.commands.end(), [&](const DriveCommand& c) {
-    return c.time_s > last_step_s && rests(c.twist);
-  });
-  ASSERT_NE(rest, run.commands.end());
+  const auto rest = std::find_if(
+      commands.begin(), commands.end(),
+      [last_step_s](const NotedDrive::Command& c) { return c.time_s > last_step_s && rests(c.twist); });
+  ASSERT_NE(rest, commands.end());
   EXPECT_LE(rest->time_s - last_step_s, 0.04 + longest_guard_period_s(run) + 0.005);
   EXPECT_GE(run.timing.realtime->guard_rests, 1);
-  EXPECT_TRUE(std::all_of(rest, run.commands.end(), [](const DriveCommand& c) { return rests(c.twist); }));
+  EXPECT_TRUE(std::all_of(rest, commands.end(), [](const NotedDrive::Command& c) { return rests(c.twist); }));
   EXPECT_EQ(run.summary.outcome, Outcome::interrupted);
 }
 

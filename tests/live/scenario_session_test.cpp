@@ -156,7 +156,6 @@ TEST_F(ScenarioSessionTest, ARunThatForgetsKeepsItsLastSteps) {
   EXPECT_LE(most_steps, 200u);
   EXPECT_LE(most_firings, 210u);
   EXPECT_LE(run.timing.control_us.size(), 200u);
-  EXPECT_LE(run.commands.size(), 210u);
   EXPECT_LT(run.tracks_csv.size(), 1000u);
 }
 

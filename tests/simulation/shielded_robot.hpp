@@ -46,7 +46,7 @@ class ShieldedRobot {
                 const MovingThingOptions& moving = {})
       : world_(world),
         actuation_delay_s_(actuation_delay_s),
-        body_(std::make_shared<Body>(settings(actuation_delay_s), actuation_delay_s)),
+        body_(std::make_shared<UnicycleRobot>(Pose2{}, limits, actuation_delay_s)),
         robot_(world, settings(actuation_delay_s), seed, body_),
         avoidance_(avoidance(moving), limits, actuation_delay_s, period_s),
         poses_(300),
@@ -70,7 +70,7 @@ class ShieldedRobot {
   /// Whether the true robot, if it is told to stand still from the next step on, comes to rest without
   /// touching anything; and whether it does now.
   bool brakes_clear() const {
-    UnicycleRobot copy = body_->drive;
+    UnicycleRobot copy = *body_;
     const double next_s = copy.time_s() + period_s;
     copy.advance_to(next_s);
     copy.command({});
@@ -90,17 +90,6 @@ class ShieldedRobot {
   static constexpr double period_s = 0.02;
 
  private:
-  /// A drive of which a copy shows what would come.
-  struct Body final : RobotBody {
-    Body(const RobotSettings& robot, double delay_s) : drive(robot.pose, robot.limits, delay_s) {}
-    void command(const Twist2& twist) override { drive.command(twist); }
-    RobotMotion advance_to(double time_s) override {
-      drive.advance_to(time_s);
-      return {drive.pose(), drive.twist()};
-    }
-    void put(const Pose2& pose) override { drive.put(pose); }
-    UnicycleRobot drive;
-  };
   static RobotSettings settings(double actuation_delay_s) {
     RobotSettings settings;
     settings.actuation_delay_s = actuation_delay_s;
@@ -117,7 +106,7 @@ class ShieldedRobot {
 
   const World& world_;
   double actuation_delay_s_;
-  std::shared_ptr<Body> body_;
+  std::shared_ptr<UnicycleRobot> body_;  // of which a copy shows what would come
   SimulatedRobot robot_;
   Avoidance avoidance_;
   PoseHistory poses_;

@@ -36,13 +36,14 @@ void UnicycleRobot::command(const Twist2& twist) {
   pending_.push_back({time_s_ + delay_s_, finite ? twist : Twist2{}});
 }
 
-void UnicycleRobot::advance_to(double time_s) {
+RobotMotion UnicycleRobot::advance_to(double time_s) {
   while (!pending_.empty() && pending_.front().time_s <= time_s) {
     drive(pending_.front().time_s);
     followed_ = pending_.front().twist;
     pending_.pop_front();
   }
   drive(time_s);
+  return motion_;
 }
 
 void UnicycleRobot::drive(double until_s) {

@@ -12,22 +12,33 @@ namespace ballservo {
 
 class OptionVisitor;
 
-class UnicycleRobot {
+/// What is driven: where it truly is, and how it answers commands. Called by one thread at a time.
+class RobotBody {
+ public:
+  virtual ~RobotBody() = default;
+  /// A command given now.
+  virtual void command(const Twist2& twist) = 0;
+  /// Moves on to a time not before now; where it is then, and how it moves.
+  virtual RobotMotion advance_to(double time_s) = 0;
+  /// Somebody puts it there.
+  virtual void put(const Pose2& pose) = 0;
+};
+
+class UnicycleRobot : public RobotBody {
  public:
   /// `actuation_delay_s`: from a command's arrival to the first moment at which the drive follows it. Throws
   /// InputError for limits that are not positive or a delay that is negative or not finite.
   UnicycleRobot(const Pose2& start, const UnicycleLimits& limits, double actuation_delay_s);
 
-  /// A command given now; until the next one takes effect the drive goes on towards this one. A command with
-  /// a speed that is not finite counts as one to stand still.
-  void command(const Twist2& twist);
+  /// Until the next one takes effect the drive goes on towards this one. A command with a speed that is not
+  /// finite counts as one to stand still.
+  void command(const Twist2& twist) override;
 
-  /// Moves on to a time not before now. Speeds change in steps of at most 1 ms; within each the path is an
-  /// exact arc.
-  void advance_to(double time_s);
+  /// Speeds change in steps of at most 1 ms; within each the path is an exact arc.
+  RobotMotion advance_to(double time_s) override;
 
-  /// Somebody puts it there; its wheels turn as before.
-  void put(const Pose2& pose) { motion_.pose = pose; }
+  /// Its wheels turn as before.
+  void put(const Pose2& pose) override { motion_.pose = pose; }
   /// Something holds it there, for now.
   void hold(const Pose2& pose) { motion_ = {pose, {}}; }
 
