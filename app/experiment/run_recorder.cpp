@@ -50,18 +50,13 @@ void RunRecorder::observe(const RobotTruth& robot, StepRecord& record) const {
   record.range_error_m = record.range_m - scenario_.target_distance_m;
   record.bearing_rad = std::atan2(p_RB.y(), p_RB.x());
   const Eigen::Isometry3d X_WC = scenario_.X_WC(record.pose, record.pan.angle_rad);
-  const Eigen::Vector3d p_CB = X_WC.inverse() * record.p_WB;
   const Eigen::Vector3d away = record.p_WB - X_WC.translation();
   const double distance_m = away.norm();
   record.hidden =
       distance_m > 0 &&
       Scene(scenario_.world, record.time_s).hit_solids(X_WC.translation(), away / distance_m, distance_m) <
           distance_m;
-  if (const auto pixel = scenario_.camera.camera.project(p_CB)) {
-    const ImageSize size = scenario_.camera.camera.size();
-    record.in_view = pixel->x() >= -0.5 && pixel->x() <= size.width_px - 0.5 && pixel->y() >= -0.5 &&
-                     pixel->y() <= size.height_px - 0.5;
-  }
+  record.in_view = scenario_.camera.camera.shows(X_WC.inverse() * record.p_WB);
 }
 
 /// What the robot has run into; empty: nothing. Touching the target is none of it (the judge counts that),

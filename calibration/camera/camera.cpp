@@ -70,18 +70,16 @@ std::vector<std::string> coefficient_names(LensModel model) {
 
 Camera::Camera(const CameraParameters& parameters, const std::string& place) : parameters_(parameters) {
   check(parameters, place);
-  const LensDomain domain = find_lens_domain(parameters.model, parameters.coefficients.data());
-  max_angle_rad_ = domain.max_angle_rad;
-  max_radius_ = domain.max_radius;
+  domain_ = find_lens_domain(parameters.model, parameters.coefficients.data());
 }
 
 double Camera::focal_px() const { return std::sqrt(parameters_.fx_px * parameters_.fy_px); }
 
 bool Camera::may_appear(const Eigen::Vector3d& p_C) const {
   if (!p_C.allFinite()) return false;
-  if (max_angle_rad_ == half_pi) return p_C.z() > 0;
-  if (max_angle_rad_ < half_pi && !(p_C.z() > 0)) return false;
-  return std::atan2(std::hypot(p_C.x(), p_C.y()), p_C.z()) < max_angle_rad_;
+  if (max_angle_rad() == half_pi) return p_C.z() > 0;
+  if (max_angle_rad() < half_pi && !(p_C.z() > 0)) return false;
+  return std::atan2(std::hypot(p_C.x(), p_C.y()), p_C.z()) < max_angle_rad();
 }
 
 std::optional<Eigen::Vector2d> Camera::project(const Eigen::Vector3d& p_C) const {
@@ -112,8 +110,7 @@ std::optional<Eigen::Vector3d> Camera::unproject(const Eigen::Vector2d& pixel_px
     const Eigen::Vector3d unit = Eigen::Vector3d(position.x(), position.y(), 1).normalized();
     return unit.allFinite() && may_appear(unit) ? std::optional<Eigen::Vector3d>(unit) : std::nullopt;
   }
-  const auto ray = solve_ray(parameters_.model, parameters_.coefficients.data(),
-                             {max_angle_rad_, max_radius_}, position, guess);
+  const auto ray = solve_ray(parameters_.model, parameters_.coefficients.data(), domain_, position, guess);
   if (!ray) return std::nullopt;
   const Eigen::Vector3d unit = ray->normalized();
   if (!unit.allFinite() || !may_appear(unit)) return std::nullopt;

@@ -41,6 +41,19 @@ struct CameraParameters {
   std::array<double, 8> coefficients{};  ///< the first coefficient_count(model) count, the rest are 0
 };
 
+/// Where a lens is one-to-one: the disc of angles below `max_angle_rad`; for a lens defined from the picture
+/// to the ray also the disc of normalised positions below `max_radius` (infinite for the others).
+struct LensDomain {
+  double max_angle_rad = 0;
+  double max_radius = 0;
+};
+
+/// Whether a pixel position lies in a picture of that size.
+inline bool is_inside_picture(const Eigen::Vector2d& pixel_px, ImageSize size) {
+  return pixel_px.x() >= -0.5 && pixel_px.y() >= -0.5 && pixel_px.x() <= size.width_px - 0.5 &&
+         pixel_px.y() <= size.height_px - 0.5;
+}
+
 /// A camera with valid parameters. Immutable and cheap to copy.
 class Camera {
  public:
@@ -59,6 +72,11 @@ class Camera {
   /// behind a perspective lens, beyond the angle up to which the model is one-to-one, or not finite. A result
   /// may lie outside the picture. Solved to machine precision where the model is defined the other way.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_C) const;
+  /// Whether it appears in the picture.
+  bool shows(const Eigen::Vector3d& p_C) const {
+    const auto pixel_px = project(p_C);
+    return pixel_px && is_inside_picture(*pixel_px, size());
+  }
 
   /// The unit ray (camera frame) that reaches a pixel position; nothing if no ray does or it is not finite.
   std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel_px) const;
@@ -70,16 +88,15 @@ class Camera {
   std::optional<Eigen::Matrix<double, 2, 3>> project_jacobian(const Eigen::Vector3d& p_C) const;
 
   /// The largest angle from the optical axis (rad) up to which the model is one-to-one.
-  double max_angle_rad() const { return max_angle_rad_; }
+  double max_angle_rad() const { return domain_.max_angle_rad; }
 
  private:
-  CameraParameters parameters_;
   std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel_px,
                                            const Eigen::Vector3d* guess) const;
   bool may_appear(const Eigen::Vector3d& p_C) const;
 
-  double max_angle_rad_ = 0;
-  double max_radius_ = 0;  // the same limit as a normalised position, where the model is defined from there
+  CameraParameters parameters_;
+  LensDomain domain_;
 };
 
 /// The camera that is assumed when none is given: square pixels, the principal point in the middle, a lens so

@@ -153,10 +153,8 @@ std::optional<Eigen::Vector3d> sphere_from_outline(const Camera& camera,
 
 bool is_inside_picture(const std::vector<Eigen::Vector2d>& outline_px, ImageSize size) {
   return !outline_px.empty() &&
-         std::all_of(outline_px.begin(), outline_px.end(), [&](const Eigen::Vector2d& p) {
-           return p.x() >= -0.5 && p.y() >= -0.5 && p.x() <= size.width_px - 0.5 &&
-                  p.y() <= size.height_px - 0.5;
-         });
+         std::all_of(outline_px.begin(), outline_px.end(),
+                     [size](const Eigen::Vector2d& p) { return is_inside_picture(p, size); });
 }
 
 }  // namespace ballservo

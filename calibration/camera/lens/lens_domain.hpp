@@ -8,13 +8,6 @@
 
 namespace ballservo {
 
-/// Where a lens is one-to-one: the disc of angles below `max_angle_rad`; for a lens defined from the picture
-/// to the ray also the disc of normalised positions below `max_radius` (infinite for the others).
-struct LensDomain {
-  double max_angle_rad = 0;
-  double max_radius = 0;
-};
-
 /// Found by following the lens outwards in many directions until its Jacobian's determinant, or the growth
 /// of the distance from the principal point, ceases to be positive; then by bisection to 1e-12 rad.
 LensDomain find_lens_domain(LensModel model, const double* coefficients);

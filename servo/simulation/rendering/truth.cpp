@@ -52,11 +52,6 @@ Foreground foreground(const Scene& scene, const Eigen::Vector3d& eye, std::size_
   return before;
 }
 
-bool is_in_picture(const Camera& camera, const Eigen::Vector3d& p_C) {
-  const auto pixel = camera.project(p_C);
-  return pixel && is_inside_picture({*pixel}, camera.size());
-}
-
 /// See BallTruth. Rays through the circle where they touch the ball, spread evenly over it, each with the
 /// area that the lens makes of its part.
 double visible_fraction(const Camera& camera, const Scene& scene, const CameraView& view, std::size_t index,
@@ -71,8 +66,7 @@ double visible_fraction(const Camera& camera, const Scene& scene, const CameraVi
   std::array<bool, outline_rays> seen;
   for (std::size_t k = 0; k < outline_rays; ++k) {
     rays[k] = middle + radius * std::sqrt(1 - sine * sine) * across * disc_samples<outline_rays>()[k];
-    seen[k] =
-        (whole || is_in_picture(camera, rays[k])) && !before.hides(view.X_WC.linear() * rays[k].normalized());
+    seen[k] = (whole || camera.shows(rays[k])) && !before.hides(view.X_WC.linear() * rays[k].normalized());
   }
   if (std::count(seen.begin(), seen.end(), seen[0]) == outline_rays) return seen[0] ? 1 : 0;
   double area = 0, visible = 0;
@@ -94,7 +88,7 @@ BallTruth truth_in(const Camera& camera, const World& world, const Scene& scene,
   truth.p_CB = view.X_WC.inverse() * scene.balls()[index].center;
   truth.outline = project_sphere(camera, truth.p_CB, ball.radius_m());
   if (truth.outline) truth.visible_fraction = visible_fraction(camera, scene, view, index, truth.p_CB);
-  truth.center_in_view = is_in_picture(camera, truth.p_CB);
+  truth.center_in_view = camera.shows(truth.p_CB);
   return truth;
 }
 
