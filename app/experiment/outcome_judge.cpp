@@ -7,31 +7,14 @@
 
 namespace ballservo {
 
-std::string_view outcome_name(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::reached:
-      return "reached";
-    case Outcome::timeout:
-      return "timeout";
-    case Outcome::collision:
-      return "collision";
-    case Outcome::lost:
-      return "lost";
-    case Outcome::hit_by:
-      return "hit_by";
-    case Outcome::fault:
-      return "fault";
-    case Outcome::interrupted:
-      break;
-  }
-  return "interrupted";
+std::optional<Outcome> outcome_from_name(std::string_view name) {
+  const auto* const found = std::find(std::begin(outcome_names), std::end(outcome_names), name);
+  if (found == std::end(outcome_names)) return std::nullopt;
+  return static_cast<Outcome>(found - std::begin(outcome_names));
 }
 
 void end_by(const PeerGone& gone, RunSummary& summary) {
-  summary.outcome = Outcome::fault;
-  for (int each = 0; each <= static_cast<int>(Outcome::interrupted); ++each)
-    if (gone.outcome() == outcome_name(static_cast<Outcome>(each)))
-      summary.outcome = static_cast<Outcome>(each);
+  summary.outcome = outcome_from_name(gone.outcome()).value_or(Outcome::fault);
   summary.outcome_text = gone.what();
 }
 

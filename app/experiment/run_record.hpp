@@ -53,7 +53,13 @@ struct KeyFrame {
 
 /// How a run ended.
 enum class Outcome { reached, timeout, collision, lost, hit_by, fault, interrupted };
-std::string_view outcome_name(Outcome outcome);
+inline constexpr std::string_view outcome_names[]{"reached", "timeout", "collision",  "lost",
+                                                  "hit_by",  "fault",   "interrupted"};
+inline std::string_view outcome_name(Outcome outcome) {
+  return outcome_names[static_cast<std::size_t>(outcome)];
+}
+/// Nothing for another word.
+std::optional<Outcome> outcome_from_name(std::string_view name);
 
 /// summary.json, apart from the wall clock's figures; NaN: not known.
 struct RunSummary {

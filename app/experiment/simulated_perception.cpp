@@ -11,18 +11,6 @@
 
 namespace ballservo {
 
-std::string_view perception_level_name(PerceptionLevel level) {
-  switch (level) {
-    case PerceptionLevel::image:
-      return "image";
-    case PerceptionLevel::geometric:
-      return "geometric";
-    case PerceptionLevel::truth:
-      break;
-  }
-  return "truth";
-}
-
 PerceptionLevel parse_perception_level(const std::string& text) {
   for (const PerceptionLevel level :
        {PerceptionLevel::image, PerceptionLevel::geometric, PerceptionLevel::truth}) {

@@ -15,7 +15,10 @@ namespace ballservo {
 /// image: rendered frames through detector and tracker. geometric: the true centre with the errors of a fit
 /// to its outline. truth: the true centre.
 enum class PerceptionLevel { image, geometric, truth };
-std::string_view perception_level_name(PerceptionLevel level);
+inline std::string_view perception_level_name(PerceptionLevel level) {
+  constexpr std::string_view names[]{"image", "geometric", "truth"};
+  return names[static_cast<std::size_t>(level)];
+}
 /// The level of that name; InputError about `--perception` otherwise.
 PerceptionLevel parse_perception_level(const std::string& text);
 

@@ -54,12 +54,9 @@ void read_outcome(const CsvRow& row, Trial& trial) {
   const std::string& text = row.text("outcome");
   trial.feasible = text != "infeasible";
   if (!trial.feasible) return;
-  for (const Outcome each : {Outcome::reached, Outcome::timeout, Outcome::collision, Outcome::lost,
-                             Outcome::hit_by, Outcome::fault, Outcome::interrupted}) {
-    trial.summary.outcome = each;
-    if (text == outcome_name(each)) return;
-  }
-  row.fault("outcome", text, "infeasible, or an outcome of a run");
+  const auto outcome = outcome_from_name(text);
+  if (!outcome) return row.fault("outcome", text, "infeasible, or an outcome of a run");
+  trial.summary.outcome = *outcome;
 }
 
 /// In order; the outcome stands before what was measured, as reading needs it. What a seed drew follows.
