@@ -10,18 +10,20 @@ namespace ballservo {
 
 using RandomEngine = std::mt19937_64;
 
+/// The finaliser of SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): every bit depends on all.
+inline std::uint64_t mixed_bits(std::uint64_t x) {
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+inline constexpr std::uint64_t split_mix_step = 0x9e3779b97f4a7c15ull;
+
 /// The engine for one purpose of one seed ("shot_noise", frame 12): streams of different purposes are
-/// independent. FNV-1a of the purpose, then SplitMix64 (Steele, Lea and Flood, OOPSLA 2014) over seed,
-/// purpose and index.
+/// independent. FNV-1a of the purpose, then SplitMix64 over seed, purpose and index.
 inline RandomEngine random_stream(std::uint64_t seed, std::string_view purpose, std::uint64_t index = 0) {
   std::uint64_t hash = 0xcbf29ce484222325ull;
   for (const char c : purpose) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ull;
-  const auto mix = [](std::uint64_t x) {
-    x += 0x9e3779b97f4a7c15ull;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-    return x ^ (x >> 31);
-  };
+  const auto mix = [](std::uint64_t x) { return mixed_bits(x + split_mix_step); };
   return RandomEngine(mix(mix(mix(seed) ^ hash) ^ index));
 }
 

@@ -21,12 +21,9 @@ namespace {
 constexpr std::size_t normal_values = 1 << 16;
 constexpr std::size_t draw = 16;  // neighbours in a shuffled table are as good as drawn one by one
 
-/// The word of that number in a stream of random words (SplitMix64: Steele, Lea and Flood, OOPSLA 2014).
+/// The word of that number in a stream of random words (SplitMix64).
 std::uint64_t random_word(std::uint64_t stream, std::uint64_t number) {
-  std::uint64_t x = stream + (number + 1) * 0x9e3779b97f4a7c15ull;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return x ^ (x >> 31);
+  return mixed_bits(stream + (number + 1) * split_mix_step);
 }
 
 /// The values, shuffled, and the first ones again, so that a draw may start anywhere.

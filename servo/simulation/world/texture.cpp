@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "calibration/base/random.hpp"
 #include "servo/simulation/world/quad_grid.hpp"
 
 namespace ballservo {
@@ -12,12 +13,10 @@ namespace {
 
 constexpr float least_patch = 1e-3f;  // in units of the texture's scale
 
-/// A number in [0, 1) for each cell of a grid (SplitMix64's finaliser over both indices).
+/// A number in [0, 1) for each cell of a grid.
 double cell_value(std::int64_t i, std::int64_t j) {
-  std::uint64_t x = static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15ull + static_cast<std::uint64_t>(j);
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
+  const auto x = static_cast<std::uint64_t>(i) * split_mix_step + static_cast<std::uint64_t>(j);
+  return static_cast<double>(mixed_bits(x) >> 11) * 0x1.0p-53;
 }
 
 /// The values of 64 x 64 cells, which repeat.
