@@ -10,6 +10,7 @@
 
 #include "calibration/camera/sphere_outline.hpp"
 #include "servo/control/controller.hpp"
+#include "servo/simulation/rendering/camera_view.hpp"
 
 namespace ballservo {
 
@@ -38,6 +39,7 @@ struct FrameRecord {
   double time_s = 0;                    ///< of the middle of the exposure
   double arrived_s = 0;                 ///< when the controller could hear of it
   std::optional<OutlineEllipse> truth;  ///< the ball's outline as it is
+  CameraView view;                      ///< where the camera truly was
   double visible_fraction = 0;
   std::optional<Eigen::Vector3d> truth_p_CB;
   BallMeasurement measurement;

@@ -28,6 +28,7 @@ void RunRecorder::frame(const FrameEvent& event) {
   record.arrived_s = event.arrived_s;
   if (camera_ != nullptr) {
     const BallTruth& target = camera_->truth().target;
+    record.view = camera_->truth().view;
     record.truth = target.outline;
     record.truth_p_CB = target.p_CB;
     record.visible_fraction = target.visible_fraction;

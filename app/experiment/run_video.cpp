@@ -48,16 +48,25 @@ void text_block(cv::Mat& picture, std::string_view text) {
 
 }  // namespace
 
-void draw_detection(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, double ball_radius_m,
+std::vector<Eigen::Vector2d> foreseen_way(const Pose2& pose, const Twist2& twist, const Footprint& body) {
+  constexpr double foreseen_s = 1.5;
+  constexpr int parts = 15;
+  std::vector<Eigen::Vector2d> way;
+  for (int k = 0; k <= parts; ++k)
+    way.push_back(in_world_frame(integrate(pose, twist, foreseen_s * k / parts), {body.front_m, 0.0}));
+  return way;
+}
+
+void draw_detection(cv::Mat& bgr, const Camera& camera, const BallMeasurement& ball, double ball_radius_m,
                     const std::string& text) {
-  if (frame.measurement.state != TrackState::none) {
-    const cv::Scalar color = frame.measurement.is_sighting() ? seen_color : predicted_color;
+  if (ball.state != TrackState::none) {
+    const cv::Scalar color = ball.is_sighting() ? seen_color : predicted_color;
     std::vector<cv::Point> outline;
-    for (const Eigen::Vector2d& p : project_outline(camera, frame.measurement.p_CB, ball_radius_m, 96)) {
+    for (const Eigen::Vector2d& p : project_outline(camera, ball.p_CB, ball_radius_m, 96)) {
       outline.push_back(fixed_point(p));
     }
     if (!outline.empty()) cv::polylines(bgr, outline, true, color, 1, cv::LINE_AA, fraction_bits);
-    if (const auto center = camera.project(frame.measurement.p_CB)) {
+    if (const auto center = camera.project(ball.p_CB)) {
       const double arm_px = 4;
       for (const Eigen::Vector2d& arm : {Eigen::Vector2d(arm_px, 0), Eigen::Vector2d(0, arm_px)}) {
         cv::line(bgr, fixed_point(*center - arm), fixed_point(*center + arm), color, 1, cv::LINE_AA,
@@ -210,14 +219,9 @@ cv::Mat TopView::draw(const std::vector<StepRecord>& steps, const std::vector<So
   circle(now.p_WB.head<2>(), goal_distance_m_, goal_color, 1);
   circle(now.p_WB.head<2>(), 4.0 / scale_, ball_color, cv::FILLED);
 
-  const Footprint& body = footprint_;
   std::vector<cv::Point> corners;
-  for (const Eigen::Vector2d& corner :
-       {Eigen::Vector2d(body.front_m, body.half_width_m), Eigen::Vector2d(-body.rear_m, body.half_width_m),
-        Eigen::Vector2d(-body.rear_m, -body.half_width_m),
-        Eigen::Vector2d(body.front_m, -body.half_width_m)}) {
+  for (const Eigen::Vector2d& corner : footprint_.corners())
     corners.push_back(pixel(in_world_frame(now.pose, corner)));
-  }
   cv::polylines(picture, corners, true, ink, 2, cv::LINE_AA, fraction_bits);
   cv::arrowedLine(picture, pixel({now.pose.x_m, now.pose.y_m}), pixel(in_world_frame(now.pose, {0.4, 0.0})),
                   ink, 2, cv::LINE_AA, fraction_bits, 0.25);
@@ -231,10 +235,7 @@ cv::Mat TopView::draw(const std::vector<StepRecord>& steps, const std::vector<So
   // The way that each command would lead: as intended, and as guard and shield let it pass.
   const auto foreseen = [&](const Twist2& twist, const cv::Scalar& color) {
     std::vector<cv::Point> way;
-    for (int k = 0; k <= 15; ++k) {
-      const Pose2 pose = integrate(now.pose, twist, foreseen_s * k / 15);
-      way.push_back(pixel(in_world_frame(pose, {body.front_m, 0.0})));
-    }
+    for (const Eigen::Vector2d& p : foreseen_way(now.pose, twist, footprint_)) way.push_back(pixel(p));
     cv::polylines(picture, way, false, color, 3, cv::LINE_AA, fraction_bits);
   };
   foreseen(now.control.intended, intended_color);
@@ -264,30 +265,26 @@ PictureKeeper::PictureKeeper(const Scenario& scenario, std::function<void(const 
 
 void PictureKeeper::frame(const FrameEvent& event) {
   if (event.frame.bgr.empty()) return;
-  FrameRecord frame;
-  frame.time_s = event.frame.time_s;
-  frame.measurement = event.percept.ball;
-  frame.measured = event.percept.outline;
+  const BallMeasurement& ball = event.percept.ball;
+  const double time_s = event.frame.time_s;
   const ControlState state = state_;
-  std::string text = fmt::format("{:6.2f} s  {}  {}", frame.time_s, control_state_name(state),
-                                 track_state_name(frame.measurement.state));
-  if (frame.measurement.state != TrackState::none) {
-    const Eigen::Vector3d p_RB =
-        scenario_.camera.mount.X_RC(frame.measurement.pan_rad) * frame.measurement.p_CB;
+  std::string text =
+      fmt::format("{:6.2f} s  {}  {}", time_s, control_state_name(state), track_state_name(ball.state));
+  if (ball.state != TrackState::none) {
+    const Eigen::Vector3d p_RB = scenario_.camera.mount.X_RC(ball.pan_rad) * ball.p_CB;
     text += fmt::format("  axle to ball {:.3f} m", p_RB.head<2>().norm());
   }
   cv::Mat picture = event.frame.bgr.clone();
-  draw_detection(picture, scenario_.believed.camera(scenario_.camera.camera), frame,
+  draw_detection(picture, scenario_.believed.camera(scenario_.camera.camera), ball,
                  scenario_.goal().ball_radius_m, text);
   const bool changed = !last_state_ || *last_state_ != state;
-  const bool halfway = state == ControlState::approach && frame.time_s >= next_s_;
+  const bool halfway = state == ControlState::approach && time_s >= next_s_;
   if ((changed || halfway) && kept_.size() + 1 < max_key_frames) {
-    kept_.push_back(
-        {frame.time_s, picture, fmt::format("{:.2f} s: {}", frame.time_s, control_state_name(state))});
-    next_s_ = frame.time_s + 2.5;
+    kept_.push_back({time_s, picture, fmt::format("{:.2f} s: {}", time_s, control_state_name(state))});
+    next_s_ = time_s + 2.5;
   }
   last_state_ = state;
-  last_ = {frame.time_s, picture, fmt::format("{:.2f} s: the last frame", frame.time_s)};
+  last_ = {time_s, picture, fmt::format("{:.2f} s: the last frame", time_s)};
   show_(picture);
 }
 

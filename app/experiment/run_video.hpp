@@ -18,11 +18,12 @@
 
 namespace ballservo {
 
-inline constexpr double foreseen_s = 1.5;  ///< commands are drawn as the way driven in this time
+/// A command as it is drawn: where the robot's front comes to with it in the next 1.5 s.
+std::vector<Eigen::Vector2d> foreseen_way(const Pose2& pose, const Twist2& twist, const Footprint& body);
 
 /// Draws the ball's outline and centre as measured (from p_CB, by the camera and radius that are believed)
 /// into a camera picture, with a line of text below; a prediction is drawn in grey.
-void draw_detection(cv::Mat& bgr, const Camera& camera, const FrameRecord& frame, double ball_radius_m,
+void draw_detection(cv::Mat& bgr, const Camera& camera, const BallMeasurement& ball, double ball_radius_m,
                     const std::string& text);
 
 /// The room from above, drawn once, and the robot on its way in it.

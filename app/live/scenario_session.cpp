@@ -14,6 +14,7 @@
 #include <thread>
 #include <utility>
 
+#include "app/experiment/run_log.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/live/base64.hpp"
@@ -44,11 +45,9 @@ Json obstacles_of(const World& world) {
   Json listed = Json::array();
   for (const Obstacle& obstacle : world.obstacles) {
     const FloorOutline outline = floor_outline(obstacle);
-    Json points = Json::array();
-    for (const Eigen::Vector2d& p : outline.points_m) points.push_back(point(p));
     listed.push_back({{"name", obstacle.name},
                       {"center", point(obstacle.center_m.head<2>())},
-                      {"points", points},
+                      {"points", points_json(outline.points_m)},
                       {"radius_m", outline.radius_m}});
   }
   return listed;
@@ -122,14 +121,6 @@ Json beams_of(const std::vector<SonarFiring>& firings, double time_s) {
   return beams;
 }
 
-/// Where the robot's front comes to with that command.
-Json way_of(const StepRecord& step, const Twist2& twist, double front_m) {
-  Json way = Json::array();
-  for (int k = 0; k <= 15; ++k)
-    way.push_back(point(in_world_frame(integrate(step.pose, twist, foreseen_s * k / 15), {front_m, 0.0})));
-  return way;
-}
-
 /// The last steps' way: a message does not grow with the run.
 Json trail_of(const std::vector<StepRecord>& steps, std::size_t most, double rate_hz) {
   Json trail = Json::array();
@@ -140,19 +131,6 @@ Json trail_of(const std::vector<StepRecord>& steps, std::size_t most, double rat
       trail.push_back({steps[k].pose.x_m, steps[k].pose.y_m});
   }
   return trail;
-}
-
-/// Between two steps.
-Pose2 pose_at(const std::vector<StepRecord>& steps, double time_s) {
-  const auto after = std::find_if(steps.rbegin(), steps.rend(), [&](const StepRecord& step) {
-                       return step.time_s <= time_s;
-                     }).base();
-  if (after == steps.begin() || after == steps.end()) return steps.back().pose;
-  const StepRecord &a = *(after - 1), &b = *after;
-  const double share = (time_s - a.time_s) / (b.time_s - a.time_s);
-  const auto between = [&](double from, double to) { return from + share * (to - from); };
-  return {between(a.pose.x_m, b.pose.x_m), between(a.pose.y_m, b.pose.y_m),
-          between(a.pose.yaw_rad, b.pose.yaw_rad)};
 }
 
 }  // namespace
@@ -373,9 +351,7 @@ void ScenarioSession::draw_later(const RunView& now) {
   if (!world_ && due_.empty()) world_ = std::make_shared<const World>(now.scenario.world);
   if (!world_) return;
   const FrameRecord& frame = now.record.frames.back();
-  const CameraView view{now.scenario.X_WC(pose_at(now.record.steps, frame.time_s), frame.measurement.pan_rad),
-                        frame.time_s};
-  eye_->look([world = world_, view, frame, camera = now.scenario.camera, seed = options_.seed,
+  eye_->look([world = world_, frame, camera = now.scenario.camera, seed = options_.seed,
               believed = now.scenario.believed.camera(now.scenario.camera.camera),
               radius_m = now.scenario.goal().ball_radius_m](auto& renderer, auto& drawn) {
     if (drawn != world) {
@@ -385,9 +361,9 @@ void ScenarioSession::draw_later(const RunView& now) {
         renderer.emplace(camera.camera, *world, camera.sensor);
       drawn = world;
     }
-    cv::Mat picture =
-        expose(renderer->radiance({view}), camera.sensor, seed, static_cast<std::uint64_t>(frame.frame));
-    draw_detection(picture, believed, frame, radius_m, "");
+    cv::Mat picture = expose(renderer->radiance({frame.view}), camera.sensor, seed,
+                             static_cast<std::uint64_t>(frame.frame));
+    draw_detection(picture, believed, frame.measurement, radius_m, "");
     return picture;
   });
   picture_ = [eye = eye_] { return eye->picture(); };
@@ -438,8 +414,8 @@ ScenarioSession::Json ScenarioSession::state(const RunView& now) const {
                {"body_m", {body.front_m, body.rear_m, body.half_width_m}},
                {"trail", trail_of(now.record.steps, trail_steps(), scenario.control_rate_hz)},
                {"goal_m", scenario.target_distance_m},
-               {"intended", way_of(step, step.control.intended, body.front_m)},
-               {"passed", way_of(step, step.control.command, body.front_m)},
+               {"intended", points_json(foreseen_way(step.pose, step.control.intended, body))},
+               {"passed", points_json(foreseen_way(step.pose, step.control.command, body))},
                {"shield", step.control.shield},
                {"state", control_state_name(step.control.state)},
                {"reason", step.control.reason},

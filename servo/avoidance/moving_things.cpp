@@ -61,11 +61,9 @@ void MovingThings::move(double time_s, const Pose2& pose) {
   const double r_m = options_.radius_m;
   exclude(FloorRegion::around({body.front_m + r_m, body.rear_m + r_m, body.half_width_m}, pose, 0));
   exclude(FloorRegion::around({body.front_m, body.rear_m, body.half_width_m + r_m}, pose, 0));
-  for (const double x_m : {body.front_m, -body.rear_m}) {
-    for (const double y_m : {body.half_width_m, -body.half_width_m}) {
-      const Eigen::Vector2d corner = in_world_frame(pose, {x_m, y_m});
-      exclude(FloorRegion::disc(corner.x(), corner.y(), r_m));
-    }
+  for (const Eigen::Vector2d& corner_R : body.corners()) {
+    const Eigen::Vector2d corner = in_world_frame(pose, corner_R);
+    exclude(FloorRegion::disc(corner.x(), corner.y(), r_m));
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace ballservo {
@@ -39,6 +40,13 @@ struct Footprint {
 
   /// From the axle to the outermost corner.
   double reach_m() const { return std::hypot(std::max(front_m, rear_m), half_width_m); }
+  /// Counter-clockwise from the front left.
+  std::array<Eigen::Vector2d, 4> corners() const {
+    return {{{front_m, half_width_m},
+             {-rear_m, half_width_m},
+             {-rear_m, -half_width_m},
+             {front_m, -half_width_m}}};
+  }
   /// From a point of the robot's frame; 0 inside.
   double distance_m(const Eigen::Vector2d& p_R) const {
     return std::hypot(std::max({p_R.x() - front_m, -rear_m - p_R.x(), 0.0}),

@@ -53,10 +53,8 @@ double floor_clearance_m(const World& world, const Eigen::Vector2d& p) {
 ContactReport find_contacts(const World& world, const Footprint& footprint, const Pose2& pose,
                             double time_s) {
   FloorOutline robot;
-  for (const auto& [x_m, side] : {std::pair(footprint.front_m, -1), std::pair(footprint.front_m, 1),
-                                  std::pair(-footprint.rear_m, 1), std::pair(-footprint.rear_m, -1)}) {
-    robot.points_m.push_back(in_world_frame(pose, {x_m, side * footprint.half_width_m}));
-  }
+  for (const Eigen::Vector2d& corner : footprint.corners())
+    robot.points_m.push_back(in_world_frame(pose, corner));
 
   ContactReport report;
   const auto consider = [&report](double clearance, const std::string& name) {
