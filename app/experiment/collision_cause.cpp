@@ -18,11 +18,6 @@ using Points = std::vector<Eigen::Vector2d>;
 constexpr double contact_m = 0.01;  // how near to the footprint a point of what was touched counts as touched
 constexpr double corner_m = 0.37;   // of the footprint, from the axle
 
-template <typename Things>
-auto find_named(const Things& things, const std::string& name) {
-  return std::find_if(things.begin(), things.end(), [&](const auto& thing) { return thing.name == name; });
-}
-
 /// The outline of what was touched, every few millimetres.
 Points obstacle_outline(const World& world, const std::string& touched, const Eigen::Vector2d& near_W) {
   Points points;

@@ -67,8 +67,7 @@ std::string RunRecorder::collided_with(const ContactReport& contacts, const Twis
   if (contacts.collision()) return contacts.nearest;
   const bool moves = std::abs(twist.v_mps) >= 1e-3 || std::abs(twist.w_radps) >= 1e-3;
   if (!contacts.ball_contact() || !moves || contacts.nearest_ball == scenario_.target_ball().name) return "";
-  const Ball* ball = scenario_.world.find_ball(contacts.nearest_ball);
-  return ball != nullptr && ball->sonar ? contacts.nearest_ball : "";
+  return find_named(scenario_.world.balls, contacts.nearest_ball)->sonar ? contacts.nearest_ball : "";
 }
 
 void RunRecorder::step(const StepEvent& event) {

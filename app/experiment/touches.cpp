@@ -26,12 +26,6 @@ bool puts_something(Kind kind) {
   return kind == Kind::ball || kind == Kind::obstacle || kind == Kind::box || kind == Kind::robot;
 }
 
-template <typename Obstacles>
-auto find_obstacle(Obstacles& obstacles, const std::string& name) {
-  return std::find_if(obstacles.begin(), obstacles.end(),
-                      [&](const Obstacle& each) { return each.name == name; });
-}
-
 /// The number that a touch of this kind gives, by its key.
 struct Amount {
   Kind kind;
@@ -76,7 +70,7 @@ void declare(OptionVisitor& v, Touch& touch, const Scenario& untouched, const Sc
 
 Obstacle new_box(const World& world, const Pose2& to) {
   Obstacle box;
-  for (int n = 1; box.name.empty() || find_obstacle(world.obstacles, box.name) != world.obstacles.end(); ++n)
+  for (int n = 1; box.name.empty() || find_named(world.obstacles, box.name) != world.obstacles.end(); ++n)
     box.name = fmt::format("dropped_{}", n);
   box.shape = BoxShape{{box_m, box_m, box_m}};
   box.center_m = {to.x_m, to.y_m, box_m / 2};
@@ -110,7 +104,7 @@ void touch_scenario(const Touch& touch, const Scenario& untouched, Scenario& sce
       break;
     }
     case Kind::obstacle:
-      find_obstacle(world.obstacles, touch.name)->center_m.head<2>() =
+      find_named(world.obstacles, touch.name)->center_m.head<2>() =
           Eigen::Vector2d(touch.to.x_m, touch.to.y_m);
       break;
     case Kind::box:

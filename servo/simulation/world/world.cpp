@@ -167,12 +167,6 @@ double Obstacle::top_m() const { return center_m.z() + extent_of(shape).half_hei
 double Obstacle::outline_radius_m() const { return extent_of(shape).outline_radius_m; }
 double Obstacle::bounding_radius_m() const { return extent_of(shape).bounding_radius_m; }
 
-const Ball* World::find_ball(const std::string& name) const {
-  const auto found =
-      std::find_if(balls.begin(), balls.end(), [&](const Ball& ball) { return ball.name == name; });
-  return found == balls.end() ? nullptr : &*found;
-}
-
 FloorOutline floor_outline(const Obstacle& obstacle) {
   const Eigen::Vector2d center = obstacle.center_m.head<2>();
   if (const auto* cylinder = std::get_if<CylinderShape>(&obstacle.shape))

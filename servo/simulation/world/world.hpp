@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <variant>
@@ -165,10 +166,13 @@ struct World {
   std::vector<Light> lights;
   Rgb ambient{0.3, 0.3, 0.3};                  ///< light from everywhere
   std::vector<AmbientLight> changing_ambient;  ///< and what of it changes, besides
-
-  /// The ball of that name, or null.
-  const Ball* find_ball(const std::string& name) const;
 };
+
+/// The ball or obstacle of that name, or the end.
+template <typename Things>
+auto find_named(Things& things, const std::string& name) {
+  return std::find_if(things.begin(), things.end(), [&](const auto& thing) { return thing.name == name; });
+}
 
 /// Where an obstacle stands, seen from above: the corners of its convex outline counter-clockwise (world, m);
 /// a circle where `radius_m` > 0 (then the only point is its centre).
