@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <ifaddrs.h>
 #include <net/if.h>
+#include <openssl/crypto.h>
 #include <sys/random.h>
 
 #include <algorithm>
@@ -27,6 +28,7 @@
 #include "app/live/page_files.hpp"
 #include "app/report/picture.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 namespace {
@@ -51,17 +53,12 @@ std::string new_secret() {
   std::array<unsigned char, 16> bytes{};
   if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
     throw std::runtime_error("the system gives no random numbers");
-  std::string text;
-  for (const unsigned char byte : bytes) text += fmt::format("{:02x}", byte);
-  return text;
+  return fmt::format("{:02x}", fmt::join(bytes, ""));
 }
 
 /// Equal or not, in a time that tells nothing of where they differ.
 bool same_secret(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  unsigned char difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) difference |= static_cast<unsigned char>(a[i] ^ b[i]);
-  return difference == 0;
+  return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
 /// An address of this machine that others can reach, for who listens on all of them.
@@ -435,12 +432,7 @@ void LiveServer::Impl::note_latency(double latency_ms) {
 }
 
 double LiveServer::Impl::latency_p95_ms() const {
-  if (latencies_ms_.empty()) return 0;
-  std::vector<double> sorted(latencies_ms_.begin(), latencies_ms_.end());
-  const auto place =
-      sorted.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(sorted.size() - 1));
-  std::nth_element(sorted.begin(), place, sorted.end());
-  return *place;
+  return latencies_ms_.empty() ? 0 : quantile({latencies_ms_.begin(), latencies_ms_.end()}, 0.95);
 }
 
 /// The length of the state (4 bytes, the least first), the state, and the picture as JPEG.
