@@ -53,12 +53,9 @@ Eigen::Vector2d emptiest_place(ImageSize size, const std::vector<BoardView>& vie
 
 /// Part of the picture's width or height that the board spans, whichever is more.
 double span_of(const BoardView& view, ImageSize size) {
-  Eigen::Vector2d low = view.corners_px.front(), high = low;
-  for (const Eigen::Vector2d& corner : view.corners_px) {
-    low = low.cwiseMin(corner);
-    high = high.cwiseMax(corner);
-  }
-  return std::max((high.x() - low.x()) / size.width_px, (high.y() - low.y()) / size.height_px);
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& corner : view.corners_px) box.extend(corner);
+  return std::max(box.sizes().x() / size.width_px, box.sizes().y() / size.height_px);
 }
 
 const std::array<const char*, 4> side_names{"right side", "upper edge", "left side", "lower edge"};

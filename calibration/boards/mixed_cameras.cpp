@@ -1,6 +1,7 @@
 #include "calibration/boards/mixed_cameras.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -26,14 +27,10 @@ struct BentBoards {
 };
 
 Eigen::Vector2d middle_m(const std::vector<BoardView>& views) {
-  Eigen::Vector2d low(0, 0), high(0, 0);
-  for (const BoardView& view : views) {
-    for (const Eigen::Vector3d& point : view.points_m) {
-      low = low.cwiseMin(point.head<2>());
-      high = high.cwiseMax(point.head<2>());
-    }
-  }
-  return 0.5 * (low + high);
+  Eigen::AlignedBox2d board(Eigen::Vector2d(0, 0));
+  for (const BoardView& view : views)
+    for (const Eigen::Vector3d& point : view.points_m) board.extend(point.head<2>());
+  return board.center();
 }
 
 std::optional<BentBoards> bent(const std::vector<BoardView>& views, const Eigen::Vector3d& bend_per_m,

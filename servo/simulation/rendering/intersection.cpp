@@ -223,12 +223,12 @@ void describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen
     if (solid.kind == SceneSolid::Kind::box) (solid.half - q.cwiseAbs()).minCoeff(&axis);
     const bool positive =
         solid.kind == SceneSolid::Kind::disc ? to_solid(solid, direction).x() <= 0 : q[axis] > 0;
-    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
     face = 2 * axis + (positive ? 1 : 0);
-    normal = Eigen::Vector3d::Unit(axis) * (positive ? 1.0 : -1.0);
-    u_axis = Eigen::Vector3d::Unit(u);
-    v_axis = Eigen::Vector3d::Unit(v);
-    hit.uv_m = {q[u], q[v]};
+    const FacePlane plane = face_plane(face);
+    normal = plane.sign * Eigen::Vector3d::Unit(axis);
+    u_axis = Eigen::Vector3d::Unit(plane.u);
+    v_axis = Eigen::Vector3d::Unit(plane.v);
+    hit.uv_m = {q[plane.u], q[plane.v]};
   }
   hit.normal = from_solid(solid, normal);
   hit.u_axis = from_solid(solid, u_axis);
