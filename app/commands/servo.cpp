@@ -7,6 +7,7 @@
 
 #include "app/commands/command.hpp"
 #include "app/commands/work_options.hpp"
+#include "app/experiment/peer_run.hpp"
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/experiment/runner.hpp"
@@ -14,7 +15,6 @@
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
-#include "app/peer/peer_run.hpp"
 #include "app/report/draw_pages.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/options.hpp"

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <vector>
 
+#include "app/experiment/peer_controller.hpp"
 #include "app/experiment/run_recorder.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/loop/threaded_loop.hpp"
-#include "app/peer/peer_controller.hpp"
 #include "calibration/base/fault.hpp"
 #include "servo/simulation/world/collision.hpp"
 

@@ -46,7 +46,8 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
     room("servo/simulation/rendering", simulated " servo/simulation/world")
     room("servo/simulation/robot", simulated " servo/simulation/world servo/simulation/rendering")
 
-    room("app/loop", seen " perception perception/tracking servo/motion servo/avoidance servo/control")
+    looped = seen " perception perception/tracking servo/motion servo/avoidance servo/control"
+    room("app/loop", looped)
 
     room("app/loop/visp", "app/loop " base " servo/motion")
 
@@ -62,7 +63,7 @@ find calibration perception servo app -name "*.[ch]pp" 2>/dev/null | sort | xarg
     room("app/report", all)
     room("app/comparison", all)
     room("app/live", all)
-    room("app/peer", all)
+    room("app/peer", looped " app/loop app/io")  # the line alone: runs with peers are experiments
     room("app/commands", all)
   }
   FNR == 1 { here = room_of(FILENAME); header = FILENAME ~ /\.hpp$/ }

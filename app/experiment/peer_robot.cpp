@@ -1,4 +1,4 @@
-#include "app/peer/peer_robot.hpp"
+#include "app/experiment/peer_robot.hpp"
 
 #include <algorithm>
 #include <utility>

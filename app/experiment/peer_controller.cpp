@@ -1,4 +1,4 @@
-#include "app/peer/peer_controller.hpp"
+#include "app/experiment/peer_controller.hpp"
 
 #include <fmt/format.h>
 

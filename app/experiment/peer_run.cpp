@@ -1,9 +1,9 @@
-#include "app/peer/peer_run.hpp"
+#include "app/experiment/peer_run.hpp"
 
+#include "app/experiment/peer_robot.hpp"
 #include "app/experiment/run_recorder.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/loop/loop.hpp"
-#include "app/peer/peer_robot.hpp"
 
 namespace ballservo {
 
