@@ -21,8 +21,11 @@ cv::Mat pattern(ImageSize of, int side_px, int pitch_px) {
 
 /// Balls of radius 6 to 17 px, each its own region.
 cv::Mat twelve_balls(cv::Mat bgr = test::grey_picture()) {
-  for (int i = 0; i < 12; ++i)
-    test::paint_shaded_disc(bgr, {35.0 + 75 * (i % 4), 40.0 + 75 * (i / 4)}, 6.0 + i, test::red);
+  for (int i = 0; i < 12; ++i) {
+    const cv::Point center(35 + 75 * (i % 4), 40 + 75 * (i / 4));
+    cv::circle(bgr, center, 14 + i, test::grey, cv::FILLED);
+    test::paint_shaded_disc(bgr, {center.x, center.y}, 6.0 + i, test::red);
+  }
   return bgr;
 }
 

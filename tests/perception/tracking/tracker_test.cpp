@@ -108,6 +108,7 @@ TEST(Tracker, ABallThatIsBelievedAnewNearAMissingOneIsThatOne) {
   Tracker tracker = make_tracker();
   const auto unclear_ball_at = [](int u_px) {
     cv::Mat bgr = picture_with({{static_cast<double>(u_px), 100}});
+    test::paint_disc(bgr, {static_cast<double>(u_px), 100}, 12, {200, 200, 200});
     bgr(cv::Rect(u_px + 8, 80, 12, 40)).setTo(cv::Scalar(60, 90, 70));
     return bgr;
   };
