@@ -36,32 +36,33 @@ std::optional<Sweep> read_other(const std::filesystem::path& folder, const nlohm
   return std::move(sweeps.front());
 }
 
-void say(const Sweep& sweep, const SweepComparison* against, const std::filesystem::path& folder,
-         bool quiet) {
-  const SweepCounts n = count_trials(sweep.trials);
-  const ConfidenceInterval ci = clopper_pearson_ci95(n.reached, n.feasible());
-  print_result("{} of {} reached, {} collisions\n", n.reached, n.feasible(), n.collisions);
+void say(const nlohmann::ordered_json& summary, const std::filesystem::path& folder, bool quiet) {
+  const long reached = summary["reached"], infeasible = summary["infeasible"],
+             feasible = summary["trials"].get<long>() - infeasible;
+  const auto percent = [](const nlohmann::ordered_json& share) { return 100 * share.get<double>(); };
+  print_result("{} of {} reached, {} collisions\n", reached, feasible, summary["collisions"].get<long>());
   if (quiet) return;
-  if (n.feasible() == 0)
-    print_message("ballservo: no world of the {} can be, so nothing is known of success: {}\n", n.infeasible,
+  if (feasible == 0)
+    print_message("ballservo: no world of the {} can be, so nothing is known of success: {}\n", infeasible,
                   folder.string());
   else
-    print_message("ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n", ci.low * 100,
-                  ci.high * 100, n.infeasible, folder.string());
-  if (against == nullptr) return;
-  if (against->reached.pairs() == 0) {
-    spdlog::warn("{} has none of this sweep's feasible seeds: nothing to compare", against->other);
+    print_message("ballservo: success 95 % interval {:.2f} to {:.2f} %, {} infeasible: {}\n",
+                  percent(summary["success_ci95"][0]), percent(summary["success_ci95"][1]), infeasible,
+                  folder.string());
+  if (!summary.contains("against")) return;
+  const nlohmann::ordered_json &against = summary["against"], &success = against["success"];
+  const std::string other = against["other"];
+  const long pairs = success["pairs"], other_worlds = against["pairs_with_other_worlds"];
+  if (pairs == 0) {
+    spdlog::warn("{} has none of this sweep's feasible seeds: nothing to compare", other);
     return;
   }
-  const ConfidenceInterval d = matched_difference_ci95(against->reached);
   print_message(
-      "ballservo: success less that of {}: {:+.2f} % (95 % interval {:+.2f} to {:+.2f} %), {} pairs\n",
-      against->other, against->reached.difference() * 100, d.low * 100, d.high * 100,
-      against->reached.pairs());
-  if (against->other_worlds > 0) {
-    spdlog::warn("in {} pairs the seed drew other values in {}: those worlds differ", against->other_worlds,
-                 against->other);
-  }
+      "ballservo: success less that of {}: {:+.2f} % (95 % interval {:+.2f} to {:+.2f} %), {} pairs\n", other,
+      percent(success["difference"]), percent(success["difference_ci95"][0]),
+      percent(success["difference_ci95"][1]), pairs);
+  if (other_worlds > 0)
+    spdlog::warn("in {} pairs the seed drew other values in {}: those worlds differ", other_worlds, other);
 }
 
 /// What has become of a sweep, of a grid's cells, or of a part of them, with the sweep that it is compared
@@ -81,9 +82,8 @@ void finish_sweep(const SweepOutcome& outcome, const CommonOptions& common,
   const auto& [description, sweeps, shard, interrupted, other, other_name] = outcome;
   const bool grid = is_grid(description);
   const Sweep& sweep = sweeps.front();
-  std::optional<SweepComparison> comparison;
-  if (other) comparison = compare_sweeps(sweep, *other, other_name.string());
-  const SweepComparison* against = comparison ? &*comparison : nullptr;
+  nlohmann::ordered_json against;
+  if (other) against = compare_sweeps(sweep, *other, other_name.string());
   const nlohmann::ordered_json summary = grid ? grid_summary_json(description, sweeps, shard, interrupted)
                                               : sweep_summary_json(sweep, shard, interrupted, against);
   if (folder) {
@@ -94,7 +94,7 @@ void finish_sweep(const SweepOutcome& outcome, const CommonOptions& common,
       folder->write("traces.jsonl", sweep.traces_jsonl);
     folder->write("summary.json", summary.dump(2) + "\n");
     folder->write(report_json_name,
-                  report_text(grid ? grid_report(description) : sweep_report(sweep, against)));
+                  report_text(grid ? grid_report(description) : sweep_report(sweep, other)));
     draw_page_or_warn(folder->staging(), output.string(), common.quiet);
     if (!interrupted) common.files->commit();
     if (interrupted)
@@ -103,7 +103,7 @@ void finish_sweep(const SweepOutcome& outcome, const CommonOptions& common,
       folder->commit_finished();
   }
   write_json_results(common, nlohmann::json(summary));
-  if (!grid) return say(sweep, against, output, common.quiet);
+  if (!grid) return say(summary, output, common.quiet);
   print_result("{}", grid_table(summary));
   if (!common.quiet) print_message("ballservo: {} cells: {}\n", sweeps.size(), output.string());
 }

@@ -132,11 +132,9 @@ nlohmann::ordered_json cell_summary(const std::vector<Variation>& variations, co
   const Variation& slowest = variations.front();
   const std::size_t of_one =
       slowest.key == scenario_axis ? cells.size() / slowest.values.size() : cells.size();
-  const SweepComparison with_first =
+  nlohmann::ordered_json against =
       compare_sweeps(cells[cell], cells[cell / of_one * of_one], "the first cell");
-  nlohmann::ordered_json summary = sweep_summary_json(cells[cell], shard, false, &with_first);
-  const nlohmann::ordered_json against = summary["against"];
-  summary.erase("against");
+  nlohmann::ordered_json summary = sweep_summary_json(cells[cell], shard, false, nullptr);
   summary["pairs_with_first"] = against["success"]["pairs"];
   summary["success_less_first"] = against["success"]["difference"];
   summary["success_less_first_ci95"] = against["success"]["difference_ci95"];

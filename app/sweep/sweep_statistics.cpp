@@ -47,154 +47,120 @@ nlohmann::ordered_json counts_json(const MatchedCounts& counts) {
           {"difference_ci95", interval_json(matched_difference_ci95(counts))}};
 }
 
-nlohmann::ordered_json against_json(const SweepComparison& comparison) {
-  nlohmann::ordered_json result;
-  result["other"] = comparison.other;
-  result["success"] = counts_json(comparison.reached);
-  result["no_collision"] = counts_json(comparison.no_collision);
-  result["unmatched"] = comparison.unmatched;
-  result["pairs_with_other_worlds"] = comparison.other_worlds;
-  for (const SweepComparison::Difference& d : comparison.differences) {
-    result["median_differences"][d.name] = {
-        {"pairs", d.pairs}, {"median", finite_or_null(d.median)}, {"ci95", interval_json(d.median_ci95)}};
-  }
-  return result;
-}
-
-/// Failures alike: the same outcome for the same cause.
-struct FailureGroup {
-  std::string outcome, cause;
-  long count = 0;
-  std::vector<std::uint64_t> seeds;  ///< the first few
+/// A figure of a run, and two of its quantiles. `reached_only`: it means something where the ball was
+/// reached.
+struct Figure {
+  const char* name;
+  double RunSummary::*value;
+  bool reached_only;
+  std::array<int, 2> percents;
 };
+constexpr Figure sweep_figures[] = {{"settled_s", &RunSummary::settled_s, true, {50, 95}},
+                                    {"range_rms_m", &RunSummary::range_rms_m, true, {50, 95}},
+                                    {"bearing_rms_rad", &RunSummary::bearing_rms_rad, true, {50, 95}},
+                                    {"min_clearance_m", &RunSummary::min_clearance_m, false, {5, 50}},
+                                    {"out_of_view_s", &RunSummary::out_of_view_s, false, {50, 95}}};
 
-/// The most frequent first; infeasible trials last.
-std::vector<FailureGroup> failure_groups(const std::vector<Trial>& trials) {
-  std::map<std::pair<std::string, std::string>, FailureGroup> groups;
+/// Failures alike, of the same outcome for the same cause: the most frequent first; infeasible trials last.
+std::vector<nlohmann::ordered_json> failure_groups(const std::vector<Trial>& trials) {
+  std::map<std::pair<std::string, std::string>, std::vector<std::uint64_t>> alike;
   for (const Trial& trial : trials) {
     if (trial.reached()) continue;
     const std::string cause = trial.feasible ? trial.cause() : "its world cannot be";
-    FailureGroup& group = groups[{trial.outcome_text(), cause}];
-    group.outcome = trial.outcome_text();
-    group.cause = cause;
-    ++group.count;
-    if (group.seeds.size() < seeds_shown) group.seeds.push_back(trial.seed);
+    alike[{trial.outcome_text(), cause}].push_back(trial.seed);
   }
-  std::vector<FailureGroup> sorted;
-  for (auto& entry : groups) sorted.push_back(std::move(entry.second));
-  std::stable_sort(sorted.begin(), sorted.end(), [](const FailureGroup& a, const FailureGroup& b) {
-    const bool a_last = a.outcome == "infeasible", b_last = b.outcome == "infeasible";
-    return a_last != b_last ? b_last : a.count > b.count;
+  std::vector<nlohmann::ordered_json> groups;
+  for (auto& [failure, seeds] : alike) {
+    const std::size_t count = seeds.size();
+    seeds.resize(std::min(count, seeds_shown));
+    groups.push_back(
+        {{"outcome", failure.first}, {"cause", failure.second}, {"count", count}, {"seeds", seeds}});
+  }
+  std::stable_sort(groups.begin(), groups.end(), [](const auto& a, const auto& b) {
+    const bool a_last = a["outcome"] == "infeasible", b_last = b["outcome"] == "infeasible";
+    return a_last != b_last ? b_last : a["count"] > b["count"];
   });
-  return sorted;
+  return groups;
 }
 
-/// Of a figure, over the feasible trials where it is known; `reached_only`: over those that reached.
-std::vector<double> values_of(const std::vector<Trial>& trials, double RunSummary::*value,
-                              bool reached_only) {
+/// Over the feasible trials where it is known.
+std::vector<double> values_of(const std::vector<Trial>& trials, const Figure& figure) {
   std::vector<double> values;
   for (const Trial& trial : trials) {
-    if (!trial.feasible || (reached_only && !trial.reached())) continue;
-    if (std::isfinite(trial.summary.*value)) values.push_back(trial.summary.*value);
+    if (!trial.feasible || (figure.reached_only && !trial.reached())) continue;
+    if (std::isfinite(trial.summary.*figure.value)) values.push_back(trial.summary.*figure.value);
   }
   return values;
 }
 
 }  // namespace
 
-SweepCounts count_trials(const std::vector<Trial>& trials) {
-  SweepCounts counts;
-  for (const Trial& trial : trials) {
-    ++counts.trials;
-    counts.infeasible += trial.feasible ? 0 : 1;
-    counts.reached += trial.reached() ? 1 : 0;
-    counts.collisions += trial.collided() ? 1 : 0;
-    counts.collisions_inside_assumptions +=
-        trial.collided() && trial.summary.collision_cause == "none_broken" ? 1 : 0;
-  }
-  return counts;
-}
-
-SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std::string& other_name) {
-  SweepComparison comparison;
-  comparison.other = other_name;
-  comparison.other_law = other.description.value("law", "");
-  comparison.other_perception = other.description.value("perception", "");
+nlohmann::ordered_json compare_sweeps(const Sweep& sweep, const Sweep& other, const std::string& other_name) {
   std::map<std::uint64_t, const Trial*> others;
   for (const Trial& trial : other.trials) others[trial.seed] = &trial;
-
-  struct Figure {
-    const char* name;
-    double RunSummary::*value;
-    bool reached_only;
-    std::vector<double> differences;
-  };
-  std::array<Figure, 5> figures{{{"settled_s", &RunSummary::settled_s, true, {}},
-                                 {"range_rms_m", &RunSummary::range_rms_m, true, {}},
-                                 {"bearing_rms_rad", &RunSummary::bearing_rms_rad, true, {}},
-                                 {"min_clearance_m", &RunSummary::min_clearance_m, false, {}},
-                                 {"out_of_view_s", &RunSummary::out_of_view_s, false, {}}}};
-  long pairs = 0;
+  MatchedCounts reached, no_collision;
+  long other_worlds = 0;
+  std::array<std::vector<double>, std::size(sweep_figures)> differences;
   for (const Trial& a : sweep.trials) {
     const auto found = others.find(a.seed);
     if (found == others.end() || !a.feasible || !found->second->feasible) continue;
     const Trial& b = *found->second;
-    ++pairs;
-    comparison.other_worlds += a.drawn == b.drawn ? 0 : 1;
-    comparison.reached.add(a.reached(), b.reached());
-    comparison.no_collision.add(!a.collided(), !b.collided());
-    for (Figure& figure : figures) {
-      if (figure.reached_only && !(a.reached() && b.reached())) continue;
-      const double difference = a.summary.*figure.value - b.summary.*figure.value;
-      if (std::isfinite(difference)) figure.differences.push_back(difference);
+    other_worlds += a.drawn == b.drawn ? 0 : 1;
+    reached.add(a.reached(), b.reached());
+    no_collision.add(!a.collided(), !b.collided());
+    for (std::size_t k = 0; k < differences.size(); ++k) {
+      if (sweep_figures[k].reached_only && !(a.reached() && b.reached())) continue;
+      const double difference = a.summary.*sweep_figures[k].value - b.summary.*sweep_figures[k].value;
+      if (std::isfinite(difference)) differences[k].push_back(difference);
     }
   }
-  comparison.unmatched =
-      static_cast<long>(sweep.trials.size()) + static_cast<long>(other.trials.size()) - 2 * pairs;
-  for (Figure& figure : figures) {
-    comparison.differences.push_back({figure.name, static_cast<long>(figure.differences.size()),
-                                      median(figure.differences), median_ci95(figure.differences)});
-  }
-  return comparison;
+  const auto all = static_cast<long>(sweep.trials.size() + other.trials.size());
+  nlohmann::ordered_json result{{"other", other_name},
+                                {"success", counts_json(reached)},
+                                {"no_collision", counts_json(no_collision)},
+                                {"unmatched", all - 2 * reached.pairs()},
+                                {"pairs_with_other_worlds", other_worlds}};
+  for (std::size_t k = 0; k < differences.size(); ++k)
+    result["median_differences"][sweep_figures[k].name] = {
+        {"pairs", differences[k].size()},
+        {"median", finite_or_null(median(differences[k]))},
+        {"ci95", interval_json(median_ci95(differences[k]))}};
+  return result;
 }
 
 nlohmann::ordered_json sweep_summary_json(const Sweep& sweep, const Shard& shard, bool interrupted,
-                                          const SweepComparison* against) {
+                                          const nlohmann::ordered_json& against) {
   const std::vector<Trial>& trials = sweep.trials;
-  const SweepCounts n = count_trials(trials);
-  nlohmann::ordered_json json;
-  json["trials"] = n.trials;
-  json["infeasible"] = n.infeasible;
-  json["reached"] = n.reached;
-  json["collisions"] = n.collisions;
-  json["collisions_inside_assumptions"] = n.collisions_inside_assumptions;
-  json["success_rate"] = finite_or_null(share(n.reached, n.feasible()));
-  json["success_ci95"] = interval_json(clopper_pearson_ci95(n.reached, n.feasible()));
-  json["collision_ci95"] = interval_json(clopper_pearson_ci95(n.collisions, n.feasible()));
-  json["settled_s"] = quantiles(values_of(trials, &RunSummary::settled_s, true), {50, 95});
-  json["range_rms_m"] = quantiles(values_of(trials, &RunSummary::range_rms_m, true), {50, 95});
-  json["bearing_rms_rad"] = quantiles(values_of(trials, &RunSummary::bearing_rms_rad, true), {50, 95});
-  json["min_clearance_m"] = quantiles(values_of(trials, &RunSummary::min_clearance_m, false), {5, 50});
-  json["out_of_view_s"] = quantiles(values_of(trials, &RunSummary::out_of_view_s, false), {50, 95});
-
+  long infeasible = 0, reached = 0, collisions = 0, inside_assumptions = 0, touched = 0;
   std::vector<double> ratios, range_errors, bearing_errors;
-  long touched = 0;
   for (const Trial& trial : trials) {
+    infeasible += trial.feasible ? 0 : 1;
+    collisions += trial.collided() ? 1 : 0;
+    inside_assumptions += trial.collided() && trial.summary.collision_cause == "none_broken" ? 1 : 0;
     touched += trial.feasible && trial.summary.ball_contacts > 0 ? 1 : 0;
     if (!trial.reached()) continue;
+    ++reached;
     ratios.push_back(trial.summary.settled_s / trial.summary.time_optimal_s);
     range_errors.push_back(std::abs(trial.summary.range_error_m));
     bearing_errors.push_back(std::abs(trial.summary.bearing_error_rad));
   }
+  const long feasible = static_cast<long>(trials.size()) - infeasible;
+  nlohmann::ordered_json json;
+  json["trials"] = trials.size();
+  json["infeasible"] = infeasible;
+  json["reached"] = reached;
+  json["collisions"] = collisions;
+  json["collisions_inside_assumptions"] = inside_assumptions;
+  json["success_rate"] = finite_or_null(share(reached, feasible));
+  json["success_ci95"] = interval_json(clopper_pearson_ci95(reached, feasible));
+  json["collision_ci95"] = interval_json(clopper_pearson_ci95(collisions, feasible));
+  for (const Figure& figure : sweep_figures)
+    json[figure.name] = quantiles(values_of(trials, figure), figure.percents);
   json["touched"] = touched;
   json["settled_over_time_optimal"] = quantiles(ratios, {50, 95});
   json["range_error_abs_m"] = quantiles(range_errors, {50, 95});
   json["bearing_error_abs_rad"] = quantiles(bearing_errors, {50, 95});
-  for (const FailureGroup& group : failure_groups(trials)) {
-    json["failures"].push_back(
-        {{"outcome", group.outcome}, {"cause", group.cause}, {"count", group.count}, {"seeds", group.seeds}});
-  }
-  if (!json.contains("failures")) json["failures"] = nlohmann::ordered_json::array();
+  json["failures"] = failure_groups(trials);
   json["trials_planned"] = sweep.description.value("trials", 0L);
   json["shard"] = shard.to_text();
   json["first_seed"] = sweep.description.value("first_seed", std::uint64_t{0});
@@ -202,7 +168,7 @@ nlohmann::ordered_json sweep_summary_json(const Sweep& sweep, const Shard& shard
   json["perception"] = sweep.description.value("perception", "");
   json["law"] = sweep.description.value("law", "");
   json["interrupted"] = interrupted;
-  if (against != nullptr) json["against"] = against_json(*against);
+  if (!against.is_null()) json["against"] = against;
   return json;
 }
 
@@ -292,7 +258,7 @@ std::string trial_command(const nlohmann::json& description, std::uint64_t seed)
          " --video";
 }
 
-nlohmann::ordered_json sweep_report(const Sweep& sweep, const SweepComparison* against) {
+nlohmann::ordered_json sweep_report(const Sweep& sweep, const std::optional<Sweep>& other) {
   const nlohmann::json& job = sweep.description;
   const Footprint& body = pioneer_3dx_footprint;
   ordered_json report{
@@ -308,8 +274,9 @@ nlohmann::ordered_json sweep_report(const Sweep& sweep, const SweepComparison* a
       {"worst", ordered_json::array()}};
   for (const Trial* trial : worst_trials(sweep.trials))
     report["worst"].push_back({{"seed", trial->seed}, {"command", trial_command(job, trial->seed)}});
-  if (against != nullptr)
-    report["against"] = {{"law", against->other_law}, {"perception", against->other_perception}};
+  if (other)
+    report["against"] = {{"law", other->description.value("law", "")},
+                         {"perception", other->description.value("perception", "")}};
   report["scenario"] = job.at("scenario");
   return report;
 }

@@ -3,45 +3,27 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "app/sweep/sweep.hpp"
-#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 
-struct SweepCounts {
-  long trials = 0, infeasible = 0, reached = 0, collisions = 0, collisions_inside_assumptions = 0;
-  long feasible() const { return trials - infeasible; }
-};
-SweepCounts count_trials(const std::vector<Trial>& trials);
+/// What summary.json says of two sweeps, paired by their seeds: how often only one of them reached the ball,
+/// paired differences of figures (this sweep's less the other's), `unmatched` seeds of one alone or
+/// infeasible in either, and pairs whose seed drew something else in the other. `other_name`: its folder, as
+/// the user named it.
+nlohmann::ordered_json compare_sweeps(const Sweep& sweep, const Sweep& other, const std::string& other_name);
 
-/// Two sweeps, paired by their seeds.
-struct SweepComparison {
-  std::string other;  ///< the other sweep's folder, as the user named it
-  std::string other_law, other_perception;
-  MatchedCounts reached, no_collision;  ///< first: this sweep; second: the other
-  long unmatched = 0;                   ///< seeds of one sweep alone, or infeasible in either
-  long other_worlds = 0;                ///< pairs whose seed drew something else in the other sweep
-  /// A figure's paired differences (this sweep's less the other's), where both know it.
-  struct Difference {
-    std::string name;
-    long pairs = 0;
-    double median = 0;
-    ConfidenceInterval median_ci95{0, 0};
-  };
-  std::vector<Difference> differences;
-};
-SweepComparison compare_sweeps(const Sweep& sweep, const Sweep& other, const std::string& other_name);
-
-/// summary.json: the contract's keys first. What is not known is null.
+/// summary.json: the contract's keys first. What is not known is null; so is `against` where there is nothing
+/// that the sweep was compared with.
 nlohmann::ordered_json sweep_summary_json(const Sweep& sweep, const Shard& shard, bool interrupted,
-                                          const SweepComparison* against);
+                                          const nlohmann::ordered_json& against);
 
 /// The contents of report.json: what depends on what a seed draws, and the worst trials with the commands
 /// that show them again.
-nlohmann::ordered_json sweep_report(const Sweep& sweep, const SweepComparison* against);
+nlohmann::ordered_json sweep_report(const Sweep& sweep, const std::optional<Sweep>& other);
 
 /// The command that runs one seed of a sweep again, with a film: for pasting into a shell.
 std::string trial_command(const nlohmann::json& description, std::uint64_t seed);
