@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 
 #include "app/report/overlay.hpp"
@@ -18,56 +19,61 @@ constexpr int plane_px = 640;
 constexpr float plane_lightness = 70;
 constexpr double label_size = 0.6;
 
-/// The part of the (a, b) plane that is drawn: a square around grey, large enough for every sample.
+/// The (a, b) plane of Lab at one lightness, b upwards, as far from grey as `reach`.
+cv::Mat3f lab_plane(int size_px, float lightness, double reach) {
+  cv::Mat3f lab(size_px, size_px);
+  const double middle = size_px / 2;
+  for (int y = 0; y < size_px; ++y) {
+    for (int x = 0; x < size_px; ++x)
+      lab(y, x) = {lightness, static_cast<float>((x + 0.5 - middle) * reach / middle),
+                   static_cast<float>((middle - y - 0.5) * reach / middle)};
+  }
+  return lab;
+}
+
+/// The part of the (a, b) plane that is drawn: a square around grey, large enough for every cell that is
+/// `used`.
 class ChromaPlane {
  public:
-  explicit ChromaPlane(const std::vector<cv::Mat1b>& used) {
+  explicit ChromaPlane(const cv::Mat1b& used) {
     double farthest = 20;
-    for (const cv::Mat1b& cells : used) {
-      for (int i = 0; i < side * side; ++i) {
-        if (!cells(i / side, i % side)) continue;
-        farthest = std::max(
-            {farthest, std::abs(2.0 * (i % side) + 1 - side), std::abs(2.0 * (i / side) + 1 - side)});
-      }
+    if (const cv::Rect box = cv::boundingRect(used); !box.empty()) {
+      for (const int end : {box.x, box.y, box.br().x - 1, box.br().y - 1})
+        farthest = std::max(farthest, std::abs(2.0 * end + 1 - side));
     }
     reach_ = std::min(128.0, std::ceil((farthest + 4) / 10) * 10);
+    const cv::Mat3f lab = lab_plane(plane_px, plane_lightness, reach_);
+    cv::cvtColor(lab, colors_, cv::COLOR_Lab2BGR);
+    cells_.create(lab.size());
+    std::transform(lab.begin(), lab.end(), cells_.begin(), [](const cv::Vec3f& color) {
+      const int cell = chroma_cell(color[1], color[2]);
+      return cv::Vec2s(static_cast<short>(cell % side), static_cast<short>(cell / side));
+    });
   }
 
-  double a_at(int x) const { return (x + 0.5 - plane_px / 2) * reach_ / (plane_px / 2); }
-  double b_at(int y) const { return (plane_px / 2 - y - 0.5) * reach_ / (plane_px / 2); }
   cv::Point point(double a, double b) const {
     return {static_cast<int>(std::lround((a / reach_ + 1) * (plane_px / 2))),
             static_cast<int>(std::lround((1 - b / reach_) * (plane_px / 2)))};
   }
-  /// The histogram cell under a pixel.
-  cv::Point cell(int x, int y) const {
-    const int cell = chroma_cell(a_at(x), b_at(y));
-    return {cell % side, cell / side};
+
+  /// What cells hold, at every pixel.
+  cv::Mat spread(const cv::Mat& by_cell) const {
+    cv::Mat by_pixel;
+    cv::remap(by_cell, by_pixel, cells_, {}, cv::INTER_NEAREST);
+    return by_pixel;
   }
 
-  /// The plane in its own colours, dimmed, and at `brightness` (0 to 1, by pixel).
-  template <class Brightness>
-  cv::Mat drawn(Brightness brightness) const {
-    cv::Mat3f lab(plane_px, plane_px);
-    for (int y = 0; y < plane_px; ++y) {
-      for (int x = 0; x < plane_px; ++x) {
-        lab(y, x) = {plane_lightness, static_cast<float>(a_at(x)), static_cast<float>(b_at(y))};
-      }
-    }
-    cv::Mat3f bgr;
-    cv::cvtColor(lab, bgr, cv::COLOR_Lab2BGR);
-    cv::Mat3b result(plane_px, plane_px);
-    const cv::Vec3f paper(0.11f, 0.10f, 0.10f);
-    for (int y = 0; y < plane_px; ++y) {
-      for (int x = 0; x < plane_px; ++x) {
-        const auto share = static_cast<float>(brightness(cell(x, y)));
-        const cv::Vec3f color = paper * (1 - share) + bgr(y, x) * share;
-        for (int k = 0; k < 3; ++k) result(y, x)[k] = cv::saturate_cast<std::uint8_t>(255 * color[k]);
-      }
-    }
-    return result;
+  /// The plane in its own colours, dimmed to a `brightness` (0 to 1) by cell, with its axes.
+  cv::Mat drawn(const cv::Mat1f& brightness) const {
+    cv::Mat share, picture;
+    cv::merge(std::vector<cv::Mat>(3, spread(brightness)), share);
+    const cv::Mat paper(colors_.size(), CV_32FC3, cv::Scalar(0.11, 0.10, 0.10));
+    cv::Mat(paper.mul(cv::Scalar::all(1) - share) + colors_.mul(share)).convertTo(picture, CV_8U, 255);
+    draw_axes(picture);
+    return picture;
   }
 
+ private:
   /// Axes, and rings of equal chroma with their values.
   void draw_axes(cv::Mat& picture) const {
     const cv::Scalar line(95, 95, 95), text(190, 190, 190);
@@ -85,8 +91,9 @@ class ChromaPlane {
     cv::putText(picture, "b", {middle.x + 8, 16}, cv::FONT_HERSHEY_SIMPLEX, 0.55, text, 1, cv::LINE_AA);
   }
 
- private:
   double reach_ = 128;
+  cv::Mat3f colors_;  // of every pixel
+  cv::Mat2s cells_;   // of the histogram, under every pixel
 };
 
 /// Text that can be read on anything.
@@ -112,40 +119,16 @@ cv::Rect free_place(cv::Point at, const std::string& text, const std::vector<cv:
   return {{left, at.y - size.height / 2}, size};
 }
 
-cv::Mat chroma_distribution(const ColorTable& colors, const ChromaPlane& plane) {
-  cv::Mat1d counts = cv::Mat1d::zeros(side, side);
-  for (const ColorClass& color : colors.classes) {
-    for (int i = 0; i < side * side; ++i) counts(i / side, i % side) += color.histogram.counts[i];
-  }
-  double most = 0;
-  cv::minMaxLoc(counts, nullptr, &most);
-  cv::Mat picture = plane.drawn([&](const cv::Point& cell) {
-    if (counts(cell) <= 0) return 0.0;
-    return 0.25 + 0.75 * std::log1p(counts(cell)) / std::log1p(most);
-  });
-  plane.draw_axes(picture);
-  return picture;
-}
-
 cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>& groups,
                        const ChromaPlane& plane) {
-  cv::Mat picture = plane.drawn([&](const cv::Point& cell) {
-    double share = 0;
-    for (const ChromaGroup& group : groups) {
-      if (group.core(cell)) return 1.0;
-      if (group.cells(cell)) share = 0.5;
-    }
-    return share;
-  });
-  plane.draw_axes(picture);
+  cv::Mat1f brightness = cv::Mat1f::zeros(side, side);
+  for (const ChromaGroup& group : groups) brightness.setTo(0.5, group.cells);
+  for (const ChromaGroup& group : groups) brightness.setTo(1, group.core);
+  cv::Mat picture = plane.drawn(brightness);
   std::vector<cv::Rect> labels;
   for (std::size_t k = 0; k < groups.size(); ++k) {
-    cv::Mat1b shape(plane_px, plane_px);
-    for (int y = 0; y < plane_px; ++y) {
-      for (int x = 0; x < plane_px; ++x) shape(y, x) = groups[k].cells(plane.cell(x, y));
-    }
     std::vector<std::vector<cv::Point>> outlines;
-    cv::findContours(shape, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    cv::findContours(plane.spread(groups[k].cells), outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
     cv::drawContours(picture, outlines, -1, {255, 255, 255}, 1, cv::LINE_AA);
     const cv::Moments moments = cv::moments(groups[k].core, true);
     if (moments.m00 <= 0) continue;
@@ -159,14 +142,8 @@ cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>&
 
 cv::Mat segments_picture(const LearntColors& colors, std::size_t index, cv::Size size) {
   const cv::Mat modes = smoothed_chroma(chroma_image(colors.pictures[index].bgr));
-  cv::Mat3f luv(modes.size());
-  for (int y = 0; y < modes.rows; ++y) {
-    for (int x = 0; x < modes.cols; ++x) {
-      const cv::Vec2f& c = modes.at<cv::Vec2f>(y, x);
-      luv(y, x) = {plane_lightness, c[0], c[1]};
-    }
-  }
-  cv::Mat bgr, picture;
+  cv::Mat luv, bgr, picture;
+  cv::merge(std::vector<cv::Mat>{cv::Mat(modes.size(), CV_32F, plane_lightness), modes}, luv);
   cv::cvtColor(luv, bgr, cv::COLOR_Luv2BGR);
   bgr.convertTo(picture, CV_8U, 255);
   if (picture.size() != size) cv::resize(picture, picture, size, 0, 0, cv::INTER_NEAREST);
@@ -220,22 +197,16 @@ cv::Mat table_picture(const ColorTable& colors) {
   cv::Mat3b picture(tile * (static_cast<int>(lightnesses.size()) / columns), tile * columns,
                     cv::Vec3b(28, 26, 26));
   for (std::size_t k = 0; k < lightnesses.size(); ++k) {
-    cv::Mat3f lab(tile, tile), bgr;
-    for (int y = 0; y < tile; ++y) {
-      for (int x = 0; x < tile; ++x)
-        lab(y, x) = {lightnesses[k], (x + 0.5f - tile / 2) * 220 / tile, (tile / 2 - y - 0.5f) * 220 / tile};
-    }
+    const cv::Mat3f lab = lab_plane(tile, lightnesses[k], 110);
+    cv::Mat3f bgr, back;
     cv::cvtColor(lab, bgr, cv::COLOR_Lab2BGR);
-    cv::Mat3f back;
     cv::cvtColor(bgr, back, cv::COLOR_BGR2Lab);
     cv::Mat3b part = picture(
         cv::Rect(static_cast<int>(k) % columns * tile, static_cast<int>(k) / columns * tile, tile, tile));
     for (int y = 0; y < tile; ++y) {
       for (int x = 0; x < tile; ++x) {
         if (cv::norm(back(y, x) - lab(y, x)) > 1) continue;  // no colour of sRGB
-        const cv::Vec3b color(cv::saturate_cast<std::uint8_t>(255 * bgr(y, x)[0]),
-                              cv::saturate_cast<std::uint8_t>(255 * bgr(y, x)[1]),
-                              cv::saturate_cast<std::uint8_t>(255 * bgr(y, x)[2]));
+        const cv::Vec3b color = 255 * bgr(y, x);
         const bool known = colors.classify(color[0], color[1], color[2]) != no_class;
         part(y, x) = known ? color : cv::Vec3b(color / 4);
       }
@@ -247,17 +218,29 @@ cv::Mat table_picture(const ColorTable& colors) {
 }
 
 std::vector<PreviewPanel> chroma_panels(const ColorTable& colors, const std::vector<ChromaGroup>& groups) {
-  std::vector<cv::Mat1b> used;
-  for (std::size_t k = 0; k < groups.size(); ++k) {
-    used.push_back(groups[k].cells);
-    const auto& counts = colors.classes[k].histogram.counts;
-    cv::Mat1b occupied(side, side);
-    for (int i = 0; i < side * side; ++i) occupied(i / side, i % side) = counts[i] > 0 ? 255 : 0;
-    used.push_back(occupied);
-  }
+  cv::Mat1d counts = cv::Mat1d::zeros(side, side);
+  for (const ColorClass& color : colors.classes)
+    std::transform(counts.begin(), counts.end(), color.histogram.counts.begin(), counts.begin(),
+                   std::plus<>());
+  cv::Mat1b used = counts > 0;
+  for (const ChromaGroup& group : groups) used |= group.cells;
   const ChromaPlane plane(used);
-  return {{"c_chroma", "(c) chroma of the samples", chroma_distribution(colors, plane)},
+  double most = 0;
+  cv::minMaxLoc(counts, nullptr, &most);
+  cv::Mat1d logs;
+  cv::log(counts + 1, logs);
+  cv::Mat1f brightness = 0.25 + 0.75 / std::log1p(most) * logs;
+  brightness.setTo(0, counts == 0);
+  return {{"c_chroma", "(c) chroma of the samples", plane.drawn(brightness)},
           {"d_groups", "(d) colour groups after closing", groups_picture(colors, groups, plane)}};
+}
+
+/// The panels with the table's own, and before its last that of the pixels' classes.
+std::vector<PreviewPanel> with_table(std::vector<PreviewPanel> panels, const ColorTable& colors,
+                                     const cv::Mat& bgr) {
+  for (PreviewPanel& panel : color_preview(colors)) panels.push_back(std::move(panel));
+  panels.insert(panels.end() - 1, {"e_classes", "(e) class of every pixel", classes_picture(colors, bgr)});
+  return panels;
 }
 
 }  // namespace
@@ -265,15 +248,11 @@ std::vector<PreviewPanel> chroma_panels(const ColorTable& colors, const std::vec
 std::vector<PreviewPanel> color_preview(const LearntColors& colors, const std::vector<ColorPicture>& pictures,
                                         std::size_t picture) {
   const cv::Mat& bgr = pictures.at(picture).bgr;
-  std::vector<PreviewPanel> panels = {
-      {"a_source", "(a) circles accepted: " + pictures[picture].source,
-       with_circles(bgr.clone(), colors, picture)},
-      {"b_segments", "(b) chroma, circles accepted",
-       with_circles(segments_picture(colors, picture, bgr.size()), colors, picture)}};
-  for (PreviewPanel& panel : color_preview(colors.table)) panels.push_back(std::move(panel));
-  panels.insert(panels.end() - 1,
-                {"e_classes", "(e) class of every pixel", classes_picture(colors.table, bgr)});
-  return panels;
+  return with_table({{"a_source", "(a) circles accepted: " + pictures[picture].source,
+                      with_circles(bgr.clone(), colors, picture)},
+                     {"b_segments", "(b) chroma, circles accepted",
+                      with_circles(segments_picture(colors, picture, bgr.size()), colors, picture)}},
+                    colors.table, bgr);
 }
 
 std::vector<PreviewPanel> box_preview(const ColorTable& colors, const BoxTrainer::Shown& shown) {
@@ -287,12 +266,9 @@ std::vector<PreviewPanel> box_preview(const ColorTable& colors, const BoxTrainer
     cv::circle(picture, at(shown.ball.center_px), cvRound(shown.ball.radius_px), cv::Scalar::all(color),
                width, cv::LINE_AA);
   }
-  std::vector<PreviewPanel> panels = {
-      {"a_source", fmt::format("(a) frame {}: the box, and the ball found in it", shown.frame), picture}};
-  for (PreviewPanel& panel : color_preview(colors)) panels.push_back(std::move(panel));
-  panels.insert(panels.end() - 1,
-                {"e_classes", "(e) class of every pixel", classes_picture(colors, shown.bgr)});
-  return panels;
+  return with_table(
+      {{"a_source", fmt::format("(a) frame {}: the box, and the ball found in it", shown.frame), picture}},
+      colors, shown.bgr);
 }
 
 std::vector<PreviewPanel> color_preview(const ColorTable& colors) {
