@@ -29,19 +29,19 @@ void paint_pixels(cv::Mat& picture, const std::vector<BoundaryPixel>& pixels, co
   for (const BoundaryPixel& pixel : pixels) picture.at<cv::Vec3b>(pixel.v_px, pixel.u_px) = color;
 }
 
+// The centre votes, a pixel a cell.
+cv::Mat1w counts_of(const VoteHistogram& votes) {
+  cv::Mat1w counts(votes.rows, votes.columns);
+  std::copy_n(votes.counts.begin(), counts.total(), counts.begin());
+  return counts;
+}
+
 // The histogram of the centre votes as an upright picture of its own, brightest where the votes are most.
 cv::Mat histogram_picture(const Candidate& candidate) {
-  const VoteHistogram& votes = candidate.votes;
-  cv::Mat levels(votes.rows, votes.columns, CV_8UC1);
-  const double top = std::max(1, candidate.estimate.center_peak);
-  for (int row = 0; row < votes.rows; ++row) {
-    for (int column = 0; column < votes.columns; ++column) {
-      const double count =
-          votes.counts[static_cast<std::size_t>(row) * static_cast<std::size_t>(votes.columns) +
-                       static_cast<std::size_t>(column)];
-      levels.at<std::uint8_t>(row, column) = cv::saturate_cast<std::uint8_t>(255 * std::sqrt(count / top));
-    }
-  }
+  cv::Mat levels;
+  cv::divide(counts_of(candidate.votes), std::max(1, candidate.estimate.center_peak), levels, 1, CV_64F);
+  cv::sqrt(levels, levels);
+  levels.convertTo(levels, CV_8U, 255);
   cv::Mat picture;
   cv::applyColorMap(levels, picture, cv::COLORMAP_VIRIDIS);
   const double zoom = std::max(1.0, std::floor(480.0 / std::max(picture.cols, picture.rows)));
@@ -75,21 +75,17 @@ std::vector<std::pair<std::string, cv::Mat>> stage_pictures(const cv::Mat& bgr, 
                  cv::Vec3b(static_cast<std::uint8_t>(color[0]), static_cast<std::uint8_t>(color[1]),
                            static_cast<std::uint8_t>(color[2])));
     const VoteHistogram& votes = candidate.votes;
-    for (int row = 0; row < votes.rows; ++row) {
-      for (int column = 0; column < votes.columns; ++column) {
-        const int count =
-            votes.counts[static_cast<std::size_t>(row) * static_cast<std::size_t>(votes.columns) +
-                         static_cast<std::size_t>(column)];
-        if (count == 0) continue;
-        const Eigen::Vector2d p = votes.origin_px + votes.cell_px * Eigen::Vector2d(column, row);
-        const auto pixel = camera.project({p.x(), p.y(), camera.focal_px()});
-        if (!pixel) continue;
-        const int u = static_cast<int>(std::lround(pixel->x())),
-                  v = static_cast<int>(std::lround(pixel->y()));
-        if (u < 0 || v < 0 || u >= outlines.cols || v >= outlines.rows) continue;
-        cv::Vec3b& at = outlines.at<cv::Vec3b>(v, u);
-        for (int c = 0; c < 3; ++c) at[c] = cv::saturate_cast<std::uint8_t>(at[c] + 40 + 30 * count);
-      }
+    const cv::Mat1w counts = counts_of(votes);
+    std::vector<cv::Point> cells;
+    cv::findNonZero(counts, cells);
+    for (const cv::Point& cell : cells) {
+      const Eigen::Vector2d p = votes.origin_px + votes.cell_px * Eigen::Vector2d(cell.x, cell.y);
+      const auto pixel = camera.project({p.x(), p.y(), camera.focal_px()});
+      if (!pixel) continue;
+      const int u = static_cast<int>(std::lround(pixel->x())), v = static_cast<int>(std::lround(pixel->y()));
+      if (u < 0 || v < 0 || u >= outlines.cols || v >= outlines.rows) continue;
+      cv::Vec3b& at = outlines.at<cv::Vec3b>(v, u);
+      for (int c = 0; c < 3; ++c) at[c] = cv::saturate_cast<std::uint8_t>(at[c] + 40 + 30 * counts(cell));
     }
     for (const Eigen::Vector2d& p : candidate.ring_px)
       cv::circle(ring, {static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y()))}, 0, cyan,
