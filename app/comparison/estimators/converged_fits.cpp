@@ -108,7 +108,7 @@ class Problem {
     convergence.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
     const Linearisation end = linearise();
     convergence.converged = summary.termination_type == ceres::CONVERGENCE && has_no_slope(end);
-    convergence.condition = end.condition();
+    convergence.condition = condition_of(end.jacobian.transpose() * end.jacobian);
     return convergence;
   }
 
@@ -222,9 +222,7 @@ std::optional<Converged<Shape>> minimum_near(const Shape& start, const std::vect
 
 }  // namespace
 
-double Linearisation::condition() const {
-  if (jacobian.rows() < 3 || !jacobian.allFinite()) return std::numeric_limits<double>::infinity();
-  const Eigen::Matrix3d normal = jacobian.transpose() * jacobian;
+double condition_of(const Eigen::Matrix3d& normal) {
   const Eigen::Vector3d values =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normal, Eigen::EigenvaluesOnly).eigenvalues();
   return values[0] > 0 ? std::sqrt(values[2] / values[0]) : std::numeric_limits<double>::infinity();

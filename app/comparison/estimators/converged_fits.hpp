@@ -37,9 +37,11 @@ struct Convergence {
 struct Linearisation {
   Eigen::VectorXd residuals;
   Eigen::Matrix<double, Eigen::Dynamic, 3> jacobian;
-
-  double condition() const;  ///< largest over smallest singular value of the Jacobian; infinite if singular
 };
+
+/// Of a Jacobian whose normal matrix, or its inverse, this is: largest over smallest singular value; infinite
+/// if singular.
+double condition_of(const Eigen::Matrix3d& normal);
 
 /// Two shapes are fitted:
 /// a circle to the ring's pixels, by (c_x, c_y, c_r): the paper's E(c) = sum |grad I|^2 C^2,

@@ -1,6 +1,5 @@
 #include "app/comparison/estimators/fits.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -32,18 +31,11 @@ double arc_of(const UndistortedCircle& circle, const std::vector<RingPixel>& rin
 }
 
 // Of the points around the outline, those that are believed.
-double arc_of(const std::vector<EdgePoint>& points) {
+double arc_of(const TangentCone&, const std::vector<EdgePoint>& points) {
   constexpr double believed = 0.25;
   const auto count =
       std::count_if(points.begin(), points.end(), [](const EdgePoint& p) { return p.weight > believed; });
   return points.empty() ? 0 : static_cast<double>(count) / static_cast<double>(points.size());
-}
-
-// Of a 3 x 3 matrix, for a Jacobian whose normal matrix it is, or the inverse of that.
-double condition_of(const Eigen::Matrix3d& normal) {
-  const Eigen::Vector3d values =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normal, Eigen::EigenvaluesOnly).eigenvalues();
-  return std::sqrt(values[2] / values[0]);
 }
 
 // Of the weighted angles outside the cone: turning the axis towards a ray shrinks its angle.
@@ -60,19 +52,63 @@ Eigen::Matrix3d normal_matrix(const TangentCone& cone, const std::vector<EdgePoi
   return normal;
 }
 
-// A converged fit, as the other methods state theirs.
-std::optional<MethodFit> with(std::optional<MethodFit> fit, const Convergence& convergence, double arc) {
+// Of the last step's weighted Jacobian: the covariance is the inverse of its normal matrix.
+double condition_after(const CircleFit& last, const std::vector<RingPixel>&) {
+  return condition_of(last.covariance_px2);
+}
+double condition_after(const ConeFit& last, const std::vector<EdgePoint>& points) {
+  return condition_of(normal_matrix(last.cone, points));
+}
+
+const UndistortedCircle& shape_of(const CircleFit& step) { return step.circle; }
+const TangentCone& shape_of(const ConeFit& step) { return step.cone; }
+
+std::optional<MethodFit> stated(const MethodScene& scene, const UndistortedCircle& circle) {
+  return scene.from_circle(circle);
+}
+std::optional<MethodFit> stated(const MethodScene& scene, const TangentCone& cone) {
+  return scene.from_cone(cone);
+}
+
+// Gauss-Newton steps until as many are taken or one fails; `reselect` may choose the points anew around a
+// step's shape.
+template <class Shape, class Points, class Reselect>
+std::optional<MethodFit> take_steps(const MethodScene& scene, Shape shape, Points& points, int steps,
+                                    Reselect reselect) {
+  decltype(one_gauss_newton_step(shape, points)) last;
+  int taken = 0;
+  for (; taken < steps; ++taken) {
+    if (taken > 0) reselect(shape);
+    const auto step = one_gauss_newton_step(shape, points);
+    if (!step) break;
+    last = step;
+    shape = shape_of(*step);
+  }
+  if (!last) return std::nullopt;
+  auto fit = stated(scene, shape);
   if (!fit) return std::nullopt;
-  fit->iterations = convergence.iterations;
-  fit->residual_px = convergence.residual_px;
-  fit->condition = convergence.condition;
-  fit->converged = convergence.converged;
-  fit->arc = arc;
+  fit->iterations = taken;
+  fit->residual_px = last->residual_px;
+  fit->step_px = last->step_px;
+  if (const auto next = one_gauss_newton_step(shape, points)) fit->next_step_px = next->step_px;
+  fit->condition = condition_after(*last, points);
+  fit->arc = arc_of(shape, points);
   return fit;
 }
 
-RobustLoss loss_of(const MethodScene& scene, bool robust) {
-  return robust ? scene.task().loss : RobustLoss{};
+template <class Shape, class Points>
+std::optional<MethodFit> at_minimum(const MethodScene& scene, const Shape& start, const Points& points,
+                                    bool robust) {
+  const auto minimum = converge(start, points, robust ? scene.task().loss : RobustLoss{});
+  if (!minimum) return std::nullopt;
+  auto fit = stated(scene, minimum->shape);
+  if (!fit) return std::nullopt;
+  fit->iterations = minimum->convergence.iterations;
+  fit->residual_px = minimum->convergence.residual_px;
+  fit->condition = minimum->convergence.condition;
+  fit->converged = minimum->convergence.converged;
+  fit->arc = arc_of(minimum->shape, points);
+  return fit;
 }
 
 std::optional<MethodFit> algebraic(MethodScene& scene, const std::optional<UndistortedCircle>& circle) {
@@ -91,67 +127,26 @@ std::optional<MethodFit> fit_vote(MethodScene& scene) {
 std::optional<MethodFit> fit_paper_steps(MethodScene& scene, int steps, bool reselect) {
   if (!scene.start()) return std::nullopt;
   std::vector<RingPixel> ring = scene.ring();
-  UndistortedCircle circle = *scene.start();
-  std::optional<CircleFit> last;
-  int taken = 0;
-  while (taken < steps) {
-    if (reselect && taken > 0) select_ring_pixels(scene.bgr(), scene.rays(), circle, ring);
-    const auto step = one_gauss_newton_step(circle, ring);
-    if (!step) break;
-    last = step;
-    circle = step->circle;
-    ++taken;
-  }
-  if (!last) return std::nullopt;
-  auto fit = scene.from_circle(circle);
-  if (!fit) return std::nullopt;
-  fit->iterations = taken;
-  fit->residual_px = last->residual_px;
-  fit->step_px = last->step_px;
-  if (const auto next = one_gauss_newton_step(circle, ring)) fit->next_step_px = next->step_px;
-  fit->condition = condition_of(last->covariance_px2);
-  fit->arc = arc_of(circle, ring);
-  return fit;
+  return take_steps(scene, *scene.start(), ring, steps, [&](const UndistortedCircle& circle) {
+    if (reselect) select_ring_pixels(scene.bgr(), scene.rays(), circle, ring);
+  });
 }
 
 std::optional<MethodFit> fit_sphere_steps(MethodScene& scene, int steps) {
   const auto& edges = scene.edges();
   if (!edges) return std::nullopt;
-  TangentCone cone = edges->start;
-  std::optional<ConeFit> last;
-  int taken = 0;
-  while (taken < steps) {
-    const auto step = one_gauss_newton_step(cone, edges->points);
-    if (!step) break;
-    last = step;
-    cone = step->cone;
-    ++taken;
-  }
-  if (!last) return std::nullopt;
-  auto fit = scene.from_cone(cone);
-  if (!fit) return std::nullopt;
-  fit->iterations = taken;
-  fit->residual_px = last->residual_px;
-  fit->step_px = last->step_px;
-  if (const auto next = one_gauss_newton_step(cone, edges->points)) fit->next_step_px = next->step_px;
-  fit->condition = condition_of(normal_matrix(cone, edges->points));
-  fit->arc = arc_of(edges->points);
-  return fit;
+  return take_steps(scene, edges->start, edges->points, steps, [](const TangentCone&) {});
 }
 
 std::optional<MethodFit> fit_paper_converged(MethodScene& scene, bool robust) {
   if (!scene.start()) return std::nullopt;
-  const auto minimum = converge(*scene.start(), scene.ring(), loss_of(scene, robust));
-  if (!minimum) return std::nullopt;
-  return with(scene.from_circle(minimum->shape), minimum->convergence, arc_of(minimum->shape, scene.ring()));
+  return at_minimum(scene, *scene.start(), scene.ring(), robust);
 }
 
 std::optional<MethodFit> fit_sphere_converged(MethodScene& scene, bool robust) {
   const auto& edges = scene.edges();
   if (!edges) return std::nullopt;
-  const auto minimum = converge(edges->start, edges->points, loss_of(scene, robust));
-  if (!minimum) return std::nullopt;
-  return with(scene.from_cone(minimum->shape), minimum->convergence, arc_of(edges->points));
+  return at_minimum(scene, edges->start, edges->points, robust);
 }
 
 std::optional<MethodFit> fit_kasa(MethodScene& scene) { return algebraic(scene, kasa_circle(scene.ring())); }
