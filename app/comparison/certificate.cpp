@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 #include "app/comparison/resampling.hpp"
@@ -123,14 +124,13 @@ void CertificateStudy::add(std::size_t condition, const ComparisonRecord& record
     const double bend_px = std::max(least_bend_px, *one->step_px * *one->step_px / (2 * radius_px));
     Sample sample;
     sample.tested = condition % 2 == 1;
-    sample.x = {1, std::log10(bend_px), std::log10(std::max(1e-6, *one->residual_px / radius_px)), *one->arc,
-                std::log10(std::max(1.0, *one->condition))};
+    sample.x << 1, std::log10(bend_px), std::log10(std::max(1e-6, *one->residual_px / radius_px)), *one->arc,
+        std::log10(std::max(1.0, *one->condition));
     sample.log_next = std::log10(std::max(least_bend_px, *one->next_step_px));
     sample.apart_px = apart_px(*one, *converged);
     sample.apart_after_px = apart_px(*two, *converged);
-    const bool finite =
-        std::all_of(sample.x.begin(), sample.x.end(), [](double v) { return std::isfinite(v); });
-    if (finite && std::isfinite(sample.apart_px) && std::isfinite(sample.apart_after_px)) pair.keep(sample);
+    if (sample.x.allFinite() && std::isfinite(sample.apart_px) && std::isfinite(sample.apart_after_px))
+      pair.keep(sample);
   }
 }
 
@@ -145,31 +145,27 @@ void CertificateStudy::Pair::keep(const Sample& sample) {
 
 // By Newton's method on the log-likelihood with a small quadratic penalty; breaks and others count alike,
 // however rare one of them is.
-std::array<double, CertificateStudy::features> CertificateStudy::regression(
-    const std::vector<Sample>& samples) {
-  using Vector = Eigen::Matrix<double, features, 1>;
-  using Matrix = Eigen::Matrix<double, features, features>;
+CertificateStudy::Features CertificateStudy::regression(const std::vector<Sample>& samples) {
+  using Matrix = Eigen::Matrix<double, Features::RowsAtCompileTime, Features::RowsAtCompileTime>;
   const auto breaks = static_cast<double>(
       std::count_if(samples.begin(), samples.end(), [](const Sample& s) { return s.breaks(); }));
   const double others = static_cast<double>(samples.size()) - breaks;
-  Vector w = Vector::Zero();
+  Features w = Features::Zero();
   for (int iteration = 0; iteration < 50 && breaks > 0 && others > 0; ++iteration) {
-    Vector slope = -shrinkage * w;
+    Features slope = -shrinkage * w;
     Matrix curvature = shrinkage * Matrix::Identity();
     for (const Sample& sample : samples) {
-      const Eigen::Map<const Vector> x(sample.x.data());
+      const Features& x = sample.x;
       const double p = 1 / (1 + std::exp(-std::clamp(w.dot(x), -40.0, 40.0)));
       const double count = 0.5 / (sample.breaks() ? breaks : others);
       slope += count * ((sample.breaks() ? 1 : 0) - p) * x;
       curvature += count * std::max(1e-9, p * (1 - p)) * x * x.transpose();
     }
-    const Vector step = curvature.ldlt().solve(slope);
+    const Features step = curvature.ldlt().solve(slope);
     w += step;
     if (step.norm() < 1e-9 * (1 + w.norm())) break;
   }
-  std::array<double, features> weights{};
-  std::copy_n(w.data(), features, weights.begin());
-  return weights;
+  return w;
 }
 
 Certificate CertificateStudy::certificate(const Pair& pair) const {
@@ -177,14 +173,11 @@ Certificate CertificateStudy::certificate(const Pair& pair) const {
   certificate.one_step = methods_[pair.one]->name;
   certificate.converged = methods_[pair.converged]->name;
   std::vector<Sample> training;
-  for (const Sample& sample : pair.samples) {
-    if (!sample.tested) training.push_back(sample);
-  }
-  const std::array<double, features> w = regression(training);
+  std::copy_if(pair.samples.begin(), pair.samples.end(), std::back_inserter(training),
+               [](const Sample& s) { return !s.tested; });
+  const Features w = regression(training);
   const auto regressed = [&](const Sample& s) {
-    double score = 0;
-    for (std::size_t k = 0; k < features; ++k) score += w[k] * s.x[k];
-    return score;
+    return std::inner_product(w.begin(), w.end(), s.x.begin(), 0.0);
   };
   const auto rule_of = [&](const char* name, const std::function<double(const Sample&)>& score,
                            std::optional<double> threshold = {}) {

@@ -8,7 +8,7 @@
 // fit.
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -56,10 +56,11 @@ class CertificateStudy {
   std::vector<Certificate> certificates() const;
 
  private:
-  static constexpr int features = 5;  // 1, log bend, log residual / radius, arc, log condition
+  // 1, log bend, log residual / radius, arc, log condition
+  using Features = Eigen::Matrix<double, 5, 1>;
   struct Sample {
     bool tested = false;
-    std::array<double, features> x{};
+    Features x;
     double log_next = 0;
     double apart_px = 0, apart_after_px = 0;  // from the converged fit, of one step and of two
     bool breaks() const { return apart_px > break_px; }
@@ -72,7 +73,7 @@ class CertificateStudy {
     void keep(const Sample& sample);
   };
   Certificate certificate(const Pair& pair) const;
-  static std::array<double, features> regression(const std::vector<Sample>& samples);
+  static Features regression(const std::vector<Sample>& samples);
 
   MethodList methods_;
   std::vector<Pair> pairs_;
