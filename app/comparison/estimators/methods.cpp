@@ -26,6 +26,11 @@ FitMethod peer(const char* name, const char* what, std::optional<MethodFit> (*fi
   return {name, what, MethodPoints::none, true, fit};
 }
 
+FitMethod whole_detector(const char* name, const char* what, MethodPoints points, bool is_peer,
+                         std::vector<MethodFit> (*detect)(MethodScene&)) {
+  return {name, what, points, is_peer, {}, detect};
+}
+
 std::vector<FitMethod> make_methods() {
   const auto ring = MethodPoints::ring, edges = MethodPoints::edges;
   return {
@@ -63,30 +68,15 @@ std::vector<FitMethod> make_methods() {
       peer("hsv_contour", "OpenCV: range in HSV, contours, smallest enclosing circle of the largest",
            fit_hsv_contour),
       peer("vpdot2", "ViSP vpDot2, started by a click on the ball: moments of the blob", fit_vpdot2),
-      {"detect_sphere",
-       "every ball that `detect` reports",
-       MethodPoints::sphere_detector,
-       false,
-       {},
-       [](MethodScene& scene) { return scene.detections(BallFit::sphere); }},
-      {"detect_paper",
-       "every ball that `detect --fit paper` reports",
-       MethodPoints::paper_detector,
-       false,
-       {},
-       [](MethodScene& scene) { return scene.detections(BallFit::paper); }},
-      {"detect_hough_gradient",
-       "every circle of hough_gradient, as tutorials set it up",
-       MethodPoints::none,
-       true,
-       {},
-       detect_hough_gradient},
-      {"detect_hsv_contour",
-       "every contour of hsv_contour, as tutorials set it up",
-       MethodPoints::none,
-       true,
-       {},
-       detect_hsv_contour},
+      whole_detector("detect_sphere", "every ball that `detect` reports", MethodPoints::sphere_detector,
+                     false, [](MethodScene& scene) { return scene.detections(BallFit::sphere); }),
+      whole_detector("detect_paper", "every ball that `detect --fit paper` reports",
+                     MethodPoints::paper_detector, false,
+                     [](MethodScene& scene) { return scene.detections(BallFit::paper); }),
+      whole_detector("detect_hough_gradient", "every circle of hough_gradient, as tutorials set it up",
+                     MethodPoints::none, true, detect_hough_gradient),
+      whole_detector("detect_hsv_contour", "every contour of hsv_contour, as tutorials set it up",
+                     MethodPoints::none, true, detect_hsv_contour),
   };
 }
 
