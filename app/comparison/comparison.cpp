@@ -1,6 +1,5 @@
 #include "app/comparison/comparison.hpp"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -132,15 +131,13 @@ void run_units(PictureSource& source, const MethodList& methods, const std::vect
       const std::string key = settings_key(source.conditions()[c]);
       if (needed[c]) journal.add(key, source.peer_words(c));
     }
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, open.size(), 1), [&](const auto& range) {
-      for (std::size_t k = range.begin(); k != range.end(); ++k) {
-        const std::string records = run_unit(source, methods, *open[k]);
-        // Where another thread has thrown, the loops that draw pictures end early too.
-        if (tbb::is_current_task_group_canceling()) return;
-        journal.add(open[k]->key, records);
-        const std::lock_guard<std::mutex> lock(progress_mutex);
-        progress(done += open[k]->frames);
-      }
+    tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t k) {
+      const std::string records = run_unit(source, methods, *open[k]);
+      // Where another thread has thrown, the loops that draw pictures end early too.
+      if (tbb::is_current_task_group_canceling()) return;
+      journal.add(open[k]->key, records);
+      const std::lock_guard<std::mutex> lock(progress_mutex);
+      progress(done += open[k]->frames);
     });
   });
 }
