@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "app/comparison/pictures/painters.hpp"
-#include "servo/simulation/rendering/camera_renderer.hpp"
 
 namespace ballservo {
 namespace {
@@ -40,28 +39,17 @@ Texture background_texture(const ComparisonCondition& condition, RandomEngine& e
   return texture;
 }
 
-Obstacle box(const Eigen::Vector3d& center, const Eigen::Vector3d& size, double yaw_rad,
-             const Texture& texture) {
-  Obstacle obstacle;
-  obstacle.shape = BoxShape{size};
-  obstacle.center_m = center;
-  obstacle.yaw_rad = yaw_rad;
-  obstacle.material.texture = texture;
-  return obstacle;
-}
-
 // Which side of the ball an occluder hides (picture axes). By chance not the upper one: the lamp hangs there,
 // and a shadow with an edge of its own is another condition than a hidden part.
 Eigen::Vector2d occluder_side(OcclusionSide wanted, RandomEngine& engine) {
-  constexpr std::array<std::array<int, 2>, 4> sides{{{-1, 0}, {1, 0}, {0, 1}, {0, -1}}};
   const std::size_t drawn = uniform_index(engine, 3);
-  const auto& side = sides[wanted == OcclusionSide::any ? drawn : static_cast<std::size_t>(wanted) - 1];
-  return {side[0], side[1]};
+  return picture_sides[wanted == OcclusionSide::any ? drawn : static_cast<std::size_t>(wanted) - 1];
 }
 
 // A card close before the ball whose straight edge hides the wanted part of it.
-Obstacle occluder(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                  const Eigen::Vector3d& p_CB, const Eigen::Vector2d& side, RandomEngine& engine) {
+void add_card(Stage& stage, const Eigen::Vector2d& side, RandomEngine& engine) {
+  const ComparisonCondition& condition = stage.condition;
+  const Eigen::Vector3d& p_CB = stage.p_CB;
   const auto outline = project_sphere(condition.camera, p_CB, condition.radius_m());
   if (!outline) throw std::logic_error("a ball that is in the picture has an outline");
   const double card_depth = std::max(0.7 * p_CB.z(), p_CB.z() - 4 * condition.radius_m());
@@ -75,12 +63,13 @@ Obstacle occluder(const ComparisonCondition& condition, const Eigen::Isometry3d&
   Texture texture = background_texture(condition, engine);
   texture.color = muted(texture.color, 0.35, 0.3);
   texture.color_2 = muted(texture.color_2, 0.3, 0.3);
-  return box(X_WC * center_C, {0.001, size_m, size_m}, 0, texture);
+  stage.put(BoxShape{{0.001, size_m, size_m}}, center_C, 0, texture);
 }
 
 // Boxes behind the ball.
-void add_lab_clutter(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                     const Eigen::Vector3d& p_CB, RandomEngine& engine, World& world) {
+void add_lab_clutter(Stage& stage, RandomEngine& engine) {
+  const ComparisonCondition& condition = stage.condition;
+  const Eigen::Vector3d& p_CB = stage.p_CB;
   constexpr int count = 14;
   for (int k = 0; k < count; ++k) {
     const double size = p_CB.z() * uniform(engine, 0.05, 0.25);
@@ -89,14 +78,15 @@ void add_lab_clutter(const ComparisonCondition& condition, const Eigen::Isometry
                                    p_CB.z() * uniform(engine, 1.5, 1.9)};
     const double width = size * uniform(engine, 0.4, 1.6), height = size * uniform(engine, 0.4, 1.6);
     const double yaw_rad = uniform(engine, -0.6, 0.6);
-    world.obstacles.push_back(
-        box(X_WC * center_C, {0.3 * size, width, height}, yaw_rad, background_texture(condition, engine)));
+    stage.put(BoxShape{{0.3 * size, width, height}}, center_C, yaw_rad,
+              background_texture(condition, engine));
   }
 }
 
 // Boxes right behind the ball whose outlines cross its own.
-void add_ring_clutter(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                      const Eigen::Vector3d& p_CB, RandomEngine& engine, World& world) {
+void add_ring_clutter(Stage& stage, RandomEngine& engine) {
+  const ComparisonCondition& condition = stage.condition;
+  const Eigen::Vector3d& p_CB = stage.p_CB;
   const double r = condition.radius_m(), behind = p_CB.z() + 1.3 * r;
   const double scale = behind / p_CB.z();
   for (int k = 0; k < static_cast<int>(condition.ring_clutter); ++k) {
@@ -104,8 +94,8 @@ void add_ring_clutter(const ComparisonCondition& condition, const Eigen::Isometr
                                                                unit_vector(uniform(engine, 0, 2 * M_PI));
     const Eigen::Vector3d size(0.002, uniform(engine, 0.3, 0.9) * r, uniform(engine, 0.3, 0.9) * r);
     const double depth = behind + 0.02 * r * k;  // one before the other, never in one place
-    world.obstacles.push_back(box(X_WC * Eigen::Vector3d(place.x(), place.y(), depth), size, 0,
-                                  background_texture(condition, engine)));
+    stage.put(BoxShape{size}, Eigen::Vector3d(place.x(), place.y(), depth), 0,
+              background_texture(condition, engine));
   }
 }
 
@@ -117,17 +107,17 @@ Texture nearly_ball_colored(const ComparisonCondition& condition, double low, do
 }
 
 // Boxes of nearly the ball's colour, clear of it in the picture, and a bar of it that touches it.
-void add_same_color(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                    const Eigen::Vector3d& p_CB, RandomEngine& engine, World& world) {
+void add_same_color(Stage& stage, RandomEngine& engine) {
+  const ComparisonCondition& condition = stage.condition;
+  const Eigen::Vector3d& p_CB = stage.p_CB;
   const double z = p_CB.z(), r = condition.radius_m();
   for (int k = 0; k < static_cast<int>(condition.same_color); ++k) {
     const double side = r * uniform(engine, 0.7, 2), depth = z * uniform(engine, 1.15, 1.4);
     const double apart = uniform(engine, 1.2 * r + 1.5 * side, 6 * r + 3 * side);
     const Eigen::Vector2d place = p_CB.head<2>() + apart * unit_vector(uniform(engine, 0, 2 * M_PI));
-    world.obstacles.push_back(
-        box(X_WC * (depth / z * Eigen::Vector3d(place.x(), place.y(), z)),
-            {0.3 * side, side * uniform(engine, 0.5, 1.5), side * uniform(engine, 0.5, 1.5)},
-            uniform(engine, -0.6, 0.6), nearly_ball_colored(condition, 0.7, 1.1, engine)));
+    stage.put(BoxShape{{0.3 * side, side * uniform(engine, 0.5, 1.5), side * uniform(engine, 0.5, 1.5)}},
+              depth / z * Eigen::Vector3d(place.x(), place.y(), z), uniform(engine, -0.6, 0.6),
+              nearly_ball_colored(condition, 0.7, 1.1, engine));
   }
   if (!condition.touching) return;
   const double width = r * uniform(engine, 0.4, 1.2), length = r * uniform(engine, 3, 6);
@@ -135,21 +125,21 @@ void add_same_color(const ComparisonCondition& condition, const Eigen::Isometry3
   const double side = uniform01(engine) < 0.5 ? -1 : 1;
   const double scale = (z + r) / z;
   const Eigen::Vector3d center(p_CB.x() + side * shift, p_CB.y() + uniform(engine, -0.3, 0.3) * length, z);
-  world.obstacles.push_back(box(X_WC * (scale * center), {0.002, scale * width, scale * length}, 0,
-                                nearly_ball_colored(condition, 0.85, 1.1, engine)));
+  stage.put(BoxShape{{0.002, scale * width, scale * length}}, scale * center, 0,
+            nearly_ball_colored(condition, 0.85, 1.1, engine));
 }
 
 // The camera's places while it is exposed: along a line in the picture's plane, the middle one at its own.
-std::vector<CameraView> exposure_views(const ComparisonCondition& condition, const Eigen::Isometry3d& X_WC,
-                                       double depth_m, RandomEngine& engine) {
-  if (!(condition.motion_blur_px > 0)) return {{X_WC, 0}};
-  const Eigen::Vector2d way = unit_vector(uniform(engine, 0, 2 * M_PI)) * condition.motion_blur_px * depth_m /
-                              condition.camera.focal_px();
+std::vector<CameraView> exposure_views(const Stage& stage, RandomEngine& engine) {
+  const ComparisonCondition& condition = stage.condition;
+  if (!(condition.motion_blur_px > 0)) return {{stage.X_WC, 0}};
+  const Eigen::Vector2d way = unit_vector(uniform(engine, 0, 2 * M_PI)) * condition.motion_blur_px *
+                              stage.p_CB.z() / condition.camera.focal_px();
   std::vector<CameraView> views;
   for (int k = 0; k < motion_views; ++k) {
     const double part = (k + 0.5) / motion_views - 0.5;
-    CameraView view{X_WC, 0};
-    view.X_WC.translation() += X_WC.linear() * Eigen::Vector3d(part * way.x(), part * way.y(), 0);
+    CameraView view{stage.X_WC, 0};
+    view.X_WC.translation() += stage.X_WC.linear() * Eigen::Vector3d(part * way.x(), part * way.y(), 0);
     views.push_back(view);
   }
   return views;
@@ -169,9 +159,10 @@ RenderedFrame lab_frame(const ComparisonCondition& condition, RandomEngine& engi
 
   const double lateral = std::max(2.0, 3 * p_CB.head<2>().norm());
   const double height = 4 + 2 * lateral;
-  const Eigen::Isometry3d X_WC = level_camera(
-      {0, uniform(engine, -0.5, 0.5) * lateral, height / 2 + uniform(engine, -0.4, 0.4) * lateral});
-  World world;
+  Stage stage{condition, p_CB,
+              level_camera({0, uniform(engine, -0.5, 0.5) * lateral,
+                            height / 2 + uniform(engine, -0.4, 0.4) * lateral})};
+  World& world = stage.world;
   world.room = {-1 - p_CB.z(), 2 * p_CB.z() + 1.5, -2 * lateral - 2, 2 * lateral + 2, height, {}, {}, {}};
   world.room.wall.texture = background_texture(condition, engine);
   world.room.floor.texture = background_texture(condition, engine);
@@ -184,13 +175,13 @@ RenderedFrame lab_frame(const ComparisonCondition& condition, RandomEngine& engi
   ball.material.texture.color_2 = 0.6 * ball.material.texture.color;
   ball.material.texture.scale_m = 0.4 * condition.diameter_m;
   ball.material.specular = 0.15;
-  ball.position_m = X_WC * p_CB;
+  ball.position_m = stage.X_WC * p_CB;
   world.balls.push_back(ball);
 
   if (condition.background == ComparisonBackground::plain) {
     world.room.wall.texture.pattern = world.room.floor.texture.pattern = Pattern::plain;
   } else {
-    add_lab_clutter(condition, X_WC, p_CB, engine, world);
+    add_lab_clutter(stage, engine);
   }
 
   // A lamp from the camera's side, above, as bright at the ball wherever it hangs.
@@ -202,31 +193,20 @@ RenderedFrame lab_frame(const ComparisonCondition& condition, RandomEngine& engi
   }
   if (condition.occlusion > 0) {
     const Eigen::Vector2d side = occluder_side(condition.occlusion_side, engine);
-    world.obstacles.push_back(occluder(condition, X_WC, p_CB, side, engine));
+    add_card(stage, side, engine);
     if (side.x() != 0) to_lamp_C.x() = -side.x() * std::abs(to_lamp_C.x());
     if (side.y() != 0) to_lamp_C.y() = -side.y() * std::abs(to_lamp_C.y());
   }
   Light lamp;
-  lamp.position_m = ball.position_m + X_WC.linear() * to_lamp_C;
+  lamp.position_m = ball.position_m + stage.X_WC.linear() * to_lamp_C;
   lamp.intensity = Rgb::Constant(condition.light_level * uniform(engine, 0.5, 0.7) * to_lamp_C.squaredNorm());
   world.lights.push_back(lamp);
   world.ambient = Rgb::Constant(condition.light_level * uniform(engine, 0.55, 0.7));
-  add_ring_clutter(condition, X_WC, p_CB, engine, world);
-  add_same_color(condition, X_WC, p_CB, engine, world);
+  add_ring_clutter(stage, engine);
+  add_same_color(stage, engine);
 
-  const std::vector<CameraView> views = exposure_views(condition, X_WC, p_CB.z(), engine);
-  const CameraView middle{X_WC, 0};
-  RenderedFrame rendered;
-  rendered.truth = ball_truth(condition.camera, world, middle).front();
-  const bool has_bound = views.size() == 1 && condition.sensor.gamma == 1 && rendered.truth.outline;
-  if (has_bound && condition.occlusion > 0)
-    rendered.unhidden =
-        unhidden_pixels(condition.camera, world, middle, 0, neighbourhood(*rendered.truth.outline));
-  const CameraRenderer renderer(condition.camera, std::move(world), condition.sensor);
-  const std::uint64_t noise_seed = engine();
-  expose_frame(renderer.radiance(views), condition.sensor, noise_seed, static_cast<std::uint64_t>(frame),
-               has_bound, rendered);
-  return rendered;
+  const std::vector<CameraView> views = exposure_views(stage, engine);
+  return stage.picture(views, engine, static_cast<std::uint64_t>(frame));
 }
 
 }  // namespace ballservo

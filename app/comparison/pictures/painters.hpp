@@ -6,7 +6,7 @@
 
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "calibration/base/random.hpp"
-#include "servo/simulation/rendering/sensor.hpp"
+#include "servo/simulation/rendering/camera_renderer.hpp"
 
 namespace ballservo {
 
@@ -43,11 +43,22 @@ Eigen::Isometry3d level_camera(const Eigen::Vector3d& p_WC);
 /// How far from a disc's centre (in radii) a straight edge runs that hides the given fraction of it.
 double hiding_edge_distance(double hidden_fraction);
 
-/// Twice as far from the centre as the outline goes (px): enough of what hides the ball for the bound.
-cv::Rect neighbourhood(const OutlineEllipse& ball);
+/// The sides of a picture, left first, as OcclusionSide has them.
+inline const Eigen::Vector2d picture_sides[] = {{-1, 0}, {1, 0}, {0, 1}, {0, -1}};
 
-/// Adds the picture of `light` with noise from (seed, noise_frame), and for the bound the one without.
-void expose_frame(const cv::Mat& light, const SensorOptions& sensor, std::uint64_t seed,
-                  std::uint64_t noise_frame, bool has_bound, RenderedFrame& frame);
+/// A rendered picture in the making.
+struct Stage {
+  const ComparisonCondition& condition;
+  Eigen::Vector3d p_CB{0, 0, 0};  ///< where the ball stands, if there is one (m)
+  Eigen::Isometry3d X_WC{};
+  World world{};
+
+  /// Adds an obstacle whose centre is at `p_C` (m, camera frame).
+  void put(const Shape& shape, const Eigen::Vector3d& p_C, double yaw_rad, const Texture& texture);
+  /// Its picture, seen from `views` while the camera is exposed, with noise from the engine and
+  /// `noise_frame`.
+  RenderedFrame picture(const std::vector<CameraView>& views, RandomEngine& engine,
+                        std::uint64_t noise_frame) const;
+};
 
 }  // namespace ballservo

@@ -61,6 +61,13 @@ bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d&
   });
 }
 
+// Twice as far from the centre as the outline goes (px): enough of what hides the ball for the bound.
+cv::Rect neighbourhood(const OutlineEllipse& ball) {
+  const int reach = static_cast<int>(2 * ball.radius_px) + 20;
+  return {static_cast<int>(ball.center_px.x()) - reach, static_cast<int>(ball.center_px.y()) - reach,
+          2 * reach, 2 * reach};
+}
+
 }  // namespace
 
 Eigen::Vector3d draw_ball_place(const ComparisonCondition& condition, RandomEngine& engine) {
@@ -101,19 +108,29 @@ double hiding_edge_distance(double hidden_fraction) {
   return (low + high) / 2;
 }
 
-cv::Rect neighbourhood(const OutlineEllipse& ball) {
-  const int reach = static_cast<int>(2 * ball.radius_px) + 20;
-  return {static_cast<int>(ball.center_px.x()) - reach, static_cast<int>(ball.center_px.y()) - reach,
-          2 * reach, 2 * reach};
+void Stage::put(const Shape& shape, const Eigen::Vector3d& p_C, double yaw_rad, const Texture& texture) {
+  Obstacle& obstacle = world.obstacles.emplace_back();
+  obstacle.shape = shape;
+  obstacle.center_m = X_WC * p_C;
+  obstacle.yaw_rad = yaw_rad;
+  obstacle.material.texture = texture;
 }
 
-void expose_frame(const cv::Mat& light, const SensorOptions& sensor, std::uint64_t seed,
-                  std::uint64_t noise_frame, bool has_bound, RenderedFrame& frame) {
-  frame.bgr = expose(light, sensor, seed, noise_frame);
-  if (!has_bound) return;
-  SensorOptions noiseless = sensor;
-  noiseless.read_noise = noiseless.shot_noise = 0;
-  frame.clean_bgr = expose(light, noiseless, 0, 0);
+RenderedFrame Stage::picture(const std::vector<CameraView>& views, RandomEngine& engine,
+                             std::uint64_t noise_frame) const {
+  const CameraView view{X_WC, 0};
+  SensorOptions sensor = condition.sensor;
+  RenderedFrame frame;
+  if (!world.balls.empty()) frame.truth = ball_truth(condition.camera, world, view).front();
+  const bool has_bound = frame.truth.outline && views.size() == 1 && sensor.gamma == 1;
+  if (has_bound && condition.occlusion > 0)
+    frame.unhidden = unhidden_pixels(condition.camera, world, view, 0, neighbourhood(*frame.truth.outline));
+  const cv::Mat light = CameraRenderer(condition.camera, world, sensor).radiance(views);
+  frame.bgr = expose(light, sensor, engine(), noise_frame);
+  if (!has_bound) return frame;
+  sensor.read_noise = sensor.shot_noise = 0;
+  frame.clean_bgr = expose(light, sensor, 0, 0);
+  return frame;
 }
 
 Eigen::Vector3d place_off_axis(const ComparisonCondition& condition, double azimuth_rad) {

@@ -2,39 +2,26 @@
 #include <cmath>
 
 #include "app/comparison/pictures/painters.hpp"
-#include "servo/simulation/rendering/camera_renderer.hpp"
 
 namespace ballservo {
 namespace {
 
-// The room's picture in the making: where things stand is drawn in the picture and in depth.
-struct Stage {
-  explicit Stage(const ComparisonCondition& wanted)
-      : condition(wanted), camera(wanted.camera), channels(own_channel(wanted.ball_color)) {
+// Where things stand is drawn in the picture and in depth.
+struct RoomStage : Stage {
+  explicit RoomStage(const ComparisonCondition& wanted)
+      : Stage{wanted}, channels(own_channel(wanted.ball_color)) {
     ball_color[channels.own] = 0.8;
     ball_color[channels.other_1] = 0.08;
   }
 
-  const ComparisonCondition& condition;
-  const Camera& camera;
+  const Camera& camera = condition.camera;
   BallChannels channels;
   Rgb ball_color{0.05, 0.05, 0.05};
-  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
-  World world;
-  Eigen::Vector3d p_CB{0, 0, 0};
   std::optional<OutlineEllipse> ball;
 
-  Eigen::Vector3d world_point(const Eigen::Vector2d& pixel_px, double depth_m) const {
+  Eigen::Vector3d point(const Eigen::Vector2d& pixel_px, double depth_m) const {
     const Eigen::Vector3d ray = *camera.unproject(pixel_px);
-    return X_WC * Eigen::Vector3d(ray * (depth_m / ray.z()));
-  }
-  void put(const Shape& shape, const Eigen::Vector3d& center_m, double yaw_rad, const Texture& texture) {
-    Obstacle obstacle;
-    obstacle.shape = shape;
-    obstacle.center_m = center_m;
-    obstacle.yaw_rad = yaw_rad;
-    obstacle.material.texture = texture;
-    world.obstacles.push_back(obstacle);
+    return ray * (depth_m / ray.z());
   }
 };
 
@@ -55,7 +42,7 @@ Texture muted_texture(const BallChannels& channels, RandomEngine& engine) {
   return texture;
 }
 
-Texture near_texture(const Stage& stage, RandomEngine& engine) {
+Texture near_texture(const RoomStage& stage, RandomEngine& engine) {
   Texture texture;
   texture.color = stage.ball_color * uniform(engine, 0.6, 1.1);
   texture.color[stage.channels.other_1] *= uniform(engine, 0.7, 1.8);
@@ -74,24 +61,23 @@ Shape random_solid(double size_m, RandomEngine& engine) {
   return BoxShape{{0.5 * size_m, width, height}};
 }
 
-Eigen::Vector2d random_pixel(const Stage& stage, RandomEngine& engine) {
+Eigen::Vector2d random_pixel(const RoomStage& stage, RandomEngine& engine) {
   return {uniform(engine, 0, stage.camera.size().width_px - 1.0),
           uniform(engine, 0, stage.camera.size().height_px - 1.0)};
 }
 
-void add_room_clutter(Stage& stage, RandomEngine& engine) {
+void add_room_clutter(RoomStage& stage, RandomEngine& engine) {
   const double z = stage.p_CB.z();
   for (int k = 0; k < 40; ++k) {
     const double size_px = uniform(engine, 20, 120), depth_m = z * uniform(engine, 1.3, 2.2);
     const double size_m = size_px * depth_m / stage.camera.focal_px();
-    stage.put(random_solid(size_m, engine),
-              stage.world_point(random_pixel(stage, engine), depth_m + 0.3 * size_m),
+    stage.put(random_solid(size_m, engine), stage.point(random_pixel(stage, engine), depth_m + 0.3 * size_m),
               uniform(engine, 0, M_PI), muted_texture(stage.channels, engine));
   }
 }
 
 // Things of the ball's colour that do not touch the ball in the picture.
-void add_distractors(Stage& stage, RandomEngine& engine) {
+void add_distractors(RoomStage& stage, RandomEngine& engine) {
   const double z = stage.p_CB.z();
   for (int k = 0, attempts = 0; k < static_cast<int>(stage.condition.same_color) && attempts < 100;
        ++attempts) {
@@ -100,7 +86,7 @@ void add_distractors(Stage& stage, RandomEngine& engine) {
     const double clear_px = stage.ball ? 1.15 * stage.ball->radius_px + 1.3 * size_px : 0;
     if (stage.ball && (pixel - stage.ball->center_px).norm() < clear_px) continue;
     const double size_m = size_px * depth_m / stage.camera.focal_px();
-    stage.put(random_solid(size_m, engine), stage.world_point(pixel, depth_m + 0.3 * size_m),
+    stage.put(random_solid(size_m, engine), stage.point(pixel, depth_m + 0.3 * size_m),
               uniform(engine, 0, M_PI), near_texture(stage, engine));
     ++k;
   }
@@ -108,16 +94,16 @@ void add_distractors(Stage& stage, RandomEngine& engine) {
 
 // A disc of a ball's colour that no ball can look like: turned away by more than 35 degrees, or a box hides
 // more than half of it.
-void add_false_disc(Stage& stage, RandomEngine& engine) {
+void add_false_disc(RoomStage& stage, RandomEngine& engine) {
   const double radius_px = uniform(engine, 8, 70), depth_m = uniform(engine, 0.9, 1.2);
   const double radius_m = radius_px * depth_m / stage.camera.focal_px();
   const Eigen::Vector2d pixel = random_pixel(stage, engine);
-  const Eigen::Vector3d center_m = stage.world_point(pixel, depth_m);
-  const Eigen::Vector3d away = center_m - stage.X_WC.translation();
+  const Eigen::Vector3d center_C = stage.point(pixel, depth_m);
+  const Eigen::Vector3d away = stage.X_WC * center_C - stage.X_WC.translation();
   const double facing_rad = std::atan2(away.y(), away.x());
   const bool cut = uniform01(engine) < 0.6;
   const double turned_rad = cut ? uniform(engine, 0, 0.4) : uniform(engine, 0.61, 1.2);
-  stage.put(DiscShape{radius_m}, center_m, facing_rad + (uniform01(engine) < 0.5 ? -turned_rad : turned_rad),
+  stage.put(DiscShape{radius_m}, center_C, facing_rad + (uniform01(engine) < 0.5 ? -turned_rad : turned_rad),
             near_texture(stage, engine));
   if (!cut) return;
   const double edge = hiding_edge_distance(uniform(engine, 0.55, 0.8));
@@ -127,13 +113,13 @@ void add_false_disc(Stage& stage, RandomEngine& engine) {
   const double card_depth_m = depth_m - 1.1 * radius_m;
   const double size_m = size_px * card_depth_m / stage.camera.focal_px();
   stage.put(BoxShape{{0.001, size_m, size_m}},
-            stage.world_point(pixel + (upright ? Eigen::Vector2d(shift_px, 0) : Eigen::Vector2d(0, shift_px)),
-                              card_depth_m),
+            stage.point(pixel + (upright ? Eigen::Vector2d(shift_px, 0) : Eigen::Vector2d(0, shift_px)),
+                        card_depth_m),
             0, muted_texture(stage.channels, engine));
 }
 
 // A card before the ball from one of four sides, or a post across it. Gives the side (picture axes).
-Eigen::Vector2d add_occluder(Stage& stage, RandomEngine& engine) {
+Eigen::Vector2d add_occluder(RoomStage& stage, RandomEngine& engine) {
   const double z = stage.p_CB.z(), depth_m = z - stage.condition.radius_m() * uniform(engine, 2, 6);
   const OutlineEllipse& ball = *stage.ball;
   const double m_per_px = depth_m / stage.camera.focal_px();
@@ -144,21 +130,18 @@ Eigen::Vector2d add_occluder(Stage& stage, RandomEngine& engine) {
       (2 / M_PI * (std::asin(w) + w * std::sqrt(1 - w * w)) < stage.condition.occlusion ? low : high) = w;
     }
     stage.put(BoxShape{{0.001, 2 * low * ball.radius_px * m_per_px, 8 * ball.radius_px * m_per_px}},
-              stage.world_point(ball.center_px, depth_m), 0, muted_texture(stage.channels, engine));
+              stage.point(ball.center_px, depth_m), 0, muted_texture(stage.channels, engine));
     return {0, 0};
   }
-  constexpr std::array<std::array<int, 2>, 4> sides{{{-1, 0}, {1, 0}, {0, 1}, {0, -1}}};
-  const auto& chosen = sides[uniform_index(engine, 4)];
-  const Eigen::Vector2d side(chosen[0], chosen[1]);
+  const Eigen::Vector2d side = picture_sides[uniform_index(engine, 4)];
   const double size_px = 4 * ball.radius_px;
   const double shift_px = hiding_edge_distance(stage.condition.occlusion) * ball.radius_px + 0.5 * size_px;
   stage.put(BoxShape{{0.001, size_px * m_per_px, size_px * m_per_px}},
-            stage.world_point(ball.center_px + shift_px * side, depth_m), 0,
-            muted_texture(stage.channels, engine));
+            stage.point(ball.center_px + shift_px * side, depth_m), 0, muted_texture(stage.channels, engine));
   return side;
 }
 
-void add_touching_bar(Stage& stage, RandomEngine& engine) {
+void add_touching_bar(RoomStage& stage, RandomEngine& engine) {
   const OutlineEllipse& ball = *stage.ball;
   const double depth_m = stage.p_CB.z() + stage.condition.radius_m();
   const double m_per_px = depth_m / stage.camera.focal_px();
@@ -174,12 +157,12 @@ void add_touching_bar(Stage& stage, RandomEngine& engine) {
                                                               : Eigen::Vector2d(along_px, side * shift_px));
   stage.put(BoxShape{{0.002, (upright ? width_px : length_px) * m_per_px,
                       (upright ? length_px : width_px) * m_per_px}},
-            stage.world_point(center_px, depth_m), 0, texture);
+            stage.point(center_px, depth_m), 0, texture);
 }
 
 // A lamp from any side, up to 100 degrees from the camera's, not from that of an occluder, whose shadow on
 // the ball would be another condition.
-void add_lamp(Stage& stage, const Eigen::Vector2d& occluder_side, RandomEngine& engine) {
+void add_lamp(RoomStage& stage, const Eigen::Vector2d& occluder_side, RandomEngine& engine) {
   const double from_camera_rad = uniform(engine, 0, 100 * M_PI / 180), azimuth = uniform(engine, 0, 2 * M_PI);
   Eigen::Vector3d to_lamp(std::sin(from_camera_rad) * std::cos(azimuth),
                           std::sin(from_camera_rad) * std::sin(azimuth), -std::cos(from_camera_rad));
@@ -196,7 +179,7 @@ void add_lamp(Stage& stage, const Eigen::Vector2d& occluder_side, RandomEngine& 
 }  // namespace
 
 RenderedFrame room_frame(const ComparisonCondition& condition, RandomEngine& engine) {
-  Stage stage(condition);
+  RoomStage stage(condition);
   stage.p_CB = draw_ball_place(condition, engine);
   const double z = stage.p_CB.z(), reach_m = 2.5 + 1.5 * z;
   stage.X_WC = level_camera({0, 0, reach_m});
@@ -224,15 +207,7 @@ RenderedFrame room_frame(const ComparisonCondition& condition, RandomEngine& eng
   add_distractors(stage, engine);
   add_lamp(stage, occluder_side, engine);
 
-  RenderedFrame frame;
-  const CameraView view{stage.X_WC, 0};
-  if (condition.has_ball) frame.truth = ball_truth(stage.camera, stage.world, view).front();
-  const bool has_bound = condition.has_ball && condition.sensor.gamma == 1;
-  if (has_bound && condition.occlusion > 0)
-    frame.unhidden = unhidden_pixels(stage.camera, stage.world, view, 0, neighbourhood(*stage.ball));
-  const CameraRenderer renderer(stage.camera, std::move(stage.world), condition.sensor);
-  expose_frame(renderer.radiance({view}), condition.sensor, engine(), 0, has_bound, frame);
-  return frame;
+  return stage.picture({{stage.X_WC, 0}}, engine, 0);
 }
 
 }  // namespace ballservo
