@@ -22,12 +22,9 @@ struct CalibrateDiffOptions {
   std::filesystem::path report;
 };
 
-/// Two camera files, as the user named them, and what came of comparing them.
 struct ComparedCameras {
-  std::string name_a, name_b;
-  bool known_a = false, known_b = false;  ///< whether the covariance of its parameters was found
-  ImageSize size;
-  CameraDifferenceOptions options;
+  const CalibrateDiffOptions& options;
+  KnownCamera a, b;
   CameraDifference difference;
 };
 
@@ -42,7 +39,7 @@ std::string chance_text(double chance) {
 /// What the uncertainties say of the difference, in words.
 std::string uncertainty_verdict(const ComparedCameras& compared) {
   const CameraDifference& d = compared.difference;
-  if (!compared.known_a && !compared.known_b)
+  if (!compared.a.covariance && !compared.b.covariance)
     return "How uncertain the two calibrations are is not known (no .covariance.json beside the files), so "
            "whether the difference means anything cannot be said.";
   if (!d.ball_sigma_rms_m)
@@ -51,7 +48,7 @@ std::string uncertainty_verdict(const ComparedCameras& compared) {
     return fmt::format(
         "Only {}'s uncertainty is known: the difference is {:.1f} times what it alone lets expect at the "
         "ball (RMS over the picture). Whether it is more than both allow cannot be said.",
-        compared.known_a ? compared.name_a : compared.name_b, *d.sigmas_rms);
+        compared.a.covariance ? compared.options.a : compared.options.b, *d.sigmas_rms);
   const std::string expected = fmt::format(
       "at the ball it is {:.1f} times its sigma (RMS over the picture), and as much or more happens by "
       "chance in {} of such pairs",
@@ -73,12 +70,12 @@ nlohmann::json place_json(const DifferencePlace& place) {
 
 nlohmann::json difference_json(const ComparedCameras& compared) {
   const CameraDifference& d = compared.difference;
-  nlohmann::json json{{"a", compared.name_a},
-                      {"b", compared.name_b},
-                      {"image_width_px", compared.size.width_px},
-                      {"image_height_px", compared.size.height_px},
-                      {"diameter_m", compared.options.diameter_m},
-                      {"range_m", compared.options.range_m},
+  nlohmann::json json{{"a", compared.options.a},
+                      {"b", compared.options.b},
+                      {"image_width_px", compared.a.camera.size().width_px},
+                      {"image_height_px", compared.a.camera.size().height_px},
+                      {"diameter_m", compared.options.comparison.diameter_m},
+                      {"range_m", compared.options.comparison.range_m},
                       {"rotation_rad", {d.rotation_rad.x(), d.rotation_rad.y(), d.rotation_rad.z()}},
                       {"rotation_angle_rad", d.rotation_rad.norm()},
                       {"difference_median_px", d.shift_px.median},
@@ -89,8 +86,8 @@ nlohmann::json difference_json(const ComparedCameras& compared) {
                       {"ball_difference_max_mm", 1e3 * d.ball_m.max},
                       {"ball_sigma_rms_mm", 1e3 * d.ball_sigma_rms_m.value_or(not_known)},
                       {"ball_difference_sigmas_rms", d.sigmas_rms.value_or(not_known)},
-                      {"uncertainty_known_a", compared.known_a},
-                      {"uncertainty_known_b", compared.known_b},
+                      {"uncertainty_known_a", compared.a.covariance.has_value()},
+                      {"uncertainty_known_b", compared.b.covariance.has_value()},
                       {"chance", d.chance.value_or(not_known)},
                       {"within_uncertainties", nullptr},
                       {"places", nlohmann::json::array()}};
@@ -107,8 +104,8 @@ void print_difference(const ComparedCameras& compared) {
   print_result("in the picture: median {:.4f} px, RMS {:.4f} px, at most {:.4f} px\n", d.shift_px.median,
                d.shift_px.rms, d.shift_px.max);
   print_result("a ball of {:g} mm at {:g} m: median {:.3f} mm, RMS {:.3f} mm, at most {:.3f} mm\n",
-               1e3 * compared.options.diameter_m, compared.options.range_m, 1e3 * d.ball_m.median,
-               1e3 * d.ball_m.rms, 1e3 * d.ball_m.max);
+               1e3 * compared.options.comparison.diameter_m, compared.options.comparison.range_m,
+               1e3 * d.ball_m.median, 1e3 * d.ball_m.rms, 1e3 * d.ball_m.max);
   print_result("{}\n", uncertainty_verdict(compared));
 }
 
@@ -129,12 +126,11 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
   const auto covariance_of = [](const KnownCamera& known) {
     return known.covariance ? known.covariance->covariance : Eigen::MatrixXd();
   };
-  ComparedCameras compared{
-      options.a,          options.b, a->covariance.has_value(), b->covariance.has_value(), size_a,
-      options.comparison, {}};
-  compared.options.seed = options.common.seed;
-  compared.difference =
-      compare_cameras(a->camera, covariance_of(*a), b->camera, covariance_of(*b), compared.options);
+  CameraDifferenceOptions comparison = options.comparison;
+  comparison.seed = options.common.seed;
+  const ComparedCameras compared{
+      options, *a, *b,
+      compare_cameras(a->camera, covariance_of(*a), b->camera, covariance_of(*b), comparison)};
   if (report) {
     nlohmann::ordered_json page = difference_json(compared);
     page["page"] = "difference";
