@@ -89,16 +89,6 @@ nlohmann::json job_description(const ComparisonPlan& plan) {
           {"cameras_sha256", sha256_hex(cameras.dump())}};
 }
 
-// Null where the paper's claims were not looked at.
-nlohmann::json paper_measurements(const Journal& journal) {
-  const std::optional<std::string> noted = journal.find(claims_key);
-  try {
-    return noted ? nlohmann::json::parse(*noted) : nlohmann::json();
-  } catch (const nlohmann::json::exception&) {
-    throw InputError("the notes of the paper's claims", "damaged", "the folder as the run left it");
-  }
-}
-
 // Whether a note is of one of the units, of a condition's settings or of the claims.
 NoteCheck notes_of(const ComparisonSetting& setting, const Shard& shard) {
   std::map<std::string, ComparisonUnit> units;
@@ -131,7 +121,6 @@ void write_results(const ComparisonSetting& setting, const ShowFrame& show, cons
   const ComparisonResults results = collect_results(
       setting.conditions, setting.methods, comparison_units(setting.conditions, shard), folder.journal(),
       setting.seed, [&](const std::string& name, std::string_view rows) { folder.write(name, rows); });
-  const nlohmann::json measurements = paper_measurements(folder.journal());
   for (const auto& [name, contents] : results.files) folder.write(name, contents);
   folder.write(setting_name, comparison_setting_text(setting));
   folder.write(summary_name, comparison_json(results).dump(2) + "\n");
@@ -140,7 +129,8 @@ void write_results(const ComparisonSetting& setting, const ShowFrame& show, cons
     folder.write_varying(name, bytes);
   };
   nlohmann::ordered_json report = comparison_report(results, show, write);
-  report["paper_measurements"] = measurements;
+  // Null where the paper's claims were not looked at. That the note is JSON, opening the journal has checked.
+  report["paper_measurements"] = nlohmann::json::parse(folder.journal().find(claims_key).value_or("null"));
   write(report_json_name, report_text(report));
   draw_page_or_warn(folder.staging(), output.string(), common.quiet);
   common.files->commit();
