@@ -135,7 +135,8 @@ int run(int argc, char** argv) {
     print_message("ballservo: {}\n", interrupted.what());
     return exit_interrupted;
   } catch (const std::filesystem::filesystem_error& error) {
-    return show(InputError(error.path1().string(), error.code().message(), "a file or folder that can be used"));
+    return show(
+        InputError(error.path1().string(), error.code().message(), "a file or folder that can be used"));
   } catch (const std::exception& error) {
     if (is_of_memory(error))
       return show(InputError("memory", "less than this run needs", "smaller pictures, or fewer --threads"));

@@ -55,7 +55,8 @@ TEST(StaticBall, TheFirstFramesMeasureTheRadiusToo) {
     for (const FrameRecord& frame : record.frames) {
       if (frame.measurement.state != TrackState::confirmed) continue;
       const double truth_m = frame.truth_p_CB->norm(), error_m = frame.measurement.p_CB.norm() - truth_m;
-      const double radius_px = scenario.target_ball().radius_m() / truth_m * scenario.camera.camera.focal_px();
+      const double radius_px =
+          scenario.target_ball().radius_m() / truth_m * scenario.camera.camera.focal_px();
       sum_px -= error_m / truth_m * radius_px;
       ++count;
     }

@@ -206,9 +206,11 @@ TEST(ComparisonTables, LeaveUnknownCellsEmpty) {
   const ConditionInfo info{"known", "", 2, "", "", 0, false};
   const std::vector<ComparisonRecord> frames = known_errors();
   const ConditionSummary summary = summarize(frames, two_methods);
-  EXPECT_NE(condition_rows(info, summary, two_methods)["compare.csv"].find("known,paper_one_step,2,0,2,,,,,,,,,"),
-            std::string::npos);
-  EXPECT_NE(frame_rows(info, frames[0], two_methods)["fits.csv"].find("known,rendered,0,paper_one_step,0,,,,,,,,,,,,,,,,,,,,\n"),
+  EXPECT_NE(
+      condition_rows(info, summary, two_methods)["compare.csv"].find("known,paper_one_step,2,0,2,,,,,,,,,"),
+      std::string::npos);
+  EXPECT_NE(frame_rows(info, frames[0], two_methods)["fits.csv"].find(
+                "known,rendered,0,paper_one_step,0,,,,,,,,,,,,,,,,,,,,\n"),
             std::string::npos);
   EXPECT_NE(frame_rows(info, frames[1], two_methods)["fits.csv"].find("known,rendered,1,vote,0,200,104,31"),
             std::string::npos);
@@ -228,14 +230,16 @@ TEST(ComparisonTables, RowsAreAsLongAsTheirHeadings) {
       EXPECT_EQ(count, commas) << name << ": " << text.substr(begin, end - begin);
     }
   }
-  EXPECT_EQ(comparison_headings()["compare.csv"].rfind("condition,method,frames,found,failed,center_rms_px,radius_bias_px,"
-                                       "radius_rms_px,position_median_mm,position_p90_mm,position_rms_mm,"
-                                       "depth_bias_mm,lateral_bias_mm,",
-                                       0),
+  EXPECT_EQ(comparison_headings()["compare.csv"].rfind(
+                "condition,method,frames,found,failed,center_rms_px,radius_bias_px,"
+                "radius_rms_px,position_median_mm,position_p90_mm,position_rms_mm,"
+                "depth_bias_mm,lateral_bias_mm,",
+                0),
             0u);
-  EXPECT_EQ(comparison_headings()["fits.csv"].rfind("condition,source,frame,method,found,cx_px,cy_px,r_px,x_m,y_m,z_m,"
-                                    "iterations,residual_px,",
-                                    0),
+  EXPECT_EQ(comparison_headings()["fits.csv"].rfind(
+                "condition,source,frame,method,found,cx_px,cy_px,r_px,x_m,y_m,z_m,"
+                "iterations,residual_px,",
+                0),
             0u);
 }
 
