@@ -50,7 +50,7 @@ inline const Eigen::Vector2d picture_sides[] = {{-1, 0}, {1, 0}, {0, 1}, {0, -1}
 struct Stage {
   const ComparisonCondition& condition;
   Eigen::Vector3d p_CB{0, 0, 0};  ///< where the ball stands, if there is one (m)
-  Eigen::Isometry3d X_WC{};
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   World world{};
 
   /// Adds an obstacle whose centre is at `p_C` (m, camera frame).
