@@ -57,6 +57,14 @@ Certificate trained_and_tested(double largest_start_px, double tested_start_px, 
   return study.certificates().at(0);
 }
 
+TEST(Condition, OfFewerPointsThanUnknownsIsInfinite) {
+  for (int k = 0; k < 20; ++k) {
+    Eigen::Matrix<double, 2, 3> jacobian;
+    jacobian << 1, std::cos(k), std::sin(k), 0.1 * k, 1, std::sqrt(k);
+    EXPECT_TRUE(std::isinf(condition_of(jacobian.transpose() * jacobian))) << k;
+  }
+}
+
 TEST(Certificate, CatchesBreaksOnConditionsItWasNotMadeOn) {
   const Certificate certificate = trained_and_tested(8, 6);
   const CertificateRule& rule = certificate.rules.front();

@@ -225,7 +225,8 @@ std::optional<Converged<Shape>> minimum_near(const Shape& start, const std::vect
 double condition_of(const Eigen::Matrix3d& normal) {
   const Eigen::Vector3d values =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normal, Eigen::EigenvaluesOnly).eigenvalues();
-  return values[0] > 0 ? std::sqrt(values[2] / values[0]) : std::numeric_limits<double>::infinity();
+  const bool regular = values[0] > std::numeric_limits<double>::epsilon() * values[2];
+  return regular ? std::sqrt(values[2] / values[0]) : std::numeric_limits<double>::infinity();
 }
 
 template <class Shape, class Point>
