@@ -17,7 +17,7 @@ RunRecord drive_peer(const Scenario& scenario, const RunOptions& options, Lockst
   PeerCamera camera(robot);
   if (!pictures) perception = std::make_unique<PeerPerception>(scenario, camera);
   RunRecorder recorder(scenario, robot, nullptr, options.rule, false);
-  PictureKeeper keeper(scenario, [](const cv::Mat&) {});
+  PictureKeeper keeper(scenario);
   SteppedClock clock;
   std::optional<PeerGone> gone;
   try {

@@ -265,31 +265,37 @@ PictureKeeper::PictureKeeper(const Scenario& scenario, std::function<void(const 
 
 void PictureKeeper::frame(const FrameEvent& event) {
   if (event.frame.bgr.empty()) return;
-  const BallMeasurement& ball = event.percept.ball;
   const double time_s = event.frame.time_s;
   const ControlState state = state_;
-  std::string text =
-      fmt::format("{:6.2f} s  {}  {}", time_s, control_state_name(state), track_state_name(ball.state));
-  if (ball.state != TrackState::none) {
-    const Eigen::Vector3d p_RB = scenario_.camera.mount.X_RC(ball.pan_rad) * ball.p_CB;
-    text += fmt::format("  axle to ball {:.3f} m", p_RB.head<2>().norm());
-  }
-  cv::Mat picture = event.frame.bgr.clone();
-  draw_detection(picture, scenario_.believed.camera(scenario_.camera.camera), ball,
-                 scenario_.goal().ball_radius_m, text);
-  const bool changed = !last_state_ || *last_state_ != state;
+  const bool changed = !last_ || last_->state != state;
   const bool halfway = state == ControlState::approach && time_s >= next_s_;
-  if ((changed || halfway) && kept_.size() + 1 < max_key_frames) {
+  last_ = {event.frame.bgr, time_s, state, event.percept.ball};
+  const bool keep = (changed || halfway) && kept_.size() + 1 < max_key_frames;
+  if (!keep && !show_) return;
+  const cv::Mat picture = drawn(*last_);
+  if (keep) {
     kept_.push_back({time_s, picture, fmt::format("{:.2f} s: {}", time_s, control_state_name(state))});
     next_s_ = time_s + 2.5;
   }
-  last_state_ = state;
-  last_ = {time_s, picture, fmt::format("{:.2f} s: the last frame", time_s)};
-  show_(picture);
+  if (show_) show_(picture);
+}
+
+cv::Mat PictureKeeper::drawn(const Seen& seen) const {
+  std::string text = fmt::format("{:6.2f} s  {}  {}", seen.time_s, control_state_name(seen.state),
+                                 track_state_name(seen.ball.state));
+  if (seen.ball.state != TrackState::none) {
+    const Eigen::Vector3d p_RB = scenario_.camera.mount.X_RC(seen.ball.pan_rad) * seen.ball.p_CB;
+    text += fmt::format("  axle to ball {:.3f} m", p_RB.head<2>().norm());
+  }
+  cv::Mat picture = seen.bgr.clone();
+  draw_detection(picture, scenario_.believed.camera(scenario_.camera.camera), seen.ball,
+                 scenario_.goal().ball_radius_m, text);
+  return picture;
 }
 
 std::vector<KeyFrame> PictureKeeper::finish() {
-  if (!last_.picture.empty()) kept_.push_back(std::move(last_));
+  if (last_)
+    kept_.push_back({last_->time_s, drawn(*last_), fmt::format("{:.2f} s: the last frame", last_->time_s)});
   return std::move(kept_);
 }
 

@@ -60,8 +60,8 @@ cv::Mat side_by_side(const cv::Mat& left, const cv::Mat& right);
 /// some of the way, and the last one.
 class PictureKeeper final : public LoopObserver {
  public:
-  /// `scenario` must outlive it. `show` is called with each drawn picture.
-  PictureKeeper(const Scenario& scenario, std::function<void(const cv::Mat& picture)> show);
+  /// `scenario` must outlive it. `show`, if any, is called with each picture, drawn.
+  explicit PictureKeeper(const Scenario& scenario, std::function<void(const cv::Mat& picture)> show = {});
 
   void frame(const FrameEvent& event) override;
   void step(const StepEvent& event) override { state_ = event.control.state; }
@@ -70,13 +70,20 @@ class PictureKeeper final : public LoopObserver {
   std::vector<KeyFrame> finish();
 
  private:
+  struct Seen {
+    cv::Mat bgr;
+    double time_s;
+    ControlState state;
+    BallMeasurement ball;
+  };
+  cv::Mat drawn(const Seen& seen) const;
+
   const Scenario& scenario_;
   std::function<void(const cv::Mat&)> show_;
   std::atomic<ControlState> state_{ControlState::search};
   double next_s_ = 0;
-  std::optional<ControlState> last_state_;
   std::vector<KeyFrame> kept_;
-  KeyFrame last_;
+  std::optional<Seen> last_;
 };
 
 }  // namespace ballservo

@@ -55,9 +55,7 @@ class SimulatedRun {
         perception_(make_eyes()),
         controller_(make_controller(controller)),
         recorder_(scenario_, robot_, &camera_, options.rule, bool(options.touch)),
-        pictures_(scenario_, [this](const cv::Mat& picture) {
-          if (options_.on_picture) options_.on_picture(picture, recorder_.record(), robot_.firings());
-        }) {}
+        pictures_(scenario_, show_pictures()) {}
 
   LoopPorts ports() {
     LoopPorts ports{camera_, *perception_, robot_, *controller_, {&recorder_, &pictures_}};
@@ -92,6 +90,13 @@ class SimulatedRun {
   }
 
  private:
+  std::function<void(const cv::Mat&)> show_pictures() const {
+    if (!options_.on_picture) return {};
+    return [this](const cv::Mat& picture) {
+      options_.on_picture(picture, recorder_.record(), robot_.firings());
+    };
+  }
+
   std::unique_ptr<SimulatedPerception> make_eyes() {
     if (options_.controller != nullptr && options_.perception == PerceptionLevel::image)
       return std::make_unique<BlindPerception>();

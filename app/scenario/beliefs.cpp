@@ -6,6 +6,7 @@
 namespace ballservo {
 
 Camera Beliefs::camera(const Camera& truth) const {
+  if (focal_scale == 1) return truth;
   CameraParameters parameters = truth.parameters();
   parameters.fx_px *= focal_scale;
   parameters.fy_px *= focal_scale;
