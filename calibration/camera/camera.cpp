@@ -99,7 +99,7 @@ std::optional<Eigen::Vector3d> Camera::unproject(const Eigen::Vector2d& pixel_px
 
 std::optional<Eigen::Vector3d> Camera::unproject(const Eigen::Vector2d& pixel_px,
                                                  const Eigen::Vector3d& nearby_ray) const {
-  return unproject(pixel_px, may_appear(nearby_ray) ? &nearby_ray : nullptr);
+  return unproject(pixel_px, &nearby_ray);
 }
 
 std::optional<Eigen::Vector3d> Camera::unproject(const Eigen::Vector2d& pixel_px,

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 namespace ballservo {
 namespace {
@@ -12,23 +13,30 @@ constexpr double min_cos_undistorted = 0.08715574274765817;  // 85 degrees
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> rays_of_grid(const Camera& camera, const Eigen::Vector2d& first_px, int columns,
+                                          int rows) {
+  const Eigen::Vector3d none = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  std::vector<Eigen::Vector3d> rays;
+  rays.reserve(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  for (int row = 0; row < rows; ++row) {
+    Eigen::Vector3d before[3] = {none, none, none};  // the last one first
+    for (int column = 0; column < columns; ++column) {
+      const Eigen::Vector3d expected = 3 * (before[0] - before[1]) + before[2];  // as a parabola goes on
+      const Eigen::Vector3d ray =
+          camera.unproject(first_px + Eigen::Vector2d(column, row), expected).value_or(none);
+      before[2] = std::exchange(before[1], std::exchange(before[0], ray));
+      rays.push_back(ray);
+    }
+  }
+  return rays;
+}
+
 RayTable::RayTable(const Camera& camera)
     : camera_(camera),
       margin_px_(table_margin_px),
       stride_(camera.size().width_px + 2 * table_margin_px),
-      rows_(camera.size().height_px + 2 * table_margin_px) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  rays_.resize(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(rows_));
-  for (int row = 0; row < rows_; ++row) {
-    std::optional<Eigen::Vector3d> last;
-    for (int column = 0; column < stride_; ++column) {
-      const Eigen::Vector2d pixel(column - margin_px_, row - margin_px_);
-      last = last ? camera_.unproject(pixel, *last) : camera_.unproject(pixel);
-      rays_[static_cast<std::size_t>(row) * static_cast<std::size_t>(stride_) +
-            static_cast<std::size_t>(column)] = last.value_or(Eigen::Vector3d::Constant(nan));
-    }
-  }
-}
+      rows_(camera.size().height_px + 2 * table_margin_px),
+      rays_(rays_of_grid(camera, Eigen::Vector2d::Constant(-table_margin_px), stride_, rows_)) {}
 
 std::optional<Eigen::Vector2f> RayTable::undistorted_px(int u, int v) const {
   const Eigen::Vector3d* const known = pixel_ray(u, v);

@@ -9,6 +9,10 @@
 
 namespace ballservo {
 
+/// The unit rays of positions a pixel apart, from `first_px` on row by row; NaN where no ray reaches one.
+std::vector<Eigen::Vector3d> rays_of_grid(const Camera& camera, const Eigen::Vector2d& first_px, int columns,
+                                          int rows);
+
 /// Unit rays on the pixel grid, with a margin of a few pixels around the picture. Immutable after
 /// construction; look-ups allocate nothing.
 class RayTable {

@@ -122,10 +122,12 @@ LensDomain find_domain(const double* coefficients) {
   }
 }
 
-/// Newton's method in the chart with halved steps; true if it ends on the position, inside the domain.
+/// Newton's method in the chart with halved steps; true if it ends on the position, inside the domain. After a
+/// step this small only its square is left, which is nothing.
 template <class Lens>
 bool solve_chart(const double* k, double max_chart_radius, const Eigen::Vector2d& position,
                  Eigen::Vector2d& w) {
+  constexpr double last_step = 1e-8;
   const double accepted = 1e-13 * (1 + position.norm());
   Mapped here = distort_chart<Lens>(k, w);
   double error = (position - here.value).norm();
@@ -134,6 +136,10 @@ bool solve_chart(const double* k, double max_chart_radius, const Eigen::Vector2d
     if (error == 0) break;
     const Eigen::Vector2d step = here.jacobian.inverse() * (position - here.value);
     if (!step.allFinite()) return false;
+    if (step.norm() < last_step) {
+      w += step;
+      return w.norm() < max_chart_radius;
+    }
     bool improved = false;
     for (double scale = 1; scale > 1e-4 && !improved; scale *= 0.5) {
       const Eigen::Vector2d trial = w + scale * step;
@@ -188,7 +194,7 @@ std::optional<Eigen::Vector3d> solve(const double* k, const LensDomain& domain,
       const auto ray = ray_of_chart<Lens>(w.x(), w.y());
       return Eigen::Vector3d(ray.x, ray.y, ray.z);
     };
-    if (guess) {
+    if (guess && (!Lens::perspective || guess->z() > 0)) {
       Eigen::Vector2d w = guess->head<2>();
       if constexpr (Lens::perspective)
         w /= guess->z();

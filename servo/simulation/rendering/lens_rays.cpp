@@ -1,8 +1,8 @@
 #include "servo/simulation/rendering/lens_rays.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <limits>
+
+#include "calibration/camera/ray_table.hpp"
 
 namespace ballservo {
 
@@ -11,16 +11,11 @@ LensRays::LensRays(const Camera& camera)
       height_(camera.size().height_px),
       groups_((width_ + lanes - 1) / lanes),
       pixel_rad_(1.0 / camera.focal_px()),
-      corners_(static_cast<std::size_t>((width_ + 1) * (height_ + 1))),
       centers_(static_cast<std::size_t>(groups_ * height_)) {
   const Eigen::Vector3f dark = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
-  tbb::parallel_for(0, height_ + 1, [&](int row) {
-    for (int column = 0; column <= width_; ++column) {
-      const auto ray = camera.unproject({column - 0.5, row - 0.5});
-      corners_[static_cast<std::size_t>(row * (width_ + 1) + column)] =
-          ray ? ray->cast<float>().eval() : dark;
-    }
-  });
+  for (const Eigen::Vector3d& ray :
+       rays_of_grid(camera, Eigen::Vector2d::Constant(-0.5), width_ + 1, height_ + 1))
+    corners_.push_back(ray.cast<float>());
   for (int row = 0; row < height_; ++row) {
     for (int column = 0; column < lanes * groups_; ++column) {
       Eigen::Vector3f ray = dark;
