@@ -13,7 +13,7 @@
 /// sanitizers, whose checks cannot run when such a choice is made.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define BALLSERVO_WIDE __attribute__((flatten, target_clones("avx2", "default")))
+#define BALLSERVO_WIDE __attribute__((flatten, target_clones("arch=x86-64-v4", "avx2", "default")))
 #else
 #define BALLSERVO_WIDE
 #endif
