@@ -37,8 +37,9 @@ ordered_json step_pairs(const ComparisonResults& results) {
     for (std::size_t c = 0; c < results.summaries.size(); ++c) {
       const std::vector<double>& px = results.summaries[c].centers_apart_px[k];
       all_px.insert(all_px.end(), px.begin(), px.end());
-      if (!(results.summaries[c].pairs[k].center_median_px > largest_median_px)) continue;
-      largest_median_px = results.summaries[c].pairs[k].center_median_px;
+      const double median_px = results.summaries[c].pairs[k]["center_median_px"];
+      if (!(median_px > largest_median_px)) continue;
+      largest_median_px = median_px;
       worst_px = px;
       worst = results.conditions[c].name;
     }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "app/comparison/resampling.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -21,17 +23,6 @@ void add_pair(const MethodList& methods, std::string_view a, std::string_view b,
               std::vector<MethodPair>& pairs) {
   const auto place_a = place_of(methods, a), place_b = place_of(methods, b);
   if (place_a && place_b) pairs.push_back({*place_a, *place_b});
-}
-
-// What runs on line, and the paper's one step, against each of the others.
-std::vector<MethodPair> tested_pairs(const MethodList& methods) {
-  std::vector<MethodPair> pairs;
-  for (const FitMethod* method : methods) {
-    if (method->name != "sphere_one_step") add_pair(methods, method->name, "sphere_one_step", pairs);
-    if (method->name.rfind("paper_", 0) == 0 && method->name != "paper_one_step")
-      add_pair(methods, method->name, "paper_one_step", pairs);
-  }
-  return pairs;
 }
 
 // Every n-th, so that a long condition is kept as a short one is.
@@ -59,6 +50,16 @@ std::vector<MethodPair> converged_pairs(const MethodList& methods) {
   return pairs;
 }
 
+std::vector<MethodPair> tested_pairs(const MethodList& methods) {
+  std::vector<MethodPair> pairs;
+  for (const FitMethod* method : methods) {
+    if (method->name != "sphere_one_step") add_pair(methods, method->name, "sphere_one_step", pairs);
+    if (method->name.rfind("paper_", 0) == 0 && method->name != "paper_one_step")
+      add_pair(methods, method->name, "paper_one_step", pairs);
+  }
+  return pairs;
+}
+
 // What one method's answers over a condition's frames add up to.
 class ConditionStatistics::Errors {
  public:
@@ -68,7 +69,7 @@ class ConditionStatistics::Errors {
     const bool found = fit && at_the_ball(*fit, truth);
     if (truth.has_ball && !truth.outline) truth_known_ = false;
     if (fit) {
-      times_.push_back(fit->time_us);
+      times_us_.push_back(fit->time_us);
       false_balls_ += fit->others + (found ? 0 : 1);
     }
     if (!found) return;
@@ -88,39 +89,53 @@ class ConditionStatistics::Errors {
     covariance_.inside_95.push_back(covariance_.nees.back() < chi2_95_of_3 ? 1 : 0);
   }
 
-  MethodStatistics statistics(std::uint64_t seed, const std::string& purpose) const {
-    MethodStatistics s;
-    s.frames = frames_;
-    s.found = found_;
-    s.failed = balls_ - found_;
-    s.found_ci95 = wilson_ci95(found_, balls_);
-    s.false_balls = truth_known_ ? false_balls_ : not_known;
-    s.radius_median_px = median(outline_px_.radius_sizes);
-    s.nees_mean = mean(covariance_.nees);
-    s.inside_95 = mean(covariance_.inside_95);
-    s.center_rms_px = root_mean_square(outline_px_.centers);
-    s.center_median_px = median(outline_px_.centers);
-    s.radius_bias_px = mean(outline_px_.radii);
-    s.radius_rms_px = root_mean_square(outline_px_.radii);
-    s.position_median_mm = median(position_mm_.distances);
-    s.position_median_ci95_mm = bootstrap(position_mm_.distances, median, seed, purpose + "/median");
-    s.position_p90_mm = quantile(position_mm_.distances, 0.9);
-    s.position_rms_mm = root_mean_square(position_mm_.distances);
-    s.depth_bias_mm = mean(position_mm_.depths);
-    s.depth_spread_mm = standard_deviation(position_mm_.depths);
-    s.depth_rms_mm = root_mean_square(position_mm_.depths);
-    s.lateral_bias_mm = mean(position_mm_.outward);
-    s.lateral_spread_mm = std::hypot(standard_deviation(position_mm_.x), standard_deviation(position_mm_.y));
-    s.time_us_median = median(times_);
-    s.iterations_median = median(iterations_);
-    s.unconverged = mean(unconverged_);
-    std::vector<double> charged = position_mm_.distances;
-    charged.resize(charged.size() + static_cast<std::size_t>(s.failed),
-                   std::numeric_limits<double>::infinity());
-    s.charged_median_mm = position_mm_.distances.empty() ? not_known : median(charged);
-    set_bound(s, seed, purpose);
-    return s;
+  Figures figures(std::uint64_t seed, const std::string& purpose) const {
+    const int failed = balls_ - found_;
+    const std::vector<double>& distances_mm = position_mm_.distances;
+    // A failure counts as an error without bound.
+    std::vector<double> charged_mm = distances_mm;
+    charged_mm.resize(charged_mm.size() + static_cast<std::size_t>(failed),
+                      std::numeric_limits<double>::infinity());
+    const double bound_mm = root_mean_square(position_mm_.bounds),
+                 false_balls = truth_known_ ? false_balls_ : not_known;
+    const ConfidenceInterval found = wilson_ci95(found_, balls_),
+                             median_mm = bootstrap(distances_mm, median, seed, purpose + "/median"),
+                             rms_mm =
+                                 bootstrap(position_mm_.bounded, root_mean_square, seed, purpose + "/rms");
+    return {{"frames", frames_},
+            {"found", found_},
+            {"failed", failed},
+            {"center_rms_px", root_mean_square(outline_px_.centers)},
+            {"radius_bias_px", mean(outline_px_.radii)},
+            {"radius_rms_px", root_mean_square(outline_px_.radii)},
+            {"position_median_mm", median(distances_mm)},
+            {"position_p90_mm", quantile(distances_mm, 0.9)},
+            {"position_rms_mm", root_mean_square(distances_mm)},
+            {"depth_bias_mm", mean(position_mm_.depths)},
+            {"lateral_bias_mm", mean(position_mm_.outward)},
+            {"found_low", found.low},
+            {"found_high", found.high},
+            {"center_median_px", median(outline_px_.centers)},
+            {"position_median_low_mm", median_mm.low},
+            {"position_median_high_mm", median_mm.high},
+            {"depth_spread_mm", standard_deviation(position_mm_.depths)},
+            {"depth_rms_mm", root_mean_square(position_mm_.depths)},
+            {"lateral_spread_mm",
+             std::hypot(standard_deviation(position_mm_.x), standard_deviation(position_mm_.y))},
+            {"charged_median_mm", distances_mm.empty() ? not_known : median(charged_mm)},
+            {"bound_rms_mm", bound_mm},
+            {"rms_over_bound", root_mean_square(position_mm_.bounded) / bound_mm},
+            {"rms_over_bound_low", rms_mm.low / bound_mm},
+            {"rms_over_bound_high", rms_mm.high / bound_mm},
+            {"iterations_median", median(iterations_)},
+            {"unconverged", mean(unconverged_)},
+            {"radius_median_px", median(outline_px_.radius_sizes)},
+            {"false_balls", false_balls},
+            {"false_per_1000", 1000 * false_balls / frames_},
+            {"nees_mean", mean(covariance_.nees)},
+            {"inside_95", mean(covariance_.inside_95)}};
   }
+  double median_time_us() const { return median(times_us_); }
 
  private:
   void add_position(const Eigen::Vector3d& error_mm, const FrameTruth& truth) {
@@ -133,14 +148,6 @@ class ConditionStatistics::Errors {
     if (!truth.bound_m) return;
     position_mm_.bounds.push_back(1000 * *truth.bound_m);
     position_mm_.bounded.push_back(error_mm.norm());
-  }
-
-  void set_bound(MethodStatistics& s, std::uint64_t seed, const std::string& purpose) const {
-    s.bound_rms_mm = root_mean_square(position_mm_.bounds);
-    s.rms_over_bound = root_mean_square(position_mm_.bounded) / s.bound_rms_mm;
-    s.rms_over_bound_ci95 = bootstrap(position_mm_.bounded, root_mean_square, seed, purpose + "/rms");
-    s.rms_over_bound_ci95.low /= s.bound_rms_mm;
-    s.rms_over_bound_ci95.high /= s.bound_rms_mm;
   }
 
   int frames_ = 0, balls_ = 0, found_ = 0, false_balls_ = 0;
@@ -156,7 +163,7 @@ class ConditionStatistics::Errors {
   struct {
     std::vector<double> nees, inside_95;
   } covariance_;
-  std::vector<double> times_, iterations_, unconverged_;
+  std::vector<double> times_us_, iterations_, unconverged_;
 };
 
 // The differences of two fits, frame by frame.
@@ -170,19 +177,22 @@ class ConditionStatistics::Differences {
     if (std::isfinite(apart_mm)) positions_mm_.push_back(apart_mm);  // not where no diameter is known
   }
   const std::vector<double>& centers_px() const { return centers_px_; }
-  PairStatistics statistics(std::uint64_t seed, const std::string& purpose) const {
-    PairStatistics s;
-    s.frames = static_cast<int>(centers_px_.size());
-    s.breaks = breaks_;
-    s.center_median_px = median(centers_px_);
-    s.center_median_ci95_px = bootstrap(centers_px_, median, seed, purpose + "/centers apart");
-    s.center_max_px = largest_or_nan(centers_px_);
-    s.radius_median_px = median(radii_px_);
-    s.radius_max_px = largest_or_nan(radii_px_);
-    s.position_median_mm = median(positions_mm_);
-    s.position_median_ci95_mm = bootstrap(positions_mm_, median, seed, purpose + "/positions apart");
-    s.position_max_mm = largest_or_nan(positions_mm_);
-    return s;
+  Figures figures(std::uint64_t seed, const std::string& purpose) const {
+    const ConfidenceInterval center_px = bootstrap(centers_px_, median, seed, purpose + "/centers apart"),
+                             position_mm =
+                                 bootstrap(positions_mm_, median, seed, purpose + "/positions apart");
+    return {{"frames", centers_px_.size()},
+            {"center_median_px", median(centers_px_)},
+            {"center_max_px", largest_or_nan(centers_px_)},
+            {"radius_median_px", median(radii_px_)},
+            {"radius_max_px", largest_or_nan(radii_px_)},
+            {"position_median_mm", median(positions_mm_)},
+            {"position_max_mm", largest_or_nan(positions_mm_)},
+            {"breaks", breaks_},
+            {"center_median_low_px", center_px.low},
+            {"center_median_high_px", center_px.high},
+            {"position_median_low_mm", position_mm.low},
+            {"position_median_high_mm", position_mm.high}};
   }
 
  private:
@@ -193,31 +203,37 @@ class ConditionStatistics::Differences {
 // Which of two methods is nearer to the truth, frame by frame.
 class ConditionStatistics::Duel {
  public:
-  explicit Duel(const MethodPair& pair) { test_.pair = pair; }
+  explicit Duel(const MethodPair& pair) : pair_(pair) {}
   void add(const ComparisonRecord& frame) {
-    const auto &a = frame.fits[test_.pair.a], &b = frame.fits[test_.pair.b];
+    const auto &a = frame.fits[pair_.a], &b = frame.fits[pair_.b];
     const bool found_a = a && at_the_ball(*a, frame.truth), found_b = b && at_the_ball(*b, frame.truth);
-    test_.only_a += found_a && !found_b ? 1 : 0;
-    test_.only_b += found_b && !found_a ? 1 : 0;
+    only_a_ += found_a && !found_b ? 1 : 0;
+    only_b_ += found_b && !found_a ? 1 : 0;
     if (!found_a || !found_b) return;
-    ++test_.frames;
+    ++both_;
     if (!frame.truth.p_CB) return;
     differences_mm_.push_back(1000 *
                               ((a->p_C - *frame.truth.p_CB).norm() - (b->p_C - *frame.truth.p_CB).norm()));
   }
-  const MethodPair& pair() const { return test_.pair; }
-  PairedTest test(std::uint64_t seed, const std::string& purpose) const {
-    PairedTest test = test_;
-    test.difference_median_mm = median(differences_mm_);
-    test.difference_ci95_mm = bootstrap(differences_mm_, median, seed, purpose);
-    test.wilcoxon_p = differences_mm_.empty() ? not_known : wilcoxon_p(differences_mm_);
-    test.mcnemar_p = mcnemar_p(test.only_a, test.only_b);
-    return test;
+  const MethodPair& pair() const { return pair_; }
+  // All but `holm_p`, which needs the condition's other tests.
+  Figures figures(std::uint64_t seed, const std::string& purpose) const {
+    const ConfidenceInterval difference_mm = bootstrap(differences_mm_, median, seed, purpose);
+    return {{"frames", both_},
+            {"difference_median_mm", median(differences_mm_)},
+            {"difference_low_mm", difference_mm.low},
+            {"difference_high_mm", difference_mm.high},
+            {"wilcoxon_p", differences_mm_.empty() ? not_known : wilcoxon_p(differences_mm_)},
+            {"holm_p", not_known},
+            {"only_a", only_a_},
+            {"only_b", only_b_},
+            {"mcnemar_p", mcnemar_p(only_a_, only_b_)}};
   }
 
  private:
-  PairedTest test_{};
-  std::vector<double> differences_mm_;
+  MethodPair pair_;
+  int both_ = 0, only_a_ = 0, only_b_ = 0;  // frames in which both, or only one of them, found the ball
+  std::vector<double> differences_mm_;      // of |error a| - |error b|: negative where a is the better
 };
 
 ConditionStatistics::ConditionStatistics(std::string name, const MethodList& methods, std::uint64_t seed)
@@ -247,19 +263,21 @@ std::string ConditionStatistics::purpose_of(const MethodPair& pair) const {
 
 ConditionSummary ConditionStatistics::summary() const {
   ConditionSummary summary;
-  for (std::size_t m = 0; m < methods_.size(); ++m)
-    summary.methods.push_back(errors_[m].statistics(seed_, name_ + "/" + methods_[m]->name));
+  for (std::size_t m = 0; m < methods_.size(); ++m) {
+    summary.methods.push_back(errors_[m].figures(seed_, name_ + "/" + methods_[m]->name));
+    summary.times_us.push_back(errors_[m].median_time_us());
+  }
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
-    summary.pairs.push_back(differences_[k].statistics(seed_, purpose_of(pairs_[k])));
+    summary.pairs.push_back(differences_[k].figures(seed_, purpose_of(pairs_[k])));
     summary.centers_apart_px.push_back(thinned(differences_[k].centers_px()));
   }
   std::vector<double> p;
   for (const Duel& duel : duels_) {
-    summary.tests.push_back(duel.test(seed_, purpose_of(duel.pair())));
-    p.push_back(summary.tests.back().wilcoxon_p);
+    summary.tests.push_back(duel.figures(seed_, purpose_of(duel.pair())));
+    p.push_back(summary.tests.back()["wilcoxon_p"]);
   }
   const std::vector<double> adjusted = holm(p);
-  for (std::size_t k = 0; k < adjusted.size(); ++k) summary.tests[k].holm_p = adjusted[k];
+  for (std::size_t k = 0; k < adjusted.size(); ++k) summary.tests[k]["holm_p"] = adjusted[k];
   return summary;
 }
 

@@ -10,8 +10,8 @@ namespace {
 
 using nlohmann::json;
 
-/// A row of a table: names of the columns with their values; null, and what is not finite, is an empty cell.
-using Row = nlohmann::ordered_json;
+/// Null, and what is not finite, is an empty cell.
+using Row = Figures;
 
 std::string heading(std::string text, const Row& row) {
   for (const auto& cell : row.items()) text += ',' + cell.key();
@@ -28,72 +28,9 @@ std::string csv_row(std::string text, const Row& row) {
   return text + '\n';
 }
 
-Row both(const ConfidenceInterval& interval) { return {interval.low, interval.high}; }
-
 template <class T>
 Row scaled_or_empty(const std::optional<T>& value, double factor = 1) {
   return value ? Row(factor * static_cast<double>(*value)) : Row();
-}
-
-Row cells(const MethodStatistics& s) {
-  return {{"frames", s.frames},
-          {"found", s.found},
-          {"failed", s.failed},
-          {"center_rms_px", s.center_rms_px},
-          {"radius_bias_px", s.radius_bias_px},
-          {"radius_rms_px", s.radius_rms_px},
-          {"position_median_mm", s.position_median_mm},
-          {"position_p90_mm", s.position_p90_mm},
-          {"position_rms_mm", s.position_rms_mm},
-          {"depth_bias_mm", s.depth_bias_mm},
-          {"lateral_bias_mm", s.lateral_bias_mm},
-          {"found_low", s.found_ci95.low},
-          {"found_high", s.found_ci95.high},
-          {"center_median_px", s.center_median_px},
-          {"position_median_low_mm", s.position_median_ci95_mm.low},
-          {"position_median_high_mm", s.position_median_ci95_mm.high},
-          {"depth_spread_mm", s.depth_spread_mm},
-          {"depth_rms_mm", s.depth_rms_mm},
-          {"lateral_spread_mm", s.lateral_spread_mm},
-          {"charged_median_mm", s.charged_median_mm},
-          {"bound_rms_mm", s.bound_rms_mm},
-          {"rms_over_bound", s.rms_over_bound},
-          {"rms_over_bound_low", s.rms_over_bound_ci95.low},
-          {"rms_over_bound_high", s.rms_over_bound_ci95.high},
-          {"iterations_median", s.iterations_median},
-          {"unconverged", s.unconverged},
-          {"radius_median_px", s.radius_median_px},
-          {"false_balls", s.false_balls},
-          {"false_per_1000", 1000 * s.false_balls / s.frames},
-          {"nees_mean", s.nees_mean},
-          {"inside_95", s.inside_95}};
-}
-
-Row cells(const PairStatistics& s) {
-  return {{"frames", s.frames},
-          {"center_median_px", s.center_median_px},
-          {"center_max_px", s.center_max_px},
-          {"radius_median_px", s.radius_median_px},
-          {"radius_max_px", s.radius_max_px},
-          {"position_median_mm", s.position_median_mm},
-          {"position_max_mm", s.position_max_mm},
-          {"breaks", s.breaks},
-          {"center_median_low_px", s.center_median_ci95_px.low},
-          {"center_median_high_px", s.center_median_ci95_px.high},
-          {"position_median_low_mm", s.position_median_ci95_mm.low},
-          {"position_median_high_mm", s.position_median_ci95_mm.high}};
-}
-
-Row cells(const PairedTest& t) {
-  return {{"frames", t.frames},
-          {"difference_median_mm", t.difference_median_mm},
-          {"difference_low_mm", t.difference_ci95_mm.low},
-          {"difference_high_mm", t.difference_ci95_mm.high},
-          {"wilcoxon_p", t.wilcoxon_p},
-          {"holm_p", t.holm_p},
-          {"only_a", t.only_a},
-          {"only_b", t.only_b},
-          {"mcnemar_p", t.mcnemar_p}};
 }
 
 Row cells(const MethodFit& fit) {
@@ -145,9 +82,13 @@ Row cells(const ComparisonRecord& record) {
 }  // namespace
 
 RowsByFile comparison_headings() {
-  return {{"compare.csv", heading("condition,method", cells(MethodStatistics{}))},
-          {"pairs.csv", heading("condition,method_a,method_b", cells(PairStatistics{}))},
-          {"tests.csv", heading("condition,method_a,method_b", cells(PairedTest{}))},
+  // A condition without frames has the columns of all.
+  const ConditionSummary summary =
+      ConditionStatistics("", {find_fit_method("paper_one_step"), find_fit_method("paper_converged")}, 0)
+          .summary();
+  return {{"compare.csv", heading("condition,method", summary.methods.front())},
+          {"pairs.csv", heading("condition,method_a,method_b", summary.pairs.front())},
+          {"tests.csv", heading("condition,method_a,method_b", summary.tests.front())},
           {"timing.csv", "condition,method,time_us_median\n"},
           {"fits.csv", heading("condition,source,frame,method,found", cells(MethodFit{}))},
           {"frames.csv", heading("condition", cells(ComparisonRecord{}))}};
@@ -158,17 +99,17 @@ RowsByFile condition_rows(const ConditionInfo& info, const ConditionSummary& sum
   RowsByFile rows;
   for (std::size_t m = 0; m < methods.size(); ++m) {
     const std::string place = info.name + ',' + methods[m]->name;
-    rows["compare.csv"] += csv_row(place, cells(summary.methods[m]));
-    rows["timing.csv"] += place + ',' + number_text(summary.methods[m].time_us_median) + '\n';
+    rows["compare.csv"] += csv_row(place, summary.methods[m]);
+    rows["timing.csv"] += place + ',' + number_text(summary.times_us[m]) + '\n';
   }
-  const auto place_of_pair = [&](const MethodPair& pair) {
-    return info.name + ',' + methods[pair.a]->name + ',' + methods[pair.b]->name;
+  const auto add = [&](const std::string& file, const std::vector<MethodPair>& pairs,
+                       const std::vector<Figures>& figures) {
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+      rows[file] +=
+          csv_row(info.name + ',' + methods[pairs[k].a]->name + ',' + methods[pairs[k].b]->name, figures[k]);
   };
-  const std::vector<MethodPair> pairs = converged_pairs(methods);
-  for (std::size_t k = 0; k < pairs.size(); ++k)
-    rows["pairs.csv"] += csv_row(place_of_pair(pairs[k]), cells(summary.pairs[k]));
-  for (const PairedTest& test : summary.tests)
-    rows["tests.csv"] += csv_row(place_of_pair(test.pair), cells(test));
+  add("pairs.csv", converged_pairs(methods), summary.pairs);
+  add("tests.csv", tested_pairs(methods), summary.tests);
   return rows;
 }
 
@@ -193,27 +134,27 @@ json comparison_json(const ComparisonResults& results) {
     const ConditionSummary& summary = results.summaries[c];
     const std::string& name = results.conditions[c].name;
     for (std::size_t m = 0; m < results.methods.size(); ++m) {
-      const MethodStatistics& s = summary.methods[m];
+      const Figures& figures = summary.methods[m];
       json& entry = conditions[name][results.methods[m]->name];
-      const Row row = cells(s);
       for (const char* key : {"frames", "found", "center_rms_px", "radius_bias_px", "position_median_mm",
                               "position_p90_mm", "rms_over_bound"})
-        entry[key] = row[key];
-      entry["found_ci95"] = both(s.found_ci95);
-      entry["position_median_ci95_mm"] = both(s.position_median_ci95_mm);
+        entry[key] = figures[key];
+      entry["found_ci95"] = {figures["found_low"], figures["found_high"]};
+      entry["position_median_ci95_mm"] = {figures["position_median_low_mm"],
+                                          figures["position_median_high_mm"]};
     }
     for (std::size_t k = 0; k < all_pairs.size(); ++k) {
-      const PairStatistics& s = summary.pairs[k];
-      const Row row = cells(s);
-      json entry;
+      const Figures& figures = summary.pairs[k];
+      json entry = {
+          {"condition", name},
+          {"method_a", results.methods[all_pairs[k].a]->name},
+          {"method_b", results.methods[all_pairs[k].b]->name},
+          {"center_median_ci95_px", {figures["center_median_low_px"], figures["center_median_high_px"]}},
+          {"position_median_ci95_mm",
+           {figures["position_median_low_mm"], figures["position_median_high_mm"]}}};
       for (const char* key : {"frames", "center_median_px", "center_max_px", "radius_median_px",
                               "radius_max_px", "position_median_mm", "position_max_mm", "breaks"})
-        entry[key] = row[key];
-      entry["center_median_ci95_px"] = both(s.center_median_ci95_px);
-      entry["position_median_ci95_mm"] = both(s.position_median_ci95_mm);
-      entry["condition"] = name;
-      entry["method_a"] = results.methods[all_pairs[k].a]->name;
-      entry["method_b"] = results.methods[all_pairs[k].b]->name;
+        entry[key] = figures[key];
       pairs.push_back(entry);
     }
   }
