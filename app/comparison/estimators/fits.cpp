@@ -63,13 +63,6 @@ double condition_after(const ConeFit& last, const std::vector<EdgePoint>& points
 const UndistortedCircle& shape_of(const CircleFit& step) { return step.circle; }
 const TangentCone& shape_of(const ConeFit& step) { return step.cone; }
 
-std::optional<MethodFit> stated(const MethodScene& scene, const UndistortedCircle& circle) {
-  return scene.from_circle(circle);
-}
-std::optional<MethodFit> stated(const MethodScene& scene, const TangentCone& cone) {
-  return scene.from_cone(cone);
-}
-
 // Gauss-Newton steps until as many are taken or one fails; `reselect` may choose the points anew around a
 // step's shape.
 template <class Shape, class Points, class Reselect>
@@ -85,7 +78,7 @@ std::optional<MethodFit> take_steps(const MethodScene& scene, Shape shape, Point
     shape = shape_of(*step);
   }
   if (!last) return std::nullopt;
-  auto fit = stated(scene, shape);
+  auto fit = scene.answer(shape);
   if (!fit) return std::nullopt;
   fit->iterations = taken;
   fit->residual_px = last->residual_px;
@@ -101,7 +94,7 @@ std::optional<MethodFit> at_minimum(const MethodScene& scene, const Shape& start
                                     bool robust) {
   const auto minimum = converge(start, points, robust ? scene.task().loss : RobustLoss{});
   if (!minimum) return std::nullopt;
-  auto fit = stated(scene, minimum->shape);
+  auto fit = scene.answer(minimum->shape);
   if (!fit) return std::nullopt;
   fit->iterations = minimum->convergence.iterations;
   fit->residual_px = minimum->convergence.residual_px;
@@ -113,7 +106,7 @@ std::optional<MethodFit> at_minimum(const MethodScene& scene, const Shape& start
 
 std::optional<MethodFit> algebraic(MethodScene& scene, const std::optional<UndistortedCircle>& circle) {
   if (!circle) return std::nullopt;
-  auto fit = scene.from_circle(*circle);
+  auto fit = scene.answer(*circle);
   if (fit) fit->arc = arc_of(*circle, scene.ring());
   return fit;
 }
@@ -121,7 +114,7 @@ std::optional<MethodFit> algebraic(MethodScene& scene, const std::optional<Undis
 }  // namespace
 
 std::optional<MethodFit> fit_vote(MethodScene& scene) {
-  return scene.start() ? scene.from_circle(*scene.start()) : std::nullopt;
+  return scene.start() ? scene.answer(*scene.start()) : std::nullopt;
 }
 
 std::optional<MethodFit> fit_paper_steps(MethodScene& scene, int steps, bool reselect) {

@@ -67,7 +67,7 @@ MethodScene::MethodScene(const cv::Mat& bgr, const DetectorSetup& setup, const M
   DetectionStages stages;
   const Stopwatch detection;
   const std::vector<BallObservation>& balls = detector_.detect(bgr, {}, &stages);
-  detection_us_ = detection.us();
+  cost_us_[MethodPoints::detection] = detection.us();
   // The best of the class, or the one that is meant.
   const auto distance = [&](const BallObservation& b) {
     return task.near_px ? (b.outline.center_px - *task.near_px).norm() : 0;
@@ -84,46 +84,34 @@ MethodScene::MethodScene(const cv::Mat& bgr, const DetectorSetup& setup, const M
 }
 
 const std::vector<RingPixel>& MethodScene::ring() {
-  if (!ring_.chosen && start_) {
-    const Stopwatch choice;
-    select_ring_pixels(bgr_, rays(), *start_, ring_.points);
-    ring_.cost_us = choice.us();
-  }
-  ring_.chosen = true;
-  return ring_.points;
+  prepare(MethodPoints::ring);
+  return ring_;
 }
 
 const std::optional<MethodScene::Edges>& MethodScene::edges() {
-  if (!edges_.chosen && start_) {
-    OutlineFit fit;
-    const Stopwatch choice;
-    detector_.fit_sphere(bgr_, *start_, boundary_, fit);
-    edges_.cost_us = choice.us();
-    if (!fit.edges.points.empty())
-      edges_.points = Edges{fit.edges_start, std::move(fit.edges.points), fit.passes};
-  }
-  edges_.chosen = true;
-  return edges_.points;
+  prepare(MethodPoints::edges);
+  return edges_;
 }
 
 double MethodScene::shared_us(MethodPoints points) const {
-  switch (points) {
-    case MethodPoints::detection:
-      return detection_us_;
-    case MethodPoints::ring:
-      return ring_.cost_us;
-    case MethodPoints::edges:
-      return edges_.cost_us;
-    default:
-      return 0;
-  }
+  const auto cost = cost_us_.find(points);
+  return cost == cost_us_.end() ? 0 : cost->second;
 }
 
 void MethodScene::prepare(MethodPoints points) {
-  if (points == MethodPoints::ring) ring();
-  if (points == MethodPoints::edges) edges();
   if (points == MethodPoints::sphere_detector) whole_detector(BallFit::sphere);
   if (points == MethodPoints::paper_detector) whole_detector(BallFit::paper);
+  if (cost_us_.count(points) > 0 || !start_) return;
+  const Stopwatch choice;
+  if (points == MethodPoints::ring) {
+    select_ring_pixels(bgr_, rays(), *start_, ring_);
+    cost_us_[points] = choice.us();
+  } else if (points == MethodPoints::edges) {
+    OutlineFit fit;
+    detector_.fit_sphere(bgr_, *start_, boundary_, fit);
+    cost_us_[points] = choice.us();
+    if (!fit.edges.points.empty()) edges_ = Edges{fit.edges_start, std::move(fit.edges.points), fit.passes};
+  }
 }
 
 Detector& MethodScene::whole_detector(BallFit fit) {
@@ -140,9 +128,7 @@ std::vector<MethodFit> MethodScene::detections(BallFit fit) {
   std::vector<MethodFit> fits;
   for (const BallObservation& ball : whole_detector(fit).detect(bgr_)) {
     if (ball.color_class != task_.color_class) continue;
-    MethodFit found;
-    found.outline = ball.outline;
-    found.p_C = position(ball.position ? ball.position->p_C : Eigen::Vector3d(0, 0, 0));
+    MethodFit found = answer(ball.outline, ball.position ? ball.position->p_C : Eigen::Vector3d(0, 0, 0));
     if (ball.position) found.covariance_m2 = ball.position->covariance_m2;
     found.residual_px = ball.residual_px;
     found.step_px = ball.step_px;
@@ -153,36 +139,31 @@ std::vector<MethodFit> MethodScene::detections(BallFit fit) {
   return fits;
 }
 
-// A ball of unknown diameter may stand anywhere along its ray.
-Eigen::Vector3d MethodScene::position(const Eigen::Vector3d& p_C) const {
-  return radius_m_ > 0 ? p_C : Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+MethodFit MethodScene::answer(const OutlineEllipse& outline, const Eigen::Vector3d& p_C) const {
+  MethodFit fit;
+  fit.outline = outline;
+  fit.p_C = p_C;
+  // A ball of unknown diameter may stand anywhere along its ray.
+  if (!(radius_m_ > 0)) fit.p_C.setConstant(std::numeric_limits<double>::quiet_NaN());
+  return fit;
 }
 
-std::optional<MethodFit> MethodScene::from_circle(const UndistortedCircle& circle) const {
+std::optional<MethodFit> MethodScene::answer(const UndistortedCircle& circle) const {
   const auto outline = circle_in_picture(camera(), circle);
   if (!outline) return std::nullopt;
-  MethodFit fit;
-  fit.outline = *outline;
-  fit.p_C = position(paper_position(circle, camera().focal_px(), radius_m_));
-  return fit;
+  return answer(*outline, paper_position(circle, camera().focal_px(), radius_m_));
 }
 
-std::optional<MethodFit> MethodScene::from_cone(const TangentCone& cone) const {
+std::optional<MethodFit> MethodScene::answer(const TangentCone& cone) const {
   const auto outline = project_sphere(camera(), cone.axis, std::sin(cone.alpha_rad));
   if (!outline) return std::nullopt;
-  MethodFit fit;
-  fit.outline = *outline;
-  fit.p_C = position(cone.center(radius_m_));
-  return fit;
+  return answer(*outline, cone.center(radius_m_));
 }
 
-std::optional<MethodFit> MethodScene::from_picture_circle(const OutlineEllipse& circle) const {
+std::optional<MethodFit> MethodScene::answer(const OutlineEllipse& circle) const {
   const auto undistorted = undistorted_circle(camera(), circle);
   if (!undistorted) return std::nullopt;
-  MethodFit fit;
-  fit.outline = circle;
-  fit.p_C = position(paper_position(*undistorted, camera().focal_px(), radius_m_));
-  return fit;
+  return answer(circle, paper_position(*undistorted, camera().focal_px(), radius_m_));
 }
 
 std::optional<UndistortedCircle> undistorted_circle(const Camera& camera, const OutlineEllipse& circle) {

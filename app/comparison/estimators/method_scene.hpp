@@ -54,8 +54,10 @@ class MethodScene {
   const std::optional<CircleEstimate>& vote() const { return vote_; }
   /// Every ball of the task's class that a detector with the given fit reports, best first.
   std::vector<MethodFit> detections(BallFit fit);
-  /// Makes what methods share, so that their own time is theirs alone.
+  /// Makes what methods share, so that their own time is theirs alone, and keeps how long that took.
   void prepare(MethodPoints points);
+  /// How long that took, where it is part of every method's time; else 0.
+  double shared_us(MethodPoints points) const;
   /// Where the fits start: the votes' circle, or the task's. Nothing: no ball was found, and none was told.
   const std::optional<UndistortedCircle>& start() const { return start_; }
 
@@ -68,16 +70,14 @@ class MethodScene {
     int passes = 1;  ///< how often they were measured: again after a long step
   };
   const std::optional<Edges>& edges();
-  /// How long the detection, or the choice of the points, took.
-  double shared_us(MethodPoints points) const;
 
   /// What a circle of the undistorted picture, a cone, or a circle in the picture as given, says of the ball.
-  std::optional<MethodFit> from_circle(const UndistortedCircle& circle) const;
-  std::optional<MethodFit> from_cone(const TangentCone& cone) const;
-  std::optional<MethodFit> from_picture_circle(const OutlineEllipse& circle) const;
+  std::optional<MethodFit> answer(const UndistortedCircle& circle) const;
+  std::optional<MethodFit> answer(const TangentCone& cone) const;
+  std::optional<MethodFit> answer(const OutlineEllipse& circle) const;
 
  private:
-  Eigen::Vector3d position(const Eigen::Vector3d& p_C) const;
+  MethodFit answer(const OutlineEllipse& outline, const Eigen::Vector3d& p_C) const;
   Detector& whole_detector(BallFit fit);
 
   const cv::Mat& bgr_;
@@ -87,18 +87,11 @@ class MethodScene {
   double radius_m_ = 0;
   std::map<BallFit, Detector> whole_;
   std::optional<CircleEstimate> vote_;
-  double detection_us_ = 0;
   std::optional<UndistortedCircle> start_;
   std::vector<BoundaryPoint> boundary_;
-  /// Points of a fit, chosen when they are first asked for.
-  template <typename Points>
-  struct Choice {
-    bool chosen = false;
-    Points points{};
-    double cost_us = 0;
-  };
-  Choice<std::vector<RingPixel>> ring_;
-  Choice<std::optional<Edges>> edges_;
+  std::map<MethodPoints, double> cost_us_;  // of what is made
+  std::vector<RingPixel> ring_;
+  std::optional<Edges> edges_;
 };
 
 /// A circle in the picture as given (px) as it is in the undistorted picture: mean of its points' places, and

@@ -1,7 +1,6 @@
 #include "app/comparison/estimators/opencv_peers.hpp"
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 
 namespace ballservo {
 // Circles of half to one and a half times the radius, at least a radius apart.
@@ -9,8 +8,7 @@ std::vector<OutlineEllipse> HoughGradient::find(const cv::Mat& bgr) {
   cv::cvtColor(bgr, grey_, cv::COLOR_BGR2GRAY);
   cv::GaussianBlur(grey_, grey_, {5, 5}, 1.2);
   circles_.clear();  // HoughCircles leaves what it was given where it finds nothing
-  const bool plain = settings_.mode == HoughMode::gradient;
-  cv::HoughCircles(grey_, circles_, plain ? cv::HOUGH_GRADIENT : cv::HOUGH_GRADIENT_ALT, plain ? 1 : 1.5,
+  cv::HoughCircles(grey_, circles_, settings_.mode, settings_.mode == cv::HOUGH_GRADIENT ? 1 : 1.5,
                    std::max(1.0, radius_px_), settings_.edges, settings_.support,
                    static_cast<int>(0.5 * radius_px_), static_cast<int>(1.5 * radius_px_));
   std::vector<OutlineEllipse> found;

@@ -1,19 +1,17 @@
 // The recipes that users of OpenCV would otherwise take, told what a user could tell them.
 #pragma once
 
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
 
-/// OpenCV's two ways: HOUGH_GRADIENT, and HOUGH_GRADIENT_ALT, which refines what it finds (4.3 and later).
-enum class HoughMode { gradient, gradient_alt };
-
 /// What users of HoughCircles turn.
 struct HoughSettings {
-  HoughMode mode = HoughMode::gradient;
+  /// HOUGH_GRADIENT, or HOUGH_GRADIENT_ALT, which refines what it finds (4.3 and later).
+  cv::HoughModes mode = cv::HOUGH_GRADIENT;
   double edges = 100;   ///< param1: the upper threshold of the edges
   double support = 20;  ///< param2: votes; of HOUGH_GRADIENT_ALT roundness, 0 to 1
 };

@@ -11,7 +11,7 @@ namespace ballservo {
 namespace {
 
 // The small grids that each peer's settings are chosen from.
-constexpr HoughMode plain_hough = HoughMode::gradient, alt_hough = HoughMode::gradient_alt;
+constexpr cv::HoughModes plain_hough = cv::HOUGH_GRADIENT, alt_hough = cv::HOUGH_GRADIENT_ALT;
 constexpr HoughSettings hough_grid[]{{plain_hough, 100, 20}, {plain_hough, 100, 12}, {plain_hough, 100, 30},
                                      {plain_hough, 50, 20},  {plain_hough, 50, 30},  {plain_hough, 200, 12}};
 constexpr HoughSettings hough_alt_grid[]{{alt_hough, 300, 0.8}, {alt_hough, 300, 0.6}, {alt_hough, 150, 0.8},

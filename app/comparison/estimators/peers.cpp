@@ -18,42 +18,31 @@ vpImage<unsigned char> visp_picture(const cv::Mat& grey) {
   return picture;
 }
 
-std::string in_words(const HoughSettings& settings) {
-  return fmt::format("param1 {:g}, param2 {:g}", settings.edges, settings.support);
-}
-
-std::string in_words(const HsvSettings& settings) {
-  return fmt::format("saturation from {:g}, value from {:g}", settings.least_saturation,
-                     settings.least_value);
-}
-
-std::string in_words(const VpDot2Settings& settings) {
-  const std::string picture =
-      settings.mask ? "mask of hue, " + in_words(settings.hsv) : std::string("grey picture");
-  return fmt::format("{}; ellipsoid shape precision {:g}", picture, settings.roundness);
-}
-
-// The first of the list, or the one that is meant.
-std::optional<MethodFit> chosen(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
+// The one of least cost, or the one that is meant.
+template <class Cost>
+std::optional<MethodFit> chosen(const MethodScene& scene, const std::vector<OutlineEllipse>& found,
+                                Cost cost) {
   if (found.empty()) return std::nullopt;
   const auto& near_px = scene.task().near_px;
-  if (!near_px) return scene.from_picture_circle(found.front());
-  return scene.from_picture_circle(
-      *std::min_element(found.begin(), found.end(), [&](const OutlineEllipse& a, const OutlineEllipse& b) {
-        return (a.center_px - *near_px).norm() < (b.center_px - *near_px).norm();
-      }));
+  const auto cost_of = [&](const OutlineEllipse& circle) {
+    return near_px ? (circle.center_px - *near_px).norm() : cost(circle);
+  };
+  return scene.answer(*std::min_element(
+      found.begin(), found.end(),
+      [&](const OutlineEllipse& a, const OutlineEllipse& b) { return cost_of(a) < cost_of(b); }));
 }
 
 std::optional<MethodFit> hough(MethodScene& scene, const HoughSettings& settings) {
   const auto& radius_px = scene.task().expected_radius_px;
   if (!radius_px) return std::nullopt;
-  return chosen(scene, HoughGradient(*radius_px, settings).find(scene.bgr()));
+  return chosen(scene, HoughGradient(*radius_px, settings).find(scene.bgr()),
+                [](const OutlineEllipse&) { return 0.0; });  // the first
 }
 
 std::vector<MethodFit> all_of(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
   std::vector<MethodFit> fits;
   for (const OutlineEllipse& circle : found) {
-    if (const auto fit = scene.from_picture_circle(circle)) fits.push_back(*fit);
+    if (const auto fit = scene.answer(circle)) fits.push_back(*fit);
   }
   return fits;
 }
@@ -69,18 +58,15 @@ std::optional<MethodFit> fit_hough_gradient_alt(MethodScene& scene) {
 }
 
 std::optional<MethodFit> fit_hsv_contour(MethodScene& scene) {
-  std::vector<OutlineEllipse> found = HsvContour(scene.task().hue, scene.task().peers.hsv).find(scene.bgr());
-  std::stable_sort(found.begin(), found.end(), [](const OutlineEllipse& a, const OutlineEllipse& b) {
-    return a.radius_px > b.radius_px;
-  });
-  return chosen(scene, found);
+  return chosen(scene, HsvContour(scene.task().hue, scene.task().peers.hsv).find(scene.bgr()),
+                [](const OutlineEllipse& circle) { return -circle.radius_px; });  // the largest
 }
 
 std::optional<MethodFit> fit_vpdot2(MethodScene& scene) {
   const MethodTask& task = scene.task();
   if (!task.click_px) return std::nullopt;
   const auto blob = vpdot2_blob(scene.bgr(), task.hue, *task.click_px, task.peers.vpdot2);
-  return blob ? scene.from_picture_circle(*blob) : std::nullopt;
+  return blob ? scene.answer(*blob) : std::nullopt;
 }
 
 std::vector<MethodFit> detect_hough_gradient(MethodScene& scene) {
@@ -120,9 +106,18 @@ std::optional<OutlineEllipse> vpdot2_blob(const cv::Mat& bgr, int hue, const Eig
 }
 
 std::string in_words(const PeerSettings& settings) {
-  return "hough_gradient: " + in_words(settings.hough) +
-         "; hough_gradient_alt: " + in_words(settings.hough_alt) +
-         "; hsv_contour: " + in_words(settings.hsv) + "; vpdot2: " + in_words(settings.vpdot2);
+  const auto hough = [](const HoughSettings& s) {
+    return fmt::format("param1 {:g}, param2 {:g}", s.edges, s.support);
+  };
+  const auto hsv = [](const HsvSettings& s) {
+    return fmt::format("saturation from {:g}, value from {:g}", s.least_saturation, s.least_value);
+  };
+  const VpDot2Settings& dot = settings.vpdot2;
+  return fmt::format(
+      "hough_gradient: {}; hough_gradient_alt: {}; hsv_contour: {}; vpdot2: {}; ellipsoid shape precision "
+      "{:g}",
+      hough(settings.hough), hough(settings.hough_alt), hsv(settings.hsv),
+      dot.mask ? "mask of hue, " + hsv(dot.hsv) : "grey picture", dot.roundness);
 }
 
 }  // namespace ballservo

@@ -20,8 +20,8 @@ struct VpDot2Settings {
 };
 
 struct PeerSettings {
-  HoughSettings hough{HoughMode::gradient, 100, 20};
-  HoughSettings hough_alt{HoughMode::gradient_alt, 300, 0.8};
+  HoughSettings hough{cv::HOUGH_GRADIENT, 100, 20};
+  HoughSettings hough_alt{cv::HOUGH_GRADIENT_ALT, 300, 0.8};
   HsvSettings hsv;
   VpDot2Settings vpdot2;
 };
