@@ -9,28 +9,17 @@
 #include <string_view>
 #include <utility>
 
+#include "app/report/overlay.hpp"
+
 namespace ballservo {
 
 namespace {
 
-constexpr int fraction_bits = 4;
+constexpr double text_size = 0.45;
 const cv::Scalar seen_color{255, 0, 255}, predicted_color{190, 190, 190}, trail_color{178, 114, 0},
     ball_color{40, 40, 220}, ink{60, 60, 60}, room_color{250, 250, 250}, solid_color{150, 150, 150},
     goal_color{115, 158, 0}, intended_color{0, 140, 240}, passed_color{80, 160, 20},
     beam_color{235, 200, 140}, echo_color{160, 60, 160};
-
-cv::Point fixed_point(const Eigen::Vector2d& p) {
-  const double scale = 1 << fraction_bits;
-  const auto bounded = [scale](double value) {
-    return static_cast<int>(std::lround(std::clamp(value, -1e5, 1e5) * scale));
-  };
-  return {bounded(p.x()), bounded(p.y())};
-}
-
-void text_line(cv::Mat& picture, const std::string& text, const cv::Point& at) {
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.45, {0, 0, 0}, 3, cv::LINE_AA);
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.45, {255, 255, 255}, 1, cv::LINE_AA);
-}
 
 /// Text from the top left, broken between words so that it stays within the picture.
 void text_block(cv::Mat& picture, std::string_view text) {
@@ -41,7 +30,7 @@ void text_block(cv::Mat& picture, std::string_view text) {
       length = text.rfind(' ', fits);
       if (length == std::string_view::npos || length == 0) length = fits;
     }
-    text_line(picture, std::string(text.substr(0, length)), {8, y});
+    draw_text(picture, std::string(text.substr(0, length)), {8, y}, text_size);
     text.remove_prefix(std::min(text.size(), length + 1));
   }
 }
@@ -61,20 +50,10 @@ void draw_detection(cv::Mat& bgr, const Camera& camera, const BallMeasurement& b
                     const std::string& text) {
   if (ball.state != TrackState::none) {
     const cv::Scalar color = ball.is_sighting() ? seen_color : predicted_color;
-    std::vector<cv::Point> outline;
-    for (const Eigen::Vector2d& p : project_outline(camera, ball.p_CB, ball_radius_m, 96)) {
-      outline.push_back(fixed_point(p));
-    }
-    if (!outline.empty()) cv::polylines(bgr, outline, true, color, 1, cv::LINE_AA, fraction_bits);
-    if (const auto center = camera.project(ball.p_CB)) {
-      const double arm_px = 4;
-      for (const Eigen::Vector2d& arm : {Eigen::Vector2d(arm_px, 0), Eigen::Vector2d(0, arm_px)}) {
-        cv::line(bgr, fixed_point(*center - arm), fixed_point(*center + arm), color, 1, cv::LINE_AA,
-                 fraction_bits);
-      }
-    }
+    draw_polyline(bgr, project_outline(camera, ball.p_CB, ball_radius_m, 96), true, color);
+    if (const auto center = camera.project(ball.p_CB)) draw_cross(bgr, *center, color);
   }
-  text_line(bgr, text, {8, bgr.rows - 10});
+  draw_text(bgr, text, {8, bgr.rows - 10}, text_size);
 }
 
 namespace {
@@ -122,38 +101,44 @@ TopView::TopView(const World& world, const Footprint& footprint, const Pose2& st
   room_ = cv::Mat(height_px, width_px, CV_8UC3, room_color);
 
   for (double x = std::ceil(low_.x()); x < low_.x() + height_px / scale_; x += 1.0) {
-    cv::line(room_, pixel({x, -1e3}), pixel({x, 1e3}), {228, 228, 228}, 1, cv::LINE_AA, fraction_bits);
+    cv::line(room_, pixel({x, -1e3}), pixel({x, 1e3}), {228, 228, 228}, 1, cv::LINE_AA, subpixel_bits);
   }
   for (double y = std::ceil(low_.y()); y < low_.y() + width_px / scale_; y += 1.0) {
-    cv::line(room_, pixel({-1e3, y}), pixel({1e3, y}), {228, 228, 228}, 1, cv::LINE_AA, fraction_bits);
+    cv::line(room_, pixel({-1e3, y}), pixel({1e3, y}), {228, 228, 228}, 1, cv::LINE_AA, subpixel_bits);
   }
-  const auto polygon = [this](const std::vector<Eigen::Vector2d>& points) {
-    std::vector<cv::Point> result;
-    for (const Eigen::Vector2d& p : points) result.push_back(pixel(p));
-    return result;
-  };
-  const std::vector<cv::Point> walls = polygon({{room.x_min_m, room.y_min_m},
-                                                {room.x_max_m, room.y_min_m},
-                                                {room.x_max_m, room.y_max_m},
-                                                {room.x_min_m, room.y_max_m}});
-  cv::polylines(room_, walls, true, ink, 2, cv::LINE_AA, fraction_bits);
+  const std::vector<cv::Point> walls = pixels({{room.x_min_m, room.y_min_m},
+                                               {room.x_max_m, room.y_min_m},
+                                               {room.x_max_m, room.y_max_m},
+                                               {room.x_min_m, room.y_max_m}});
+  cv::polylines(room_, walls, true, ink, 2, cv::LINE_AA, subpixel_bits);
   for (const Obstacle& obstacle : world.obstacles) {
     const FloorOutline outline = floor_outline(obstacle);
     if (outline.points_m.empty()) continue;
     if (outline.radius_m > 0) {
-      cv::circle(room_, pixel(outline.points_m.front()),
-                 static_cast<int>(std::lround(outline.radius_m * scale_ * (1 << fraction_bits))), solid_color,
-                 cv::FILLED, cv::LINE_AA, fraction_bits);
+      draw_circle(room_, outline.points_m.front(), outline.radius_m, solid_color, cv::FILLED);
     } else {
-      cv::fillPoly(room_, std::vector<std::vector<cv::Point>>{polygon(outline.points_m)}, solid_color,
-                   cv::LINE_AA, fraction_bits);
+      cv::fillPoly(room_, std::vector<std::vector<cv::Point>>{pixels(outline.points_m)}, solid_color,
+                   cv::LINE_AA, subpixel_bits);
     }
   }
 }
 
 cv::Point TopView::pixel(const Eigen::Vector2d& p_W) const {
-  return fixed_point(
+  return subpixel(
       {room_.cols - 1 - (p_W.y() - low_.y()) * scale_, room_.rows - 1 - (p_W.x() - low_.x()) * scale_});
+}
+
+std::vector<cv::Point> TopView::pixels(const std::vector<Eigen::Vector2d>& points_W) const {
+  std::vector<cv::Point> all;
+  for (const Eigen::Vector2d& p : points_W) all.push_back(pixel(p));
+  return all;
+}
+
+void TopView::draw_circle(cv::Mat& picture, const Eigen::Vector2d& center_W, double radius_m,
+                          const cv::Scalar& color, int thickness) const {
+  cv::circle(picture, pixel(center_W),
+             static_cast<int>(std::lround(radius_m * scale_ * (1 << subpixel_bits))), color, thickness,
+             cv::LINE_AA, subpixel_bits);
 }
 
 /// Each transducer's last firing, older ones apart: a round of all takes a third of a second.
@@ -175,10 +160,10 @@ void TopView::draw_beams(cv::Mat& picture, double now_s, const std::vector<Sonar
     }
     if (firing->reading.echo && firing->reading.range_m <= shown_range_m) echoes.push_back(arc);
     arc.push_back(pixel(apex));
-    cv::fillPoly(cones, std::vector<std::vector<cv::Point>>{arc}, beam_color, cv::LINE_AA, fraction_bits);
+    cv::fillPoly(cones, std::vector<std::vector<cv::Point>>{arc}, beam_color, cv::LINE_AA, subpixel_bits);
   }
   cv::addWeighted(cones, 0.35, picture, 0.65, 0, picture);
-  cv::polylines(picture, echoes, false, echo_color, 2, cv::LINE_AA, fraction_bits);
+  cv::polylines(picture, echoes, false, echo_color, 2, cv::LINE_AA, subpixel_bits);
 }
 
 /// From the bottom left up.
@@ -205,38 +190,31 @@ cv::Mat TopView::draw(const std::vector<StepRecord>& steps, const std::vector<So
   const StepRecord& now = steps.back();
   draw_beams(picture, now.time_s, firings);
   draw_legend(picture, !firings.empty(), now.pan.angle_rad != 0);
-  const auto circle = [&](const Eigen::Vector2d& center, double radius_m, const cv::Scalar& color,
-                          int thickness) {
-    cv::circle(picture, pixel(center),
-               static_cast<int>(std::lround(radius_m * scale_ * (1 << fraction_bits))), color, thickness,
-               cv::LINE_AA, fraction_bits);
-  };
   for (const Ball& ball : balls_)
-    circle(ball.p_WB(now.time_s).head<2>(), ball.radius_m(), solid_color, cv::FILLED);
+    draw_circle(picture, ball.p_WB(now.time_s).head<2>(), ball.radius_m(), solid_color, cv::FILLED);
   std::vector<cv::Point> trail;
   for (const StepRecord& step : steps) trail.push_back(pixel({step.pose.x_m, step.pose.y_m}));
-  cv::polylines(picture, trail, false, trail_color, 2, cv::LINE_AA, fraction_bits);
-  circle(now.p_WB.head<2>(), goal_distance_m_, goal_color, 1);
-  circle(now.p_WB.head<2>(), 4.0 / scale_, ball_color, cv::FILLED);
+  cv::polylines(picture, trail, false, trail_color, 2, cv::LINE_AA, subpixel_bits);
+  draw_circle(picture, now.p_WB.head<2>(), goal_distance_m_, goal_color, 1);
+  draw_circle(picture, now.p_WB.head<2>(), 4.0 / scale_, ball_color, cv::FILLED);
 
   std::vector<cv::Point> corners;
   for (const Eigen::Vector2d& corner : footprint_.corners())
     corners.push_back(pixel(in_world_frame(now.pose, corner)));
-  cv::polylines(picture, corners, true, ink, 2, cv::LINE_AA, fraction_bits);
+  cv::polylines(picture, corners, true, ink, 2, cv::LINE_AA, subpixel_bits);
   cv::arrowedLine(picture, pixel({now.pose.x_m, now.pose.y_m}), pixel(in_world_frame(now.pose, {0.4, 0.0})),
-                  ink, 2, cv::LINE_AA, fraction_bits, 0.25);
+                  ink, 2, cv::LINE_AA, subpixel_bits, 0.25);
 
   if (now.pan.angle_rad != 0) {
     const Pose2 looks{now.pose.x_m, now.pose.y_m, now.pose.yaw_rad + now.pan.angle_rad};
     cv::line(picture, pixel({now.pose.x_m, now.pose.y_m}), pixel(in_world_frame(looks, {0.8, 0.0})),
-             ball_color, 2, cv::LINE_AA, fraction_bits);
+             ball_color, 2, cv::LINE_AA, subpixel_bits);
   }
 
   // The way that each command would lead: as intended, and as guard and shield let it pass.
   const auto foreseen = [&](const Twist2& twist, const cv::Scalar& color) {
-    std::vector<cv::Point> way;
-    for (const Eigen::Vector2d& p : foreseen_way(now.pose, twist, footprint_)) way.push_back(pixel(p));
-    cv::polylines(picture, way, false, color, 3, cv::LINE_AA, fraction_bits);
+    cv::polylines(picture, pixels(foreseen_way(now.pose, twist, footprint_)), false, color, 3, cv::LINE_AA,
+                  subpixel_bits);
   };
   foreseen(now.control.intended, intended_color);
   foreseen(now.control.command, passed_color);

@@ -96,12 +96,6 @@ class ChromaPlane {
   cv::Mat2s cells_;   // of the histogram, under every pixel
 };
 
-/// Text that can be read on anything.
-void put_label(cv::Mat& picture, const std::string& text, cv::Point at, double size) {
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {0, 0, 0}, 3, cv::LINE_AA);
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 1, cv::LINE_AA);
-}
-
 /// Where a label about `at` covers none of the others: the nearest such place above or below.
 cv::Rect free_place(cv::Point at, const std::string& text, const std::vector<cv::Rect>& others) {
   const cv::Size size =
@@ -135,7 +129,7 @@ cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>&
     const cv::Point at = plane.point(2 * (moments.m10 / moments.m00 + 0.5) - side,
                                      2 * (moments.m01 / moments.m00 + 0.5) - side);
     labels.push_back(free_place(at, colors.classes[k].name, labels));
-    put_label(picture, colors.classes[k].name, {labels.back().x, labels.back().br().y - 4}, label_size);
+    draw_text(picture, colors.classes[k].name, {labels.back().x, labels.back().br().y - 4}, label_size);
   }
   return picture;
 }
@@ -211,7 +205,7 @@ cv::Mat table_picture(const ColorTable& colors) {
         part(y, x) = known ? color : cv::Vec3b(color / 4);
       }
     }
-    put_label(picture, fmt::format("L {:.0f}", lightnesses[k]),
+    draw_text(picture, fmt::format("L {:.0f}", lightnesses[k]),
               {static_cast<int>(k) % columns * tile + 6, static_cast<int>(k) / columns * tile + 16}, 0.45);
   }
   return picture;

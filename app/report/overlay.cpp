@@ -7,18 +7,13 @@
 #include "calibration/camera/sphere_outline.hpp"
 
 namespace ballservo {
-namespace {
 
-constexpr int shift = 5;  // OpenCV's fixed-point coordinates: 1/32 px
-
-cv::Point in_32nds_px(const Eigen::Vector2d& p) {
-  const auto to_int = [](double x) {
-    return static_cast<int>(std::lround(std::clamp(x, -1e5, 1e5) * (1 << shift)));
+cv::Point subpixel(const Eigen::Vector2d& p) {
+  const auto fixed_point = [](double x) {
+    return static_cast<int>(std::lround(std::clamp(x, -1e5, 1e5) * (1 << subpixel_bits)));
   };
-  return {to_int(p.x()), to_int(p.y())};
+  return {fixed_point(p.x()), fixed_point(p.y())};
 }
-
-}  // namespace
 
 cv::Scalar class_display_color(const ColorTable& colors, ClassIndex color_class) {
   cv::Scalar sum(0, 0, 0);
@@ -37,9 +32,19 @@ void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, 
   std::vector<cv::Point> points;
   for (const Eigen::Vector2d& p : points_px) {
     if (!p.allFinite()) return;
-    points.push_back(in_32nds_px(p));
+    points.push_back(subpixel(p));
   }
-  cv::polylines(bgr, points, closed, color, thickness, cv::LINE_AA, shift);
+  cv::polylines(bgr, points, closed, color, thickness, cv::LINE_AA, subpixel_bits);
+}
+
+void draw_cross(cv::Mat& bgr, const Eigen::Vector2d& center_px, const cv::Scalar& color) {
+  for (const Eigen::Vector2d& arm : {Eigen::Vector2d(4, 0), Eigen::Vector2d(0, 4)})
+    draw_polyline(bgr, {center_px - arm, center_px + arm}, false, color);
+}
+
+void draw_text(cv::Mat& bgr, const std::string& text, const cv::Point& at, double size) {
+  cv::putText(bgr, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {0, 0, 0}, 3, cv::LINE_AA);
+  cv::putText(bgr, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 1, cv::LINE_AA);
 }
 
 void draw_label(cv::Mat& bgr, const std::string& label, const Eigen::Vector2d& center_px, double radius_px) {
@@ -51,9 +56,7 @@ void draw_label(cv::Mat& bgr, const std::string& label, const Eigen::Vector2d& c
       std::clamp(center_px.x() - size.width / 2.0, 2.0, std::max(2.0, bgr.cols - size.width - 2.0));
   const double y = std::clamp(center_px.y() - radius_px - 6, size.height + 2.0,
                               std::max(size.height + 2.0, bgr.rows - 4.0));
-  const cv::Point at(static_cast<int>(x), static_cast<int>(y));
-  cv::putText(bgr, label, at, cv::FONT_HERSHEY_SIMPLEX, scale, {0, 0, 0}, 3, cv::LINE_AA);
-  cv::putText(bgr, label, at, cv::FONT_HERSHEY_SIMPLEX, scale, {255, 255, 255}, 1, cv::LINE_AA);
+  draw_text(bgr, label, {static_cast<int>(x), static_cast<int>(y)}, scale);
 }
 
 void draw_ball(cv::Mat& bgr, const Camera& camera, const BallObservation& ball, const std::string& label,
@@ -61,11 +64,8 @@ void draw_ball(cv::Mat& bgr, const Camera& camera, const BallObservation& ball, 
   const auto outline = project_outline(camera, ball.cone.axis, std::sin(ball.cone.alpha_rad), 128);
   draw_polyline(bgr, outline, true, {0, 0, 0}, 3);
   draw_polyline(bgr, outline, true, color, 1);
-  const Eigen::Vector2d& c = ball.outline.center_px;
-  for (const Eigen::Vector2d& arm : {Eigen::Vector2d(4, 0), Eigen::Vector2d(0, 4)}) {
-    draw_polyline(bgr, {c - arm, c + arm}, false, color, 1);
-  }
-  draw_label(bgr, label, c, ball.outline.radius_px);
+  draw_cross(bgr, ball.outline.center_px, color);
+  draw_label(bgr, label, ball.outline.center_px, ball.outline.radius_px);
 }
 
 }  // namespace ballservo

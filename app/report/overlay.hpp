@@ -19,6 +19,13 @@ cv::Scalar class_display_color(const ColorTable& colors, ClassIndex color_class)
 void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, bool closed,
                    const cv::Scalar& color, int thickness = 1);
 
+/// A place in the fixed-point coordinates that OpenCV draws by, and their fraction's bits.
+inline constexpr int subpixel_bits = 5;
+cv::Point subpixel(const Eigen::Vector2d& p);
+/// A small cross.
+void draw_cross(cv::Mat& bgr, const Eigen::Vector2d& center_px, const cv::Scalar& color);
+/// White text with a black rim, to be read on anything; `at` is its lower left corner, `size` OpenCV's scale.
+void draw_text(cv::Mat& bgr, const std::string& text, const cv::Point& at, double size);
 /// Text over a circle; kept inside the picture.
 void draw_label(cv::Mat& bgr, const std::string& label, const Eigen::Vector2d& center_px, double radius_px);
 
