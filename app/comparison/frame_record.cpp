@@ -16,13 +16,9 @@ template <class Outline, class Use>
 void fields(Outline& outline, const OutlineEllipse&, Use use) {
   use(outline.center_px.x(), outline.center_px.y(), outline.radius_px);
 }
-template <class Vector, class Use>
-void fields(Vector& v, const Eigen::Vector3d&, Use use) {
-  use(v.x(), v.y(), v.z());
-}
-template <class Matrix, class Use>
-void fields(Matrix& m, const Eigen::Matrix3d&, Use use) {
-  use(m(0, 0), m(1, 0), m(2, 0), m(0, 1), m(1, 1), m(2, 1), m(0, 2), m(1, 2), m(2, 2));
+template <class Matrix, class Kind, class Use>
+void fields(Matrix& matrix, const Eigen::MatrixBase<Kind>&, Use use) {
+  for (auto&& value : matrix.reshaped()) use(value);
 }
 template <class Fit, class Use>
 void fields(Fit& fit, const MethodFit&, Use use) {

@@ -6,11 +6,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/comparison/estimators/stopwatch.hpp"
+#include "app/comparison/pictures/plan_pictures.hpp"
 #include "app/comparison/pictures/rendered_frame.hpp"
 #include "app/comparison/resampling.hpp"
 #include "calibration/base/statistics.hpp"
 #include "calibration/camera/ray_table.hpp"
-#include "calibration/teaching/learn_colors.hpp"
 #include "perception/detector.hpp"
 #include "perception/segmentation/classification.hpp"
 #include "perception/segmentation/morphology.hpp"
@@ -110,28 +110,10 @@ void collect_votes(const ComparisonCondition& condition, const std::shared_ptr<c
   }
 }
 
-ComparisonCondition scene(const std::string& name, const std::string& color) {
-  ComparisonCondition condition;
-  condition.name = name;
-  condition.ball_color = color;
-  condition.sensor.blur_px = 0.7;
-  condition.sensor.read_noise = 2;
-  return condition;
-}
-
 std::shared_ptr<const ColorTable> learn(const std::vector<std::string>& words, std::uint64_t seed) {
-  std::vector<ColorPicture> pictures;
-  std::vector<ClassRequest> requests;
-  for (const std::string& word : words) {
-    ClassRequest request;
-    request.name = word;
-    for (int k = 0; k < 2; ++k) {
-      request.pictures.push_back(pictures.size());
-      pictures.push_back({word, render_comparison_frame(scene("claims_teaching", word), seed, k).bgr});
-    }
-    requests.push_back(request);
-  }
-  return std::make_shared<const ColorTable>(learn_classes(pictures, requests).table);
+  std::vector<ComparisonCondition> balls;
+  for (const std::string& word : words) balls.push_back(usual_scene("claims_teaching", word));
+  return learn_rendered(balls, 2, seed);
 }
 
 // How the pixels well inside balls of each colour are told, on pictures that were not learnt from.
@@ -141,7 +123,7 @@ void tell_classes(const std::vector<std::string>& words, std::uint64_t seed, nlo
   for (const std::string& word : words) {
     const auto own = colors->find(word);
     for (int k = 0; k < colors_frames; ++k) {
-      const RenderedFrame frame = render_comparison_frame(scene("claims_told", word), seed, k);
+      const RenderedFrame frame = render_comparison_frame(usual_scene("claims_told", word), seed, k);
       if (!own || !frame.truth.outline) continue;
       const OutlineEllipse& ball = *frame.truth.outline;
       const int reach = static_cast<int>(0.8 * ball.radius_px);
@@ -165,7 +147,7 @@ void tell_classes(const std::vector<std::string>& words, std::uint64_t seed, nlo
 }
 
 nlohmann::json times(const std::shared_ptr<const ColorTable>& colors, std::uint64_t seed) {
-  ComparisonCondition condition = scene("claims_times", "red");
+  ComparisonCondition condition = usual_scene("claims_times", "red");
   CameraParameters p = condition.camera.parameters();
   p.size = {1024, 683};
   p.cx_px = 511.5;
@@ -205,7 +187,7 @@ nlohmann::json times(const std::shared_ptr<const ColorTable>& colors, std::uint6
 nlohmann::json measure_paper_claims(const ComparisonPlan& plan) {
   const std::shared_ptr<const ColorTable> red = learn({"red"}, plan.seed);
   Votes apart, touching;
-  ComparisonCondition condition = scene("claims_apart", "red");
+  ComparisonCondition condition = usual_scene("claims_apart", "red");
   condition.same_color = 4;
   collect_votes(condition, red, plan.seed, apart);
   condition.name = "claims_touching";

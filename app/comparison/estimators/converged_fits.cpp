@@ -119,11 +119,8 @@ class Problem {
     ceres::CRSMatrix jacobian;
     problem_.Evaluate({}, nullptr, &residuals, nullptr, &jacobian);
     at.residuals = Eigen::Map<Eigen::VectorXd>(residuals.data(), static_cast<Eigen::Index>(residuals.size()));
-    at.jacobian.resize(static_cast<Eigen::Index>(residuals.size()), 3);
-    for (Eigen::Index row = 0; row < at.jacobian.rows(); ++row) {
-      for (Eigen::Index column = 0; column < 3; ++column)
-        at.jacobian(row, column) = jacobian.values[static_cast<std::size_t>(3 * row + column)];
-    }
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+    at.jacobian = Eigen::Map<Rows>(jacobian.values.data(), at.residuals.size(), 3);
     return at;
   }
 

@@ -77,9 +77,4 @@ PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const Metho
   return chosen;
 }
 
-bool has_tuned_peers(const MethodList& methods) {
-  return std::any_of(methods.begin(), methods.end(),
-                     [](const FitMethod* method) { return method->is_peer && method->fit; });
-}
-
 }  // namespace ballservo

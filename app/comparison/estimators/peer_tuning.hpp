@@ -19,7 +19,4 @@ struct TuningPicture {
 /// errs least: the mean of centre and radius errors (px). The first of the grid where nothing finds anything.
 PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const MethodList& methods);
 
-/// Whether any of the methods has settings to tune.
-bool has_tuned_peers(const MethodList& methods);
-
 }  // namespace ballservo

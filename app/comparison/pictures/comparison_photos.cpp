@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "app/comparison/pictures/rendered_frame.hpp"
 #include "app/report/overlay.hpp"
 
 namespace ballservo {
@@ -24,10 +25,9 @@ Crop crop_around(const cv::Mat& picture, const std::optional<OutlineEllipse>& ba
   const cv::Rect everything({0, 0}, picture.size());
   Crop crop{everything, 1};
   if (ball && ball->center_px.allFinite() && std::isfinite(ball->radius_px)) {
-    const int reach = std::max(12, static_cast<int>(2.2 * ball->radius_px));
-    const cv::Rect wanted(static_cast<int>(ball->center_px.x()) - reach,
-                          static_cast<int>(ball->center_px.y()) - reach, 2 * reach, 2 * reach);
-    if (!(wanted & everything).empty()) crop.box = wanted & everything;
+    const int reach_px = std::max(12, static_cast<int>(2.2 * ball->radius_px));
+    const cv::Rect wanted = square_around(ball->center_px, reach_px) & everything;
+    if (!wanted.empty()) crop.box = wanted;
   }
   crop.scale = static_cast<double>(width_px) / crop.box.width;
   return crop;

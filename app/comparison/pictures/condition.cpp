@@ -18,18 +18,6 @@ std::string occlusion_words(const ComparisonCondition& condition) {
                      sides[static_cast<std::size_t>(condition.occlusion_side)]);
 }
 
-// Painter and look; nothing for the lab's pictures.
-std::string picture_words(const ComparisonCondition& condition) {
-  if (condition.painter == Painter::lab) return "";
-  std::string text = condition.painter == Painter::room ? ", in a room" : ", painted";
-  if (condition.look.half_shade) text += ", half of it in shade";
-  if (condition.look.highlight) text += ", glossy";
-  if (condition.look.marbled) text += ", marbled";
-  if (condition.look.contact_shadow) text += ", contact shadow";
-  if (condition.at_border) text += ", half outside the picture";
-  return text;
-}
-
 }  // namespace
 
 void declare(OptionVisitor& v, ComparisonCondition& c) {
@@ -134,7 +122,13 @@ std::string in_words(const ComparisonCondition& condition) {
   say(condition.ring_clutter > 0, fmt::format("{:g} boxes across its outline", condition.ring_clutter));
   say(condition.same_color > 0, fmt::format("{:g} things of its colour", condition.same_color));
   say(condition.touching, "a bar of its colour touches it");
-  text += picture_words(condition);
+  say(condition.painter == Painter::room, "in a room");
+  say(condition.painter == Painter::painted, "painted");
+  say(condition.look.half_shade, "half of it in shade");
+  say(condition.look.highlight, "glossy");
+  say(condition.look.marbled, "marbled");
+  say(condition.look.contact_shadow, "contact shadow");
+  say(condition.at_border, "half outside the picture");
   say(!condition.has_ball, "without the ball");
   if (condition.start)
     say(true, fmt::format("fits start off the truth by {:g} px, radius {:g} px (sigma)",

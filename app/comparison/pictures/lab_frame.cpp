@@ -10,8 +10,6 @@ namespace {
 
 constexpr double jitter_px = 1.5;
 
-Eigen::Vector2d unit_vector(double angle) { return {std::cos(angle), std::sin(angle)}; }
-
 Rgb muted(const Rgb& color, double grey, double share) {
   return share * color + (1 - share) * Rgb::Constant(grey);
 }
@@ -31,12 +29,7 @@ Rgb background_color(const ComparisonCondition& condition, RandomEngine& engine)
 }
 
 Texture background_texture(const ComparisonCondition& condition, RandomEngine& engine) {
-  Texture texture;
-  texture.pattern = all_patterns[uniform_index(engine, static_cast<std::uint32_t>(all_patterns.size()))];
-  texture.color = background_color(condition, engine);
-  texture.color_2 = 0.6 * texture.color + 0.4 * background_color(condition, engine);
-  texture.scale_m = uniform(engine, 0.05, 0.4);
-  return texture;
+  return random_texture([&] { return background_color(condition, engine); }, 0.05, engine);
 }
 
 // Which side of the ball an occluder hides (picture axes). By chance not the upper one: the lamp hangs there,
@@ -167,16 +160,11 @@ RenderedFrame lab_frame(const ComparisonCondition& condition, RandomEngine& engi
   world.room.wall.texture = background_texture(condition, engine);
   world.room.floor.texture = background_texture(condition, engine);
 
-  Ball ball;
-  ball.name = ball.class_name = condition.ball_color;
-  ball.diameter_m = condition.diameter_m;
-  ball.material.texture.color = *color_from_word(condition.ball_color);
+  Ball& ball = stage.put_ball(*color_from_word(condition.ball_color));
   ball.material.texture.pattern = condition.ball_pattern;
   ball.material.texture.color_2 = 0.6 * ball.material.texture.color;
   ball.material.texture.scale_m = 0.4 * condition.diameter_m;
   ball.material.specular = 0.15;
-  ball.position_m = stage.X_WC * p_CB;
-  world.balls.push_back(ball);
 
   if (condition.background == ComparisonBackground::plain) {
     world.room.wall.texture.pattern = world.room.floor.texture.pattern = Pattern::plain;

@@ -53,12 +53,12 @@ class ColorField {
   ColorField(const Color& a, const Color& b, double scale_px, double waviness, RandomEngine& engine)
       : a_(a), b_(b), waviness_(waviness) {
     const double turn = uniform(engine, 0, 2 * M_PI);
-    ramp_ = Eigen::Vector2d(std::cos(turn), std::sin(turn)) / scale_px;
+    ramp_ = unit_vector(turn) / scale_px;
     phase_ = uniform01(engine);
     for (Wave& wave : waves_) {
       const double direction = uniform(engine, 0, 2 * M_PI),
                    length_px = scale_px * uniform(engine, 0.08, 0.5);
-      wave.k = Eigen::Vector2d(std::cos(direction), std::sin(direction)) * (2 * M_PI / length_px);
+      wave.k = unit_vector(direction) * (2 * M_PI / length_px);
       wave.phase = uniform(engine, 0, 2 * M_PI);
     }
   }
@@ -113,11 +113,8 @@ struct PaintedShape {
 };
 
 void paint(cv::Mat& picture, const PaintedShape& shape, const ColorField& colors) {
-  const double reach = shape.half_px.norm() + 2;
-  const cv::Rect box =
-      cv::Rect(static_cast<int>(shape.center_px.x() - reach), static_cast<int>(shape.center_px.y() - reach),
-               static_cast<int>(2 * reach) + 2, static_cast<int>(2 * reach) + 2) &
-      cv::Rect({0, 0}, picture.size());
+  const int reach_px = static_cast<int>(shape.half_px.norm()) + 4;
+  const cv::Rect box = square_around(shape.center_px, reach_px) & cv::Rect({0, 0}, picture.size());
   for (int v = box.y; v < box.y + box.height; ++v) {
     for (int u = box.x; u < box.x + box.width; ++u) {
       const auto share = static_cast<float>(std::clamp(0.5 - shape.distance_px(u, v), 0.0, 1.0));
@@ -129,11 +126,9 @@ void paint(cv::Mat& picture, const PaintedShape& shape, const ColorField& colors
 }
 
 cv::Mat pixels_outside(const PaintedShape& shape, const cv::Size& size) {
-  cv::Mat outside(size, CV_8UC1);
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u)
-      outside.at<std::uint8_t>(v, u) = shape.distance_px(u, v) > 0.5 ? 255 : 0;
-  }
+  cv::Mat1b outside(size);
+  outside.forEach(
+      [&](std::uint8_t& pixel, const int* at) { pixel = shape.distance_px(at[1], at[0]) > 0.5 ? 255 : 0; });
   return outside;
 }
 
@@ -168,9 +163,8 @@ BallPaint draw_paint(const ComparisonCondition& condition, const Eigen::Vector3d
                      RandomEngine& engine) {
   const Eigen::Matrix<double, 3, 2> across = perpendicular_basis(to_camera);
   const auto around = [&](double from_camera_rad) -> Eigen::Vector3d {
-    const double azimuth = uniform(engine, 0, 2 * M_PI);
     return std::cos(from_camera_rad) * to_camera +
-           std::sin(from_camera_rad) * (across * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth)));
+           std::sin(from_camera_rad) * (across * unit_vector(uniform(engine, 0, 2 * M_PI)));
   };
   BallPaint paint;
   paint.look = condition.look;
@@ -220,11 +214,8 @@ void paint_ball(cv::Mat& picture, const ComparisonCondition& condition, const Ba
   const OutlineEllipse& outline = *ball.outline;
   const Eigen::Vector3d& p_CB = ball.p_CB;
   const double radius_m = condition.radius_m();
-  const double reach = 1.15 * outline.radius_px + 3;
-  const cv::Rect box = cv::Rect(static_cast<int>(outline.center_px.x() - reach),
-                                static_cast<int>(outline.center_px.y() - reach),
-                                static_cast<int>(2 * reach) + 2, static_cast<int>(2 * reach) + 2) &
-                       cv::Rect({0, 0}, picture.size());
+  const int reach_px = static_cast<int>(1.15 * outline.radius_px) + 5;
+  const cv::Rect box = square_around(outline.center_px, reach_px) & cv::Rect({0, 0}, picture.size());
   for (int v = box.y; v < box.y + box.height; ++v) {
     for (int u = box.x; u < box.x + box.width; ++u) {
       Color sum(0, 0, 0);
@@ -256,12 +247,10 @@ void paint_contact_shadow(cv::Mat& picture, const OutlineEllipse& ball, RandomEn
       ball.radius_px * Eigen::Vector2d(uniform(engine, -0.4, 0.4), uniform(engine, 0.7, 0.95));
   const Eigen::Vector2d size =
       ball.radius_px * Eigen::Vector2d(uniform(engine, 0.7, 1.1), uniform(engine, 0.25, 0.5));
-  for (int v = 0; v < picture.rows; ++v) {
-    for (int u = 0; u < picture.cols; ++u) {
-      const double d2 = (Eigen::Vector2d(u, v) - center).cwiseQuotient(size).squaredNorm();
-      if (d2 < 30) picture.at<Color>(v, u) *= static_cast<float>(1 - depth * std::exp(-0.5 * d2));
-    }
-  }
+  picture.forEach<Color>([&](Color& pixel, const int* at) {
+    const double d2 = (Eigen::Vector2d(at[1], at[0]) - center).cwiseQuotient(size).squaredNorm();
+    if (d2 < 30) pixel *= static_cast<float>(1 - depth * std::exp(-0.5 * d2));
+  });
 }
 
 // The response of the camera, with noise; where the bound holds, the picture without noise, too.
@@ -312,7 +301,7 @@ PaintedShape paint_occluder(cv::Mat& picture, const ComparisonCondition& conditi
   const double turn = uniform(engine, 0, 2 * M_PI), half_px = 3 * ball.radius_px;
   const double shift_px = hiding_edge_distance(condition.occlusion) * ball.radius_px + half_px;
   PaintedShape card;
-  card.center_px = ball.center_px + shift_px * Eigen::Vector2d(std::cos(turn), std::sin(turn));
+  card.center_px = ball.center_px + shift_px * unit_vector(turn);
   card.half_px = {half_px, half_px};
   card.turn_rad = turn;
   paint(picture, card, uneven(muted_color(channels_of(condition), engine), engine));
@@ -329,9 +318,7 @@ RenderedFrame painted_frame(const ComparisonCondition& condition, RandomEngine& 
   const double waviness = uniform(engine, 0, 0.4), scale_px = uniform(engine, 200, 700);
   const Color one = muted_color(channels, engine), other = muted_color(channels, engine);
   const ColorField background(other, one, scale_px, waviness, engine);
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) picture.at<Color>(v, u) = background.at(u, v);
-  }
+  picture.forEach<Color>([&](Color& pixel, const int* at) { pixel = background.at(at[1], at[0]); });
   BallTruth& ball = frame.truth;
   if (condition.has_ball) {
     ball.p_CB = draw_ball_place(condition, engine);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <vector>
 
 #include "app/comparison/pictures/rendered_frame.hpp"
@@ -46,6 +47,19 @@ double hiding_edge_distance(double hidden_fraction);
 /// The sides of a picture, left first, as OcclusionSide has them.
 inline const Eigen::Vector2d picture_sides[] = {{-1, 0}, {1, 0}, {0, 1}, {0, -1}};
 
+inline Eigen::Vector2d unit_vector(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
+
+/// Any pattern, of two colours that `draw_color` gives, the second nearer to the first.
+template <class DrawColor>
+Texture random_texture(DrawColor draw_color, double least_scale_m, RandomEngine& engine) {
+  Texture texture;
+  texture.pattern = all_patterns[uniform_index(engine, static_cast<std::uint32_t>(all_patterns.size()))];
+  texture.color = draw_color();
+  texture.color_2 = 0.6 * texture.color + 0.4 * draw_color();
+  texture.scale_m = uniform(engine, least_scale_m, 0.4);
+  return texture;
+}
+
 /// A rendered picture in the making.
 struct Stage {
   const ComparisonCondition& condition;
@@ -53,6 +67,8 @@ struct Stage {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   World world{};
 
+  /// Adds the ball, of that colour.
+  Ball& put_ball(const Rgb& color);
   /// Adds an obstacle whose centre is at `p_C` (m, camera frame).
   void put(const Shape& shape, const Eigen::Vector3d& p_C, double yaw_rad, const Texture& texture);
   /// Its picture, seen from `views` while the camera is exposed, with noise from the engine and

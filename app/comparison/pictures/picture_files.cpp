@@ -7,6 +7,7 @@
 #include <set>
 #include <tuple>
 
+#include "app/comparison/pictures/rendered_frame.hpp"
 #include "app/io/recording.hpp"
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/numbers.hpp"
@@ -58,10 +59,8 @@ FrameTruth read_truth(const CsvRow& row) {
 int most_frequent_hue(const FrameTruth& truth, const cv::Mat& bgr) {
   if (!truth.outline) return 0;
   const OutlineEllipse& ball = *truth.outline;
-  const int reach = std::max(1, static_cast<int>(0.6 * ball.radius_px));
-  const cv::Rect box = cv::Rect(static_cast<int>(ball.center_px.x()) - reach,
-                                static_cast<int>(ball.center_px.y()) - reach, 2 * reach, 2 * reach) &
-                       cv::Rect({0, 0}, bgr.size());
+  const int reach_px = std::max(1, static_cast<int>(0.6 * ball.radius_px));
+  const cv::Rect box = square_around(ball.center_px, reach_px) & cv::Rect({0, 0}, bgr.size());
   if (box.empty()) return 0;
   cv::Mat hsv;
   cv::cvtColor(bgr(box), hsv, cv::COLOR_BGR2HSV);
@@ -220,13 +219,9 @@ ComparisonPicture PictureFiles::picture(std::size_t condition, int frame) const 
   task.near_px = task.click_px = ball.center_px;
   task.expected_radius_px = ball.radius_px;
   if (options_.start_at_truth) {
-    task.start = undistorted_circle(picture.detector.rays->camera(), ball);
-    if (task.start) {
-      const double sigma_px = std::max(vote_center_px, vote_center_part * ball.radius_px);
-      for (double& coordinate : task.start->center_px) coordinate += sigma_px * standard_normal(engine);
-      task.start->radius_px =
-          std::max(1.0, task.start->radius_px + vote_radius_share * sigma_px * standard_normal(engine));
-    }
+    const double sigma_px = std::max(vote_center_px, vote_center_part * ball.radius_px);
+    task.start = displaced_start(picture.detector.rays->camera(), ball, sigma_px,
+                                 vote_radius_share * sigma_px, engine);
   }
   return picture;
 }

@@ -7,6 +7,7 @@
 
 #include "app/comparison/estimators/method_scene.hpp"
 #include "app/comparison/frame_record.hpp"
+#include "calibration/base/random.hpp"
 
 namespace ballservo {
 
@@ -41,6 +42,12 @@ class PictureSource {
   /// What the peers are set to there, for readers; empty where none was tuned.
   virtual std::string peer_words(std::size_t condition) const = 0;
 };
+
+/// Where fits start that are told the ball's circle: there, displaced by errors of these sigmas (px), those
+/// of the centre along each axis. Nothing where the circle has no undistorted one.
+std::optional<UndistortedCircle> displaced_start(const Camera& camera, const OutlineEllipse& ball,
+                                                 double center_sigma_px, double radius_sigma_px,
+                                                 RandomEngine& engine);
 
 /// Runs the methods on a picture.
 ComparisonRecord measure(const ComparisonPicture& picture, const MethodList& methods);

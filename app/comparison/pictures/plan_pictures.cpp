@@ -24,25 +24,14 @@ constexpr int teaching_frames = 3, tuning_frames = 3;
 constexpr double teaching_radius_px = 60;
 
 // The ball as it is under the usual light, in the camera's response, large and whole.
-std::shared_ptr<const ColorTable> learn_color(const ComparisonCondition& condition, std::uint64_t seed) {
-  ComparisonCondition teaching;
-  teaching.name = "teaching_" + condition.ball_color;
-  teaching.ball_color = condition.ball_color;
+ComparisonCondition teaching_of(const ComparisonCondition& condition) {
+  ComparisonCondition teaching = usual_scene("teaching_" + condition.ball_color, condition.ball_color);
   teaching.ball_pattern = condition.ball_pattern;
   teaching.diameter_m = condition.diameter_m;
   teaching.depth_m = condition.radius_m() * teaching.camera.focal_px() / teaching_radius_px;
-  teaching.sensor.blur_px = 0.7;
-  teaching.sensor.read_noise = 2;
   teaching.sensor.gain = condition.sensor.gain;
   teaching.sensor.gamma = condition.sensor.gamma;
-  std::vector<ColorPicture> pictures;
-  ClassRequest request;
-  request.name = condition.ball_color;
-  for (int k = 0; k < teaching_frames; ++k) {
-    pictures.push_back({teaching.name, render_comparison_frame(teaching, seed, k).bgr});
-    request.pictures.push_back(static_cast<std::size_t>(k));
-  }
-  return std::make_shared<const ColorTable>(learn_classes(pictures, {request}).table);
+  return teaching;
 }
 
 // What a room's or a painted ball's colour is: its own channel well above the others. A camera's response
@@ -115,10 +104,35 @@ FrameTruth truth_of(const ComparisonCondition& condition, const RenderedFrame& r
 
 }  // namespace
 
+ComparisonCondition usual_scene(const std::string& name, const std::string& ball_color) {
+  ComparisonCondition condition;
+  condition.name = name;
+  condition.ball_color = ball_color;
+  condition.sensor.blur_px = 0.7;
+  condition.sensor.read_noise = 2;
+  return condition;
+}
+
+std::shared_ptr<const ColorTable> learn_rendered(const std::vector<ComparisonCondition>& balls, int frames,
+                                                 std::uint64_t seed) {
+  std::vector<ColorPicture> pictures;
+  std::vector<ClassRequest> requests;
+  for (const ComparisonCondition& ball : balls) {
+    ClassRequest& request = requests.emplace_back();
+    request.name = ball.ball_color;
+    for (int k = 0; k < frames; ++k) {
+      request.pictures.push_back(pictures.size());
+      pictures.push_back({ball.name, render_comparison_frame(ball, seed, k).bgr});
+    }
+  }
+  return std::make_shared<const ColorTable>(learn_classes(pictures, requests).table);
+}
+
 PlanPictures::PlanPictures(const ComparisonPlan& plan) : plan_(plan), setups_(plan.conditions.size()) {
-  peers_asked_ = has_tuned_peers(plan.methods);
-  detectors_asked_ = std::any_of(plan.methods.begin(), plan.methods.end(),
-                                 [](const FitMethod* method) { return method->detect && !method->is_peer; });
+  for (const FitMethod* method : plan.methods) {
+    peers_asked_ |= method->is_peer && method->fit;
+    detectors_asked_ |= method->detect && !method->is_peer;
+  }
   for (const ComparisonCondition& condition : plan.conditions) {
     ConditionInfo info;
     info.name = condition.name;
@@ -145,7 +159,9 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
     const bool lab = condition.painter == Painter::lab;
     auto& table = tables[{lab, condition.ball_color, condition.ball_pattern, condition.sensor.gain,
                           condition.sensor.gamma}];
-    if (!table) table = lab ? learn_color(condition, plan_.seed) : dominant_color(condition);
+    if (!table)
+      table = lab ? learn_rendered({teaching_of(condition)}, teaching_frames, plan_.seed)
+                  : dominant_color(condition);
     setups_[c].colors = table;
     setups_[c].hue = lab ? hue_of_word(condition.ball_color) : 60 * own_channel(condition.ball_color);
     auto& rays = cameras[camera_numbers(condition.camera)];
@@ -189,15 +205,9 @@ MethodTask PlanPictures::task(std::size_t index, const FrameTruth& truth) const 
   // A user clicks somewhere near the middle of what is seen of the ball.
   task.click_px = truth.outline->center_px +
                   0.15 * radius_px * Eigen::Vector2d(standard_normal(engine), standard_normal(engine));
-  if (condition.start) {
-    task.start = undistorted_circle(condition.camera, *truth.outline);
-    if (task.start) {
-      for (double& coordinate : task.start->center_px)
-        coordinate += condition.start->center_px * standard_normal(engine);
-      task.start->radius_px =
-          std::max(1.0, task.start->radius_px + condition.start->radius_px * standard_normal(engine));
-    }
-  }
+  if (condition.start)
+    task.start = displaced_start(condition.camera, *truth.outline, condition.start->center_px,
+                                 condition.start->radius_px, engine);
   return task;
 }
 

@@ -37,6 +37,14 @@ class PlanPictures : public PictureSource {
   std::vector<Setup> setups_;
 };
 
+/// A ball of that colour before the lab's walls, in a camera's usual blur and noise.
+ComparisonCondition usual_scene(const std::string& name, const std::string& ball_color);
+
+/// The colours of balls, a class each, as learnt from so many frames of each. Throws Refusal where one cannot
+/// be learnt.
+std::shared_ptr<const ColorTable> learn_rendered(const std::vector<ComparisonCondition>& balls, int frames,
+                                                 std::uint64_t seed);
+
 /// A frame's picture alone, which needs nothing learnt.
 ShownPicture show_frame(const ComparisonPlan& plan, std::size_t condition, int frame);
 

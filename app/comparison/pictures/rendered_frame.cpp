@@ -61,13 +61,6 @@ bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d&
   });
 }
 
-// Twice as far from the centre as the outline goes (px): enough of what hides the ball for the bound.
-cv::Rect neighbourhood(const OutlineEllipse& ball) {
-  const int reach = static_cast<int>(2 * ball.radius_px) + 20;
-  return {static_cast<int>(ball.center_px.x()) - reach, static_cast<int>(ball.center_px.y()) - reach,
-          2 * reach, 2 * reach};
-}
-
 }  // namespace
 
 Eigen::Vector3d draw_ball_place(const ComparisonCondition& condition, RandomEngine& engine) {
@@ -108,6 +101,15 @@ double hiding_edge_distance(double hidden_fraction) {
   return (low + high) / 2;
 }
 
+Ball& Stage::put_ball(const Rgb& color) {
+  Ball& ball = world.balls.emplace_back();
+  ball.name = ball.class_name = condition.ball_color;
+  ball.diameter_m = condition.diameter_m;
+  ball.material.texture.color = color;
+  ball.position_m = X_WC * p_CB;
+  return ball;
+}
+
 void Stage::put(const Shape& shape, const Eigen::Vector3d& p_C, double yaw_rad, const Texture& texture) {
   Obstacle& obstacle = world.obstacles.emplace_back();
   obstacle.shape = shape;
@@ -123,8 +125,12 @@ RenderedFrame Stage::picture(const std::vector<CameraView>& views, RandomEngine&
   RenderedFrame frame;
   if (!world.balls.empty()) frame.truth = ball_truth(condition.camera, world, view).front();
   const bool has_bound = frame.truth.outline && views.size() == 1 && sensor.gamma == 1;
-  if (has_bound && condition.occlusion > 0)
-    frame.unhidden = unhidden_pixels(condition.camera, world, view, 0, neighbourhood(*frame.truth.outline));
+  if (has_bound && condition.occlusion > 0) {
+    // Twice as far from the centre as the outline goes: enough of what hides the ball for the bound.
+    const OutlineEllipse& ball = *frame.truth.outline;
+    const cv::Rect box = square_around(ball.center_px, static_cast<int>(2 * ball.radius_px) + 20);
+    frame.unhidden = unhidden_pixels(condition.camera, world, view, 0, box);
+  }
   const cv::Mat light = CameraRenderer(condition.camera, world, sensor).radiance(views);
   frame.bgr = expose(light, sensor, engine(), noise_frame);
   if (!has_bound) return frame;

@@ -22,6 +22,12 @@ struct RenderedFrame {
   cv::Mat clean_bgr, unhidden;
 };
 
+/// The pixels at most `reach_px` away along each axis; may leave the picture.
+inline cv::Rect square_around(const Eigen::Vector2d& center_px, int reach_px) {
+  return {static_cast<int>(center_px.x()) - reach_px, static_cast<int>(center_px.y()) - reach_px,
+          2 * reach_px, 2 * reach_px};
+}
+
 /// Draws frame number `frame` of a condition. Background, clutter, light, the occluder's side, the direction
 /// off the axis, and a shift of a pixel and a half and of 2 % in depth come from (seed, the condition's name,
 /// frame) alone.

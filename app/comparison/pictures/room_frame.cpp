@@ -34,12 +34,7 @@ Rgb muted_rgb(const BallChannels& channels, RandomEngine& engine) {
 }
 
 Texture muted_texture(const BallChannels& channels, RandomEngine& engine) {
-  Texture texture;
-  texture.pattern = all_patterns[uniform_index(engine, static_cast<std::uint32_t>(all_patterns.size()))];
-  texture.color = muted_rgb(channels, engine);
-  texture.color_2 = 0.6 * texture.color + 0.4 * muted_rgb(channels, engine);
-  texture.scale_m = uniform(engine, 0.03, 0.4);
-  return texture;
+  return random_texture([&] { return muted_rgb(channels, engine); }, 0.03, engine);
 }
 
 Texture near_texture(const RoomStage& stage, RandomEngine& engine) {
@@ -190,14 +185,9 @@ RenderedFrame room_frame(const ComparisonCondition& condition, RandomEngine& eng
   Eigen::Vector2d occluder_side(0, 0);
   if (condition.has_ball) {
     stage.ball = project_sphere(stage.camera, stage.p_CB, condition.radius_m());
-    Ball ball;
-    ball.name = ball.class_name = condition.ball_color;
-    ball.diameter_m = condition.diameter_m;
-    ball.material.texture.color = stage.ball_color;
+    Ball& ball = stage.put_ball(stage.ball_color);
     ball.material.specular = uniform01(engine) < 0.5 ? uniform(engine, 0, 0.3) : 0;
     ball.material.shininess = uniform(engine, 20, 120);
-    ball.position_m = stage.X_WC * stage.p_CB;
-    stage.world.balls.push_back(ball);
     if (condition.occlusion > 0) occluder_side = add_occluder(stage, engine);
     if (condition.touching) add_touching_bar(stage, engine);
   } else {
