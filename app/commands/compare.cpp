@@ -66,11 +66,7 @@ void check_size(const ComparisonPlan& plan, const CompareOptions& options) {
 nlohmann::json job_description(const ComparisonPlan& plan) {
   nlohmann::json cameras = nlohmann::json::array();
   for (const ComparisonCondition& condition : plan.conditions) {
-    const CameraParameters& p = condition.camera.parameters();
-    const Eigen::VectorXd vector = parameter_vector(p);
-    nlohmann::json camera = {{"model", lens_model_name(p.model)},
-                             {"size", {p.size.width_px, p.size.height_px}},
-                             {"parameters", std::vector<double>(vector.begin(), vector.end())}};
+    nlohmann::json camera = camera_identity(condition.camera);
     if (condition.covariance) {
       const Eigen::MatrixXd& covariance = condition.covariance->covariance;
       camera["covariance"] = std::vector<double>(covariance.data(), covariance.data() + covariance.size());

@@ -53,50 +53,42 @@ ordered_json step_pairs(const ComparisonResults& results) {
   return list;
 }
 
-/// Writes pictures as "worst_1.jpg", and adds their names to what is listed.
-class Gallery {
- public:
-  Gallery(const WriteFile& write, std::string prefix) : write_(write), prefix_(std::move(prefix)) {}
-
-  void add(const cv::Mat& picture, PictureFormat format, ordered_json shown) {
-    const char* ending = format == PictureFormat::png ? "png" : "jpg";
-    shown["file"] = fmt::format("{}_{}.{}", prefix_, list_.size() + 1, ending);
-    write_(shown["file"], picture_bytes(picture, format));
-    list_.push_back(std::move(shown));
-  }
-  const ordered_json& list() const { return list_; }
-
- private:
-  const WriteFile& write_;
-  std::string prefix_;
-  ordered_json list_ = ordered_json::array();
-};
+/// Writes a picture as "worst_1.jpg", and lists it with what is said of it.
+void add_picture(ordered_json& list, const std::string& prefix, const cv::Mat& picture, PictureFormat format,
+                 ordered_json said, const WriteFile& write) {
+  const char* ending = format == PictureFormat::png ? "png" : "jpg";
+  said["file"] = fmt::format("{}_{}.{}", prefix, list.size() + 1, ending);
+  write(said["file"], picture_bytes(picture, format));
+  list.push_back(std::move(said));
+}
 
 ordered_json examples(const ComparisonResults& results, const ShowFrame& show, const WriteFile& write) {
-  Gallery gallery(write, "example");
-  for (std::size_t c = 0; c < results.conditions.size() && gallery.list().size() < most_examples; ++c) {
+  ordered_json list = ordered_json::array();
+  for (std::size_t c = 0; c < results.conditions.size() && list.size() < most_examples; ++c) {
     const ConditionInfo& info = results.conditions[c];
     if (info.swept_key.empty())
-      gallery.add(example_photo(show(c, 0)), PictureFormat::png, {{"condition", info.name}});
+      add_picture(list, "example", example_photo(show(c, 0)), PictureFormat::png, {{"condition", info.name}},
+                  write);
   }
-  return gallery.list();
+  return list;
 }
 
 ordered_json notable(const ComparisonResults& results, const std::vector<NotableFrame>& frames,
                      const std::string& name, const ShowFrame& show, const WriteFile& write) {
-  Gallery gallery(write, name);
+  ordered_json list = ordered_json::array();
   for (const NotableFrame& frame : frames) {
     const FrameTruth& truth = frame.record.truth;
-    gallery.add(
-        outlines_photo(show(frame.condition, frame.index), frame.record, results.methods),
-        PictureFormat::jpeg,
+    const cv::Mat photo = outlines_photo(show(frame.condition, frame.index), frame.record, results.methods);
+    add_picture(
+        list, name, photo, PictureFormat::jpeg,
         {{"condition", results.conditions[frame.condition].name},
          {"frame", truth.frame},
          {"source", truth.source},
          {"value", frame.value < NotableFrame::not_found ? ordered_json(frame.value) : ordered_json()},
-         {"in_space", truth.p_CB.has_value()}});
+         {"in_space", truth.p_CB.has_value()}},
+        write);
   }
-  return gallery.list();
+  return list;
 }
 
 ordered_json photos(const ComparisonResults& results, const ShowFrame& show, const WriteFile& write) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/base/statistics.hpp"
+
 namespace ballservo {
 
 std::optional<Outcome> outcome_from_name(std::string_view name) {
@@ -117,7 +119,7 @@ RunSummary OutcomeJudge::summary(const std::vector<StepRecord>& steps, bool inte
   }
   if (settled_s && summary.outcome != Outcome::collision) summary.settled_s = *settled_s;
 
-  double last_range = 0, last_bearing = 0, range2 = 0, bearing2 = 0, last_count = 0, settled_count = 0;
+  std::vector<double> last_range_m, last_bearing_rad, settled_range_m, settled_bearing_rad;
   summary.min_clearance_m = steps.front().clearance_m;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const StepRecord& step = steps[i];
@@ -126,22 +128,18 @@ RunSummary OutcomeJudge::summary(const std::vector<StepRecord>& steps, bool inte
     if (!step.in_view && !step.hidden && i + 1 < steps.size())
       summary.out_of_view_s += steps[i + 1].time_s - step.time_s;
     if (step.time_s >= end_s - 1.0) {
-      last_range += step.range_error_m;
-      last_bearing += step.bearing_rad;
-      last_count += 1;
+      last_range_m.push_back(step.range_error_m);
+      last_bearing_rad.push_back(step.bearing_rad);
     }
     if (std::isfinite(summary.settled_s) && step.time_s >= summary.settled_s) {
-      range2 += step.range_error_m * step.range_error_m;
-      bearing2 += step.bearing_rad * step.bearing_rad;
-      settled_count += 1;
+      settled_range_m.push_back(step.range_error_m);
+      settled_bearing_rad.push_back(step.bearing_rad);
     }
   }
-  summary.range_error_m = last_range / last_count;
-  summary.bearing_error_rad = last_bearing / last_count;
-  if (settled_count > 0) {
-    summary.range_rms_m = std::sqrt(range2 / settled_count);
-    summary.bearing_rms_rad = std::sqrt(bearing2 / settled_count);
-  }
+  summary.range_error_m = mean(last_range_m);
+  summary.bearing_error_rad = mean(last_bearing_rad);
+  summary.range_rms_m = root_mean_square(settled_range_m);
+  summary.bearing_rms_rad = root_mean_square(settled_bearing_rad);
   return summary;
 }
 

@@ -138,16 +138,4 @@ std::string in_words(const ComparisonCondition& condition) {
   return text;
 }
 
-Camera scaled_camera(const Camera& camera, double factor) {
-  if (factor == 1) return camera;
-  CameraParameters p = camera.parameters();
-  const auto scaled = [&](int size) { return std::max(1, static_cast<int>(std::lround(size * factor))); };
-  p.size = {scaled(p.size.width_px), scaled(p.size.height_px)};
-  p.fx_px *= factor;
-  p.fy_px *= factor;
-  p.cx_px = (p.cx_px + 0.5) * factor - 0.5;
-  p.cy_px = (p.cy_px + 0.5) * factor - 0.5;
-  return Camera(p);
-}
-
 }  // namespace ballservo

@@ -95,7 +95,4 @@ void set_number(ComparisonCondition& condition, const std::string& key, double v
 /// "red ball of 70 mm, 60 px across, Z = 1 m ...": what differs from the usual is said.
 std::string in_words(const ComparisonCondition& condition);
 
-/// The camera of a picture whose size is `factor` times as large.
-Camera scaled_camera(const Camera& camera, double factor);
-
 }  // namespace ballservo

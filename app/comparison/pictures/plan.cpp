@@ -21,9 +21,8 @@ constexpr double seconds_a_frame = 0.15, seconds_a_view = 0.12, seconds_a_condit
 constexpr double usual_pixels = 640.0 * 480.0;
 
 bool is_name(const std::string& name) {
-  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-  });
+  return !name.empty() && name.size() <= 64 &&
+         name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos;
 }
 
 // A camera as a condition names it: by its file, or by its numbers.
@@ -150,6 +149,19 @@ MethodList find_methods(const std::vector<std::string>& names, YamlNode root) {
     for (const FitMethod& method : fit_methods()) methods.push_back(&method);
   }
   return methods;
+}
+
+// The camera of a picture whose size is `factor` times as large.
+Camera scaled_camera(const Camera& camera, double factor) {
+  if (factor == 1) return camera;
+  CameraParameters p = camera.parameters();
+  const auto scaled = [&](int size) { return std::max(1, static_cast<int>(std::lround(size * factor))); };
+  p.size = {scaled(p.size.width_px), scaled(p.size.height_px)};
+  p.fx_px *= factor;
+  p.fy_px *= factor;
+  p.cx_px = (p.cx_px + 0.5) * factor - 0.5;
+  p.cy_px = (p.cy_px + 0.5) * factor - 0.5;
+  return Camera(p);
 }
 
 // What can only be told once a condition is whole.

@@ -60,16 +60,6 @@ int hue_of_word(const std::string& color) {
   return static_cast<int>(std::lround(hsv.at<cv::Vec3f>(0, 0)[0] / 2)) % 180;
 }
 
-// All that tells one camera from another.
-std::vector<double> camera_numbers(const Camera& camera) {
-  const CameraParameters& p = camera.parameters();
-  const Eigen::VectorXd vector = parameter_vector(p);
-  std::vector<double> numbers(vector.begin(), vector.end());
-  for (const int value : {static_cast<int>(p.model), p.size.width_px, p.size.height_px})
-    numbers.push_back(value);
-  return numbers;
-}
-
 // The camera that the methods are told: off by a draw from its covariance.
 Camera misjudged(const ComparisonCondition& condition, RandomEngine& engine) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(condition.covariance->covariance);
@@ -103,6 +93,14 @@ FrameTruth truth_of(const ComparisonCondition& condition, const RenderedFrame& r
 }
 
 }  // namespace
+
+nlohmann::json camera_identity(const Camera& camera) {
+  const CameraParameters& p = camera.parameters();
+  const Eigen::VectorXd vector = parameter_vector(p);
+  return {{"model", lens_model_name(p.model)},
+          {"size", {p.size.width_px, p.size.height_px}},
+          {"parameters", std::vector<double>(vector.begin(), vector.end())}};
+}
 
 ComparisonCondition usual_scene(const std::string& name, const std::string& ball_color) {
   ComparisonCondition condition;
@@ -151,7 +149,7 @@ PlanPictures::PlanPictures(const ComparisonPlan& plan) : plan_(plan), setups_(pl
 void PlanPictures::prepare(const std::vector<char>& needed) {
   // Colours look alike as long as finish and response do.
   std::map<std::tuple<bool, std::string, Pattern, double, double>, std::shared_ptr<const ColorTable>> tables;
-  std::map<std::vector<double>, std::shared_ptr<const RayTable>> cameras;
+  std::map<nlohmann::json, std::shared_ptr<const RayTable>> cameras;
   for (std::size_t c = 0; c < setups_.size(); ++c) {
     if (!needed[c]) continue;
     throw_if_interrupted();
@@ -164,7 +162,7 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
                   : dominant_color(condition);
     setups_[c].colors = table;
     setups_[c].hue = lab ? hue_of_word(condition.ball_color) : 60 * own_channel(condition.ball_color);
-    auto& rays = cameras[camera_numbers(condition.camera)];
+    auto& rays = cameras[camera_identity(condition.camera)];
     if (!rays) rays = std::make_shared<const RayTable>(condition.camera);
     setups_[c].rays = rays;
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "app/comparison/pictures/comparison_photos.hpp"
 #include "app/comparison/pictures/picture_source.hpp"
@@ -36,6 +37,9 @@ class PlanPictures : public PictureSource {
   std::vector<ConditionInfo> infos_;
   std::vector<Setup> setups_;
 };
+
+/// All that tells one camera from another.
+nlohmann::json camera_identity(const Camera& camera);
 
 /// A ball of that colour before the lab's walls, in a camera's usual blur and noise.
 ComparisonCondition usual_scene(const std::string& name, const std::string& ball_color);
