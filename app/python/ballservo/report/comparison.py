@@ -283,9 +283,9 @@ def cost_plot(data, time_ms, error_mm):
     return Drawing(plot, "Down and to the left is better. Small and pale: converged.")
 
 
-def with_interval(row, quantity, unit):
+def with_interval(row, quantity, unit, form="{} ({} to {})"):
     middle, low, high = (figure_text(row[f"{quantity}_median{end}_{unit}"]) for end in ("", "_low", "_high"))
-    return f"{middle} ({low} to {high})" if low != "-" else middle
+    return form.format(middle, low, high) if low != "-" else middle
 
 
 def error_rows(data, condition):
@@ -320,8 +320,7 @@ def latex_tables(data):
         return re.sub("[_%&#$]", r"\\\g<0>", text)
 
     def median_of(row, quantity, unit):
-        value, low, high = (figure_text(row[f"{quantity}_median{end}_{unit}"]) for end in ("", "_low", "_high"))
-        return f"{value} [{low}, {high}]" if low != "-" else value
+        return with_interval(row, quantity, unit, "{} [{}, {}]")
 
     errors, distances = [], []
     for condition in data.names:

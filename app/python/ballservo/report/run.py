@@ -22,7 +22,8 @@ def page(folder):
         title=facts["title"], subtitle=subtitle(facts, folder), command=facts.get("command"),
         summary=summary, keys=key_figures(summary), video=(folder / "video.mp4").exists(),
         ways=[top_view(facts, log), image_trace(facts)], errors=error_plots(facts, summary, log),
-        commands=[speed_plot(log), turn_plot(log)],
+        commands=[command_plot(log, "v", "mps", "Forward speed", "v (m/s)", "The square-root shape of the braking envelope."),
+                  command_plot(log, "w", "radps", "Turning rate", "w (deg/s)", "Positive: to the left.", np.degrees)],
         key_frames=[photo(folder, frame["file"], frame["caption"]) for frame in facts["key_frames"]],
         states=state_changes(log), scenario=json.dumps(read_json(folder / "manifest.json")["scenario"], indent=2))
 
@@ -152,22 +153,13 @@ def clearance(log):
     return Drawing(plot, "From the footprint to the nearest wall or obstacle.")
 
 
-def command_plot(log, quantity, title, label, unit=lambda value: value):
+def command_plot(log, name, suffix, title, label, caption, unit=lambda value: value):
     plot = axes(title, "time (s)", label)
-    time, (name, suffix) = numbers(log, "time_s"), quantity
+    time = numbers(log, "time_s")
     curve(plot, time, unit(numbers(log, f"{name}_{suffix}")), "driven")
     curve(plot, time, unit(numbers(log, f"{name}_command_{suffix}")), "commanded", linestyle="--")
     legend(plot)
-    return plot
-
-
-def speed_plot(log):
-    return Drawing(command_plot(log, ("v", "mps"), "Forward speed", "v (m/s)"),
-                   "The square-root shape of the braking envelope.")
-
-
-def turn_plot(log):
-    return Drawing(command_plot(log, ("w", "radps"), "Turning rate", "w (deg/s)", np.degrees), "Positive: to the left.")
+    return Drawing(plot, caption)
 
 
 def state_changes(log):

@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from .floor import draw_obstacles, draw_robot, draw_room
-from .page import COLORS, Drawing, axes, curve, legend, map_axes, number, numbers, read_json, read_rows, read_text
+from .page import COLORS, Drawing, axes, curve, legend, map_axes, number, numbers, percent, read_json, read_rows, read_text
 
 REACHED, FAILED, BALL = COLORS[:3]
 MOST_WAYS, MOST_DRAWN_KEYS, BINS = 300, 3, 30
@@ -32,15 +32,11 @@ def page(folder):
         distributions=distributions(trials), scenario=json.dumps(facts["scenario"], indent=2))
 
 
-def percent(share):
-    return f"{100 * share:.2f} %" if np.isfinite(number(share)) else "-"
-
-
 def rate(part, whole, interval):
     if whole == 0:
         return "-"
-    low, high = map(percent, interval)
-    return f"{part} of {whole}: {percent(part / whole)} (95 % interval {low} to {high})"
+    middle, low, high = (percent(share, 2) for share in (part / whole, *interval))
+    return f"{part} of {whole}: {middle} (95 % interval {low} to {high})"
 
 
 def spread(values, scale, unit):
@@ -72,15 +68,15 @@ def key_figures(s, trials):
 
 def failure_row(group, feasible):
     seeds = ", ".join(map(str, group["seeds"])) + (", ..." if group["count"] > len(group["seeds"]) else "")
-    share = "not counted" if group["outcome"] == "infeasible" else percent(group["count"] / feasible)
+    share = "not counted" if group["outcome"] == "infeasible" else percent(group["count"] / feasible, 2)
     return group["outcome"], group["cause"], group["count"], share, seeds
 
 
 def against(summary, facts):
     """Two tables: outcomes and figures, paired by seed with those of another sweep."""
     other = summary["against"]
-    outcomes = [(name, c["both"], c["only_this"], c["only_other"], c["neither"], percent(c["difference"]),
-                 " to ".join(map(percent, c["difference_ci95"])))
+    outcomes = [(name, c["both"], c["only_this"], c["only_other"], c["neither"], percent(c["difference"], 2),
+                 " to ".join(percent(end, 2) for end in c["difference_ci95"]))
                 for name, c in (("reached", other["success"]), ("no collision", other["no_collision"]))]
     medians = []
     for name, d in other["median_differences"].items():
