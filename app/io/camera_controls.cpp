@@ -67,8 +67,7 @@ std::vector<CameraControl> CameraControls::all() const {
         device_(VIDIOC_G_CTRL, &now) != 0)
       continue;
     present.push_back({known.name, static_cast<double>(now.value), static_cast<double>(range.minimum),
-                       static_cast<double>(range.maximum), static_cast<double>(range.step),
-                       known.off.has_value()});
+                       static_cast<double>(range.maximum), static_cast<double>(range.step)});
   }
   return present;
 }

@@ -18,7 +18,6 @@ V4l2Device open_v4l2_device(int number);
 struct CameraControl {
   std::string name;  ///< "exposure", as in colours files
   double value = 0, minimum = 0, maximum = 0, step = 1;
-  bool automatic = false;  ///< it switches an automatic on or off
 };
 
 /// Whether all automatics among the settings are off.
