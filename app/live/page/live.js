@@ -81,10 +81,8 @@ function answered(answer) {
 }
 
 function download(answer) {
-  const link = document.createElement('a');
   const bytes = Uint8Array.from(atob(answer.base64), (c) => c.charCodeAt(0));
-  link.href = URL.createObjectURL(new Blob([bytes]));
-  link.download = answer.download;
+  const link = element('a', '', {href: URL.createObjectURL(new Blob([bytes])), download: answer.download});
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
@@ -201,11 +199,9 @@ function ask(spot) {
 function explain(answer) {
   const lines = answer.refused ? [['bad', answer.refused]]
     : [[answer.ball ? '' : 'bad', answer.text], ['note', answer.figures], ['', answer.remedy && `What helps: ${answer.remedy}${answer.remedy.endsWith('.') ? '' : '.'}`]];
-  at('why').replaceChildren(...lines.filter(([, text]) => text).map(([name, text]) => element('p', text, name)));
+  at('why').replaceChildren(...lines.filter(([, text]) => text).map(([className, text]) => element('p', text, {className})));
   if (answer.ball || !asked) return;
-  const button = element('button', 'It is a ball: teach it');
-  button.onclick = () => teach({...asked, radius_px: 0});
-  at('why').append(button);
+  at('why').append(element('button', 'It is a ball: teach it', {onclick: () => teach({...asked, radius_px: 0})}));
 }
 
 // Whoever holds the ball has no hand for the mouse.
@@ -254,11 +250,8 @@ function setTeaching(on) {
 
 // ---- what is shown
 
-function element(tag, text, className = '') {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  made.className = className;
-  return made;
+function element(tag, textContent, more = {}) {
+  return Object.assign(document.createElement(tag), {textContent, ...more});
 }
 
 function say(text, bad = false) {
@@ -283,7 +276,7 @@ function build(id, what, make) {
 function showControls(all) {
   at('controls').replaceChildren(...all.map((one) => {
     const label = element('label', `${one.name.replaceAll('_', ' ')} `);
-    const input = Object.assign(document.createElement('input'), {type: 'number', min: one.minimum, max: one.maximum, step: one.step, value: one.value});
+    const input = element('input', '', {type: 'number', min: one.minimum, max: one.maximum, step: one.step, value: one.value});
     input.onchange = () => send({do: 'camera', name: one.name, value: Number(input.value)});
     label.append(input);
     return label;
@@ -297,7 +290,7 @@ function classItem(one) {
   const disc = document.createElementNS('http://www.w3.org/2000/svg', 'circle');
   for (const [key, value] of Object.entries({cx: 1, cy: 1, r: 1, fill: one.color})) disc.setAttribute(key, value);
   swatch.append(disc);
-  const name = Object.assign(document.createElement('input'), {value: one.name, title: 'Rename'});
+  const name = element('input', '', {value: one.name, title: 'Rename'});
   name.setAttribute('aria-label', `Name of class ${one.name}`);
   name.onchange = () => send({do: 'rename', class: one.name, name: name.value.trim()});
   const percent = (fraction) => `${(100 * fraction).toFixed(1)} %`;
@@ -359,13 +352,13 @@ function showFootage(message) {
   at('keep').hidden = state.recent_s === null;
   at('keep').textContent = `Keep the last ${Math.round(state.recent_s)} s`;
   build('view', state.views.map((view) => view.name), (names) => ['', ...names].map((name) =>
-    Object.assign(element('option', name || 'automatic'), {value: name})));
+    element('option', name || 'automatic', {value: name})));
   at('remedy').textContent = state.views.find((view) => view.name === message.view)?.remedy ?? '';
   build('candidates', state.candidates ?? [], (all) => all.map((one) => element('li',
     `${one.class} at (${one.outline_px[0].toFixed(0)}, ${one.outline_px[1].toFixed(0)}), radius ${one.outline_px[2].toFixed(0)} px: ` +
     (one.accepted ? 'a ball' : one.reason + (one.remedy && ` (${one.remedy})`)))));
   build('classes', state.classes, (all) => all.flatMap(classItem));
-  build('names', state.classes.map((one) => one.name), (names) => names.map((name) => Object.assign(document.createElement('option'), {value: name})));
+  build('names', state.classes.map((one) => one.name), (names) => names.map((value) => element('option', '', {value})));
   showCalibration(state.calibration);
   build('warnings', state.warnings, (all) => all.map((text) => element('li', text)));
   showBalls();
