@@ -21,21 +21,14 @@ constexpr double z_95 = 1.959963984540054;
 /// Darker but where a pixel has a class: there in the class' colour.
 cv::Mat taught_picture(const cv::Mat& bgr, const ColorTable& colors) {
   if (colors.classes.empty()) return bgr;
-  cv::Mat picture = bgr * 0.5;
-  std::vector<cv::Vec3b> shown(1);
+  std::vector<cv::Vec3b> halves(1);  // of the classes' colours; of no class black
   for (std::size_t k = 1; k <= colors.classes.size(); ++k) {
     const cv::Scalar color = class_display_color(colors, static_cast<ClassIndex>(k));
-    shown.emplace_back(cv::saturate_cast<uchar>(color[0]), cv::saturate_cast<uchar>(color[1]),
-                       cv::saturate_cast<uchar>(color[2]));
+    halves.push_back(cv::Vec3b(cv::Vec3d(color.val)) / 2);
   }
-  for (int v = 0; v < bgr.rows; ++v) {
-    const auto* const from = bgr.ptr<cv::Vec3b>(v);
-    auto* const to = picture.ptr<cv::Vec3b>(v);
-    for (int u = 0; u < bgr.cols; ++u) {
-      const ClassIndex color_class = colors.classify(from[u][0], from[u][1], from[u][2]);
-      if (color_class != no_class) to[u] = shown[color_class] / 2 + from[u] / 2;
-    }
-  }
+  cv::Mat picture(bgr.size(), bgr.type());
+  std::transform(bgr.begin<cv::Vec3b>(), bgr.end<cv::Vec3b>(), picture.begin<cv::Vec3b>(),
+                 [&](const cv::Vec3b& p) { return halves[colors.classify(p[0], p[1], p[2])] + p / 2; });
   return picture;
 }
 
