@@ -89,19 +89,20 @@ std::array<Eigen::Vector3d, 4> corners_of(const Board& board) {
   return {{{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}}};
 }
 
-/// Says how far, and how much of the picture the board is to span.
+/// Says how far away it is to be, and how much of the picture the board then spans.
 std::string distance_words(ImageSize size, const std::vector<BoardView>& views, double& span) {
   double largest = 0, smallest = std::numeric_limits<double>::infinity();
   for (const BoardView& view : views) {
     largest = std::max(largest, span_of(view, size));
     smallest = std::min(smallest, span_of(view, size));
   }
-  const bool is_nearer = largest < filling, is_farther = !is_nearer && largest < far_and_near * smallest;
-  if (is_nearer) span = filling;
-  if (is_farther) span = largest / 2;
-  return is_nearer    ? "so near that it fills half of the picture"
-         : is_farther ? "twice as far away as it was"
-                      : "";
+  if (largest < filling) {
+    span = filling;
+    return ", so near that it fills half of the picture";
+  }
+  if (largest >= far_and_near * smallest) return "";
+  span = largest / 2;
+  return ", twice as far away as it was";
 }
 
 }  // namespace
@@ -231,12 +232,10 @@ BoardHint next_board(const Board& board, ImageSize size, const std::vector<Board
   const BoardCalibration* const found = fit != nullptr && fit->calibration ? &*fit->calibration : nullptr;
   hint.place_px = worst ? fit->map->places_px[*worst] : emptiest_place(size, views);
   AskedBoard asked{hint.place_px, side_to_tilt(views.size(), found != nullptr ? &found->poses : nullptr)};
-  hint.words =
-      fmt::format("Hold the board {} of the picture, its {} tilted towards the camera by 20 to 40 degrees",
-                  place_name(hint.place_px, size), side_names[asked.side]);
-  const std::string distance = distance_words(size, views, asked.span);
+  hint.words = fmt::format(
+      "Hold the board {} of the picture, its {} tilted towards the camera by 20 to 40 degrees{}",
+      place_name(hint.place_px, size), side_names[asked.side], distance_words(size, views, asked.span));
   hint.outline_px = outline_of(asked, board, found != nullptr ? found->camera : camera_before(size));
-  if (!distance.empty()) hint.words += ", " + distance;
   if (worst)
     hint.words += fmt::format(": there a ball at 1 m is uncertain by {:.1f} mm", *fit->map->sigma_mm[*worst]);
   hint.words += ".";
