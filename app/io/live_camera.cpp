@@ -83,9 +83,7 @@ class LiveCamera : public FrameSequence {
     if (seen_ == 0) start_ = shared_->taken;
     seen_ = shared_->count;
     const double time_s = std::chrono::duration<double>(shared_->taken - start_).count();
-    const double captured_unix_s =
-        unix_time_s() - std::chrono::duration<double>(SteadyClock::now() - shared_->taken).count();
-    return Frame{shared_->newest, name_, index_++, time_s, captured_unix_s};
+    return Frame{shared_->newest, name_, index_++, time_s, unix_time_s(shared_->taken)};
   }
   std::string name() const override { return name_; }
   long length() const override { return 0; }

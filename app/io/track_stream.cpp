@@ -5,7 +5,6 @@
 #include <sys/socket.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <memory>
 
@@ -55,8 +54,9 @@ ordered_json track_json(const Track& track, const ColorTable& colors) {
   return ball;
 }
 
-double unix_time_s() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+double unix_time_s(std::chrono::steady_clock::time_point at) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(now - (std::chrono::steady_clock::now() - at)).count();
 }
 
 std::string stream_line(const Frame& frame, const std::vector<Track>& tracks, const ColorTable& colors,

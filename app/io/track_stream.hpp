@@ -3,6 +3,7 @@
 
 #include <netinet/in.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -14,8 +15,8 @@
 
 namespace ballservo {
 
-/// The wall clock, in seconds since 1970.
-double unix_time_s();
+/// What the wall clock showed then, in seconds since 1970.
+double unix_time_s(std::chrono::steady_clock::time_point at = std::chrono::steady_clock::now());
 
 /// A track as a line names it; it has its total covariance.
 nlohmann::ordered_json track_json(const Track& track, const ColorTable& colors);

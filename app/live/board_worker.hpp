@@ -3,7 +3,6 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -11,11 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <string>
-#include <thread>
 #include <vector>
 
 #include "app/live/board_lessons.hpp"
+#include "app/live/newest_job.hpp"
 
 namespace ballservo {
 
@@ -26,7 +24,6 @@ class BoardWorker {
 
   /// Among `models` the fit chooses. `changed` is called on a thread of the worker's.
   BoardWorker(std::vector<LensModel> models, std::function<void()> changed);
-  ~BoardWorker();
 
   /// Begins anew.
   void start(BoardLessons lessons);
@@ -44,25 +41,18 @@ class BoardWorker {
   BoardCalibration calibration() const;
 
  private:
-  struct Picture {
-    cv::Mat bgr;
-    Clock::time_point taken;
-  };
-  void search();
-  void fit();
   void want_fit();
 
   const std::vector<LensModel> models_;
   const std::function<void()> changed_;
   mutable std::mutex mutex_;
-  std::condition_variable work_;
-  bool ended_ = false, searches_ = false, wants_fit_ = false, fits_ = false;
+  bool searches_ = false, fits_ = false;
   std::uint64_t run_ = 0;  // `start` counts it: what comes of an earlier one is dropped
-  long searched_ = 0;      // pictures of this run
+  std::uint64_t fits_asked_ = 0;
+  long searched_ = 0;  // pictures of this run
   std::optional<BoardLessons> lessons_;
-  std::optional<Picture> newest_;
   std::shared_ptr<const BoardFit> fit_;
-  std::thread search_thread_, fit_thread_;
+  NewestJob fitter_, searcher_;  // last: they use all of the above, and the search asks for fits
 };
 
 }  // namespace ballservo

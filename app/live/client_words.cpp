@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ballservo {
 
@@ -36,23 +37,31 @@ std::string text_at(const nlohmann::json& what, const char* key) {
   return found != what.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
+nlohmann::json points_px_json(const std::vector<Eigen::Vector2d>& points_px) {
+  nlohmann::json listed = nlohmann::json::array();
+  for (const Eigen::Vector2d& p : points_px)
+    listed.push_back({std::round(10 * p.x()) / 10, std::round(10 * p.y()) / 10});
+  return listed;
+}
+
 std::string words_of(const InputError& error) {
   std::string text;
   for (const Fault& fault : error.faults()) text += (text.empty() ? "" : "; ") + to_text(fault);
   return text;
 }
 
-nlohmann::json answer_to(const std::string& verb, const std::function<nlohmann::json()>& done) {
-  nlohmann::json answer;
+void answer(const LiveCommand& command, const std::function<nlohmann::json()>& done) {
+  nlohmann::json said;
   try {
-    answer = done();
+    said = done();
+    if (said.is_null()) return;
   } catch (const InputError& error) {
-    answer = {{"refused", words_of(error)}};
-  } catch (const Refusal& refusal) {
-    answer = {{"refused", refusal.what()}};
+    said["refused"] = words_of(error);
+  } catch (const std::exception& error) {  // a Refusal, mostly
+    said["refused"] = error.what();
   }
-  answer["answer"] = verb;
-  return answer;
+  said["answer"] = text_at(command.what, "do");
+  command.answer(std::move(said));
 }
 
 }  // namespace ballservo

@@ -1,11 +1,14 @@
 // What clients say, and what is said to them.
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "app/live/live_exchange.hpp"
 #include "calibration/base/fault.hpp"
 
 namespace ballservo {
@@ -21,10 +24,13 @@ double length_m_at(const nlohmann::json& what, const char* key, const char* name
 /// Empty where there is none.
 std::string text_at(const nlohmann::json& what, const char* key);
 
+/// Points of a picture, to a tenth of a pixel.
+nlohmann::json points_px_json(const std::vector<Eigen::Vector2d>& points_px);
+
 /// All faults in a line.
 std::string words_of(const InputError& error);
 
-/// The answer to `verb`: what `done` gives, or why it is refused (InputError, Refusal).
-nlohmann::json answer_to(const std::string& verb, const std::function<nlohmann::json()>& done);
+/// Answers a command: with what `done` gives, or why it is refused. Null: the answer comes later.
+void answer(const LiveCommand& command, const std::function<nlohmann::json()>& done);
 
 }  // namespace ballservo

@@ -30,20 +30,6 @@ constexpr std::size_t kept_bytes = std::size_t{64} << 20;  // of pictures that a
 constexpr std::size_t most_undone = 32, pictures_for_rate = 30;
 constexpr auto retry = 1000ms;
 
-double to_seconds(std::chrono::steady_clock::duration time) {
-  return std::chrono::duration<double>(time).count();
-}
-
-std::chrono::steady_clock::duration seconds(double time_s) {
-  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-      std::chrono::duration<double>(time_s));
-}
-
-/// By the calendar, s since 1970.
-double unix_s(std::chrono::steady_clock::time_point time) {
-  return unix_time_s() - to_seconds(std::chrono::steady_clock::now() - time);
-}
-
 /// Whose name says in which format the camera is written.
 std::filesystem::path camera_file(const FootageOptions& options) {
   return options.camera_output.empty() ? "camera.yaml" : options.camera_output;
@@ -88,7 +74,8 @@ FootageSession::~FootageSession() {
 
 void FootageSession::run() {
   while (!ended_ && !interrupt_requested()) {
-    for (LiveCommand& command : exchange_.next_commands()) obey(std::move(command));
+    for (const LiveCommand& command : exchange_.next_commands())
+      answer(command, [&] { return done(command); });
     finish_lesson();
     if (ended_) break;
     if (boards_changed_.exchange(false) && paused_) look_again();
@@ -106,7 +93,7 @@ void FootageSession::advance() {
   if (!next_ && !read_next()) return;
   const bool is_camera = sequence_->files().empty();
   if (!is_camera && !step_) {
-    const auto due = pace_start_ + seconds(next_->time_s);
+    const auto due = pace_start_ + duration_of(next_->time_s);
     if (Clock::now() < due) {
       exchange_.wait_until(std::min(due, Clock::now() + LiveExchange::idle));
       if (Clock::now() < due) return;
@@ -115,14 +102,14 @@ void FootageSession::advance() {
   }
   const auto taken = is_camera ? next_taken_ : Clock::now();
   shown_ = std::exchange(next_, std::nullopt);
-  if (step_) pace_start_ = Clock::now() - seconds(shown_->time_s);
+  if (step_) pace_start_ = Clock::now() - duration_of(shown_->time_s);
   step_ = false;
   ++pictures_;
   show(taken);
   boards_.show(shown_->bgr, taken);
   try {
     if (is_recording_) record(taken);
-    if (recent_) recent_->put(shown_->bgr, shown_->time_s, unix_s(taken));
+    if (recent_) recent_->put(shown_->bgr, shown_->time_s, unix_time_s(taken));
   } catch (const InputError& error) {  // a full disk
     message_ = words_of(error);
     is_recording_ = false;
@@ -165,7 +152,14 @@ void FootageSession::open_again() {
   sequence_ = options_.open
                   ? options_.open()
                   : std::move(open_sources({options_.source}, options_.fps, options_.max_pixels).front());
-  if (sequence_->controls() != nullptr) ignored_ = sequence_->controls()->set(wanted_);
+  set_camera();
+}
+
+const CameraControls* FootageSession::controls() const { return sequence_ ? sequence_->controls() : nullptr; }
+
+/// As it is wanted, if it can be set.
+void FootageSession::set_camera() {
+  if (controls() != nullptr) ignored_ = controls()->set(wanted_);
 }
 
 void FootageSession::restart_tracks() {
@@ -212,7 +206,7 @@ void FootageSession::show(Clock::time_point taken) {
     message_ = words_of(error);
     restart_tracks();
   }
-  work_ms_ = 1000 * to_seconds(Clock::now() - begin);
+  work_ms_ = 1000 * seconds_of(Clock::now() - begin);
   const bool is_read = stream_ || exchange_.is_looked_at(stream_view);
   std::string line = is_read ? stream_line(*shown_, tracks_, factory_.colors(), unix_time_s()) : "";
   if (stream_ && !stream_->send(line)) ended_ = true;
@@ -241,10 +235,8 @@ FootageSession::Json FootageSession::balls() const {
   for (const Track& track : tracks_) {
     Json ball = track_json(track, factory_.colors());
     const TangentCone& cone = track.ball.cone;
-    Json& rim_px = ball["rim_px"] = Json::array();  // the outline as a polygon, as the lens bends it
-    for (const Eigen::Vector2d& p :
-         project_outline(detector_->rays().camera(), cone.axis, std::sin(cone.alpha_rad), 48))
-      rim_px.push_back({std::round(10 * p.x()) / 10, std::round(10 * p.y()) / 10});
+    ball["rim_px"] = points_px_json(  // the outline as a polygon, as the lens bends it
+        project_outline(detector_->rays().camera(), cone.axis, std::sin(cone.alpha_rad), 48));
     if (track.ball.position) ball["position"] = position_text(*track.ball.position);
     listed.push_back(std::move(ball));
   }
@@ -263,7 +255,7 @@ FootageSession::Json FootageSession::calibration() const {
 FootageSession::Json FootageSession::state(const DetectionStages* stages) const {
   double rate_hz = 0;
   if (shown_at_.size() > 1)
-    rate_hz = static_cast<double>(shown_at_.size() - 1) / to_seconds(shown_at_.back() - shown_at_.front());
+    rate_hz = static_cast<double>(shown_at_.size() - 1) / seconds_of(shown_at_.back() - shown_at_.front());
   Json views = Json::array();
   for (const LiveView& view : live_views()) views.push_back({{"name", view.name}, {"remedy", view.remedy}});
   Json warnings = colors_.warnings();
@@ -283,7 +275,7 @@ FootageSession::Json FootageSession::state(const DetectionStages* stages) const 
                {"learning", lesson_.has_value()},
                {"undo", !undone_to_.empty()},
                {"message", message_},
-               {"camera", sequence_ != nullptr && sequence_->controls() != nullptr},
+               {"camera", controls() != nullptr},
                {"ignored", ignored_},
                {"balls", balls()},
                {"classes", classes_json(colors_)},
@@ -329,20 +321,20 @@ FilesBeside FootageSession::beside() const {
   return files;
 }
 
-void FootageSession::keep_recent(const LiveCommand& command) {
+FootageSession::Json FootageSession::keep_recent(const LiveCommand& command) {
   if (!recent_) throw Refusal("start with --record DIR --last SECONDS");
   if (keeping_.valid() && keeping_.wait_for(0s) != std::future_status::ready)
     throw Refusal("the last ones are still being written");
   if (recent_->pictures().empty()) throw Refusal("there is no picture yet");
   const std::filesystem::path folder = take_folder();
-  keeping_ = std::async(std::launch::async,
-                        [folder, overwrite = options_.overwrite_recording, pictures = recent_->pictures(),
-                         beside = beside(), answer = command.answer] {
-                          answer(answer_to("keep", [&]() -> Json {
-                            write_recording(folder, overwrite, pictures, beside);
-                            return {{"folder", folder.string()}, {"pictures", pictures.size()}};
-                          }));
-                        });
+  keeping_ = std::async(std::launch::async, [command, folder, overwrite = options_.overwrite_recording,
+                                             pictures = recent_->pictures(), beside = beside()] {
+    answer(command, [&]() -> Json {
+      write_recording(folder, overwrite, pictures, beside);
+      return {{"folder", folder.string()}, {"pictures", pictures.size()}};
+    });
+  });
+  return nullptr;
 }
 
 void FootageSession::record(Clock::time_point taken) {
@@ -353,33 +345,20 @@ void FootageSession::record(Clock::time_point taken) {
     rows += ball_row({recording_->next_name(), 0, time_s, track.id,
                       factory_.colors().name_of(track.color_class), track_state_name(track.state)},
                      track.ball);
-  if (recording_->put(shown_->bgr, time_s, unix_s(taken), std::move(rows)) || recording_->lost() > 1) return;
+  if (recording_->put(shown_->bgr, time_s, unix_time_s(taken), std::move(rows)) || recording_->lost() > 1)
+    return;
   const std::string fault = recording_->fault();
   spdlog::warn("{}: pictures are lost: {}", recording_->folder().string(),
                fault.empty() ? "they come faster than they can be compressed and written" : fault);
 }
 
-void FootageSession::obey(LiveCommand command) {
-  const std::string verb = text_at(command.what, "do");
-  const auto reply = command.answer;
-  bool later = false;  // its thread answers
-  Json answer = answer_to(verb, [&]() -> Json {
-    later = verb == "teach" || verb == "rename" || verb == "keep";
-    if (verb == "teach")
-      teach(std::move(command));
-    else if (verb == "rename")
-      rename(std::move(command));
-    else if (verb == "keep")
-      keep_recent(command);
-    else
-      return done(verb, command.what);
-    return Json::object();
-  });
-  if (!later || answer.contains("refused")) reply(std::move(answer));
-}
-
-/// Does what takes no time, and says what came of it.
-FootageSession::Json FootageSession::done(const std::string& verb, const Json& what) {
+/// Says what came of it; null where a thread of its own does that.
+FootageSession::Json FootageSession::done(const LiveCommand& command) {
+  const Json& what = command.what;
+  const std::string verb = text_at(what, "do");
+  if (verb == "teach") return teach(command);
+  if (verb == "rename") return rename(command);
+  if (verb == "keep") return keep_recent(command);
   if (verb == "why") return why(what);
   if (verb == "camera" || verb == "hold") return camera(what);
   if (verb == "save") return save();
@@ -405,7 +384,7 @@ FootageSession::Json FootageSession::done(const std::string& verb, const Json& w
     undone_to_.pop_back();
   } else if (verb == "pause") {
     paused_ = !paused_;
-    if (!paused_ && next_) pace_start_ = Clock::now() - seconds(next_->time_s);
+    if (!paused_ && next_) pace_start_ = Clock::now() - duration_of(next_->time_s);
     look_again();
   } else if (verb == "step") {
     paused_ = step_ = true;
@@ -432,31 +411,27 @@ const cv::Mat& FootageSession::picture_of(const Json& what) const {
   throw Refusal("that picture is gone by now: pause, and click again");
 }
 
-void FootageSession::begin_lesson(LiveCommand command, std::function<Learnt(const ColorLessons&)> learn) {
+/// Null: `finish_lesson` answers.
+FootageSession::Json FootageSession::begin_lesson(const LiveCommand& command,
+                                                  std::function<Learnt(const ColorLessons&)> learn) {
   if (lesson_) throw Refusal("the last lesson is still being learnt");
-  lesson_.emplace(Lesson{std::move(command), std::async(std::launch::async, [this, learn, base = colors_] {
-                           Learnt learnt;
-                           try {
-                             learnt = learn(base);
-                           } catch (const InputError& error) {
-                             learnt.refused = words_of(error);
-                           } catch (const std::exception& error) {  // a Refusal, or the end
-                             learnt.refused = error.what();
-                           }
-                           exchange_.wake();
-                           return learnt;
-                         })});
+  std::packaged_task<Learnt(const ColorLessons&)> task(std::move(learn));
+  lesson_.emplace(Lesson{command, task.get_future(), {}});
+  lesson_->thread = std::async(std::launch::async, [this, task = std::move(task), base = colors_]() mutable {
+    task(base);
+    exchange_.wake();
+  });
+  return nullptr;
 }
 
-void FootageSession::teach(LiveCommand command) {
+FootageSession::Json FootageSession::teach(const LiveCommand& command) {
   const Json& what = command.what;
-  const auto answer = command.answer;
   PointedLesson lesson;
   lesson.bgr = picture_of(what);
   lesson.at = {{number_at(what, "u_px", -1e9), number_at(what, "v_px", -1e9)},
                number_at(what, "radius_px", 0)};
   lesson.name = text_at(what, "name");
-  begin_lesson(std::move(command), [this, lesson, answer](const ColorLessons& base) {
+  return begin_lesson(command, [this, lesson, reply = command.answer](const ColorLessons& base) {
     Learnt learnt;
     learnt.colors = base.with(
         lesson,
@@ -465,32 +440,28 @@ void FootageSession::teach(LiveCommand command) {
         },
         [&](const PointedBall& ball) {
           learnt.circle_px = {ball.center_px.x(), ball.center_px.y(), ball.radius_px};
-          answer({{"answer", "found"}, {"circle_px", learnt.circle_px}});
+          reply({{"answer", "found"}, {"circle_px", learnt.circle_px}});
         },
         learnt.name);
     return learnt;
   });
 }
 
-void FootageSession::rename(LiveCommand command) {
+FootageSession::Json FootageSession::rename(const LiveCommand& command) {
   const std::string from = text_at(command.what, "class"), to = text_at(command.what, "name");
-  begin_lesson(std::move(command), [from, to](const ColorLessons& base) {
-    Learnt learnt;
-    learnt.colors = base.renamed(from, to);
-    learnt.name = to;
-    return learnt;
+  return begin_lesson(command, [from, to](const ColorLessons& base) {
+    return Learnt{base.renamed(from, to), nullptr, to};
   });
 }
 
 void FootageSession::finish_lesson() {
   if (!lesson_ || lesson_->learnt.wait_for(0s) != std::future_status::ready) return;
-  const LiveCommand command = std::move(lesson_->command);
-  Learnt learnt = lesson_->learnt.get();
-  lesson_.reset();
-  const std::string verb = text_at(command.what, "do");
-  if (!learnt.refused.empty()) return command.answer({{"answer", verb}, {"refused", learnt.refused}});
-  learn(std::move(learnt.colors));
-  command.answer({{"answer", verb}, {"class", learnt.name}, {"circle_px", learnt.circle_px}});
+  Lesson lesson = *std::exchange(lesson_, std::nullopt);
+  answer(lesson.command, [&]() -> Json {
+    Learnt learnt = lesson.learnt.get();
+    learn(std::move(learnt.colors));
+    return {{"class", learnt.name}, {"circle_px", learnt.circle_px}};
+  });
 }
 
 void FootageSession::learn(ColorLessons colors) {
@@ -517,19 +488,18 @@ FootageSession::Json FootageSession::why(const Json& what) {
 
 /// How the camera is set, after what is asked for has been done.
 FootageSession::Json FootageSession::camera(const Json& what) {
-  const CameraControls* const controls = sequence_ ? sequence_->controls() : nullptr;
-  if (controls == nullptr) throw Refusal("this source is no camera that can be set");
+  if (controls() == nullptr) throw Refusal("this source is no camera that can be set");
   const std::string name = text_at(what, "name").substr(0, 40);
   if (text_at(what, "do") == "hold") {
-    ignored_ = controls->hold();
-    wanted_ = controls->values();
+    ignored_ = controls()->hold();
+    wanted_ = controls()->values();
   } else if (!name.empty()) {
     const double value = number_at(what, "value", std::nan(""));
-    ignored_ = controls->set({{name, value}});
+    ignored_ = controls()->set({{name, value}});
     if (ignored_.empty()) wanted_[name] = value;
   }
   Json listed = Json::array();
-  for (const CameraControl& control : controls->all())
+  for (const CameraControl& control : controls()->all())
     listed.push_back({{"name", control.name},
                       {"value", control.value},
                       {"minimum", control.minimum},
@@ -546,7 +516,7 @@ void FootageSession::want_settings_of(const ColorTable& colors) {
 FootageSession::Json FootageSession::save() {
   if (colors_.empty()) throw Refusal("no colour has been taught yet");
   ColorTable table = *colors_.table();
-  if (sequence_ && sequence_->controls() != nullptr) table.camera_settings = sequence_->camera_settings();
+  if (controls() != nullptr) table.camera_settings = controls()->values();
   const std::string bytes = color_file_bytes(table);
   if (!options_.colors_output.empty()) {
     write_file(options_.colors_output, bytes, options_.overwrite_colors);
@@ -562,7 +532,7 @@ FootageSession::Json FootageSession::load(const Json& what) {
   if (!bytes) throw Refusal("that is no file that came through whole");
   ColorLessons colors = ColorLessons(parse_color_file(*bytes, "the file"));
   want_settings_of(*colors.table());
-  if (sequence_ && sequence_->controls() != nullptr) ignored_ = sequence_->controls()->set(wanted_);
+  set_camera();
   learn(std::move(colors));
   return {{"classes", colors_.table()->classes.size()}};
 }

@@ -60,11 +60,12 @@ class FootageSession {
   struct Learnt {
     ColorLessons colors;
     Json circle_px;  // of a ball that was pointed at
-    std::string name, refused;
+    std::string name;
   };
   struct Lesson {
     LiveCommand command;
     std::future<Learnt> learnt;
+    std::future<void> thread;
   };
   struct Kept {
     std::uint64_t serial;
@@ -88,17 +89,18 @@ class FootageSession {
   void start_recording();
   std::filesystem::path take_folder();
   FilesBeside beside() const;
-  void keep_recent(const LiveCommand& command);
 
-  void obey(LiveCommand command);
-  Json done(const std::string& verb, const Json& what);
-  void teach(LiveCommand command);
-  void rename(LiveCommand command);
-  void begin_lesson(LiveCommand command, std::function<Learnt(const ColorLessons&)> learn);
+  Json done(const LiveCommand& command);
+  Json teach(const LiveCommand& command);
+  Json rename(const LiveCommand& command);
+  Json keep_recent(const LiveCommand& command);
+  Json begin_lesson(const LiveCommand& command, std::function<Learnt(const ColorLessons&)> learn);
   void finish_lesson();
   Json why(const Json& what);
   Json camera(const Json& what);
+  const CameraControls* controls() const;
   void want_settings_of(const ColorTable& colors);
+  void set_camera();
   Json save();
   Json load(const Json& what);
   Json save_camera();

@@ -26,6 +26,15 @@ struct LiveMoment {
   std::string line;  ///< for programs that read the stream; may be empty
 };
 
+/// A time of the steady clock, s.
+inline double seconds_of(std::chrono::steady_clock::duration time) {
+  return std::chrono::duration<double>(time).count();
+}
+inline std::chrono::steady_clock::duration duration_of(double time_s) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(time_s));
+}
+
 /// What those look at who read the stream.
 inline constexpr const char* stream_view = "stream";
 

@@ -210,10 +210,8 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
       return pump();
     }
     if (verb == "painted") {
-      if (!has_painted_ && sent_serial_ > 0) {
-        server_.note_latency(
-            std::chrono::duration<double, std::milli>(LiveExchange::Clock::now() - sent_taken_).count());
-      }
+      if (!has_painted_ && sent_serial_ > 0)
+        server_.note_latency(1000 * seconds_of(LiveExchange::Clock::now() - sent_taken_));
       has_painted_ = true;
       return pump();
     }

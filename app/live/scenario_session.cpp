@@ -1,17 +1,14 @@
 #include "app/live/scenario_session.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <condition_variable>
-#include <exception>
+#include <future>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "app/experiment/run_log.hpp"
@@ -19,6 +16,7 @@
 #include "app/io/interrupt.hpp"
 #include "app/live/base64.hpp"
 #include "app/live/client_words.hpp"
+#include "app/live/newest_job.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
 #include "servo/simulation/rendering/sensor.hpp"
 
@@ -142,27 +140,19 @@ class ScenarioSession::Eye {
   using Draw =
       std::function<cv::Mat(std::optional<CameraRenderer>& renderer, std::shared_ptr<const World>& world)>;
 
-  ~Eye() {
-    {
-      const std::lock_guard lock(mutex_);
-      ended_ = true;
-    }
-    changed_.notify_one();
-    thread_.join();
-  }
   void look(Draw draw) {
-    {
+    job_.ask([this, draw = std::move(draw), seen = Clock::now()] {
+      std::packaged_task<cv::Mat()> task([&] { return draw(renderer_, world_); });
+      task();
       const std::lock_guard lock(mutex_);
-      next_ = std::move(draw);
-      next_seen_ = Clock::now();
-    }
-    changed_.notify_one();
+      picture_ = task.get_future();
+      seen_ = seen;
+    });
   }
   /// The last picture that was drawn, or why it could not be.
   cv::Mat picture() const {
     const std::lock_guard lock(mutex_);
-    if (failed_) std::rethrow_exception(failed_);
-    return picture_;
+    return picture_.valid() ? picture_.get() : cv::Mat();
   }
   Clock::time_point seen() const {  // what that picture shows
     const std::lock_guard lock(mutex_);
@@ -170,39 +160,12 @@ class ScenarioSession::Eye {
   }
 
  private:
-  void work() {
-    setpriority(PRIO_PROCESS, 0, 5);  // in Linux of this thread: the run comes first
-    std::optional<CameraRenderer> renderer;
-    std::shared_ptr<const World> world;
-    std::unique_lock lock(mutex_);
-    while (true) {
-      changed_.wait(lock, [this] { return ended_ || next_; });
-      if (ended_) return;
-      const Draw draw = std::exchange(next_, nullptr);
-      const Clock::time_point seen = next_seen_;
-      lock.unlock();
-      cv::Mat picture;
-      std::exception_ptr failed;
-      try {
-        picture = draw(renderer, world);
-      } catch (...) {
-        failed = std::current_exception();
-      }
-      lock.lock();
-      picture_ = picture;
-      failed_ = failed;
-      seen_ = seen;
-    }
-  }
-
+  std::optional<CameraRenderer> renderer_;  // the job's own
+  std::shared_ptr<const World> world_;
   mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  Draw next_;
-  Clock::time_point next_seen_, seen_;
-  cv::Mat picture_;
-  std::exception_ptr failed_;
-  bool ended_ = false;
-  std::thread thread_{[this] { work(); }};
+  std::shared_future<cv::Mat> picture_;  // is there, or failed
+  Clock::time_point seen_;
+  NewestJob job_;  // last: it uses all of the above
 };
 
 ScenarioSession::~ScenarioSession() = default;
@@ -264,10 +227,7 @@ void ScenarioSession::run_once() {
 /// Shows what is, waits for the wall's clock, and hands over what clients have done.
 std::vector<Touch> ScenarioSession::between_steps(const RunView& now) {
   const double time_s = now.record.steps.back().time_s;
-  const auto due = [&] {
-    return pace_start_ + std::chrono::duration_cast<Clock::duration>(
-                             std::chrono::duration<double>((time_s - pace_start_s_) / speed_));
-  };
+  const auto due = [&] { return pace_start_ + duration_of((time_s - pace_start_s_) / speed_); };
   if (paused_ || step_ || Clock::now() - shown_at_ >= between_moments) show(now);
   step_ = false;
   const bool late = Clock::now() > due() + most_behind;  // this machine is slower than the wall's clock
@@ -288,14 +248,13 @@ std::vector<Touch> ScenarioSession::between_steps(const RunView& now) {
 }
 
 void ScenarioSession::obey_all(const RunView* now) {
-  for (const LiveCommand& command : exchange_.next_commands()) {
-    const std::string verb = text_at(command.what, "do");
-    command.answer(answer_to(verb, [&] { return done(verb, command.what, now); }));
-  }
+  for (const LiveCommand& command : exchange_.next_commands())
+    answer(command, [&] { return done(command.what, now); });
 }
 
 /// `now`: the run, while it goes on.
-ScenarioSession::Json ScenarioSession::done(const std::string& verb, const Json& what, const RunView* now) {
+ScenarioSession::Json ScenarioSession::done(const Json& what, const RunView* now) {
+  const std::string verb = text_at(what, "do");
   if (verb == "reset") {
     reset_ = true;
     paused_ = false;

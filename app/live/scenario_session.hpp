@@ -41,7 +41,7 @@ class ScenarioSession {
   void run_once();
   std::vector<Touch> between_steps(const RunView& now);
   void obey_all(const RunView* now);
-  Json done(const std::string& verb, const Json& what, const RunView* now);
+  Json done(const Json& what, const RunView* now);
   void touch(const Json& what, const RunView& now);
   Json state(const RunView& now) const;
   void show(const RunView& now);
