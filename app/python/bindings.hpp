@@ -14,6 +14,8 @@
 #include <utility>
 
 #include "app/io/interrupt.hpp"
+#include "calibration/camera/sphere_outline.hpp"
+#include "servo/motion/unicycle.hpp"
 
 namespace ballservo {
 
@@ -32,6 +34,13 @@ void add_studies(py::module_& module);
 /// The picture where it lies. A view that OpenCV cannot look at is refused: nothing is copied unasked.
 /// `gray`: one channel will do.
 cv::Mat picture_of(const py::array& array, const std::string& name = "bgr", bool gray = false);
+
+/// x_m, y_m, yaw_rad.
+inline Eigen::Vector3d array_of(const Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }
+/// The centre and the radius.
+inline Eigen::Vector3d array_of(const OutlineEllipse& outline) {
+  return {outline.center_px.x(), outline.center_px.y(), outline.radius_px};
+}
 
 py::object python_of(const std::string& json);
 /// A CSV file's columns by name (tables.py).

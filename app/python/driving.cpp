@@ -182,11 +182,9 @@ std::unique_ptr<PyRun> simulate(const Scenario& scenario, const std::string& per
   return run;
 }
 
-Eigen::Vector3d array_of(const Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }
 Eigen::Vector2d array_of(const Twist2& twist) { return {twist.v_mps, twist.w_radps}; }
 std::optional<Eigen::Vector3d> array_of(const std::optional<OutlineEllipse>& outline) {
-  if (!outline) return std::nullopt;
-  return Eigen::Vector3d(outline->center_px.x(), outline->center_px.y(), outline->radius_px);
+  return outline ? std::optional(array_of(*outline)) : std::nullopt;
 }
 /// A part of what was measured.
 template <class T>

@@ -46,10 +46,7 @@ void add_scenarios(py::module_& module) {
           "What stands in it, after sets and what the seed drew.")
       .def_readonly("seed", &Scenario::seed, "That drew what varies.")
       .def_property_readonly(
-          "pose",
-          [](const Scenario& s) {
-            return Eigen::Vector3d(s.robot.pose.x_m, s.robot.pose.y_m, s.robot.pose.yaw_rad);
-          },
+          "pose", [](const Scenario& s) { return array_of(s.robot.pose); },
           "The robot's at time 0 in the world: x_m, y_m, yaw_rad.")
       .def_property_readonly(
           "X_RC", [](const Scenario& s) { return s.goal().mount.X_RC().matrix(); },
@@ -61,7 +58,7 @@ void add_scenarios(py::module_& module) {
       .def_property_readonly(
           "camera",
           [](const Scenario& s) {
-            return KnownCamera{s.camera.camera, std::nullopt};
+            return KnownCamera{s.camera.camera, {}};
           },
           "The robot's camera, as it truly is.")
       .def(

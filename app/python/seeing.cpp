@@ -301,13 +301,10 @@ void add_seeing(py::module_& module) {
           [](const ColorTable& colors, const py::array& bgr) {
             const cv::Mat picture = picture_of(bgr);
             py::array_t<std::uint8_t> classes({bgr.shape(0), bgr.shape(1)});
-            cv::Mat numbers(picture.size(), CV_8UC1, classes.mutable_data());
+            std::uint8_t* const numbers = classes.mutable_data();
             const py::gil_scoped_release released;
-            for (int y = 0; y < picture.rows; ++y)
-              for (int x = 0; x < picture.cols; ++x) {
-                const cv::Vec3b& p = picture.at<cv::Vec3b>(y, x);
-                numbers.at<std::uint8_t>(y, x) = colors.classify(p[0], p[1], p[2]);
-              }
+            std::transform(picture.begin<cv::Vec3b>(), picture.end<cv::Vec3b>(), numbers,
+                           [&](const cv::Vec3b& p) { return colors.classify(p[0], p[1], p[2]); });
             return classes;
           },
           py::arg("bgr"), "Class numbers (height, width), uint8: 0 none, k for classes[k - 1].");
@@ -322,11 +319,7 @@ void add_seeing(py::module_& module) {
       .def_property_readonly(
           "quality", [](const SeenBall& b) { return b.seen.quality; }, "0 to 1")
       .def_property_readonly(
-          "outline_px",
-          [](const SeenBall& b) {
-            const auto& o = b.seen.outline;
-            return Eigen::Vector3d(o.center_px.x(), o.center_px.y(), o.radius_px);
-          },
+          "outline_px", [](const SeenBall& b) { return array_of(b.seen.outline); },
           "The outline's ellipse in the picture: centre x, y; geometric mean of the semi-axes.")
       .def_property_readonly(
           "p_m",

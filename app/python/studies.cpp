@@ -40,10 +40,6 @@ class Notes {
   std::optional<Journal> journal_;
 };
 
-void check_threads(FaultList& faults, int threads) {
-  check_range(faults, "threads", threads, 0, max_threads);
-}
-
 struct FinishedCalibration {
   KnownCamera camera;
   std::string summary_json;
@@ -66,7 +62,7 @@ void add_source(CalibrateCameraOptions& options, const py::handle& source, const
 FinishedCalibration calibrate(const py::object& sources, const std::string& board, double square_m,
                               const std::string& model, const std::string& format, int threads) {
   FaultList faults;
-  check_threads(faults, threads);
+  check_range(faults, "threads", threads, 0, max_threads);
   faults.throw_if_any();
   const bool listed = py::isinstance<py::sequence>(sources) && !py::isinstance<py::str>(sources) &&
                       !py::isinstance<py::array>(sources);
@@ -128,7 +124,7 @@ FinishedSweep sweep(const Path& scenario, long trials, const py::dict& vary,
   options.threads = threads;
   FaultList faults;
   check_range(faults, "trials", static_cast<double>(trials), 1, SweepOptions::max_trials);
-  check_threads(faults, threads);
+  check_range(faults, "threads", threads, 0, max_threads);
   faults.throw_if_any();
   std::vector<std::string> varied;
   for (const auto& [key, values] : vary) varied.push_back(vary_text(key, values));
@@ -150,7 +146,7 @@ std::map<std::string, py::object> compare(const std::optional<Path>& plan_file, 
                                           const std::optional<Path>& truth, const Path& colors,
                                           const Path& camera, double diameter, const std::string& start) {
   FaultList faults;
-  check_threads(faults, threads);
+  check_range(faults, "threads", threads, 0, max_threads);
   if (plan_file.has_value() == images.has_value() || images.has_value() != truth.has_value())
     faults.add("plan, images, truth", plan_file ? "a plan and more" : "no plan",
                "a plan, or images and truth");
