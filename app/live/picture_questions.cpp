@@ -32,16 +32,11 @@ cv::Mat taught_picture(const cv::Mat& bgr, const ColorTable& colors) {
   return picture;
 }
 
-/// The circle of an outline that is nearly one.
-struct Circle {
-  Eigen::Vector2d center_px{0, 0};
-  double radius_px = 0;
-};
-
-Circle circle_of(const Candidate& candidate) {
+/// The circle that an outline nearly is.
+OutlineEllipse circle_of(const Candidate& candidate) {
   const auto& outline =
       candidate.refined_outline_px.empty() ? candidate.estimate_outline_px : candidate.refined_outline_px;
-  Circle circle;
+  OutlineEllipse circle;
   if (outline.empty()) return circle;
   for (const Eigen::Vector2d& p : outline) circle.center_px += p / static_cast<double>(outline.size());
   for (const Eigen::Vector2d& p : outline)
@@ -90,7 +85,7 @@ nlohmann::json why_not_found(const cv::Mat& bgr, const Eigen::Vector2d& point_px
   detector.detect(bgr, {{0, 0}, bgr.size()}, &stages);  // as the tracker does
   const Candidate* best = nullptr;
   for (const Candidate& candidate : stages.candidates) {
-    const Circle circle = circle_of(candidate);
+    const OutlineEllipse circle = circle_of(candidate);
     if ((circle.center_px - point_px).norm() > circle.radius_px) continue;
     const auto rank = [](const Candidate& each) {
       return std::make_pair(each.accepted, each.support.quality());
@@ -98,7 +93,7 @@ nlohmann::json why_not_found(const cv::Mat& bgr, const Eigen::Vector2d& point_px
     if (best == nullptr || rank(candidate) > rank(*best)) best = &candidate;
   }
   if (best == nullptr) return why_no_candidate(bgr, pixel, stages, detector.colors());
-  const Circle circle = circle_of(*best);
+  const OutlineEllipse circle = circle_of(*best);
   const std::string what = fmt::format("{} around ({:.0f}, {:.0f}), radius {:.0f} px",
                                        detector.colors().name_of(best->color_class), circle.center_px.x(),
                                        circle.center_px.y(), circle.radius_px);
@@ -123,7 +118,7 @@ nlohmann::json candidates_json(const DetectionStages& stages, const ColorTable& 
   nlohmann::json listed = nlohmann::json::array();
   for (const Candidate& candidate : stages.candidates) {
     if (listed.size() == most_candidates) break;
-    const Circle circle = circle_of(candidate);
+    const OutlineEllipse circle = circle_of(candidate);
     listed.push_back({{"class", colors.name_of(candidate.color_class)},
                       {"outline_px", {circle.center_px.x(), circle.center_px.y(), circle.radius_px}},
                       {"accepted", candidate.accepted},
