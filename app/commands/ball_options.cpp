@@ -164,7 +164,7 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
         options.known_camera ? *options.known_camera : read_known_camera(options.camera);
     admit_camera(options.camera, known.camera.size(), common, 1);
     rays_ = std::make_shared<const RayTable>(known.camera);
-    if (known.covariance) camera_uncertainty_.emplace(known.camera, known.covariance->covariance);
+    if (known.covariance) camera_uncertainty_.emplace(known.camera, *known.covariance);
   });
   faults.collect([&] {
     if (options.fov.empty()) return;
@@ -225,7 +225,7 @@ void DetectorFactory::set_camera(const KnownCamera& known) {
   options_.oval_fraction = DetectorOptions().oval_fraction;
   rays_ = std::make_shared<const RayTable>(known.camera);
   camera_uncertainty_.reset();
-  if (known.covariance) camera_uncertainty_.emplace(known.camera, known.covariance->covariance);
+  if (known.covariance) camera_uncertainty_.emplace(known.camera, *known.covariance);
   fov_rad_.reset();
   doubt_.clear();
 }

@@ -19,7 +19,7 @@ struct CommonOptions;
 /// A camera, and how well it is known, where that is known.
 struct KnownCamera {
   Camera camera;
-  std::optional<CameraCovariance> covariance;
+  std::optional<Eigen::MatrixXd> covariance;  ///< of its parameters, in the order of parameter_names
 };
 KnownCamera read_known_camera(const std::string& file);
 

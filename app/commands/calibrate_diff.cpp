@@ -123,14 +123,12 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
   std::optional<OutputFolder> report;
   if (!options.report.empty()) report.emplace(options.report, options.common.overwrite(options.report));
 
-  const auto covariance_of = [](const KnownCamera& known) {
-    return known.covariance ? known.covariance->covariance : Eigen::MatrixXd();
-  };
   CameraDifferenceOptions comparison = options.comparison;
   comparison.seed = options.common.seed;
   const ComparedCameras compared{
       options, *a, *b,
-      compare_cameras(a->camera, covariance_of(*a), b->camera, covariance_of(*b), comparison)};
+      compare_cameras(a->camera, a->covariance.value_or(Eigen::MatrixXd()), b->camera,
+                      b->covariance.value_or(Eigen::MatrixXd()), comparison)};
   if (report) {
     nlohmann::ordered_json page = difference_json(compared);
     page["page"] = "difference";

@@ -133,7 +133,7 @@ Measurement set_up(const CalibrateRadiusOptions& options) {
   faults.collect([&] {
     camera = read_camera(options.camera);
     admit_camera(options.camera, camera->size(), options.common, 1);
-    if (const auto known = read_camera_covariance(options.camera, *camera)) covariance = known->covariance;
+    covariance = read_camera_covariance(options.camera, *camera).value_or(Eigen::MatrixXd());
   });
   faults.collect([&] {
     if (by_board) board = parse_board(options.board_text, options.square_m);

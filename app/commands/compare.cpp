@@ -68,7 +68,7 @@ nlohmann::json job_description(const ComparisonPlan& plan) {
   for (const ComparisonCondition& condition : plan.conditions) {
     nlohmann::json camera = camera_identity(condition.camera);
     if (condition.covariance) {
-      const Eigen::MatrixXd& covariance = condition.covariance->covariance;
+      const Eigen::MatrixXd& covariance = *condition.covariance;
       camera["covariance"] = std::vector<double>(covariance.data(), covariance.data() + covariance.size());
     }
     if (cameras.empty() || cameras.back() != camera) cameras.push_back(camera);

@@ -544,8 +544,7 @@ FootageSession::Json FootageSession::save_camera() {
   const std::string text = camera_file_text(found.camera, camera_file_format("", file), file.stem().string());
   const std::string beside = camera_covariance_text(found.camera, found.covariance.parameters);
   boards_.stop();
-  factory_.set_camera({found.camera, CameraCovariance{parameter_names(found.camera.parameters().model),
-                                                      found.covariance.parameters}});
+  factory_.set_camera({found.camera, found.covariance.parameters});
   restart_tracks();
   look_again();
   if (options_.camera_output.empty())

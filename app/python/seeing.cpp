@@ -223,7 +223,7 @@ void add_seeing(py::module_& module) {
                 camera_file_text(known.camera, camera_file_format(format, file), file.stem().string());
             if (known.covariance)
               write_file(covariance_file_name(file.string()),
-                         camera_covariance_text(known.camera, known.covariance->covariance), over);
+                         camera_covariance_text(known.camera, *known.covariance), over);
             write_file(file, text, over);
           },
           py::arg("file"), py::arg("format") = "", py::arg("overwrite") = false,
@@ -265,10 +265,7 @@ void add_seeing(py::module_& module) {
           },
           "fx_px, fy_px, cx_px, cy_px and the model's coefficients, by name.")
       .def_property_readonly(
-          "covariance",
-          [](const KnownCamera& c) {
-            return c.covariance ? std::optional(c.covariance->covariance) : std::nullopt;
-          },
+          "covariance", [](const KnownCamera& c) { return c.covariance; },
           "Of the parameters in their order; None where it is not known.");
 
   py::class_<ColorTable, std::shared_ptr<ColorTable>>(module, "Colors", "Learnt colours of balls.")

@@ -83,9 +83,7 @@ FinishedCalibration calibrate(const py::object& sources, const std::string& boar
     options.common.threads = threads;
     options.common.quiet = true;
     const CameraCalibration done = calibrate_camera(options, camera_file_format(format, ""));
-    const Camera& camera = done.result.camera;
-    return FinishedCalibration{{camera, CameraCovariance{parameter_names(camera.parameters().model),
-                                                         done.result.covariance.parameters}},
+    return FinishedCalibration{{done.result.camera, done.result.covariance.parameters},
                                results_json(done).dump()};
   });
 }

@@ -19,7 +19,7 @@ Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
 /// What a camera's own uncertainty does to what is read through it.
 class CameraUncertainty {
  public:
-  /// `covariance` is of the camera's parameters (see CameraCovariance); empty: not known. Cameras changed
+  /// `covariance` is of the camera's parameters (see parameter_names); empty: not known. Cameras changed
   /// along the covariance's own axes are made once.
   CameraUncertainty(const Camera& camera, const Eigen::MatrixXd& covariance);
 

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <visp3/core/vpXmlParserCamera.h>
 
+#include <nlohmann/json.hpp>
+
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_formats.hpp"
 #include "tests/calibration/camera_format_fixture.hpp"
@@ -285,11 +287,11 @@ class CovarianceFiles : public CameraFiles {
 TEST_F(CovarianceFiles, ThereAndBack) {
   const std::string name = (folder_.path() / "camera.xml").string();
   EXPECT_FALSE(read_camera_covariance(name, camera));
-  file("camera.xml.covariance.json", camera_covariance_text(camera, example()));
-  const auto read = read_camera_covariance(name, camera);
-  ASSERT_TRUE(read);
-  EXPECT_EQ(read->names, (std::vector<std::string>{"fx_px", "fy_px", "cx_px", "cy_px", "kdu"}));
-  EXPECT_EQ(read->covariance, example());
+  const std::string text = camera_covariance_text(camera, example());
+  EXPECT_EQ(nlohmann::json::parse(text)["parameters"],
+            nlohmann::json({"fx_px", "fy_px", "cx_px", "cy_px", "kdu"}));
+  file("camera.xml.covariance.json", text);
+  EXPECT_EQ(read_camera_covariance(name, camera), example());
   // Another camera's, for instance after the camera file was edited: not used.
   EXPECT_FALSE(read_camera_covariance(name, Camera(camera_parameters(LensModel::visp, 536, {0.33}))));
   EXPECT_FALSE(read_camera_covariance(name, Camera(camera_parameters(LensModel::pinhole, 535, {}))));

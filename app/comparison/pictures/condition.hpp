@@ -46,7 +46,7 @@ struct ComparisonCondition {
   double resolution = 1;  ///< the picture's size and focal length, as a multiple of the camera's
   /// The camera's own covariance, where its file has one; `calibration_sigmas` times it is what the
   /// estimators' camera is off by, drawn anew for each frame.
-  std::optional<CameraCovariance> covariance{};
+  std::optional<Eigen::MatrixXd> covariance{};
   double calibration_sigmas = 0;
 
   std::string ball_color = "red";  ///< a colour word, see color_words()

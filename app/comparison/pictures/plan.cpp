@@ -181,8 +181,8 @@ void finish_condition(const std::string& place, FaultList& faults, std::set<std:
   condition.camera = scaled_camera(condition.camera, condition.resolution);
   if (condition.covariance && condition.resolution != 1) {
     for (int row = 0; row < 4; ++row) {  // focal lengths and principal point are in pixels
-      condition.covariance->covariance.row(row) *= condition.resolution;
-      condition.covariance->covariance.col(row) *= condition.resolution;
+      condition.covariance->row(row) *= condition.resolution;
+      condition.covariance->col(row) *= condition.resolution;
     }
   }
   if (const std::string reason = why_not_rendered(condition); !reason.empty()) {

@@ -62,7 +62,7 @@ int hue_of_word(const std::string& color) {
 
 // The camera that the methods are told: off by a draw from its covariance.
 Camera misjudged(const ComparisonCondition& condition, RandomEngine& engine) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(condition.covariance->covariance);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(*condition.covariance);
   Eigen::VectorXd draw(eigen.eigenvalues().size());
   for (double& value : draw) value = standard_normal(engine);
   const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();

@@ -19,35 +19,33 @@ Eigen::Map<const Eigen::VectorXd> as_vector(const std::vector<double>& values) {
 }
 
 /// Nothing where it was written for another camera.
-std::optional<CameraCovariance> from_json(const nlohmann::json& json, const std::string& place,
-                                          const Camera& camera) {
-  CameraCovariance result;
-  result.names = json.at("parameters").get<std::vector<std::string>>();
+std::optional<Eigen::MatrixXd> from_json(const nlohmann::json& json, const std::string& place,
+                                         const Camera& camera) {
+  const auto names = json.at("parameters").get<std::vector<std::string>>();
   const auto values = json.at("values").get<std::vector<double>>();
   const auto rows = json.at("covariance").get<std::vector<std::vector<double>>>();
-  const std::size_t count = result.names.size();
+  const std::size_t count = names.size();
   if (count < 4 || count > 12 || values.size() != count || rows.size() != count)
     throw InputError(place,
                      fmt::format("{} parameters, {} values, {} rows", count, values.size(), rows.size()),
                      "4 to 12, as many of each");
-  result.covariance.resize(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(count));
+  Eigen::MatrixXd covariance(count, count);
   for (std::size_t i = 0; i < count; ++i) {
     if (rows[i].size() != count)
       throw InputError(place + ": covariance", fmt::format("a row of {} numbers", rows[i].size()),
                        fmt::format("{}", count));
-    result.covariance.row(static_cast<Eigen::Index>(i)) = as_vector(rows[i]).transpose();
+    covariance.row(static_cast<Eigen::Index>(i)) = as_vector(rows[i]).transpose();
   }
-  const Eigen::MatrixXd correlation = correlation_of(result.covariance);
-  if (!result.covariance.allFinite() || !correlation.allFinite() ||
-      result.covariance.diagonal().minCoeff() < 0 ||
+  const Eigen::MatrixXd correlation = correlation_of(covariance);
+  if (!covariance.allFinite() || !correlation.allFinite() || covariance.diagonal().minCoeff() < 0 ||
       (correlation - correlation.transpose()).cwiseAbs().maxCoeff() > 1e-9 ||
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff() < -1e-6)
     throw InputError(place + ": covariance", "a matrix that is no covariance",
                      "finite, symmetric, positive semi-definite");
-  if (result.names != parameter_names(camera.parameters().model)) return std::nullopt;
+  if (names != parameter_names(camera.parameters().model)) return std::nullopt;
   const Eigen::ArrayXd own = parameter_vector(camera.parameters());
   if (!((as_vector(values).array() - own).abs() <= 1e-9 * (1e-3 + own.abs())).all()) return std::nullopt;
-  return result;
+  return covariance;
 }
 
 }  // namespace
@@ -97,7 +95,7 @@ std::string camera_covariance_text(const Camera& camera, const Eigen::MatrixXd& 
   return json.dump(2) + "\n";
 }
 
-std::optional<CameraCovariance> read_camera_covariance(const std::string& camera_file, const Camera& camera) {
+std::optional<Eigen::MatrixXd> read_camera_covariance(const std::string& camera_file, const Camera& camera) {
   const std::string place = covariance_file_name(camera_file);
   std::error_code ignored;
   if (!std::filesystem::exists(place, ignored)) return std::nullopt;
@@ -107,13 +105,12 @@ std::optional<CameraCovariance> read_camera_covariance(const std::string& camera
     if (!name.scaled_to) return from_json(nlohmann::json::parse(text), place, camera);
     const Camera own =
         read_camera(name.file.string() + (name.camera_name.empty() ? "" : ":" + name.camera_name));
-    auto known = from_json(nlohmann::json::parse(text), place, own);
+    const auto known = from_json(nlohmann::json::parse(text), place, own);
     if (!known) return std::nullopt;
-    Eigen::VectorXd scale = Eigen::VectorXd::Ones(known->covariance.rows());
+    Eigen::VectorXd scale = Eigen::VectorXd::Ones(known->rows());
     scale(0) = scale(2) = static_cast<double>(camera.size().width_px) / own.size().width_px;
     scale(1) = scale(3) = static_cast<double>(camera.size().height_px) / own.size().height_px;
-    known->covariance = (scale.asDiagonal() * known->covariance * scale.asDiagonal()).eval();
-    return known;
+    return scale.asDiagonal() * *known * scale.asDiagonal();
   } catch (const nlohmann::json::parse_error& error) {
     throw InputError(place, fmt::format("no JSON at byte {}", error.byte),
                      "a covariance as `calibrate camera` writes it");

@@ -11,15 +11,8 @@
 
 namespace ballservo {
 
-/// The covariance of fx_px, fy_px, cx_px, cy_px and the coefficients, in this order (coefficients have no
-/// unit).
-struct CameraCovariance {
-  std::vector<std::string> names;
-  Eigen::MatrixXd covariance;
-};
-
 /// Names of a model's parameters in the order of every covariance: "fx_px", "fy_px", "cx_px", "cy_px",
-/// "k1"...
+/// "k1"... (coefficients have no unit).
 std::vector<std::string> parameter_names(LensModel model);
 /// The parameters in that order, and back.
 Eigen::VectorXd parameter_vector(const CameraParameters& parameters);
@@ -37,6 +30,6 @@ std::string camera_covariance_text(const Camera& camera, const Eigen::MatrixXd& 
 /// What stands beside a camera file (FILE or FILE:NAME); nothing where no such file is, or where it was
 /// written for other parameters than `camera` has (the camera file was changed since). InputError for a
 /// damaged file: not JSON, wrong sizes, not symmetric and positive semi-definite.
-std::optional<CameraCovariance> read_camera_covariance(const std::string& camera_file, const Camera& camera);
+std::optional<Eigen::MatrixXd> read_camera_covariance(const std::string& camera_file, const Camera& camera);
 
 }  // namespace ballservo
