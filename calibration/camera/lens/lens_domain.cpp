@@ -122,8 +122,8 @@ LensDomain find_domain(const double* coefficients) {
   }
 }
 
-/// Newton's method in the chart with halved steps; true if it ends on the position, inside the domain. After a
-/// step this small only its square is left, which is nothing.
+/// Newton's method in the chart with halved steps; true if it ends on the position, inside the domain. After
+/// a step this small only its square is left, which is nothing.
 template <class Lens>
 bool solve_chart(const double* k, double max_chart_radius, const Eigen::Vector2d& position,
                  Eigen::Vector2d& w) {
