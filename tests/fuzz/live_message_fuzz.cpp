@@ -21,7 +21,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (std::string line; std::getline(lines, line);) {
     const auto what = message_of(line);
     if (!what) continue;
-    const auto answer = answer_to(text_at(*what, "do"), [&]() -> nlohmann::json {
+    const auto say = [](nlohmann::json said) {
+      said.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    };
+    const auto done = [&]() -> nlohmann::json {
       const auto touch = what->find("touch");
       if (touch != what->end()) {
         touches.list.push_back(parse_touch(touch->dump(), touches.steps++, untouched, scenario));
@@ -34,8 +37,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         parse_color_file(*bytes, "the file");
       }
       return {{"u_px", number_at(*what, "u_px", -1)}};
+    };
+    answer({*what, say}, [&]() -> nlohmann::json {
+      try {
+        return done();
+      } catch (const InputError&) {
+        throw;
+      } catch (const Refusal&) {
+        throw;
+      } catch (const std::exception& error) {
+        fuzz::require(false, error.what());  // that a client would be told so hides a fault
+        throw;
+      }
     });
-    answer.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
   if (touches.list.empty()) return 0;
   const std::string text = touches_yaml(touches);
