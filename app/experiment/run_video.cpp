@@ -247,7 +247,7 @@ void PictureKeeper::frame(const FrameEvent& event) {
   const ControlState state = state_;
   const bool changed = !last_ || last_->state != state;
   const bool halfway = state == ControlState::approach && time_s >= next_s_;
-  last_ = {event.frame.bgr, time_s, state, event.percept.ball};
+  last_ = {event.frame.bgr.clone(), time_s, state, event.percept.ball};
   const bool keep = (changed || halfway) && kept_.size() + 1 < max_key_frames;
   if (!keep && !show_) return;
   const cv::Mat picture = drawn(*last_);

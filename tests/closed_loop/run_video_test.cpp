@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/imgproc.hpp>
+
+#include "app/scenario/scenario.hpp"
+#include "tests/support/test_data.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -52,6 +57,44 @@ TEST(TopView, ShowsWhereverTheBallComesAndTheOtherBalls) {
   StepRecord step;
   step.pose = {100, 100, 0};
   EXPECT_GT(cv::norm(view.draw({step}), empty.draw({step}), cv::NORM_INF), 0);
+}
+
+// Whether the ball is drawn into a picture that was black.
+bool is_drawn(const cv::Mat& picture) {
+  cv::Mat magenta;
+  cv::inRange(picture, cv::Scalar(200, 0, 200), cv::Scalar(255, 60, 255), magenta);
+  return cv::countNonZero(magenta) > 20;
+}
+
+TEST(PictureKeeper, DrawsWhatItKeepsOfPicturesThatAreGoneAfterwards) {
+  const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / "static_ball.yaml", {}, 0);
+  const ImageSize size = scenario.camera.camera.size();
+  cv::Mat buffer(size.height_px, size.width_px, CV_8UC3);  // of a camera that uses it again
+  CameraFrame frame;
+  frame.bgr = buffer;
+  Percept percept;
+  percept.ball.state = TrackState::confirmed;
+  percept.ball.p_CB = {0, 0, 1};
+  int shown = 0;
+  PictureKeeper silent(scenario), showing(scenario, [&](const cv::Mat&picture) {
+    EXPECT_TRUE(is_drawn(picture));
+    ++shown;
+  });
+  for (int k = 0; k < 3; ++k) {
+    frame.time_s = percept.ball.time_s = 0.1 * k;
+    for (PictureKeeper* const keeper : {&silent, &showing}) {
+      buffer.setTo(0);
+      keeper->frame({frame, percept, 0, 0});
+      EXPECT_EQ(cv::countNonZero(buffer.reshape(1)), 0);
+      buffer.setTo(255);
+    }
+  }
+  EXPECT_EQ(shown, 3);
+  const std::vector<KeyFrame> kept = silent.finish();
+  ASSERT_EQ(kept.size(), 2u);  // the first one and the last one
+  for (const KeyFrame& key_frame : kept) EXPECT_TRUE(is_drawn(key_frame.picture)) << key_frame.caption;
+  EXPECT_EQ(kept.back().time_s, 0.2);
+  EXPECT_EQ(kept.back().picture.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 0));
 }
 
 }  // namespace
