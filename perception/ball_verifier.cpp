@@ -11,6 +11,7 @@ namespace {
 // A region may be less than its ball unless so good a ball was found in it, if it is so large and so full:
 // then there may be an outline around it, its radius larger by up to a part of the circle's.
 constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
+constexpr double surer_by = 5;  // log odds of a second look, whatever the outlines say
 
 // A small ball is looked at again, since some circle fits into a few pixels of anything; and is none where
 // the odds are worse than e^3 and what its size asks beyond. A larger one shows its shape in its outline,
@@ -66,6 +67,7 @@ void forget(VerifiedCandidate& candidate) {
   candidate.is_fitted = false;
   candidate.fit.clear_points();
   candidate.verdict = {};
+  candidate.log_odds = 0;
 }
 
 }  // namespace
@@ -144,6 +146,8 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
                                                           candidate.fit.oval > most_sure_oval));
   if (!doubtful) return candidate;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
+  candidate.log_odds = look.log_odds;
+  if (!small && fit_seen(view, look, candidate)) return candidate;
   const bool half = candidate.verdict.support.hidden > half_hidden && look.filled < half_filled;
   const double least = small  ? least_small_log_odds + log_look_alikes_by_size(outline.radius_px)
                        : half ? half_log_odds
@@ -154,6 +158,24 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
   else if (look.log_odds - 0.5 * off * off < least + view.prior.log_look_alikes)
     candidate.verdict.reason = "contour and shading are no ball's";
   return candidate;
+}
+
+// The outline of a ball's lit part, or of a seam on it, is no ball's. Where the second look surely sees a
+// circle elsewhere, the ball is sought there.
+bool BallVerifier::fit_seen(const ClassView& view, const SecondLook::Look& look,
+                            VerifiedCandidate& candidate) {
+  const FittedBall& fitted = candidate.fit.ball;
+  if (look.log_odds < least_log_odds_alone || radii_off(look, fitted.outline) < most_off_arc) return false;
+  const auto axis = rays_->camera().unproject(look.center_px);
+  if (!axis) return false;
+  const double alpha_rad = fitted.cone.alpha_rad * look.radius_px / fitted.outline.radius_px;
+  fit_near(view, {axis->normalized(), alpha_rad}, most_off_alone * look.radius_px, min_frayed_edge, seen_);
+  if (!seen_.is_fitted || radii_off(look, seen_.fit.ball.outline) > most_off_arc) return false;
+  if (is_seen_ball(view, seen_)) seen_.verdict.reason = nullptr;
+  if (!seen_.is_ball()) return false;
+  seen_.log_odds = look.log_odds;
+  std::swap(candidate, seen_);
+  return true;
 }
 
 // A seam or a sheet across a ball, a skin that is not quite round: the outline says too little, where
@@ -204,7 +226,9 @@ const VerifiedCandidate& BallVerifier::verify_frayed(const ClassView& view, cons
     around.quality = std::max(around.quality, share_on_outline(around_.fit));
   }
   const bool says_more = around_.is_ball() && !(voted.is_ball() && around.quality <= voted.verdict.quality);
-  return says_more ? looked_at_again(view, around_) : voted;
+  if (!says_more) return voted;
+  const VerifiedCandidate& again = looked_at_again(view, around_);
+  return voted.is_ball() && voted.log_odds > again.log_odds + surer_by ? voted : again;
 }
 
 std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, const TangentCone& start,

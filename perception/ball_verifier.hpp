@@ -34,6 +34,7 @@ struct VerifiedCandidate {
   bool is_fitted = false;  ///< without it, `fit` shows the points of a fit that failed, if any
   OutlineFit fit;
   Verdict verdict;
+  double log_odds = 0;  ///< by a second look, where there was one
 
   bool is_ball() const { return verdict.reason == nullptr; }
   /// Of what was fitted.
@@ -78,6 +79,7 @@ class BallVerifier {
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
                 VerifiedCandidate& candidate, const KnownAngle& known = {});
   const VerifiedCandidate& looked_at_again(const ClassView& view, VerifiedCandidate& candidate);
+  bool fit_seen(const ClassView& view, const SecondLook::Look& look, VerifiedCandidate& candidate);
   bool is_seen_ball(const ClassView& view, const VerifiedCandidate& candidate);
   BallJudge judge(const ClassView& view) const { return {view, *rays_}; }
   BallRadius radius(const ClassView& view) const { return options_.radius_of(view.colored.color_class); }
@@ -88,7 +90,7 @@ class BallVerifier {
   BallFitter fitter_, oval_fitter_;
   ScoutedOutline scouted_;
   SecondLook second_look_;
-  VerifiedCandidate voted_, around_, oval_;
+  VerifiedCandidate voted_, around_, oval_, seen_;
 };
 
 }  // namespace ballservo
