@@ -8,8 +8,6 @@ namespace {
 
 std::size_t place(int i) { return static_cast<std::size_t>(i); }
 
-bool share_an_edge(const Run& a, const Run& b) { return a.begin < b.end && b.begin < a.end; }
-
 constexpr int word_bits = BitPicture::word_bits;
 
 // Of each pixel of a word: whether the four beside it are all set.
@@ -38,47 +36,29 @@ unsigned seven_around(const BitPicture& picture, int u, int v) {
   return bits & 127;
 }
 
-// One row of the class pictures.
-struct ClassRow {
-  ClassRow(const ClassPictures& pictures, int v) : classes(pictures.size()) {
-    for (std::size_t k = 0; k < classes; ++k) words[k] = pictures[k].row(v);
-  }
-
-  ClassIndex class_at(int w, std::uint64_t bit) const {
-    for (std::size_t k = 0; k < classes; ++k) {
-      if (words[k][w] & bit) return static_cast<ClassIndex>(k + 1);
-    }
-    return no_class;
-  }
-
-  // Pixels of a word, in any class, that are of another class than the one to their left.
-  std::uint64_t changes(int w) const {
-    std::uint64_t changed = 0;
-    for (std::size_t k = 0; k < classes; ++k) {
-      const std::uint64_t left = w > 0 ? words[k][w - 1] >> (BitPicture::word_bits - 1) : 0;
-      changed |= words[k][w] ^ (words[k][w] << 1 | left);
-    }
-    return changed;
-  }
-
-  std::size_t classes;
-  std::array<const std::uint64_t*, max_classes> words;  // the first `classes`
-};
-
 // Calls found(begin, end, class) for each run of a row.
 template <class Found>
 void for_each_run(const ClassPictures& classes, cv::Size size, int v, const Found& found) {
+  const std::size_t count = classes.size();
+  std::array<const std::uint64_t*, max_classes> rows;
+  for (std::size_t k = 0; k < count; ++k) rows[k] = classes[k].row(v);
   int begin = 0;
   ClassIndex color_class = no_class;
-  const ClassRow row(classes, v);
-  const int words = classes.empty() ? 0 : classes[0].row_words();
+  const int words = count == 0 ? 0 : classes[0].row_words();
   for (int w = 0; w < words; ++w) {
-    for (std::uint64_t changed = row.changes(w); changed != 0; changed &= changed - 1) {
-      const int u = BitPicture::word_bits * w + __builtin_ctzll(changed);
+    std::uint64_t changed = 0;  // pixels, in any class, that are of another class than the one to their left
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint64_t left = w > 0 ? rows[k][w - 1] >> (word_bits - 1) : 0;
+      changed |= rows[k][w] ^ (rows[k][w] << 1 | left);
+    }
+    for (; changed != 0; changed &= changed - 1) {
+      const int u = word_bits * w + __builtin_ctzll(changed);
       if (u == size.width) break;  // the bits behind the last pixel
       if (u > begin) found(begin, u, color_class);
       begin = u;
-      color_class = row.class_at(w, changed & (0 - changed));
+      std::size_t k = 0;
+      while (k < count && !(rows[k][w] & changed & (0 - changed))) ++k;
+      color_class = k < count ? static_cast<ClassIndex>(k + 1) : no_class;
     }
   }
   found(begin, size.width, color_class);
@@ -95,33 +75,32 @@ void drop_shorter(ClassPictures& classes, cv::Size size, int shortest) {
 
 }  // namespace
 
-bool Runs::try_to_cut(const ClassPictures& classes, cv::Size size, int max_runs) {
+bool RegionMap::try_to_cut(cv::Size size, int max_runs) {
   runs_.clear();
   row_begin_.clear();
   for (int v = 0; v < size.height; ++v) {
     row_begin_.push_back(static_cast<int>(runs_.size()));
-    for_each_run(classes, size, v, [&](int begin, int end, ClassIndex color_class) {
+    for_each_run(classes_, size, v, [&](int begin, int end, ClassIndex color_class) {
       runs_.push_back({v, begin, end, color_class});
     });
     if (static_cast<int>(runs_.size()) > max_runs) return false;
   }
-  row_begin_.push_back(static_cast<int>(runs_.size()));
   return true;
 }
 
-void Runs::cut(ClassPictures& classes, cv::Size size) {
+void RegionMap::cut_runs(cv::Size size) {
   const int max_runs = std::max(max_runs_, size.height);
-  runs_.reserve(static_cast<std::size_t>(max_runs) + static_cast<std::size_t>(size.width));
-  row_begin_.reserve(static_cast<std::size_t>(size.height) + 1);
-  for (shortest_ = 1; !try_to_cut(classes, size, max_runs);) {
-    shortest_ *= 2;
-    drop_shorter(classes, size, shortest_);
+  runs_.reserve(place(max_runs + size.width));
+  row_begin_.reserve(place(size.height));
+  for (shortest_run_px_ = 1; !try_to_cut(size, max_runs);) {
+    shortest_run_px_ *= 2;
+    drop_shorter(classes_, size, shortest_run_px_);
   }
 }
 
 void RegionMap::update(const ClassPictures& classes, cv::Size size) {
   classes_ = classes;
-  runs_.cut(classes_, size);
+  cut_runs(size);
   reserve(runs_.capacity());
   join_runs();
   number_components();
@@ -152,21 +131,22 @@ int RegionMap::component_of(int run) {
 
 // Each run joins those of its class that it touches in the row above; a component is named by its first run.
 void RegionMap::join_runs() {
-  const int count = runs_.size();
+  const int count = static_cast<int>(runs_.size());
   parent_.resize(place(count));
   for (int i = 0; i < count; ++i) parent_[place(i)] = i;
   touching_.clear();
   int above = 0;
   for (int i = 0; i < count; ++i) {
-    const Run& run = runs_[i];
-    const int row_begin = runs_.row_begin(run.v);
+    const Run& run = runs_[place(i)];
+    const int row_begin = row_begin_[place(run.v)];
     if (i > row_begin) touching_.emplace_back(i - 1, i);
     if (run.v == 0) continue;
-    if (i == row_begin) above = runs_.row_begin(run.v - 1);
-    while (above < row_begin && runs_[above].end < run.begin) ++above;
-    for (int j = above; j < row_begin && runs_[j].begin <= run.end; ++j) {
-      const bool edge = share_an_edge(runs_[j], run);
-      if (runs_[j].color_class != run.color_class) {
+    if (i == row_begin) above = row_begin_[place(run.v - 1)];
+    while (above < row_begin && runs_[place(above)].end < run.begin) ++above;
+    for (int j = above; j < row_begin && runs_[place(j)].begin <= run.end; ++j) {
+      const Run& upper = runs_[place(j)];
+      const bool edge = upper.begin < run.end && run.begin < upper.end;
+      if (upper.color_class != run.color_class) {
         if (edge) touching_.emplace_back(j, i);
       } else if (edge || run.color_class != no_class) {
         const int a = component_of(i), b = component_of(j);
@@ -178,10 +158,10 @@ void RegionMap::join_runs() {
 
 void RegionMap::number_components() {
   regions_.clear();
-  for (int i = 0; i < runs_.size(); ++i) {
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
     const Run& run = runs_[i];
-    int& region = parent_[place(i)];  // every earlier run's is its region's number by now
-    if (region == i) {
+    int& region = parent_[i];  // every earlier run's is its region's number by now
+    if (place(region) == i) {
       region = static_cast<int>(regions_.size());
       regions_.push_back({});
       regions_.back().color_class = run.color_class;
@@ -228,16 +208,16 @@ void RegionMap::absorb_enclosed() {
 
 void RegionMap::list_runs() {
   first_run_.assign(regions_.size(), -1);
-  next_run_.resize(place(runs_.size()));
-  for (int i = runs_.size() - 1; i >= 0; --i) {
-    int region = parent_[place(i)];
+  next_run_.resize(runs_.size());
+  for (std::size_t i = runs_.size(); i-- > 0;) {
+    int region = parent_[i];
     if (const int absorbed_by = regions_[place(region)].absorbed_by; absorbed_by >= 0) {
       region = absorbed_by;
       const std::size_t k = regions_[place(region)].color_class;
       classes_[k - 1].fill(runs_[i].v, runs_[i].begin, runs_[i].end, true);
     }
-    next_run_[place(i)] = first_run_[place(region)];
-    first_run_[place(region)] = i;
+    next_run_[i] = first_run_[place(region)];
+    first_run_[place(region)] = static_cast<int>(i);
   }
 }
 
@@ -245,13 +225,12 @@ void RegionMap::list_runs() {
 // with it, and whoever is enclosed by it has been absorbed.
 void RegionMap::boundary(int region, std::vector<BoundaryPixel>& boundary) const {
   boundary.clear();
-  const ClassIndex color_class = regions_[static_cast<std::size_t>(region)].color_class;
+  const ClassIndex color_class = regions_[place(region)].color_class;
   if (color_class == no_class) return;
   const BitPicture& picture = pixels_of(color_class);
   const int last_u = picture.size().width - 1, last_v = picture.size().height - 1;
-  for (int i = first_run_[static_cast<std::size_t>(region)]; i >= 0;
-       i = next_run_[static_cast<std::size_t>(i)]) {
-    const Run& run = runs_[i];
+  for (int i = first_run_[place(region)]; i >= 0; i = next_run_[place(i)]) {
+    const Run& run = runs_[place(i)];
     if (run.v == 0 || run.v == last_v) continue;
     const int begin = std::max(run.begin, 1), end = std::min(run.end, last_u);
     for (int w = begin / word_bits; w * word_bits < end; ++w) {

@@ -18,34 +18,6 @@ struct Run {
   ClassIndex color_class;
 };
 
-/// All runs of a picture in raster order; they cover it. Takes memory when it is made and for larger pictures
-/// alone.
-class Runs {
- public:
-  /// At most `max_runs`, but one a row in any case.
-  explicit Runs(int max_runs) : max_runs_(max_runs) {}
-
-  /// Where there are more, those of a class that are shorter than 2 pixels become background, in `classes`
-  /// too; if that does not suffice, shorter than 4, 8 and so on.
-  void cut(ClassPictures& classes, cv::Size size);
-
-  const Run& operator[](int i) const { return runs_[static_cast<std::size_t>(i)]; }
-  std::size_t capacity() const { return runs_.capacity(); }
-  int size() const { return static_cast<int>(runs_.size()); }
-  /// The number of the first run of a row; of one behind the last row: the number of runs.
-  int row_begin(int v) const { return row_begin_[static_cast<std::size_t>(v)]; }
-  /// Runs of a class shorter than this were dropped; 1 where all were kept.
-  int shortest() const { return shortest_; }
-
- private:
-  bool try_to_cut(const ClassPictures& classes, cv::Size size, int max_runs);
-
-  int max_runs_;
-  std::vector<Run> runs_;
-  std::vector<int> row_begin_;
-  int shortest_ = 1;
-};
-
 /// One connected component; the background (no class) makes regions too.
 struct Region {
   ClassIndex color_class = no_class;
@@ -66,8 +38,10 @@ struct BoundaryPixel {
 /// All components of the class pictures. Takes memory at first and for larger pictures alone.
 class RegionMap {
  public:
-  /// See Runs::cut for what becomes of a picture of more runs: noise, a fine pattern of a class's colour.
-  explicit RegionMap(int max_runs = 1 << 16) : runs_(max_runs) {}
+  /// Of a picture of more runs (but one a row in any case) those of a class that are shorter than 2 pixels
+  /// become background; if that does not suffice, shorter than 4, 8 and so on: noise, a fine pattern of its
+  /// colour.
+  explicit RegionMap(int max_runs = 1 << 16) : max_runs_(max_runs) {}
 
   /// Finds the components (8-connected within a class, 4-connected in the background), their neighbours, and
   /// absorbs every region that is enclosed by a single region of a class and smaller than it: its pixels
@@ -83,13 +57,15 @@ class RegionMap {
   /// In raster order of their first pixels.
   const std::vector<Region>& regions() const { return regions_; }
   /// Runs of a class shorter than this counted as background; 1 where the picture had not too many.
-  int shortest_run_px() const { return runs_.shortest(); }
+  int shortest_run_px() const { return shortest_run_px_; }
 
   /// The outline of a region: its pixels with a four-neighbour of another region, without those at the
   /// picture's border, which cuts but does not bound. In raster order, without normals.
   void boundary(int region, std::vector<BoundaryPixel>& boundary) const;
 
  private:
+  bool try_to_cut(cv::Size size, int max_runs);
+  void cut_runs(cv::Size size);
   void reserve(std::size_t runs);
   int component_of(int run);
   void join_runs();
@@ -98,7 +74,9 @@ class RegionMap {
   void absorb_enclosed();
   void list_runs();
 
-  Runs runs_;
+  int max_runs_, shortest_run_px_ = 1;
+  std::vector<Run> runs_;       // in raster order; they cover the picture
+  std::vector<int> row_begin_;  // of a row: its first run
   ClassPictures classes_;
   std::vector<Region> regions_;
   std::vector<int> parent_;     // of a run: union-find while they are joined, then the region
