@@ -54,30 +54,16 @@ void classify_chunk(const std::uint8_t* bgr, int pixels, const ColorLookup& colo
   for (std::uint64_t*& row : rows) row += words;
 }
 
-RowOfClass rows_of(ClassPictures& classes, int v) {
-  RowOfClass rows{};
-  for (std::size_t k = 0; k < classes.size(); ++k) rows[k] = classes[k].row(v);
-  return rows;
-}
-
-void resize(ClassPictures& classes, const ColorLookup& colors, cv::Size size) {
-  classes.resize(static_cast<std::size_t>(colors.classes()));
-  for (BitPicture& picture : classes) picture.resize(size);
-}
-
 template <class Row>
 void for_rows(int rows, int threads, const Row& row) {
-  const auto do_rows = [&](int first, int end) {
-    for (int v = first; v < end; ++v) row(v);
-  };
-  if (threads == 1) return do_rows(0, rows);
-  const auto band = [&](long i) {
-    do_rows(static_cast<int>(i * rows / threads), static_cast<int>((i + 1) * rows / threads));
-  };
+  if (threads == 1) {
+    for (int v = 0; v < rows; ++v) row(v);
+    return;
+  }
   // TBB warns on the console of more threads than it may have.
   const auto most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   tbb::task_arena(std::min(threads, static_cast<int>(most))).execute([&] {
-    tbb::parallel_for(0L, static_cast<long>(threads), band, tbb::static_partitioner());
+    tbb::parallel_for(0, rows, row, tbb::static_partitioner());
   });
 }
 
@@ -89,10 +75,12 @@ void classify(const cv::Mat& bgr, const ColorLookup& colors, ClassPictures& clas
         "picture",
         std::to_string(bgr.channels()) + " channels of " + std::to_string(8 * bgr.elemSize1()) + " bits",
         "8-bit BGR");
-  resize(classes, colors, bgr.size());
+  classes.resize(static_cast<std::size_t>(colors.classes()));
+  for (BitPicture& picture : classes) picture.resize(bgr.size());
   if (classes.empty()) return;
   for_rows(bgr.rows, threads, [&](int v) {
-    RowOfClass rows = rows_of(classes, v);
+    RowOfClass rows{};
+    for (std::size_t k = 0; k < classes.size(); ++k) rows[k] = classes[k].row(v);
     for (int u = 0; u < bgr.cols; u += chunk) {
       classify_chunk(bgr.ptr<std::uint8_t>(v) + 3 * u, std::min(chunk, bgr.cols - u), colors, rows);
     }

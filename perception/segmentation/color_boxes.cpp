@@ -52,7 +52,7 @@ class InnerSearch {
   }
 
   Found best_box(ClassIndex wanted) const {
-    const Blocks<Count, inner_side + 1> before = counts_before(wanted);
+    const Blocks<int, inner_side + 1> before = gains_before(wanted);
     Found best{0, {{}, {}, wanted}};
     for (std::size_t r0 = 0; r0 < inner_side; ++r0) {
       bool whole_red = true;  // some column of blocks from r0 on is of the class
@@ -64,15 +64,15 @@ class InnerSearch {
             whole = false;
             int gain = 0;
             for (std::size_t b = 0, b0 = 0; b < inner_side; ++b) {
-              const Count column = before[r1 + 1][g1 + 1][b] - before[r0][g1 + 1][b] -
-                                   (before[r1 + 1][g0][b] - before[r0][g0][b]);
-              if (column.others > 0) {
+              const int column = before[r1 + 1][g1 + 1][b] - before[r0][g1 + 1][b] -
+                                 (before[r1 + 1][g0][b] - before[r0][g0][b]);
+              if (column < 0) {
                 gain = 0;
                 b0 = b + 1;
                 continue;
               }
               whole = whole_red = true;
-              gain += column.gain;
+              gain += column;
               if (gain > best.gain) best = {gain, {indices(b0, g0, r0), indices(b, g1, r1), wanted}};
             }
           }
@@ -90,22 +90,19 @@ class InnerSearch {
   }
 
  private:
-  struct Count {
-    int others = 0, gain = 0;  // blocks of no or another class; blocks in no box
-    Count operator+(const Count& b) const { return {others + b.others, gain + b.gain}; }
-    Count operator-(const Count& b) const { return {others - b.others, gain - b.gain}; }
-  };
   static std::array<std::uint8_t, 3> indices(std::size_t b, std::size_t g, std::size_t r) {
     return {static_cast<std::uint8_t>(b), static_cast<std::uint8_t>(g), static_cast<std::uint8_t>(r)};
   }
-  // For each blue, of all blocks before a red and a green.
-  Blocks<Count, inner_side + 1> counts_before(ClassIndex wanted) const {
-    Blocks<Count, inner_side + 1> before{};
+  // For each blue, of all blocks before a red and a green: how many are in no box, less all that there are
+  // for each of no or another class.
+  Blocks<int, inner_side + 1> gains_before(ClassIndex wanted) const {
+    constexpr int all = inner_side * inner_side * inner_side;
+    Blocks<int, inner_side + 1> before{};
     for (std::size_t r = 0; r < inner_side; ++r) {
       for (std::size_t g = 0; g < inner_side; ++g) {
         for (std::size_t b = 0; b < inner_side; ++b)
           before[r + 1][g + 1][b] = before[r][g + 1][b] + before[r + 1][g][b] - before[r][g][b] +
-                                    Count{classes_[r][g][b] != wanted, free_[r][g][b]};
+                                    (classes_[r][g][b] == wanted ? free_[r][g][b] : -all);
       }
     }
     return before;

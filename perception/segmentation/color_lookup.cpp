@@ -1,6 +1,7 @@
 #include "perception/segmentation/color_lookup.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "calibration/base/fault.hpp"
@@ -52,9 +53,7 @@ BoxTables pairs(const CellBits& bits, const Join& join) {
 
 LightCells LightCells::as_taught() {
   LightCells light;
-  for (auto& channel : light.taught_cell) {
-    for (std::size_t cell = 0; cell < channel.size(); ++cell) channel[cell] = static_cast<std::uint8_t>(cell);
-  }
+  for (auto& channel : light.taught_cell) std::iota(channel.begin(), channel.end(), std::uint8_t{0});
   return light;
 }
 
