@@ -43,8 +43,7 @@ Verdict BallJudge::early(const std::vector<BoundaryPoint>& boundary, const Tange
   const Camera& camera = rays_.camera();
   OutlineSectors sectors = boundary_sectors(boundary, cone, camera.focal_px());
   see_steps_in_own_color(view_.bgr, view_.colored, camera, cone, sectors);
-  EdgeOffsets offsets;
-  offsets.count = sectors.count;
+  EdgeOffsets offsets(sectors.count);
   for (int i = 0; i < offsets.count; ++i)
     offsets[i] = sectors[i] ? 0 : std::numeric_limits<float>::quiet_NaN();
   const OutlineSupport support = outline_support(sectors, offsets, 0, view_.colored, camera, cone);
@@ -70,18 +69,15 @@ Verdict BallJudge::of(const OutlineFit& fit, const std::vector<BoundaryPoint>& b
   Verdict verdict;
   verdict.support = outline_support(sectors, fit.offsets, ball.blur_px, view_.colored, camera, ball.cone);
   verdict.quality = verdict.support.quality();
-  const bool hidden = is_behind_something(fit, verdict.support);
+  const auto& [match, straight] = verdict.support.shape;
+  const bool behind_something = verdict.support.hidden > max_hidden && fit.has_edges() &&
+                                ball.outline.radius_px >= least_hidden_radius_px &&
+                                match * (1 - straight) >= least_round &&
+                                is_behind_straight_edge(view_.bgr, view_.colored, ball.outline);
   // Of what can be seen of it.
-  if (hidden) verdict.quality /= std::sqrt(1 - verdict.support.hidden);
-  verdict.reason = rejection(fit, verdict, hidden);
+  if (behind_something) verdict.quality /= std::sqrt(1 - verdict.support.hidden);
+  verdict.reason = rejection(fit, verdict, behind_something);
   return verdict;
-}
-
-bool BallJudge::is_behind_something(const OutlineFit& fit, const OutlineSupport& support) const {
-  return support.hidden > max_hidden && fit.has_edges() &&
-         fit.ball.outline.radius_px >= least_hidden_radius_px &&
-         support.shape.match * (1 - support.shape.straight) >= least_round &&
-         is_behind_straight_edge(view_.bgr, view_.colored, fit.ball.outline);
 }
 
 const char* BallJudge::rejection(const OutlineFit& fit, const Verdict& verdict, bool behind_something) const {

@@ -74,7 +74,6 @@ class BallJudge {
   bool suffices_where_expected(const OutlineFit& fit, const OutlineSupport& support) const;
 
  private:
-  bool is_behind_something(const OutlineFit& fit, const OutlineSupport& support) const;
   const char* rejection(const OutlineFit& fit, const Verdict& verdict, bool behind_something) const;
   bool shows_a_sphere(const OutlineFit& fit, const OutlineSupport& support, bool behind_something) const;
 

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calibration/camera/sphere_outline.hpp"
 
@@ -21,11 +22,10 @@ bool is_own(SectorColor color) { return color == SectorColor::bounded || color =
 // radius, 0 for the outline itself and 1 for a straight line (r / cos(a) - r ~ r a^2 / 2), and how well it
 // fits.
 struct LocalRun {
-  bool told = false;
-  double bend = 0, scatter_px = 0;
+  double bend, scatter_px;
 };
 
-LocalRun local_run(const EdgeOffsets& offsets, int at, int reach, double radius_px) {
+std::optional<LocalRun> local_run(const EdgeOffsets& offsets, int at, int reach, double radius_px) {
   const int count = offsets.count;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -41,10 +41,10 @@ LocalRun local_run(const EdgeOffsets& offsets, int at, int reach, double radius_
     squares += offset * offset;
     ++seen;
   }
-  if (seen < std::max(3, 2 * reach)) return {};
+  if (seen < std::max(3, 2 * reach)) return std::nullopt;
   const Eigen::Vector3d p = normal.ldlt().solve(right);
   const double rest = squares - 2 * p.dot(right) + p.dot(normal * p);
-  return {true, p(2) / radius_px, std::sqrt(std::max(0.0, rest) / seen)};
+  return LocalRun{p(2) / radius_px, std::sqrt(std::max(0.0, rest) / seen)};
 }
 
 double straight_share(const EdgeOffsets& offsets, const SectorColors& colors, double radius_px) {
@@ -53,11 +53,11 @@ double straight_share(const EdgeOffsets& offsets, const SectorColors& colors, do
   int straight = 0, round = 0;
   for (int i = 0; i < count; ++i) {
     if (!is_own(colors[i]) || std::isnan(offsets[i])) continue;
-    const LocalRun run = local_run(offsets, i, reach, radius_px);
-    if (!run.told) continue;
-    if (std::abs(run.bend) < 0.5)
+    const auto run = local_run(offsets, i, reach, radius_px);
+    if (!run) continue;
+    if (std::abs(run->bend) < 0.5)
       ++round;
-    else if (run.bend > 0 && run.bend < 1.8 && run.scatter_px < 0.15 + 0.005 * radius_px)
+    else if (run->bend > 0 && run->bend < 1.8 && run->scatter_px < 0.15 + 0.005 * radius_px)
       ++straight;
   }
   return straight + round > 0 ? static_cast<double>(straight) / (straight + round) : 0;
@@ -147,11 +147,6 @@ double OutlineSupport::quality() const {
          connected;
 }
 
-void OutlineSectors::see(double angle_rad) {
-  const int sector = static_cast<int>(angle_rad / (2 * M_PI) * count);
-  if (sector >= 0 && count > 0) (*this)[std::min(sector, count - 1)] = true;
-}
-
 double OutlineSectors::fraction() const {
   return count > 0 ? static_cast<double>(std::count(values.begin(), values.begin() + count, true)) / count
                    : 0;
@@ -181,21 +176,19 @@ OutlineSectors boundary_sectors(const std::vector<BoundaryPoint>& points, const 
   const double radius_px = cone.alpha_rad * focal_px;
   const double tolerance_rad = (0.5 + outline_tolerance_px(radius_px)) / focal_px;
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
-  OutlineSectors sectors;
-  sectors.count = static_cast<int>(std::clamp(6.28 * radius_px, 8.0, 48.0));
+  OutlineSectors sectors(static_cast<int>(std::clamp(6.28 * radius_px, 8.0, 48.0)));
   for (const BoundaryPoint& p : points) {
     const Eigen::Vector3d ray = ray_of(p, focal_px);
     if (std::abs(angle_outside(cone, ray)) > tolerance_rad) continue;
     const Eigen::Vector2d across = basis.transpose() * ray;
     const double angle = std::atan2(across.y(), across.x());
-    sectors.see(angle < 0 ? angle + 6.283185307179586 : angle);
+    sectors[sectors.sector_at(angle < 0 ? angle + 2 * M_PI : angle)] = true;
   }
   return sectors;
 }
 
 OutlineSectors edge_sectors(const EdgeOffsets& offsets, double tolerance_px) {
-  OutlineSectors sectors;
-  sectors.count = offsets.count;
+  OutlineSectors sectors(offsets.count);
   for (int i = 0; i < offsets.count; ++i)
     sectors[i] = std::abs(static_cast<double>(offsets[i])) <= tolerance_px;
   return sectors;
@@ -233,10 +226,8 @@ OutlineSupport outline_support(const OutlineSectors& edges, const EdgeOffsets& o
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
   const double sine = std::sin(cone.alpha_rad), cosine = std::cos(cone.alpha_rad);
   Share disc, rim;
-  OutlineSectors supported;
-  supported.count = edges.count;
-  SectorColors colors;
-  colors.count = edges.count;
+  OutlineSectors supported(edges.count);
+  SectorColors colors(edges.count);
   int hidden = 0;
   double radius_sum_px = 0;
   for (int i = 0; i < edges.count; ++i) {

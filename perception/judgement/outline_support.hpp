@@ -61,7 +61,7 @@ struct OutlineSupport {
 
 /// Which sectors of the outline (of equal angle, counted as EdgePoint::angle_rad) have something on them.
 struct OutlineSectors : PerSector<bool> {
-  void see(double angle_rad);  ///< 0 to 2 pi
+  using PerSector::PerSector;
   double fraction() const;
   /// The fraction in arcs of at least a sixth of the turn, in which single sectors may be missing: a
   /// polygon touches its inscribed circle in many short ones.

@@ -7,29 +7,14 @@
 namespace ballservo {
 namespace {
 
-// The profile's terms at every pixel do not depend on the channel.
-Eigen::Vector4d terms_at(float distance_px, const EdgeProfileFit& edge) {
-  const BlurredBasis basis =
-      blurred_basis((edge.offset_px - static_cast<double>(distance_px)) / edge.blur_px);
-  return {1, basis.step, basis.root, basis.ramp};
-}
-
-CameraResponse linear_response(bool coarse_chroma) {
-  CameraResponse made;
-  made.coarse_chroma = coarse_chroma;
-  for (std::size_t k = 0; k < 256; ++k) made.light[k] = static_cast<float>(k), made.slope[k] = 1;
-  return made;
-}
-
-CameraResponse srgb_response(bool coarse_chroma) {
+CameraResponse response_of(bool srgb, bool coarse_chroma) {
   CameraResponse made;
   made.coarse_chroma = coarse_chroma;
   for (std::size_t k = 0; k < 256; ++k) {
-    const double level = static_cast<double>(k) / 255;
+    const double level = static_cast<double>(k) / 255, base = (level + 0.055) / 1.055;
     const bool dark = level <= 0.04045;
-    const double base = (level + 0.055) / 1.055;
-    made.light[k] = static_cast<float>(255 * (dark ? level / 12.92 : std::pow(base, 2.4)));
-    made.slope[k] = static_cast<float>(dark ? 1 / 12.92 : 2.4 / 1.055 * std::pow(base, 1.4));
+    made.light[k] = srgb ? static_cast<float>(255 * (dark ? level / 12.92 : std::pow(base, 2.4))) : k;
+    made.slope[k] = srgb ? static_cast<float>(dark ? 1 / 12.92 : 2.4 / 1.055 * std::pow(base, 1.4)) : 1;
   }
   return made;
 }
@@ -43,12 +28,12 @@ constexpr double carried = 8, carried_chroma = 2;
 }  // namespace
 
 const CameraResponse& CameraResponse::linear(bool coarse_chroma) {
-  static const CameraResponse fine = linear_response(false), with_coarse = linear_response(true);
+  static const CameraResponse fine = response_of(false, false), with_coarse = response_of(false, true);
   return coarse_chroma ? with_coarse : fine;
 }
 
 const CameraResponse& CameraResponse::srgb(bool coarse_chroma) {
-  static const CameraResponse fine = srgb_response(false), with_coarse = srgb_response(true);
+  static const CameraResponse fine = response_of(true, false), with_coarse = response_of(true, true);
   return coarse_chroma ? with_coarse : fine;
 }
 
@@ -106,7 +91,10 @@ double squares_left(const std::vector<RingColor>& pixels, const EdgeProfileFit& 
     right.fill(Eigen::Vector4d::Zero());
     squares = 0;
     for (const RingColor& pixel : pixels) {
-      const Eigen::Vector4d row = terms_at(pixel.distance_px, edge);
+      // The profile's terms do not depend on the channel.
+      const BlurredBasis basis =
+          blurred_basis((edge.offset_px - static_cast<double>(pixel.distance_px)) / edge.blur_px);
+      const Eigen::Vector4d row(1, basis.step, basis.root, basis.ramp);
       for (int c = 0; c < 3; ++c) {
         const auto channel = static_cast<std::size_t>(c);
         const unsigned char grey = pixel.bgr[c];

@@ -73,8 +73,9 @@ Float4 basis_at(const BasisTable& table, float x) {
 }
 
 constexpr int parameters = 6;  // O, A, B, D, t0, log s
-// What is believed of log s, and of B (per sqrt(px)) and D (per px), relative to A and about 0.
-constexpr double log_blur_sigma = 0.5, root_sigma_share = 0.4, ramp_sigma_share = 0.02;
+// What is believed of s, a log-normal, and of B (per sqrt(px)) and D (per px), relative to A and about 0.
+constexpr double expected_blur_px = 0.8, log_blur_sigma = 0.5;
+constexpr double root_sigma_share = 0.4, ramp_sigma_share = 0.02;
 constexpr int iterations = 6;
 constexpr double settled_edge_px = 4e-3;  // a step of t0 that ends them: what would follow is its square
 using Vector = Eigen::Matrix<double, parameters, 1>;
@@ -183,26 +184,6 @@ struct BasisOfEight {
   normal.squares = total(sums[parameters][parameters]);
 }
 
-#if defined(__x86_64__)
-__attribute__((target("avx2"))) void add_up_avx2(const EdgeSamples& samples, const Vector& p,
-                                                 double radius_px, EdgeEquations& normal) {
-  add_up(samples, p, radius_px, normal);
-}
-#endif
-
-EdgeEquations normal_equations(const EdgeSamples& samples, const Vector& p, double radius_px,
-                               Instructions instructions) {
-  EdgeEquations normal;
-#if defined(__x86_64__)
-  if (may_use_avx2(instructions)) {
-    add_up_avx2(samples, p, radius_px, normal);
-    return normal;
-  }
-#endif
-  add_up(samples, p, radius_px, normal);
-  return normal;
-}
-
 // Of luma that is coded from the light of two colours.
 EdgeEquations luma_equations(const EdgeSamples& samples, const EdgeColors& colors,
                              const CameraResponse& response, const Vector& p, double radius_px) {
@@ -236,8 +217,7 @@ EdgeEquations luma_equations(const EdgeSamples& samples, const EdgeColors& color
 
 // Damped Gauss-Newton from p; `equations_at` are the normal equations of `count` samples there.
 template <class EquationsAt>
-std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfilePrior& prior,
-                                          const EdgeProfileOptions& options,
+std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfileOptions& options,
                                           const EquationsAt& equations_at) {
   const double contrast = p(1);
   Eigen::LLT<Matrix> llt;
@@ -256,7 +236,7 @@ std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfile
     const double step_size = std::max(std::abs(p(1)), options.min_contrast);
     believe(2, 0, root_sigma_share * step_size);
     believe(3, 0, ramp_sigma_share * step_size);
-    believe(5, std::log(prior.blur_px), log_blur_sigma);
+    believe(5, std::log(expected_blur_px), log_blur_sigma);
     llt.compute(normal.matrix);
     Vector step = llt.solve(normal.right);
     if (llt.info() != Eigen::Success || !step.allFinite()) return std::nullopt;
@@ -284,12 +264,11 @@ BlurredBasis blurred_basis(double x) {
 }
 
 std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, double start_offset_px,
-                                               const EdgeProfilePrior& prior,
                                                const EdgeProfileOptions& options) {
   if (samples.count < 2 * parameters) return std::nullopt;
   float inside = 0, outside = 0;
   int inside_count = 0, outside_count = 0;
-  const auto clear = static_cast<float>(1.5 * prior.blur_px), start = static_cast<float>(start_offset_px);
+  const auto clear = static_cast<float>(1.5 * expected_blur_px), start = static_cast<float>(start_offset_px);
   for (std::size_t i = 0; i < static_cast<std::size_t>(samples.count); ++i) {
     const float t = samples.distance_px[i] - start;
     if (t < -clear) inside += samples.intensity[i], ++inside_count;
@@ -301,9 +280,11 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
   if (!(std::abs(contrast) >= options.min_contrast)) return std::nullopt;
 
   Vector p;
-  p << outside_level, contrast, 0, 0, start_offset_px, std::log(prior.blur_px);
-  return fit_profile(samples.count, p, prior, options, [&](const Vector& at) {
-    return normal_equations(samples, at, prior.radius_px, options.instructions);
+  p << outside_level, contrast, 0, 0, start_offset_px, std::log(expected_blur_px);
+  return fit_profile(samples.count, p, options, [&](const Vector& at) {
+    EdgeEquations normal;
+    compute_by<add_up>(options.instructions, samples, at, options.radius_px, normal);
+    return normal;
   });
 }
 
@@ -319,13 +300,12 @@ CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response)
 
 std::optional<EdgeProfileFit> fit_luma_profile(const EdgeSamples& samples, const EdgeColors& colors,
                                                const CameraResponse& response, const EdgeProfileFit& start,
-                                               const EdgeProfilePrior& prior,
                                                const EdgeProfileOptions& options) {
   if (samples.count < 2 * parameters) return std::nullopt;
   Vector p;
-  p << 100, 100, 0, 0, start.offset_px, std::log(prior.blur_px);
-  return fit_profile(samples.count, p, prior, options, [&](const Vector& at) {
-    return luma_equations(samples, colors, response, at, prior.radius_px);
+  p << 100, 100, 0, 0, start.offset_px, std::log(expected_blur_px);
+  return fit_profile(samples.count, p, options, [&](const Vector& at) {
+    return luma_equations(samples, colors, response, at, options.radius_px);
   });
 }
 

@@ -48,13 +48,8 @@ struct EdgeSamples {
 struct EdgeProfileOptions {
   double min_contrast = 6;   ///< grey levels; below that there is no edge to place
   double max_offset_px = 3;  ///< an edge further from the assumed outline is not the ball's
+  double radius_px = 1e9;    ///< of the outline: how fast the limb turns
   Instructions instructions = Instructions::fastest;
-};
-
-/// What is believed of the profile's shape before it is seen.
-struct EdgeProfilePrior {
-  double blur_px = 0.8;    ///< the median of a log-normal
-  double radius_px = 1e9;  ///< of the outline: how fast the limb turns
 };
 
 struct EdgeProfileFit {
@@ -65,13 +60,14 @@ struct EdgeProfileFit {
 
 /// Fits the profile by damped Gauss-Newton; nothing where there is no clear edge within reach.
 std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, double start_offset_px,
-                                               const EdgeProfilePrior& prior,
                                                const EdgeProfileOptions& options);
 
-/// The light (BGR) on both sides of an edge.
-struct EdgeColors {
-  Eigen::Array3f inside, outside;
+/// What there is on both sides of an edge.
+template <class Values>
+struct BothSides {
+  Values inside, outside;
 };
+using EdgeColors = BothSides<Eigen::Array3f>;  ///< light (BGR)
 
 /// Luma's parts of blue, green and red (Rec. 601): of grey levels, not of light.
 inline const Eigen::Vector3f luma_of(0.114f, 0.587f, 0.299f);
@@ -88,7 +84,6 @@ CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response)
 /// profile times the one inside, in percent. `start`: a fit of this edge's colours.
 std::optional<EdgeProfileFit> fit_luma_profile(const EdgeSamples& samples, const EdgeColors& colors,
                                                const CameraResponse& response, const EdgeProfileFit& start,
-                                               const EdgeProfilePrior& prior,
                                                const EdgeProfileOptions& options);
 
 }  // namespace ballservo

@@ -48,6 +48,9 @@ int to_pixel(double position, int last) {
 }
 
 Eigen::Vector3f grey_levels(const cv::Vec3b& bgr) { return Eigen::Vector3f(bgr[0], bgr[1], bgr[2]); }
+Eigen::Vector3f on_curve(const std::array<float, 256>& of_level, const cv::Vec3b& bgr) {
+  return Eigen::Vector3f(of_level[bgr[0]], of_level[bgr[1]], of_level[bgr[2]]);
+}
 
 struct Interval {
   double low, high;
@@ -70,59 +73,43 @@ struct FourDistances {
 
 // Distances from the outline near one station. In floats, but of the rays' small differences from the
 // station's ray: exact to 1e-5 px however long the lens is.
-class OutlineDistance {
- public:
-  OutlineDistance(const TangentCone& cone, const Eigen::Vector3d& outward, const Eigen::Vector3d& along,
-                  double px_per_rad, double slope_before, double slope_after)
-      : sine_(static_cast<float>(std::sin(cone.alpha_rad))),
-        cosine_(static_cast<float>(std::cos(cone.alpha_rad))),
-        station_(cone.axis * std::cos(cone.alpha_rad) + outward * std::sin(cone.alpha_rad)),
-        axis_(cone.axis.cast<float>()),
-        outward_(outward.cast<float>()),
-        along_(along.cast<float>()),
-        px_per_rad_(static_cast<float>(px_per_rad)),
-        slope_before_(static_cast<float>(slope_before)),
-        slope_after_(static_cast<float>(slope_after)) {}
+struct OutlineDistance {
+  float sine, cosine;  // of the cone's angle
+  Eigen::Vector3d ray;
+  Eigen::Vector3f axis, outward, along;
+  float px_per_rad, slope_before, slope_after;  // between the stations the scale changes linearly
 
   /// Of four rays in a row.
   FourDistances operator()(const Eigen::Vector3d* rays) const {
     Eigen::Array4f x, y, z;
     for (int i = 0; i < 4; ++i) {
-      x[i] = static_cast<float>(rays[i].x() - station_.x());
-      y[i] = static_cast<float>(rays[i].y() - station_.y());
-      z[i] = static_cast<float>(rays[i].z() - station_.z());
+      x[i] = static_cast<float>(rays[i].x() - ray.x());
+      y[i] = static_cast<float>(rays[i].y() - ray.y());
+      z[i] = static_cast<float>(rays[i].z() - ray.z());
     }
-    const auto along = [&](const Eigen::Vector3f& e) -> Eigen::Array4f {
+    const auto part = [&](const Eigen::Vector3f& e) -> Eigen::Array4f {
       return e.x() * x + e.y() * y + e.z() * z;
     };
     FourDistances four;
-    four.radial = sine_ + along(outward_);
-    four.tangential = along(along_);
+    four.radial = sine + part(outward);
+    four.tangential = part(along);
     // sin(angle from the axis - alpha), and the angle itself where it counts: near the outline.
     const Eigen::Array4f across = (four.radial.square() + four.tangential.square()).sqrt();
-    const Eigen::Array4f outside = across * cosine_ - (cosine_ + along(axis_)) * sine_;
+    const Eigen::Array4f outside = across * cosine - (cosine + part(axis)) * sine;
     const Eigen::Array4f turn = four.tangential / four.radial;  // its tangent is as good
     four.distance_px = (outside + outside.cube() * (1.0f / 6)) *
-                       (px_per_rad_ + turn.min(0.0f) * slope_before_ + turn.max(0.0f) * slope_after_);
+                       (px_per_rad + turn.min(0.0f) * slope_before + turn.max(0.0f) * slope_after);
     return four;
   }
-
- private:
-  float sine_, cosine_;
-  Eigen::Vector3d station_;
-  Eigen::Vector3f axis_, outward_, along_;
-  float px_per_rad_, slope_before_, slope_after_;
 };
 
 }  // namespace
 
 EdgeOffsets edge_offsets(const OutlineEdges& edges, const ConeFit& fit) {
-  EdgeOffsets offsets;
-  offsets.count = std::min(edges.segments, most_outline_sectors);
+  EdgeOffsets offsets(edges.segments);
   offsets.values.fill(std::numeric_limits<float>::quiet_NaN());
   for (const EdgePoint& edge : edges.points) {
-    const int sector = static_cast<int>(edge.angle_rad / (2 * M_PI) * offsets.count);
-    offsets[std::clamp(sector, 0, offsets.count - 1)] =
+    offsets[offsets.sector_at(edge.angle_rad)] =
         static_cast<float>(angle_outside(fit, edge.ray) * edge.px_per_rad);
   }
   return offsets;
@@ -160,13 +147,19 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
   const Station &before = stations_[(segment + count - 1) % count], &after = stations_[(segment + 1) % count];
   if (!station.visible || !before.visible || !after.visible) return;
   const Eigen::Vector3d along = outline.axis.cross(station.outward);
-  const double sine = std::sin(outline.alpha_rad), step_rad = 2 * M_PI / static_cast<double>(count);
+  const double sine = std::sin(outline.alpha_rad), cosine = std::cos(outline.alpha_rad);
+  const double step_rad = 2 * M_PI / static_cast<double>(count);
   const float widest = static_cast<float>(std::tan(half_turn_rad)),
               half_width = static_cast<float>(half_width_px);
-  // Between the stations the scale changes linearly.
-  const OutlineDistance distances(outline, station.outward, along, station.px_per_rad,
-                                  (station.px_per_rad - before.px_per_rad) / step_rad,
-                                  (after.px_per_rad - station.px_per_rad) / step_rad);
+  const OutlineDistance distances{static_cast<float>(sine),
+                                  static_cast<float>(cosine),
+                                  outline.axis * cosine + station.outward * sine,
+                                  outline.axis.cast<float>(),
+                                  station.outward.cast<float>(),
+                                  along.cast<float>(),
+                                  static_cast<float>(station.px_per_rad),
+                                  static_cast<float>((station.px_per_rad - before.px_per_rad) / step_rad),
+                                  static_cast<float>((after.px_per_rad - station.px_per_rad) / step_rad)};
   // The box of the segment: half_width across the outline, and along it half its length.
   const double half_length_px = half_turn_rad * sine * station.px_per_rad;
   const Eigen::Vector2d& c = station.pixel_px;
@@ -234,45 +227,52 @@ double EdgeMeter::coarse_offset(double reach_px) const {
   return best;
 }
 
+// The mean of what `of` makes of the gathered pixels so far inside and outside an edge; nothing where there
+// are hardly any.
+template <class Values, class Of>
+std::optional<BothSides<Values>> EdgeMeter::means_beside(double edge_px, float clear_px, const Of& of) const {
+  BothSides<Values> means{Values::Zero(), Values::Zero()};
+  int inside = 0, outside = 0;
+  for (const RingColor& pixel : pixels_) {
+    const float outside_px = pixel.distance_px - static_cast<float>(edge_px);
+    if (outside_px < -clear_px) means.inside += of(pixel.bgr), ++inside;
+    if (outside_px > clear_px) means.outside += of(pixel.bgr), ++outside;
+  }
+  if (inside < 3 || outside < 3) return std::nullopt;
+  means.inside /= static_cast<float>(inside);
+  means.outside /= static_cast<float>(outside);
+  return means;
+}
+
 // The gathered pixels' intensities: along the line in colour space from what is outside to what is inside,
 // in units of the light that has the grey levels' scale in this segment, so that noise and contrast stay
 // those of grey levels. Returns the least contrast that an edge must have; nothing where inside and outside
 // do not differ so much.
 std::optional<double> EdgeMeter::take_samples(const CameraResponse& response) {
-  Eigen::Vector3f inside(0, 0, 0), outside(0, 0, 0), slope_inside(0, 0, 0), slope_outside(0, 0, 0);
-  int inside_count = 0, outside_count = 0, inside_level = 0, outside_level = 0;
-  for (const RingColor& pixel : pixels_) {
-    const int level = std::max({pixel.bgr[0], pixel.bgr[1], pixel.bgr[2]});
-    const auto of = [&](const std::array<float, 256>& curve) {
-      return Eigen::Vector3f(curve[pixel.bgr[0]], curve[pixel.bgr[1]], curve[pixel.bgr[2]]);
-    };
-    if (pixel.distance_px < -clear_of_edge_px)
-      inside += of(response.light), slope_inside += of(response.slope), inside_level += level, ++inside_count;
-    if (pixel.distance_px > clear_of_edge_px)
-      outside += of(response.light), slope_outside += of(response.slope), outside_level += level,
-          ++outside_count;
-  }
-  if (inside_count < 3 || outside_count < 3) return std::nullopt;
-  slope_inside /= static_cast<float>(inside_count);
-  slope_outside /= static_cast<float>(outside_count);
+  using Seen = Eigen::Matrix<float, 7, 1>;  // light, its slope and the brightest channel's grey level
+  const auto means = means_beside<Seen>(0, clear_of_edge_px, [&](const cv::Vec3b& bgr) {
+    Seen seen;
+    for (int c = 0; c < 3; ++c) seen[c] = response.light[bgr[c]], seen[3 + c] = response.slope[bgr[c]];
+    seen[6] = std::max({bgr[0], bgr[1], bgr[2]});
+    return seen;
+  });
+  if (!means) return std::nullopt;
+  const Eigen::Vector3f slope_inside = means->inside.segment<3>(3),
+                        slope_outside = means->outside.segment<3>(3);
   const Eigen::Vector3f scale = (0.5f * (slope_inside + slope_outside)).cwiseInverse();
-  const Eigen::Vector3f difference =
-      (inside / static_cast<float>(inside_count) - outside / static_cast<float>(outside_count))
-          .cwiseProduct(scale);
+  const Eigen::Vector3f difference = (means->inside.head<3>() - means->outside.head<3>()).cwiseProduct(scale);
   const float contrast = difference.norm();
-  const int level = std::max(inside_level / inside_count, outside_level / outside_count);
+  const int level = static_cast<int>(std::max(means->inside(6), means->outside(6)));
   const double min_contrast = std::min(bright_contrast, std::max(least_contrast, contrast_share * level));
   if (!(static_cast<double>(contrast) >= min_contrast)) return std::nullopt;
   const Eigen::Vector3f direction = (difference / contrast).cwiseProduct(scale);
   samples_.count = 0;
   for (const RingColor& pixel : pixels_) {
-    const Eigen::Vector3f light(response.light[pixel.bgr[0]], response.light[pixel.bgr[1]],
-                                response.light[pixel.bgr[2]]);
     // The noise at the colour that is expected there: the pixel's own holds noise itself.
     const float mixed = std::clamp(0.5f - 0.5f * pixel.distance_px, 0.0f, 1.0f);
     const Eigen::Vector3f noise =
         direction.cwiseProduct(slope_outside + mixed * (slope_inside - slope_outside));
-    samples_.add(pixel.distance_px, direction.dot(light), 1 / noise.norm());
+    samples_.add(pixel.distance_px, direction.dot(on_curve(response.light, pixel.bgr)), 1 / noise.norm());
   }
   return min_contrast;
 }
@@ -282,9 +282,10 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_segment(const CameraResponse& respo
   if (!min_contrast) return std::nullopt;
   EdgeProfileOptions profile;
   profile.min_contrast = *min_contrast;
+  profile.radius_px = ring_.radius_px;
   profile.max_offset_px = std::max(max_offset_px, max_offset_radii * ring_.radius_px);
   const double reach_px = std::min(max_offset_px, ring_.half_width_px - 2);
-  const auto by_colors = fit_edge_profile(samples_, coarse_offset(reach_px), ring_.prior, profile);
+  const auto by_colors = fit_edge_profile(samples_, coarse_offset(reach_px), profile);
   if (!by_colors || !response.coarse_chroma) return by_colors;
   const auto by_luma = fit_luma(response, *by_colors, profile);
   if (by_luma && std::abs(by_luma->offset_px - by_colors->offset_px) < luma_and_colors_agree_px)
@@ -294,38 +295,20 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_segment(const CameraResponse& respo
   return fit;
 }
 
-// The mean of what `of` makes of the gathered pixels so far inside and outside an edge; nothing where there
-// are hardly any.
-template <class Of>
-std::optional<EdgeColors> EdgeMeter::colors_beside(const EdgeProfileFit& edge, float clear_px,
-                                                   const Of& of) const {
-  EdgeColors colors{{0, 0, 0}, {0, 0, 0}};
-  int inside = 0, outside = 0;
-  for (const RingColor& pixel : pixels_) {
-    const float outside_px = pixel.distance_px - static_cast<float>(edge.offset_px);
-    if (outside_px < -clear_px) colors.inside += of(pixel.bgr), ++inside;
-    if (outside_px > clear_px) colors.outside += of(pixel.bgr), ++outside;
-  }
-  if (inside < 3 || outside < 3) return std::nullopt;
-  colors.inside /= static_cast<float>(inside);
-  colors.outside /= static_cast<float>(outside);
-  return colors;
-}
-
 // The edge again, by luma alone; nothing where that differs too little. Leaves luma in the samples.
 std::optional<EdgeProfileFit> EdgeMeter::fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
                                                   const EdgeProfileOptions& options) {
   const float clear_px = std::min(coarse_clear_px, static_cast<float>(ring_.half_width_px) - 1);
-  const auto colors = colors_beside(start, clear_px, [&](const cv::Vec3b& bgr) {
-    return Eigen::Array3f(response.light[bgr[0]], response.light[bgr[1]], response.light[bgr[2]]);
-  });
+  const auto colors = means_beside<Eigen::Array3f>(
+      start.offset_px, clear_px,
+      [&](const cv::Vec3b& bgr) -> Eigen::Array3f { return on_curve(response.light, bgr); });
   if (!colors) return std::nullopt;
   const double contrast =
       code_luma(colors->inside, response).level - code_luma(colors->outside, response).level;
   if (!(std::abs(contrast) >= least_contrast)) return std::nullopt;
   samples_.count = 0;
   for (const RingColor& pixel : pixels_) samples_.add(pixel.distance_px, luma_of.dot(grey_levels(pixel.bgr)));
-  return fit_luma_profile(samples_, *colors, response, start, ring_.prior, options);
+  return fit_luma_profile(samples_, *colors, response, start, options);
 }
 
 // The ring around the outline, in segments of the outline's length; false where none is in the picture.
@@ -350,7 +333,6 @@ bool EdgeMeter::place_ring(cv::Size size, const Camera& camera, const TangentCon
   const double least_length_px = segment_length_px * std::max(1.0, 6 / ring_.radius_px);
   ring_.half_turn_rad = std::min(std::max(M_PI / ring_.segments, 0.5 * least_length_px / ring_.radius_px),
                                  0.5 * max_segment_length_px / ring_.radius_px);
-  ring_.prior.radius_px = ring_.radius_px;
   return ring_.segments_in_picture > 0;
 }
 
@@ -361,15 +343,16 @@ double EdgeMeter::coarse_chroma_evidence(const EdgeProfileFit& edge) {
     const Eigen::Vector3f grey = grey_levels(bgr);
     return Eigen::Array3f(grey.array() - luma_of.dot(grey));
   };
-  const auto colors = colors_beside(edge, coarse_clear_px, chroma);
+  const auto colors = means_beside<Eigen::Array3f>(edge.offset_px, coarse_clear_px, chroma);
   if (!colors) return 0;
   const Eigen::Vector3f direction = (colors->inside - colors->outside).matrix().normalized();
   EdgeProfileOptions options;
   options.min_contrast = clear_contrast;
+  options.radius_px = ring_.radius_px;
   const auto profile_of = [&](const auto& level) {
     samples_.count = 0;
     for (const RingColor& pixel : pixels_) samples_.add(pixel.distance_px, level(pixel.bgr));
-    return fit_edge_profile(samples_, edge.offset_px, ring_.prior, options);
+    return fit_edge_profile(samples_, edge.offset_px, options);
   };
   const auto of_luma = profile_of([](const cv::Vec3b& bgr) { return luma_of.dot(grey_levels(bgr)); });
   if (!of_luma) return 0;

@@ -5,7 +5,9 @@
 // assumed outline. The ring is cut into arc segments of a few pixels' length; each gives one edge point.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -26,6 +28,12 @@ struct PerSector {
   std::array<Value, most_outline_sectors> values{};
   int count = 0;
 
+  PerSector() = default;
+  explicit PerSector(int sectors) : count(std::min(sectors, most_outline_sectors)) {}
+  /// The one at an angle from 0 to 2 pi.
+  int sector_at(double angle_rad) const {
+    return std::clamp(static_cast<int>(angle_rad / (2 * M_PI) * count), 0, count - 1);
+  }
   const Value& operator[](int sector) const { return values[static_cast<std::size_t>(sector)]; }
   Value& operator[](int sector) { return values[static_cast<std::size_t>(sector)]; }
 };
@@ -71,7 +79,6 @@ class EdgeMeter {
   struct Ring {
     double radius_px = 0, half_width_px = 0, half_turn_rad = 0;
     int segments = 0, segments_in_picture = 0;
-    EdgeProfilePrior prior;
   };
   static Station station_at(const Camera& camera, const TangentCone& cone,
                             const Eigen::Matrix<double, 3, 2>& basis, double angle);
@@ -79,8 +86,8 @@ class EdgeMeter {
   void gather(const cv::Mat& bgr, const RayTable& rays, const TangentCone& outline, std::size_t segment);
   std::optional<double> take_samples(const CameraResponse& response);
   std::optional<EdgeProfileFit> fit_segment(const CameraResponse& response);
-  template <class Of>
-  std::optional<EdgeColors> colors_beside(const EdgeProfileFit& edge, float clear_px, const Of& of) const;
+  template <class Values, class Of>
+  std::optional<BothSides<Values>> means_beside(double edge_px, float clear_px, const Of& of) const;
   std::optional<EdgeProfileFit> fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
                                          const EdgeProfileOptions& options);
   double coarse_chroma_evidence(const EdgeProfileFit& edge);

@@ -26,6 +26,9 @@ class BitPicture {
   int row_words() const { return row_words_; }
   std::uint64_t* row(int v) { return &words_[start_of(v)]; }
   const std::uint64_t* row(int v) const { return &words_[start_of(v)]; }
+  /// Of all rows.
+  std::vector<std::uint64_t>& words() { return words_; }
+  const std::vector<std::uint64_t>& words() const { return words_; }
 
   bool at(int u, int v) const { return (row(v)[u / word_bits] >> (u % word_bits)) & 1; }
 

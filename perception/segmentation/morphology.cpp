@@ -1,6 +1,7 @@
 #include "perception/segmentation/morphology.hpp"
 
 #include <algorithm>
+#include <functional>
 
 namespace ballservo {
 namespace {
@@ -109,54 +110,30 @@ template <class First, class Second, int reach>
   across_rows<Second, reach>(rows, out);
 }
 
-#if defined(__x86_64__)
-template <class First, class Second, int reach>
-__attribute__((target("avx2"))) void by_both_avx2(const BitPicture& in, BitPicture& rows,
-                                                  std::vector<std::uint64_t>& row, BitPicture& out) {
-  by_both<First, Second, reach>(in, rows, row, out);
-}
-#endif
-
-template <class First, class Second, int reach>
-void by_both_with(Instructions instructions, const BitPicture& in, BitPicture& rows,
-                  std::vector<std::uint64_t>& row, BitPicture& out) {
-#if defined(__x86_64__)
-  if (may_use_avx2(instructions)) return by_both_avx2<First, Second, reach>(in, rows, row, out);
-#endif
-  by_both<First, Second, reach>(in, rows, row, out);
-}
-
-template <class Change>
-void for_each_word(const BitPicture& picture, const Change& change) {
-  for (int v = 0; v < picture.size().height; ++v) {
-    for (int w = 0; w < picture.row_words(); ++w) change(v, w);
-  }
-}
-
 }  // namespace
 
 void ClassMorphology::open(const ClassPictures& classes, ClassPictures& opened) {
   opened.resize(classes.size());
   for (std::size_t k = 0; k < classes.size(); ++k)
-    by_both_with<Erosion, Dilation, 1>(instructions_, classes[k], rows_, row_, opened[k]);
+    compute_by<by_both<Erosion, Dilation, 1>>(instructions_, classes[k], rows_, row_, opened[k]);
 }
 
 void ClassMorphology::close(const ClassPictures& opened, ClassPictures& closed) {
   closed.resize(opened.size());
   for (std::size_t k = 0; k < opened.size(); ++k)
-    by_both_with<Dilation, Erosion, 2>(instructions_, opened[k], rows_, row_, closed[k]);
+    compute_by<by_both<Dilation, Erosion, 2>>(instructions_, opened[k], rows_, row_, closed[k]);
   if (opened.size() < 2) return;
   // Taken: by a class of its own, or by an earlier class that closed over it.
-  taken_ = opened[0];
-  for (std::size_t k = 1; k < opened.size(); ++k) {
-    for_each_word(taken_, [&](int v, int w) { taken_.row(v)[w] |= opened[k].row(v)[w]; });
-  }
+  taken_.assign(opened[0].words().size(), 0);
+  for (const BitPicture& own : opened)
+    std::transform(taken_.begin(), taken_.end(), own.words().begin(), taken_.begin(), std::bit_or<>());
   for (std::size_t k = 0; k < opened.size(); ++k) {
-    for_each_word(taken_, [&](int v, int w) {
-      const std::uint64_t added = closed[k].row(v)[w] & ~taken_.row(v)[w];
-      closed[k].row(v)[w] = opened[k].row(v)[w] | added;
-      taken_.row(v)[w] |= added;
-    });
+    for (std::size_t i = 0; i < taken_.size(); ++i) {
+      std::uint64_t& word = closed[k].words()[i];
+      word &= ~taken_[i];
+      taken_[i] |= word;
+      word |= opened[k].words()[i];
+    }
   }
 }
 

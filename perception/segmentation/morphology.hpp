@@ -23,8 +23,8 @@ class ClassMorphology {
 
  private:
   Instructions instructions_;
-  BitPicture rows_, taken_;  // reused between frames
-  std::vector<std::uint64_t> row_;
+  BitPicture rows_;  // reused between frames
+  std::vector<std::uint64_t> row_, taken_;
 };
 
 }  // namespace ballservo

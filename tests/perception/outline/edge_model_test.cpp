@@ -57,7 +57,7 @@ EdgeSamples profile(double offset_px, double blur_px, double root, double noise,
 TEST(EdgeProfile, FindsAnEdgeOfUnknownBlurAndShading) {
   for (const double offset_px : {-1.3, 0.0, 0.8}) {
     for (const double blur_px : {0.5, 1.0, 1.8}) {
-      const auto fit = fit_edge_profile(profile(offset_px, blur_px, 12, 0), std::round(offset_px), {}, {});
+      const auto fit = fit_edge_profile(profile(offset_px, blur_px, 12, 0), std::round(offset_px), {});
       ASSERT_TRUE(fit);
       EXPECT_NEAR(fit->offset_px, offset_px, 0.02) << "blur " << blur_px;
       EXPECT_NEAR(fit->blur_px, blur_px, 0.1);
@@ -69,7 +69,7 @@ TEST(EdgeProfile, SigmaIsTheSpread) {
   double squares = 0, predicted = 0;
   constexpr int trials = 300;
   for (int i = 0; i < trials; ++i) {
-    const auto fit = fit_edge_profile(profile(0.2, 0.8, 0, 3, static_cast<std::uint64_t>(i)), 0, {}, {});
+    const auto fit = fit_edge_profile(profile(0.2, 0.8, 0, 3, static_cast<std::uint64_t>(i)), 0, {});
     ASSERT_TRUE(fit);
     squares += std::pow(fit->offset_px - 0.2, 2) / trials;
     predicted += fit->sigma_px * fit->sigma_px / trials;
@@ -83,8 +83,7 @@ TEST(EdgeProfile, IsTheSameToTheLastBitWhateverTheProcessorHas) {
   for (int i = 0; i < 50; ++i) {
     EdgeSamples samples = profile(0.02 * i, 0.5 + 0.03 * i, 8, 4, static_cast<std::uint64_t>(i));
     samples.count -= i % 9;  // no whole number of vectors
-    const auto fastest = fit_edge_profile(samples, 0.4, {}, {}),
-               other = fit_edge_profile(samples, 0.4, {}, portable);
+    const auto fastest = fit_edge_profile(samples, 0.4, {}), other = fit_edge_profile(samples, 0.4, portable);
     ASSERT_TRUE(fastest && other);
     EXPECT_EQ(fastest->offset_px, other->offset_px);
     EXPECT_EQ(fastest->sigma_px, other->sigma_px);
@@ -95,10 +94,10 @@ TEST(EdgeProfile, IsTheSameToTheLastBitWhateverTheProcessorHas) {
 TEST(EdgeProfile, NoEdgeHasNoFit) {
   EdgeSamples flat = profile(0, 0.8, 0, 0);
   flat.intensity.fill(80);
-  EXPECT_FALSE(fit_edge_profile(flat, 0, {}, {}));
-  EXPECT_FALSE(fit_edge_profile({}, 0, {}, {}));
+  EXPECT_FALSE(fit_edge_profile(flat, 0, {}));
+  EXPECT_FALSE(fit_edge_profile({}, 0, {}));
   flat.intensity.fill(std::nanf(""));
-  EXPECT_FALSE(fit_edge_profile(flat, 0, {}, {}));
+  EXPECT_FALSE(fit_edge_profile(flat, 0, {}));
 }
 
 // Luma is a mix of grey levels, the blur one of light: a dark red ball, darker at its limb, before grey.
@@ -118,10 +117,10 @@ TEST(LumaProfile, FindsTheEdgeThatWasBlurredAsLight) {
     }
     EdgeProfileFit start;
     start.offset_px = offset_px + 0.15;
-    const auto fit = fit_luma_profile(samples, colors, srgb, start, {}, {});
+    const auto fit = fit_luma_profile(samples, colors, srgb, start, {});
     ASSERT_TRUE(fit);
     EXPECT_NEAR(fit->offset_px, offset_px, 0.01);
-    const auto by_grey_levels = fit_edge_profile(samples, offset_px, {}, {});
+    const auto by_grey_levels = fit_edge_profile(samples, offset_px, {});
     EXPECT_TRUE(!by_grey_levels || std::abs(by_grey_levels->offset_px - offset_px) > 0.03);
   }
 }
