@@ -16,7 +16,6 @@ struct DetectionStages {
   cv::Rect window;
   cv::Mat classified, opened, closed;  ///< class numbers, CV_8UC1, of the window
   struct Candidate {
-    int region = 0;
     ClassIndex color_class = no_class;
     std::vector<BoundaryPixel> outline;  ///< of the region, without what earlier circles took away (px)
     std::vector<BoundaryPixel> removed;  ///< what this circle takes away

@@ -52,17 +52,16 @@ void RegionSearch::find(const cv::Mat& bgr, const RegionMap& regions, int index,
                               (static_cast<std::uint64_t>(region.box.y + window.y) << 16) ^
                               static_cast<std::uint64_t>(region.pixels);
   RandomEngine engine = random_stream(seed_, "circle_vote", place);
-  find_by_votes(view, outline, engine, index, balls, stages);
+  find_by_votes(view, outline, engine, balls, stages);
   // What is left may hide another one, if it is large enough for one to be told from it.
   double unexplained_px2 = region.pixels;
   for (std::size_t i = before; i < balls.size(); ++i)
     unexplained_px2 -= M_PI * balls[i].outline.radius_px * balls[i].outline.radius_px;
-  if (unexplained_px2 > least_unexplained_px2)
-    find_inside(view, outline, region, index, before, balls, stages);
+  if (unexplained_px2 > least_unexplained_px2) find_inside(view, outline, region, before, balls, stages);
 }
 
 void RegionSearch::find_by_votes(const ClassView& view, const RegionOutline& outline, RandomEngine& engine,
-                                 int region, std::vector<BallObservation>& balls, DetectionStages* stages) {
+                                 std::vector<BallObservation>& balls, DetectionStages* stages) {
   unexplained_ = outline;
   int found = 0;
   const int most_failures = view.prior.thorough ? thorough_failures_per_region : failures_per_region;
@@ -73,7 +72,7 @@ void RegionSearch::find_by_votes(const ClassView& view, const RegionOutline& out
     const VerifiedCandidate& candidate =
         failures == 0 ? verifier_.verify_frayed(view, circle, unexplained_.points, outline.points)
                       : verifier_.verify(view, circle, unexplained_.points);
-    show(region, view.colored.color_class, circle, candidate, stages);
+    show(view.colored.color_class, circle, candidate, stages);
     if (candidate.is_ball()) {
       balls.push_back(candidate.observation(view.colored.color_class, vote));
       ++found;
@@ -88,7 +87,7 @@ void RegionSearch::find_by_votes(const ClassView& view, const RegionOutline& out
 
 // By edges inside the region: a ball before a thing of its own colour.
 void RegionSearch::find_inside(const ClassView& view, const RegionOutline& outline, const Region& region,
-                               int index, std::size_t first_known, std::vector<BallObservation>& balls,
+                               std::size_t first_known, std::vector<BallObservation>& balls,
                                DetectionStages* stages) {
   std::vector<BoundaryPoint>& boundary = unexplained_.points;
   boundary = outline.points;
@@ -109,21 +108,20 @@ void RegionSearch::find_inside(const ClassView& view, const RegionOutline& outli
     if (!inner) return;
     const VotedCircle circle(inner->circle, rays_->camera().focal_px());
     const VerifiedCandidate& candidate = verifier_.verify(view, circle, inner->outline.points, true);
-    show(index, view.colored.color_class, circle, candidate, stages);
+    show(view.colored.color_class, circle, candidate, stages);
     if (!candidate.is_ball()) return;
     balls.push_back(candidate.observation(view.colored.color_class, inner->circle));
   }
 }
 
-void RegionSearch::show(int region, ClassIndex color_class, const VotedCircle& circle,
-                        const VerifiedCandidate& candidate, DetectionStages* stages) const {
+void RegionSearch::show(ClassIndex color_class, const VotedCircle& circle, const VerifiedCandidate& candidate,
+                        DetectionStages* stages) const {
   if (!stages) return;
   const Camera& camera = rays_->camera();
   const auto outline_of = [&](const TangentCone& cone) {
     return project_outline(camera, cone.axis, std::sin(cone.alpha_rad), 128);
   };
   DetectionStages::Candidate& shown = stages->candidates.emplace_back();
-  shown.region = region;
   shown.color_class = color_class;
   shown.outline = unexplained_.pixels;
   shown.votes = voter_.histogram();

@@ -24,11 +24,11 @@ class RegionSearch {
   BallVerifier& verifier() { return verifier_; }
 
  private:
-  void find_by_votes(const ClassView& view, const RegionOutline& outline, RandomEngine& engine, int region,
+  void find_by_votes(const ClassView& view, const RegionOutline& outline, RandomEngine& engine,
                      std::vector<BallObservation>& balls, DetectionStages* stages);
-  void find_inside(const ClassView& view, const RegionOutline& outline, const Region& region, int index,
+  void find_inside(const ClassView& view, const RegionOutline& outline, const Region& region,
                    std::size_t first_known, std::vector<BallObservation>& balls, DetectionStages* stages);
-  void show(int region, ClassIndex color_class, const VotedCircle& circle, const VerifiedCandidate& candidate,
+  void show(ClassIndex color_class, const VotedCircle& circle, const VerifiedCandidate& candidate,
             DetectionStages* stages) const;
 
   std::shared_ptr<const RayTable> rays_;
