@@ -9,8 +9,10 @@ namespace ballservo {
 namespace {
 
 // A region may be less than its ball unless so good a ball was found in it, if it is so large and so full:
-// then there may be an outline around it, its radius larger by up to a part of the circle's.
-constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6, frayed_reach = 0.6;
+// then there may be an outline around it, with an edge on so much of it, its radius larger by up to a part of
+// the circle's.
+constexpr double sure_quality = 0.7, min_frayed_radius_px = 8, min_frayed_fill = 0.6;
+constexpr double min_frayed_edge = 0.37, frayed_reach = 0.6;
 constexpr double surer_by = 5;  // log odds of a second look, whatever the outlines say
 
 // A small ball is looked at again, since some circle fits into a few pixels of anything; and is none where
@@ -65,7 +67,7 @@ bool is_disc_aslant(const ClassView& view, const SecondLook::Look& look, const O
 
 void forget(VerifiedCandidate& candidate) {
   candidate.is_fitted = false;
-  candidate.fit.clear_points();
+  candidate.fit.clear();
   candidate.verdict = {};
   candidate.log_odds = 0;
 }
@@ -101,28 +103,29 @@ const VerifiedCandidate& BallVerifier::verify(const ClassView& view, const Voted
     const TangentCone rough = rough_cone(circle, points);
     verdict = judge(view).early(points, rough);
     if (!candidate.is_ball() && !inside_region) return candidate;
-    candidate.is_fitted =
-        options_.fit == BallFit::sphere
-            ? fit_sphere(fitter_, view.bgr, view.response, circle, rough, points, radius(view), candidate.fit)
-            : fitter_.fit_circle(view.bgr, circle.estimate, radius(view), candidate.fit);
-    if (candidate.is_fitted)
-      verdict = judge(view).of(candidate.fit, points);
-    else
-      verdict.reason = no_edge;
-    allow_oval(view, candidate, [&](OutlineFit& fit) {
-      return fit_sphere(oval_fitter_, view.bgr, view.response, circle, rough, points, radius(view), fit);
+    fit_and_judge(view, points, candidate, [&](BallFitter& fitter, OutlineFit& fit) {
+      return options_.fit == BallFit::sphere
+                 ? fit_sphere(fitter, view.bgr, view.response, circle, rough, points, radius(view), fit)
+                 : fitter.fit_circle(view.bgr, circle.estimate, radius(view), fit);
     });
   }
   return looked_at_again(view, candidate);
 }
 
-template <typename Refit>
-void BallVerifier::allow_oval(const ClassView& view, VerifiedCandidate& candidate, const Refit& refit) {
+// Through the stated lens and, where that leaves it doubtful, as an oval.
+template <typename FitBy>
+void BallVerifier::fit_and_judge(const ClassView& view, const std::vector<BoundaryPoint>& points,
+                                 VerifiedCandidate& candidate, const FitBy& fit_by) {
+  candidate.is_fitted = fit_by(fitter_, candidate.fit);
+  if (candidate.is_fitted)
+    candidate.verdict = judge(view).of(candidate.fit, points);
+  else
+    candidate.verdict.reason = no_edge;
   if (options_.fit != BallFit::sphere || options_.oval_fraction > 0 || !candidate.is_ball() ||
       candidate.verdict.quality >= doubtful_quality)
     return;
   forget(oval_);
-  oval_.is_fitted = refit(oval_.fit);
+  oval_.is_fitted = fit_by(oval_fitter_, oval_.fit);
   if (!oval_.is_fitted) return;
   oval_.verdict = judge(view).of(oval_.fit, {});
   if (!oval_.is_ball() || oval_.verdict.quality < candidate.verdict.quality + clearer_by) return;
@@ -245,15 +248,9 @@ std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, 
 void BallVerifier::fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
                             VerifiedCandidate& candidate, const KnownAngle& known) {
   forget(candidate);
-  candidate.is_fitted =
-      scout_outline(view.bgr, rays_->camera(), start, {reach_px, min_edge}, scouted_) &&
-      fitter_.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), candidate.fit, known);
-  if (candidate.is_fitted)
-    candidate.verdict = judge(view).of(candidate.fit, {});
-  else
-    candidate.verdict.reason = no_edge;
-  allow_oval(view, candidate, [&](OutlineFit& fit) {
-    return oval_fitter_.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), fit, known);
+  const bool scouted = scout_outline(view.bgr, rays_->camera(), start, {reach_px, min_edge}, scouted_);
+  fit_and_judge(view, {}, candidate, [&](BallFitter& fitter, OutlineFit& fit) {
+    return scouted && fitter.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), fit, known);
   });
 }
 

@@ -17,10 +17,6 @@
 
 namespace ballservo {
 
-/// On so much of an outline an edge must lie for it to be the ball's, around a region that may be less than
-/// it.
-inline constexpr double min_frayed_edge = 0.37;
-
 /// A circle that votes gave, and the cone that it would be; none where no ball makes it.
 struct VotedCircle {
   VotedCircle(const CircleEstimate& voted, double focal_px);
@@ -74,8 +70,9 @@ class BallVerifier {
   SecondLook& second_look() { return second_look_; }
 
  private:
-  template <typename Refit>  // bool(OutlineFit&), to an oval
-  void allow_oval(const ClassView& view, VerifiedCandidate& candidate, const Refit& refit);
+  template <typename FitBy>  // bool(BallFitter&, OutlineFit&)
+  void fit_and_judge(const ClassView& view, const std::vector<BoundaryPoint>& points,
+                     VerifiedCandidate& candidate, const FitBy& fit_by);
   void fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
                 VerifiedCandidate& candidate, const KnownAngle& known = {});
   const VerifiedCandidate& looked_at_again(const ClassView& view, VerifiedCandidate& candidate);

@@ -38,20 +38,15 @@ void FloorFinder::sample(const cv::Mat& bgr, const OutlineEllipse* known) {
     for (std::size_t i = 0; i < paths_[k].pixels.size(); ++i) {
       const cv::Point& p = paths_[k].pixels[i];
       const int u = std::clamp(p.x, 1, bgr.cols - 2), v = std::clamp(p.y, 1, bgr.rows - 2);
-      int blue = 0, green = 0, red = 0;
+      cv::Vec3i sums;
       for (int row = v - 1; row <= v + 1; ++row) {
-        const std::uint8_t* at = bgr.ptr<std::uint8_t>(row) + 3 * (u - 1);
-        for (int column = 0; column < 3; ++column, at += 3) {
-          blue += at[0];
-          green += at[1];
-          red += at[2];
-        }
+        const cv::Vec3b* const at = bgr.ptr<cv::Vec3b>(row) + u;
+        for (const int column : {-1, 0, 1}) sums += at[column];
       }
-      const int sum = blue + green + red + 27;
+      const int sum = sums[0] + sums[1] + sums[2] + 27;
+      const auto bin = [&](int c) { return std::min(chroma_bins - 1, (sums[c] + 9) * chroma_bins / sum); };
       Sample& sample = samples_[k][i];
-      sample.chroma =
-          static_cast<std::uint16_t>(std::min(chroma_bins - 1, (red + 9) * chroma_bins / sum) * chroma_bins +
-                                     std::min(chroma_bins - 1, (green + 9) * chroma_bins / sum));
+      sample.chroma = static_cast<std::uint16_t>(bin(2) * chroma_bins + bin(1));
       sample.light = light_bin_[static_cast<std::size_t>((sum - 27) / 9)];
       sample.known =
           known != nullptr && std::hypot(p.x - known->center_px.x(), p.y - known->center_px.y()) < known_px;

@@ -201,8 +201,7 @@ void InnerCircles::vote_along(const Eigen::Vector2f& from, const Eigen::Vector2f
     if (!(cell.x() >= 1 && cell.y() >= 1 && cell.x() < static_cast<float>(columns_ - 1) &&
           cell.y() < static_cast<float>(rows_ - 1)))
       break;
-    ++votes_[static_cast<std::size_t>(cell.y()) * static_cast<std::size_t>(columns_) +
-             static_cast<std::size_t>(cell.x())];
+    ++row_of(votes_, static_cast<int>(cell.y()))[static_cast<int>(cell.x())];
   }
 }
 
@@ -211,9 +210,8 @@ void InnerCircles::smooth_votes() {
   smooth_.assign(votes_.size(), 0);
   const std::ptrdiff_t row = columns_;
   for (int v = 1; v + 1 < rows_; ++v) {
-    const std::uint16_t* const from =
-        &votes_[static_cast<std::size_t>(v) * static_cast<std::size_t>(columns_)];
-    std::uint16_t* const to = &smooth_[static_cast<std::size_t>(v) * static_cast<std::size_t>(columns_)];
+    const std::uint16_t* const from = row_of(votes_, v);
+    std::uint16_t* const to = row_of(smooth_, v);
     for (int u = 1; u + 1 < columns_; ++u) {
       int sum = 0;
       for (std::ptrdiff_t dv = -row; dv <= row; dv += row) {
@@ -230,8 +228,7 @@ void InnerCircles::propose() {
   proposals_.clear();
   const std::ptrdiff_t row = columns_;
   for (int v = 1; v + 1 < rows_; ++v) {
-    const std::uint16_t* const line =
-        &smooth_[static_cast<std::size_t>(v) * static_cast<std::size_t>(columns_)];
+    const std::uint16_t* const line = row_of(smooth_, v);
     for (int u = 1; u + 1 < columns_; ++u) {
       const std::uint16_t* const at = line + u;
       // As large as those before and larger than those behind: one of equal neighbours.

@@ -76,6 +76,9 @@ class InnerCircles {
     int votes = 0, points = 0;
     float score = 0;
   };
+  std::uint16_t* row_of(std::vector<std::uint16_t>& cells, std::ptrdiff_t v) const {
+    return cells.data() + v * columns_;
+  }
   bool vote();
   void vote_along(const Eigen::Vector2f& from_px, const Eigen::Vector2f& direction);
   void smooth_votes();

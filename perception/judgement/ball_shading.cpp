@@ -13,15 +13,13 @@ constexpr int passes = 6;
 constexpr double glare_sigmas = 2.5;  // above what the fit leaves over, root mean square
 
 cv::Rect box_around(const OutlineEllipse& outline, cv::Size size) {
-  const auto clamped = [](double value, int high) {
-    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(high)));
-  };
   const double reach = 1.2 * outline.radius_px + 1;
-  const int left = clamped(outline.center_px.x() - reach, size.width);
-  const int top = clamped(outline.center_px.y() - reach, size.height);
-  const int right = clamped(outline.center_px.x() + reach + 1, size.width);
-  const int bottom = clamped(outline.center_px.y() + reach + 1, size.height);
-  return {left, top, right - left, bottom - top};
+  const auto corner = [&](double outside) -> cv::Point {
+    const Eigen::Array2d at = outline.center_px.array() + outside;
+    const Eigen::Array2i inside = at.max(0).min(Eigen::Array2d(size.width, size.height)).cast<int>();
+    return {inside.x(), inside.y()};
+  };
+  return {corner(-reach), corner(reach + 1)};
 }
 
 // How bright the pixels are: their number and the sum of their brightness in steps from dark to light.
@@ -62,34 +60,30 @@ class BrightnessHistogram {
 };
 
 // Least squares of the brightness over the terms of the normals.
-class LambertFit {
- public:
+struct LambertFit {
   void add(const Eigen::Vector4d& terms, double brightness) {
-    normal_ += terms * terms.transpose();
-    right_ += terms * brightness;
-    squares_ += brightness * brightness;
-    sum_ += brightness;
-    ++pixels_;
+    normal += terms * terms.transpose();
+    right += terms * brightness;
+    squares += brightness * brightness;
+    sum += brightness;
+    ++pixels;
   }
   /// (a, b); a sliver that looks alike from all normals tells nothing.
   Eigen::Vector4d solve() const {
-    const Eigen::Matrix4d damped = normal_ + 1e-6 * Eigen::Matrix4d::Identity();
-    return damped.ldlt().solve(right_);
+    const Eigen::Matrix4d damped = normal + 1e-6 * Eigen::Matrix4d::Identity();
+    return damped.ldlt().solve(right);
   }
-  int pixels() const { return pixels_; }
-  double sum() const { return sum_; }
-  double mean() const { return sum_ / pixels_; }
-  double variance() const { return squares_ / pixels_ - mean() * mean(); }
+  double mean() const { return sum / pixels; }
+  double variance() const { return squares / pixels - mean() * mean(); }
   /// Mean square of what the terms leave over.
   double rest(const Eigen::Vector4d& p) const {
-    return std::max(0.0, squares_ - 2 * p.dot(right_) + p.dot(normal_ * p)) / pixels_;
+    return std::max(0.0, squares - 2 * p.dot(right) + p.dot(normal * p)) / pixels;
   }
 
- private:
-  Eigen::Matrix4d normal_ = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d right_ = Eigen::Vector4d::Zero();
-  double squares_ = 0, sum_ = 0;
-  int pixels_ = 0;
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  double squares = 0, sum = 0;
+  int pixels = 0;
 };
 
 // So much of what is no noise; about 1 where noise is all that is left over.
@@ -145,7 +139,7 @@ double strength_of_lighter(const BallPixels& ball, double dark, double light) {
     const double here = ball.brightness(u, v);
     if (here >= least) lit.add({1, n.x(), n.y(), n.z()}, here);
   });
-  if (lit.pixels() < least_lit_pixels) return 0;
+  if (lit.pixels < least_lit_pixels) return 0;
   const Eigen::Vector4d p = lit.solve();
   return p.allFinite() ? p.tail<3>().norm() / lit.mean() : 0;
 }
@@ -165,12 +159,12 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
     const double bend = ball.brightness(u - 1, v) - 2 * here + ball.brightness(u + 1, v);
     bends2 += bend * bend;
   });
-  if (all.pixels() < least_lit_pixels || !(all.mean() > 0) || !(all.variance() > 0)) return {};
+  if (all.pixels < least_lit_pixels || !(all.mean() > 0) || !(all.variance() > 0)) return {};
   Eigen::Vector4d p = all.solve();
   if (!p.allFinite()) return {};
-  const double noise_variance = bends2 / (6 * all.pixels());  // of independent noise: 1 + 4 + 1 times its own
-  const auto parts = histogram.two_parts(all.pixels(), all.sum());
-  const double between = parts.squares / all.pixels();
+  const double noise_variance = bends2 / (6 * all.pixels);  // of independent noise: 1 + 4 + 1 times its own
+  const auto parts = histogram.two_parts(all.pixels, all.sum);
+  const double between = parts.squares / all.pixels;
   double rest = all.rest(p);
   BallShading shading{p.tail<3>().norm() / all.mean(), part_explained(rest, all.variance(), noise_variance),
                       part_explained(all.variance() - between, all.variance(), noise_variance)};
@@ -187,7 +181,7 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
       if (here <= p.dot(terms) + glare) lit.add(terms, here);
     });
     p = lit.solve();
-    if (lit.pixels() < least_lit_pixels || !p.allFinite()) break;
+    if (lit.pixels < least_lit_pixels || !p.allFinite()) break;
     rest = lit.rest(p);
     shading.explained = std::max(shading.explained, part_explained(rest, lit.variance(), noise_variance));
   }

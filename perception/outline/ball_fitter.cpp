@@ -7,11 +7,10 @@ namespace ballservo {
 namespace {
 
 constexpr double long_step_px = 1;
-// Length of the step that would follow; infinite where there is none.
-template <class Start, class Points, class... More>
-double following_step_px(const Start& start, const Points& points, More... more) {
-  const auto next = one_gauss_newton_step(start, points, more...);
-  return next ? next->step_px : std::numeric_limits<double>::infinity();
+// Infinite where there is no step.
+template <class Step>
+double length_px(const std::optional<Step>& step) {
+  return step ? step->step_px : std::numeric_limits<double>::infinity();
 }
 
 // Robust weights are never built on a scale finer than this: edges of a clean ball agree to a few hundredths.
@@ -23,9 +22,8 @@ constexpr double robust_floor_px = 0.06, settled_px = 1e-3;
 // so that the pixels were not those around the outline, or another would still move it.
 bool BallFitter::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& start,
                             const BallRadius& radius, OutlineFit& fit, const KnownAngle& known) {
+  fit.clear();
   FittedBall& ball = fit.ball;
-  ball = {};
-  fit.clear_points();
   ball.cone = start;
   std::optional<ConeFit> step;
   for (fit.passes = 0; fit.passes < 2 && !ball.one_step_enough;) {
@@ -35,7 +33,7 @@ bool BallFitter::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, 
     step = one_gauss_newton_step(ball.cone, fit.edges.points, oval_fraction_, known);
     if (!step) return false;
     ball.cone = step->cone;
-    ball.next_step_px = following_step_px(ball.cone, fit.edges.points, oval_fraction_, known);
+    ball.next_step_px = length_px(one_gauss_newton_step(ball.cone, fit.edges.points, oval_fraction_, known));
     ball.one_step_enough = step->step_px < long_step_px && ball.next_step_px <= enough_next_step_px;
   }
   ball.cone_covariance_rad2 = step->covariance_rad2;
@@ -54,9 +52,8 @@ bool BallFitter::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, 
 
 bool BallFitter::fit_circle(const cv::Mat& bgr, const UndistortedCircle& start, const BallRadius& radius,
                             OutlineFit& fit) const {
+  fit.clear();
   FittedBall& ball = fit.ball;
-  ball = {};
-  fit.clear_points();
   select_ring_pixels(bgr, *rays_, start, fit.ring);
   const auto step = one_gauss_newton_step(start, fit.ring);
   if (!step) return false;
@@ -68,16 +65,14 @@ bool BallFitter::fit_circle(const cv::Mat& bgr, const UndistortedCircle& start, 
   ball.cone_covariance_rad2 = step->covariance_px2 / (focal_px * focal_px);
   ball.residual_px = step->residual_px;
   ball.step_px = step->step_px;
-  ball.next_step_px = following_step_px(step->circle, fit.ring);
+  ball.next_step_px = length_px(one_gauss_newton_step(step->circle, fit.ring));
   ball.one_step_enough = ball.next_step_px <= enough_next_step_px;  // said only: the paper's fit is one step
   if (radius.radius_m > 0) {
     const Eigen::Matrix3d jacobian = paper_position_jacobian(step->circle, focal_px, radius.radius_m);
-    BallPosition position;
-    position.p_C = paper_position(step->circle, focal_px, radius.radius_m);
-    const Eigen::Vector3d by_radius = position.p_C / radius.radius_m * radius.sigma_m;
-    position.covariance_m2 =
-        jacobian * step->covariance_px2 * jacobian.transpose() + by_radius * by_radius.transpose();
-    ball.position = position;
+    const Eigen::Vector3d p_C = paper_position(step->circle, focal_px, radius.radius_m);
+    const Eigen::Vector3d by_radius = p_C / radius.radius_m * radius.sigma_m;
+    ball.position = {
+        p_C, jacobian * step->covariance_px2 * jacobian.transpose() + by_radius * by_radius.transpose()};
   }
   return finish(start, fit);
 }

@@ -57,7 +57,8 @@ struct OutlineFit {
   std::vector<RingPixel> ring;
 
   bool has_edges() const { return offsets.count > 0; }
-  void clear_points() {
+  void clear() {
+    ball = {};
     edges.points.clear();
     offsets.count = 0;
     ring.clear();

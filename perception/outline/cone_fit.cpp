@@ -32,21 +32,19 @@ Row jacobian_row(const Eigen::Matrix<double, 3, 2>& basis, const Eigen::Vector3d
   return row;
 }
 
+// Of the next step from a cone of `alpha_rad`, after the steps `so_far`.
 class NormalEquations {
  public:
   // The oval's two unknowns take part only where it has a sigma (rad).
-  explicit NormalEquations(double oval_sigma_rad) : unknowns_(oval_sigma_rad > 0 ? 5 : 3) {
-    if (unknowns_ == 5)
-      matrix_.bottomRightCorner<2, 2>().diagonal().setConstant(1 / (oval_sigma_rad * oval_sigma_rad));
-  }
-  void believe_oval(const Eigen::Vector2d& so_far) {
-    right_.tail<2>() -= matrix_.bottomRightCorner<2, 2>().diagonal().cwiseProduct(so_far);
-  }
-  void believe(const KnownAngle& known, double so_far_rad) {
-    if (!(known.sigma_rad > 0)) return;
-    const double weight = 1 / (known.sigma_rad * known.sigma_rad);
-    matrix_(2, 2) += weight;
-    right_(2) += weight * (known.alpha_rad - so_far_rad);
+  NormalEquations(double oval_sigma_rad, const KnownAngle& known, double alpha_rad, const Row& so_far)
+      : unknowns_(oval_sigma_rad > 0 ? 5 : 3) {
+    const auto believe = [&](int unknown, double step, double sigma) {
+      if (!(sigma > 0)) return;
+      matrix_(unknown, unknown) = 1 / (sigma * sigma);
+      right_(unknown) = matrix_(unknown, unknown) * step;
+    };
+    believe(2, known.alpha_rad - (alpha_rad + so_far(2)), known.sigma_rad);
+    for (const int oval : {3, 4}) believe(oval, -so_far(oval), oval_sigma_rad);
   }
   void add(const Row& row, double residual, double weight) {
     if (!(weight > 0) || !std::isfinite(residual)) return;
@@ -147,8 +145,7 @@ double correlation_factor(const ConeFit& fit, const std::vector<EdgePoint>& edge
 std::optional<ConeFit> one_gauss_newton_step(const TangentCone& start, const std::vector<EdgePoint>& edges,
                                              double oval_fraction, const KnownAngle& known) {
   const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(start.axis);
-  NormalEquations normal(oval_fraction * start.alpha_rad);
-  normal.believe(known, start.alpha_rad);
+  NormalEquations normal(oval_fraction * start.alpha_rad, known, start.alpha_rad, Row::Zero());
   double px_per_rad = 0;
   for (const EdgePoint& edge : edges) {
     const double scale = edge.px_per_rad / edge.sigma_px;
@@ -201,9 +198,7 @@ std::optional<Eigen::Vector3d> RobustWeights::set(const TangentCone& start, std:
   for (const bool absolute : {true, false}) {
     for (int i = 0; i < reweightings; ++i) {
       const double scale = scale_px();
-      NormalEquations normal(oval_fraction * start.alpha_rad);
-      normal.believe_oval(step.tail<2>());
-      normal.believe(known, start.alpha_rad + step.z());
+      NormalEquations normal(oval_fraction * start.alpha_rad, known, start.alpha_rad, step);
       for (std::size_t k = 0; k < points_.size(); ++k) {
         const Point& point = points_[k];
         const double r = std::abs(point.residual_px);

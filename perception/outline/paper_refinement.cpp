@@ -23,26 +23,24 @@ void select_ring_pixels(const cv::Mat& bgr, const RayTable& rays, const Undistor
   ring.clear();
   // The circle's box in the picture as given, from its outline seen through the lens.
   const double focal = rays.camera().focal_px();
-  double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
+  Eigen::Array2d low(1e9, 1e9), high(-1e9, -1e9);
   for (int i = 0; i < 32; ++i) {
     const double angle = 2 * M_PI * i / 32, radius = circle.radius_px + half_width_px;
     const Eigen::Vector2d p = circle.center_px + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     const auto pixel = rays.camera().project({p.x(), p.y(), focal});
     if (!pixel) continue;
-    left = std::min(left, pixel->x());
-    right = std::max(right, pixel->x());
-    top = std::min(top, pixel->y());
-    bottom = std::max(bottom, pixel->y());
+    low = low.min(pixel->array());
+    high = high.max(pixel->array());
   }
-  const auto clamped = [](double value, int high) {
-    return static_cast<int>(std::clamp(value, 1.0, static_cast<double>(high)));
+  const auto clamped = [](double value, int most) {
+    return static_cast<int>(std::clamp(value, 1.0, static_cast<double>(most)));
   };
-  if (!(left <= right)) return;
-  for (int v = clamped(top - 2, bgr.rows - 1); v <= clamped(bottom + 2, bgr.rows - 2); ++v) {
+  if (!(low.x() <= high.x())) return;
+  for (int v = clamped(low.y() - 2, bgr.rows - 1); v <= clamped(high.y() + 2, bgr.rows - 2); ++v) {
     const cv::Vec3b* above = bgr.ptr<cv::Vec3b>(v - 1);
     const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
     const cv::Vec3b* below = bgr.ptr<cv::Vec3b>(v + 1);
-    for (int u = clamped(left - 2, bgr.cols - 1); u <= clamped(right + 2, bgr.cols - 2); ++u) {
+    for (int u = clamped(low.x() - 2, bgr.cols - 1); u <= clamped(high.x() + 2, bgr.cols - 2); ++u) {
       const auto position = rays.undistorted_px(u, v);
       if (!position) continue;
       const double distance = (position->cast<double>() - circle.center_px).norm();
@@ -126,8 +124,7 @@ std::optional<TangentCone> cone_near_circle(const UndistortedCircle& circle, dou
     rays.col(i) = Eigen::Vector3d(p.x(), p.y(), focal_px).normalized();
   }
   const auto center = sphere_from_rays(rays, 1);
-  if (!center) return std::nullopt;
-  return TangentCone::of_sphere(*center, 1);
+  return center ? TangentCone::of_sphere(*center, 1) : std::nullopt;
 }
 
 }  // namespace ballservo
