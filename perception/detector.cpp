@@ -6,7 +6,6 @@
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
-#include "calibration/base/range_check.hpp"
 
 namespace ballservo {
 namespace {

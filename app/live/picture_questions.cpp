@@ -9,6 +9,7 @@
 #include "app/live/remedies.hpp"
 #include "app/report/overlay.hpp"
 #include "app/report/stage_pictures.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 namespace {
@@ -16,7 +17,6 @@ namespace {
 using Candidate = DetectionStages::Candidate;
 
 constexpr std::size_t most_candidates = 60;
-constexpr double z_95 = 1.959963984540054;
 
 /// Darker but where a pixel has a class: there in the class' colour.
 cv::Mat taught_picture(const cv::Mat& bgr, const ColorTable& colors) {

@@ -12,7 +12,6 @@
 #include "app/sweep/grid.hpp"
 #include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/base/range_check.hpp"
 
 namespace ballservo {
 namespace {

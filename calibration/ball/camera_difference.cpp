@@ -184,7 +184,7 @@ void CameraDifferenceOptions::validate() const {
     faults.add("diameter", fmt::format("{}", diameter_m), "a finite number above 0 (m)");
   if (!(std::isfinite(range_m) && range_m > 0.5 * diameter_m))
     faults.add("range", fmt::format("{}", range_m), "a finite number above the ball's radius (m)");
-  if (columns < 3 || columns > 200) faults.add("columns", fmt::format("{}", columns), "3 to 200");
+  check_range(faults, "columns", columns, 3, 200);
   faults.throw_if_any();
 }
 

@@ -59,4 +59,9 @@ void FaultList::throw_if_any() const {
   if (!faults_.empty()) throw InputError(faults_);
 }
 
+void check_range(FaultList& faults, const std::string& place, double value, double low, double high) {
+  if (!(value >= low && value <= high))
+    faults.add(place, fmt::format("{}", value), fmt::format("{} to {}", low, high));
+}
+
 }  // namespace ballservo

@@ -58,4 +58,7 @@ class FaultList {
   std::vector<Fault> faults_;
 };
 
+/// A fault at `place` unless the value lies from `low` to `high`.
+void check_range(FaultList& faults, const std::string& place, double value, double low, double high);
+
 }  // namespace ballservo

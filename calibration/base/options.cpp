@@ -1,6 +1,7 @@
 #include "calibration/base/options.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <cmath>
@@ -94,7 +95,6 @@ void OptionChecker::option(const Option& o) {
                    check(static_cast<double>(*value),
                          fmt::format("a whole number from {} to {}", o.range.low, o.range.high));
                  },
-                 [](const bool*) {},
                  [&](const std::string* value) {
                    require(o.choices.empty() || std::count(o.choices.begin(), o.choices.end(), *value) > 0,
                            o.key, *value, fmt::format("one of {}", fmt::join(o.choices, ", ")));
@@ -102,7 +102,7 @@ void OptionChecker::option(const Option& o) {
                  [&](const std::vector<double>* values) {
                    for (const double value : *values) check(value, o.range.to_text());
                  },
-                 [](const std::vector<std::string>*) {},
+                 [](const auto*) {},
              },
              o.value);
 }
@@ -126,13 +126,8 @@ void OptionLister::option(const Option& o) {
   row.fallback = std::visit(
       Overloaded{
           [](const double* value) { return number_text(*value); },
-          [](const long long* value) { return std::to_string(*value); },
-          [](const bool* value) { return std::string(*value ? "true" : "false"); },
-          [](const std::string* value) { return *value; },
-          [](const std::vector<double>* values) { return fmt::format("[{}]", fmt::join(*values, ", ")); },
-          [](const std::vector<std::string>* values) {
-            return fmt::format("[{}]", fmt::join(*values, ", "));
-          },
+          [](const std::vector<std::string>* words) { return fmt::format("[{}]", fmt::join(*words, ", ")); },
+          [](const auto* value) { return fmt::format("{}", *value); },
       },
       o.value);
   if (std::holds_alternative<bool*>(o.value)) row.allowed = "true, false";

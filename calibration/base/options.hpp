@@ -101,7 +101,17 @@ class OptionVisitor {
     option({key, &value, {}, choices, 0, help, fallback});
   }
   template <class Value>
-  void one_of(Text key, Value& value, const Names<Value>& names, Text help, const Fallback& fallback = {});
+  void one_of(Text key, Value& value, const Names<Value>& names, Text help, const Fallback& fallback = {}) {
+    std::string name;
+    std::vector<std::string> choices;
+    for (const auto& [known, meant] : names) {
+      choices.push_back(known);
+      if (meant == value) name = known;
+    }
+    choice(key, name, choices, help, fallback);
+    for (const auto& [known, meant] : names)
+      if (known == name) value = meant;
+  }
   void numbers(Text key, std::vector<double>& values, Range range, std::size_t count, Text help,
                const Fallback& fallback = {}) {
     option({key, &values, range, {}, count, help, fallback});
@@ -136,21 +146,6 @@ class OptionVisitor {
     return fault_count() == before;
   }
 };
-
-template <class Value>
-void OptionVisitor::one_of(Text key, Value& value, const Names<Value>& names, Text help,
-                           const Fallback& fallback) {
-  std::string name;
-  std::vector<std::string> choices;
-  for (const auto& [known, meant] : names) {
-    choices.push_back(known);
-    if (meant == value) name = known;
-  }
-  choice(key, name, choices, help, fallback);
-  for (const auto& [known, meant] : names) {
-    if (known == name) value = meant;
-  }
-}
 
 /// Reads the struct below a document's node; faults go to the document's list.
 class OptionReader : public OptionVisitor {

@@ -26,9 +26,14 @@ std::string staging_prefix(const fs::path& target) {
   return "." + target.stem().string().substr(0, 100) + ".partial-";
 }
 
-fs::path staging_name(const fs::path& target, const std::string& extension, int attempt) {
-  return staging_prefix(target) + std::to_string(::getpid()) + "-" + std::to_string(attempt) +
-         extension.substr(0, 100);
+/// Makes something new in `place` for what is to become `target`: the first name for which `make` succeeds.
+template <class Make>
+fs::path new_staging(const fs::path& place, const fs::path& target, const std::string& extension, Make make) {
+  const std::string start = staging_prefix(target) + std::to_string(::getpid()) + "-";
+  for (int attempt = 0;; ++attempt) {
+    fs::path name = place / (start + std::to_string(attempt) + extension.substr(0, 100));
+    if (make(name, target.string())) return name;
+  }
 }
 
 bool has_ended(pid_t process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
@@ -117,11 +122,7 @@ OutputFile::OutputFile(fs::path target, Overwrite overwrite)
   if (fs::exists(status) && overwrite == Overwrite::refuse) {
     throw InputError(target_.string(), "an existing file", "a new name, or --force to replace it");
   }
-  for (int attempt = 0; staging_.empty(); ++attempt) {
-    const fs::path name =
-        parent_folder(target_) / staging_name(target_, target_.extension().string(), attempt);
-    if (make_new_file(name, target_.string())) staging_ = name;
-  }
+  staging_ = new_staging(parent_folder(target_), target_, target_.extension().string(), make_new_file);
 }
 
 OutputFile::~OutputFile() {
@@ -186,11 +187,7 @@ OutputFolder::OutputFolder(fs::path target, Overwrite overwrite)
     throw InputError(target_.string(), error ? error.message() : "a folder that is not empty",
                      "a new or empty folder, or --force to write into this one");
   }
-  const fs::path place = existed_ ? target_ : parent_folder(target_);
-  for (int attempt = 0; staging_.empty(); ++attempt) {
-    const fs::path name = place / staging_name(target_, "", attempt);
-    if (make_new_folder(name, target_.string())) staging_ = name;
-  }
+  staging_ = new_staging(existed_ ? target_ : parent_folder(target_), target_, "", make_new_folder);
 }
 
 OutputFolder::~OutputFolder() {

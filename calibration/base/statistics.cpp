@@ -5,11 +5,6 @@
 #include <limits>
 
 namespace ballservo {
-namespace {
-
-constexpr double z_95 = 1.959963984540054;  // the normal distribution's quantile at 0.975
-
-}  // namespace
 
 double mean(const std::vector<double>& values) {
   double sum = 0;

@@ -31,6 +31,8 @@ auto upper_median(Values&& values) {
 
 /// The standard deviation of normal errors is this many times the median of their absolute values.
 constexpr double sigma_of_median = 1.4826;
+/// 95 % of normal errors are no larger than this many standard deviations.
+constexpr double z_95 = 1.959963984540054;
 
 /// Of 95 %: it holds the true value in 95 of 100 such experiments.
 struct ConfidenceInterval {

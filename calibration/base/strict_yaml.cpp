@@ -123,95 +123,69 @@ std::string NumberRange::interval() const {
                      std::isinf(high) ? ')' : ']');
 }
 
-struct YamlNode::Impl {
-  std::shared_ptr<YamlTree> tree;
-  YamlValue* value;
+YamlValue* YamlNode::ask(const std::string& key) {
+  value_->asked.insert(key);
+  if (value_->kind != Kind::map && value_->kind != Kind::null && !value_->settled)
+    add_fault(*value_, "a map (key: value)");
+  YamlValue* child = value_->kind == Kind::map ? value_->child(key) : nullptr;
+  return child && child->kind == Kind::null ? nullptr : child;
+}
 
-  static YamlNode node(std::shared_ptr<YamlTree> tree, YamlValue* value) {
-    return YamlNode(std::make_shared<Impl>(Impl{std::move(tree), value}));
-  }
+void YamlNode::add_fault(YamlValue& at, std::string allowed) {
+  tree_->faults.add(tree_->place(at), description(at), std::move(allowed));
+  at.settled = true;
+}
 
-  void add_fault(YamlValue& at, std::string allowed) const {
-    tree->faults.add(tree->place(at), description(at), std::move(allowed));
-    at.settled = true;
-  }
+void YamlNode::add_missing(const std::string& key, const std::string& allowed) {
+  if (!value_->settled) tree_->faults.add(place(key), "nothing", allowed);
+}
 
-  /// The value under `key`, which counts as known from now on; null where it is absent. What is no map at all
-  /// is a fault once.
-  YamlValue* ask(const std::string& key) const {
-    value->asked.insert(key);
-    if (value->kind != Kind::map && value->kind != Kind::null && !value->settled) {
-      add_fault(*value, "a map (key: value)");
-    }
-    YamlValue* child = value->kind == Kind::map ? value->child(key) : nullptr;
-    return child && child->kind == Kind::null ? nullptr : child;
-  }
+template <typename T, typename Read>
+T YamlNode::get(const std::string& key, const std::optional<T>& fallback, const T& harmless,
+                const std::string& allowed, Read read) {
+  YamlValue* child = ask(key);
+  const std::optional<T> result = child ? read(*child) : fallback;
+  if (result) return *result;
+  child ? add_fault(*child, allowed) : add_missing(key, allowed);
+  return fallback.value_or(harmless);
+}
 
-  std::string place_of(const std::string& key) const {
-    const YamlValue* child = value->child(key);
-    return tree->place(child ? child->line : value->line, path_below(value->path(), key));
-  }
-
-  void add_missing(const std::string& key, const std::string& allowed) const {
-    if (!value->settled) tree->faults.add(place_of(key), "nothing", allowed);
-  }
-
-  /// What all the getters do: the fallback or a fault for a missing key, a fault for a value that `read`
-  /// refuses.
-  template <typename T, typename Read>
-  T get(const std::string& key, const std::optional<T>& fallback, const T& harmless,
-        const std::string& allowed, Read read) const {
-    YamlValue* child = ask(key);
-    if (!child) {
-      if (!fallback) add_missing(key, allowed);
-      return fallback.value_or(harmless);
-    }
-    if (const std::optional<T> result = read(*child)) return *result;
-    add_fault(*child, allowed);
-    return fallback.value_or(harmless);
-  }
-};
-
-bool YamlNode::has(const std::string& key) { return impl_->ask(key) != nullptr; }
+bool YamlNode::has(const std::string& key) { return ask(key) != nullptr; }
 
 double YamlNode::number(const std::string& key, const NumberRange& range, std::optional<double> fallback) {
-  return impl_->get<double>(key, fallback, harmless_in(range), range.to_text(),
-                            [&](const YamlValue& value) { return number_in(range, value); });
+  return get<double>(key, fallback, harmless_in(range), range.to_text(),
+                     [&](const YamlValue& value) { return number_in(range, value); });
 }
 
 long long YamlNode::integer(const std::string& key, long long low, long long high,
                             std::optional<long long> fallback) {
   const std::string allowed = fmt::format("a whole number from {} to {}", low, high);
-  return impl_->get<long long>(
-      key, fallback, low, allowed, [&](const YamlValue& value) -> std::optional<long long> {
-        if (value.kind != Kind::scalar || value.quoted) return std::nullopt;
-        const auto integer = parse_integer(value.scalar);
-        return integer && *integer >= low && *integer <= high ? integer : std::nullopt;
-      });
+  return get<long long>(key, fallback, low, allowed, [&](const YamlValue& value) -> std::optional<long long> {
+    if (value.kind != Kind::scalar || value.quoted) return std::nullopt;
+    const auto integer = parse_integer(value.scalar);
+    return integer && *integer >= low && *integer <= high ? integer : std::nullopt;
+  });
 }
 
 bool YamlNode::boolean(const std::string& key, std::optional<bool> fallback) {
-  return impl_->get<bool>(key, fallback, false, "true or false", boolean_of);
+  return get<bool>(key, fallback, false, "true or false", boolean_of);
 }
 
 std::string YamlNode::text(const std::string& key, std::optional<std::string> fallback) {
-  return impl_->get<std::string>(key, fallback, "", "text",
-                                 [](const YamlValue& value) -> std::optional<std::string> {
-                                   if (value.kind != Kind::scalar) return std::nullopt;
-                                   return value.scalar;
-                                 });
+  return get<std::string>(key, fallback, "", "text", [](const YamlValue& value) {
+    return value.kind == Kind::scalar ? std::optional(value.scalar) : std::nullopt;
+  });
 }
 
 std::string YamlNode::choice(const std::string& key, const std::vector<std::string>& allowed,
                              std::optional<std::string> fallback) {
   const std::string harmless = allowed.empty() ? std::string() : allowed.front();
-  return impl_->get<std::string>(key, fallback, harmless, fmt::format("one of {}", fmt::join(allowed, ", ")),
-                                 [&](const YamlValue& value) -> std::optional<std::string> {
-                                   const bool known =
-                                       value.kind == Kind::scalar &&
-                                       std::count(allowed.begin(), allowed.end(), value.scalar) > 0;
-                                   return known ? std::optional(value.scalar) : std::nullopt;
-                                 });
+  const auto read = [&](const YamlValue& value) {
+    const bool known =
+        value.kind == Kind::scalar && std::count(allowed.begin(), allowed.end(), value.scalar) > 0;
+    return known ? std::optional(value.scalar) : std::nullopt;
+  };
+  return get<std::string>(key, fallback, harmless, fmt::format("one of {}", fmt::join(allowed, ", ")), read);
 }
 
 std::vector<double> YamlNode::numbers(const std::string& key, const NumberRange& range, std::size_t count,
@@ -219,7 +193,7 @@ std::vector<double> YamlNode::numbers(const std::string& key, const NumberRange&
   const std::string length = count > 0 ? std::to_string(count) : "any number of";
   const std::string allowed = "a list of " + length + " entries, each " + range.to_text();
   const std::vector<double> harmless = fallback.value_or(std::vector<double>(count));
-  const auto list = impl_->get<YamlValue*>(
+  const auto list = get<YamlValue*>(
       key, fallback ? std::optional<YamlValue*>(nullptr) : std::nullopt, nullptr, allowed,
       [](YamlValue& value) { return value.kind == Kind::list ? std::optional(&value) : std::nullopt; });
   if (!list) return harmless;
@@ -230,63 +204,67 @@ std::vector<double> YamlNode::numbers(const std::string& key, const NumberRange&
   std::vector<double> values;
   for (YamlValue* item : list->children) {
     const auto number = number_in(range, *item);
-    if (!number) impl_->add_fault(*item, range.to_text());
+    if (!number) add_fault(*item, range.to_text());
     if (number) values.push_back(*number);
   }
   return values.size() == list->children.size() ? values : harmless;
 }
 
 YamlNode YamlNode::map(const std::string& key, bool needed) {
-  YamlValue* child = impl_->ask(key);
-  if (child && child->kind == Kind::map) return Impl::node(impl_->tree, child);
+  YamlValue* child = ask(key);
+  if (child && child->kind == Kind::map) return YamlNode(tree_, child);
   if (child) {
-    impl_->add_fault(*child, "a map (key: value)");
+    add_fault(*child, "a map (key: value)");
   } else if (needed) {
-    impl_->add_missing(key, "a map (key: value)");
+    add_missing(key, "a map (key: value)");
   }
-  YamlValue* empty = impl_->tree->make(Kind::map, impl_->value->line);
-  empty->parent = impl_->value, empty->name = key;
-  empty->settled = child || needed || impl_->value->settled;
-  return Impl::node(impl_->tree, empty);
+  YamlValue* empty = tree_->make(Kind::map, value_->line);
+  empty->parent = value_, empty->name = key;
+  empty->settled = child || needed || value_->settled;
+  return YamlNode(tree_, empty);
 }
 
 std::vector<YamlNode> YamlNode::list(const std::string& key, bool needed) {
-  YamlValue* child = impl_->ask(key);
+  YamlValue* child = ask(key);
   std::vector<YamlNode> items;
   if (child && child->kind == Kind::list) {
-    for (YamlValue* item : child->children) items.push_back(Impl::node(impl_->tree, item));
+    for (YamlValue* item : child->children) items.push_back(YamlNode(tree_, item));
   } else if (child) {
-    impl_->add_fault(*child, "a list");
+    add_fault(*child, "a list");
   } else if (needed) {
-    impl_->add_missing(key, "a list");
+    add_missing(key, "a list");
   }
   return items;
 }
 
 std::vector<std::string> YamlNode::keys() const {
   std::vector<std::string> keys;
-  if (impl_->value->kind == Kind::map)
-    for (const YamlValue* child : impl_->value->children) keys.push_back(child->name);
+  if (value_->kind == Kind::map)
+    for (const YamlValue* child : value_->children) keys.push_back(child->name);
   return keys;
 }
 
 std::string YamlNode::as_text() {
-  if (impl_->value->kind == Kind::scalar) return impl_->value->scalar;
-  impl_->add_fault(*impl_->value, "text");
+  if (value_->kind == Kind::scalar) return value_->scalar;
+  add_fault(*value_, "text");
   return {};
 }
 
 void YamlNode::leave_aside(const std::string& key) {
-  if (YamlValue* child = impl_->ask(key)) child->settled = true;
+  if (YamlValue* child = ask(key)) child->settled = true;
 }
 
-std::string YamlNode::place() const { return impl_->tree->place(*impl_->value); }
-std::string YamlNode::place(const std::string& key) const { return impl_->place_of(key); }
+std::string YamlNode::place() const { return tree_->place(*value_); }
+
+std::string YamlNode::place(const std::string& key) const {
+  const YamlValue* child = value_->child(key);
+  return tree_->place(child ? child->line : value_->line, path_below(value_->path(), key));
+}
 
 void YamlNode::fault(const std::string& key, std::string found, std::string allowed) {
-  impl_->tree->faults.add(impl_->place_of(key), std::move(found), std::move(allowed));
-  impl_->value->asked.insert(key);
-  if (YamlValue* child = impl_->value->child(key)) child->settled = true;
+  tree_->faults.add(place(key), std::move(found), std::move(allowed));
+  value_->asked.insert(key);
+  if (YamlValue* child = value_->child(key)) child->settled = true;
 }
 
 StrictYaml StrictYaml::from_file(const std::filesystem::path& file) {
@@ -307,7 +285,7 @@ StrictYaml StrictYaml::from_text(const std::string& text, const std::string& nam
   return yaml;
 }
 
-YamlNode StrictYaml::root() const { return YamlNode::Impl::node(tree_, tree_->root); }
+YamlNode StrictYaml::root() const { return YamlNode(tree_, tree_->root); }
 
 FaultList& StrictYaml::faults() { return tree_->faults; }
 

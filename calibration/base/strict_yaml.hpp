@@ -16,6 +16,7 @@
 namespace ballservo {
 
 struct YamlTree;
+struct YamlValue;
 
 /// The range that a number may lie in, its upper bound included, and its unit for messages.
 struct NumberRange {
@@ -89,9 +90,21 @@ class YamlNode {
 
  private:
   friend class StrictYaml;
-  struct Impl;
-  explicit YamlNode(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
-  std::shared_ptr<Impl> impl_;
+  YamlNode(std::shared_ptr<YamlTree> tree, YamlValue* value) : tree_(std::move(tree)), value_(value) {}
+
+  /// The value under `key`, which counts as known from now on; null where it is absent. What is no map at all
+  /// is a fault once.
+  YamlValue* ask(const std::string& key);
+  void add_fault(YamlValue& at, std::string allowed);
+  void add_missing(const std::string& key, const std::string& allowed);
+  /// What all the getters do: the fallback or a fault for a missing key, a fault for a value that `read`
+  /// refuses.
+  template <typename T, typename Read>
+  T get(const std::string& key, const std::optional<T>& fallback, const T& harmless,
+        const std::string& allowed, Read read);
+
+  std::shared_ptr<YamlTree> tree_;
+  YamlValue* value_;
 };
 
 /// Which tags (!!name) a document may have.

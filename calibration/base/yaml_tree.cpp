@@ -5,6 +5,7 @@
 #include <yaml-cpp/parser.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -14,28 +15,18 @@ namespace {
 
 constexpr std::size_t max_depth = 32;
 
-/// The line (from 1) of the first byte that is no UTF-8 text, by the table of RFC 3629; nothing if all is
-/// well.
+/// The line (from 1) of the first byte that is no UTF-8 text; nothing if all is well.
 std::optional<int> line_of_bad_utf8(const std::string& text) {
-  int line = 1;
-  std::size_t at = 0;
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
-  while (at < text.size()) {
-    const unsigned lead = byte(at), second = byte(at + 1);
-    if (lead == '\n') ++line;
-    const auto in = [](unsigned value, unsigned low, unsigned high) { return value >= low && value <= high; };
-    std::size_t length = 0;
-    if (lead == '\t' || lead == '\n' || lead == '\r' || in(lead, 0x20, 0x7E)) length = 1;
-    if (in(lead, 0xC2, 0xDF) && in(second, 0x80, 0xBF)) length = 2;
-    const unsigned low = lead == 0xE0 ? 0xA0 : lead == 0xF0 ? 0x90 : 0x80;
-    const unsigned high = lead == 0xED ? 0x9F : lead == 0xF4 ? 0x8F : 0xBF;
-    if (in(lead, 0xE0, 0xEF) && in(second, low, high)) length = 3;
-    if (in(lead, 0xF0, 0xF4) && in(second, low, high)) length = 4;
-    for (std::size_t i = 2; i < length; ++i) {
-      if (!in(byte(at + i), 0x80, 0xBF)) length = 0;
+  const auto is_control = [](unsigned char c) { return (c < 0x20 && c != '\t' && c != '\r') || c == 0x7F; };
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    if (std::any_of(line.begin(), line.end(), is_control)) return number;
+    try {
+      nlohmann::json(line).dump();
+    } catch (const nlohmann::json::type_error&) {  // JSON's texts are UTF-8
+      return number;
     }
-    if (length == 0) return line;
-    at += length;
   }
   return std::nullopt;
 }
