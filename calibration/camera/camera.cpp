@@ -93,24 +93,14 @@ std::optional<Eigen::Vector2d> Camera::project(const Eigen::Vector3d& p_C) const
   return pixel;
 }
 
-std::optional<Eigen::Vector3d> Camera::unproject(const Eigen::Vector2d& pixel_px) const {
-  return unproject(pixel_px, nullptr);
-}
-
 std::optional<Eigen::Vector3d> Camera::unproject(const Eigen::Vector2d& pixel_px,
-                                                 const Eigen::Vector3d& nearby_ray) const {
-  return unproject(pixel_px, &nearby_ray);
-}
-
-std::optional<Eigen::Vector3d> Camera::unproject(const Eigen::Vector2d& pixel_px,
-                                                 const Eigen::Vector3d* guess) const {
+                                                 std::optional<Eigen::Vector3d> nearby_ray) const {
   const Eigen::Vector2d position((pixel_px.x() - parameters_.cx_px) / parameters_.fx_px,
                                  (pixel_px.y() - parameters_.cy_px) / parameters_.fy_px);
-  if (parameters_.model == LensModel::pinhole) {  // nothing to solve
-    const Eigen::Vector3d unit = Eigen::Vector3d(position.x(), position.y(), 1).normalized();
-    return unit.allFinite() && may_appear(unit) ? std::optional<Eigen::Vector3d>(unit) : std::nullopt;
-  }
-  const auto ray = solve_ray(parameters_.model, parameters_.coefficients.data(), domain_, position, guess);
+  const auto ray =
+      parameters_.model == LensModel::pinhole  // nothing to solve
+          ? Eigen::Vector3d(position.x(), position.y(), 1)
+          : solve_ray(parameters_.model, parameters_.coefficients.data(), domain_, position, nearby_ray);
   if (!ray) return std::nullopt;
   const Eigen::Vector3d unit = ray->normalized();
   if (!unit.allFinite() || !may_appear(unit)) return std::nullopt;

@@ -79,10 +79,9 @@ class Camera {
   }
 
   /// The unit ray (camera frame) that reaches a pixel position; nothing if no ray does or it is not finite.
-  std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel_px) const;
-  /// The same, faster where the ray of a nearby pixel is known.
+  /// Faster where the ray of a nearby pixel is known.
   std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel_px,
-                                           const Eigen::Vector3d& nearby_ray) const;
+                                           std::optional<Eigen::Vector3d> nearby_ray = {}) const;
 
   /// Derivative of `project` (2 x 3, px per unit of p_C) at a point that projects; nothing elsewhere.
   std::optional<Eigen::Matrix<double, 2, 3>> project_jacobian(const Eigen::Vector3d& p_C) const;
@@ -91,8 +90,6 @@ class Camera {
   double max_angle_rad() const { return domain_.max_angle_rad; }
 
  private:
-  std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel_px,
-                                           const Eigen::Vector3d* guess) const;
   bool may_appear(const Eigen::Vector3d& p_C) const;
 
   CameraParameters parameters_;

@@ -7,8 +7,6 @@
 namespace ballservo {
 namespace {
 
-// Outlines may reach a little beyond the picture.
-constexpr int table_margin_px = 6;
 constexpr double min_cos_undistorted = 0.08715574274765817;  // 85 degrees
 
 }  // namespace
@@ -33,18 +31,14 @@ std::vector<Eigen::Vector3d> rays_of_grid(const Camera& camera, const Eigen::Vec
 
 RayTable::RayTable(const Camera& camera)
     : camera_(camera),
-      margin_px_(table_margin_px),
-      stride_(camera.size().width_px + 2 * table_margin_px),
-      rows_(camera.size().height_px + 2 * table_margin_px),
-      rays_(rays_of_grid(camera, Eigen::Vector2d::Constant(-table_margin_px), stride_, rows_)) {}
+      stride_(camera.size().width_px + 2 * margin_px_),
+      rows_(camera.size().height_px + 2 * margin_px_),
+      rays_(rays_of_grid(camera, Eigen::Vector2d::Constant(-margin_px_), stride_, rows_)) {}
 
 std::optional<Eigen::Vector2f> RayTable::undistorted_px(int u, int v) const {
-  const Eigen::Vector3d* const known = pixel_ray(u, v);
-  if (!known) return std::nullopt;
-  const Eigen::Vector3d& ray = *known;
-  if (!(ray.z() > min_cos_undistorted)) return std::nullopt;
-  const double scale = camera_.focal_px() / ray.z();
-  return Eigen::Vector2f(static_cast<float>(ray.x() * scale), static_cast<float>(ray.y() * scale));
+  const Eigen::Vector3d* const ray = pixel_ray(u, v);
+  if (!ray || !(ray->z() > min_cos_undistorted)) return std::nullopt;
+  return (ray->head<2>() * (camera_.focal_px() / ray->z())).cast<float>();
 }
 
 }  // namespace ballservo

@@ -37,8 +37,10 @@ class RayTable {
   std::optional<Eigen::Vector2f> undistorted_px(int u, int v) const;
 
  private:
+  static constexpr int margin_px_ = 6;  // outlines may reach a little beyond the picture
+
   Camera camera_;
-  int margin_px_ = 0, stride_ = 0, rows_ = 0;
+  int stride_ = 0, rows_ = 0;
   std::vector<Eigen::Vector3d> rays_;  // row by row, margin included; NaN where no ray reaches
 };
 

@@ -34,7 +34,6 @@ bool is_ros_text(std::string_view text) {
 /// A matrix of ROS: {rows, cols, data}. Its numbers, or nothing but faults.
 std::vector<double> read_ros_matrix(YamlNode& parent, const std::string& key, long long rows,
                                     long long columns, bool required) {
-  if (!required && !parent.has(key)) return {};
   YamlNode node = parent.map(key, required);
   if (!parent.has(key)) return {};
   node.integer("rows", rows, rows);
@@ -76,13 +75,10 @@ Camera read_ros(const std::filesystem::path& file, const std::string& text, cons
   read_ros_distortion(root, parameters);
   read_ros_matrix(root, "rectification_matrix", 3, 3, false);
   read_ros_matrix(root, "projection_matrix", 3, 4, false);
-  for (const char* key : {"binning_x", "binning_y"})
-    if (root.has(key)) root.integer(key, 0, 65536);
-  if (root.has("roi")) {
-    YamlNode roi = root.map("roi");
-    for (const char* key : {"x_offset", "y_offset", "width", "height"}) roi.integer(key, 0, 65536, 0);
-    roi.boolean("do_rectify", false);
-  }
+  for (const char* key : {"binning_x", "binning_y"}) root.integer(key, 0, 65536, 0);
+  YamlNode roi = root.map("roi", false);
+  for (const char* key : {"x_offset", "y_offset", "width", "height"}) roi.integer(key, 0, 65536, 0);
+  roi.boolean("do_rectify", false);
   return finished_camera(yaml, parameters, file.string());
 }
 

@@ -13,6 +13,7 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/system_file.hpp"
+#include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_formats.hpp"
 
 namespace ballservo {
@@ -221,8 +222,8 @@ void check_kud(const CameraParameters& p, double kud, const std::string& place) 
 }
 
 bool is_visp_text(std::string_view text) {
-  const auto start = text.find_first_not_of(" \t\r\n");
-  return start != std::string_view::npos && text[start] == '<' && text.substr(start, 2) != "<<" &&
+  const std::string_view start = trimmed(text);
+  return start.substr(0, 1) == "<" && start.substr(0, 2) != "<<" &&
          text.find("<opencv_storage") == std::string_view::npos;
 }
 
@@ -243,20 +244,19 @@ Camera read_visp(const std::filesystem::path& file, const std::string& text, con
     throw InputError(file.string(), "several cameras: " + known,
                      camera_name.empty() ? "FILE:NAME says which one is meant" : "one camera of that name");
   const CameraEntry& entry = *meant.front();
-  for (const VispModel& kind : visp_models()) {
-    const auto has_kind = [&](const CameraEntry::Model& candidate) { return candidate.kind == &kind; };
-    const auto model = std::find_if(entry.models.begin(), entry.models.end(), has_kind);
-    if (model == entry.models.end()) continue;
-    const std::string place = fmt::format("{}:{}", file.string(), model->line);
-    if (std::find_if(model + 1, entry.models.end(), has_kind) != entry.models.end())
-      throw InputError(place, fmt::format("{} twice in one camera", kind.type), "one");
-    // The numbers are the text's own: ViSP's reader follows the process's locale.
-    const CameraParameters parameters = parameters_of(entry, *model);
-    const Camera camera(parameters, place);
-    if (kind.model == LensModel::visp) check_kud(parameters, model->values.at("kud"), place);
-    return camera;
-  }
-  throw InputError(file.string(), "no model", "at least one");  // not reached: the reader has refused it
+  const auto fuller = [](const CameraEntry::Model& a, const CameraEntry::Model& b) {
+    return a.kind < b.kind;
+  };
+  const CameraEntry::Model& model = *std::min_element(entry.models.begin(), entry.models.end(), fuller);
+  const std::string place = line_of(file.string(), model.line);
+  if (std::count_if(entry.models.begin(), entry.models.end(),
+                    [&](const CameraEntry::Model& other) { return other.kind == model.kind; }) > 1)
+    throw InputError(place, fmt::format("{} twice in one camera", model.kind->type), "one");
+  // The numbers are the text's own: ViSP's reader follows the process's locale.
+  const CameraParameters parameters = parameters_of(entry, model);
+  const Camera camera(parameters, place);
+  if (model.kind->model == LensModel::visp) check_kud(parameters, model.values.at("kud"), place);
+  return camera;
 }
 
 vpCameraParameters visp_parameters(const CameraParameters& p) {
@@ -302,9 +302,7 @@ std::string write_visp(const Camera& camera, const std::string& camera_name) {
     throw InputError(file.string(), "ViSP's writer failed", "a writable temporary folder (TMPDIR)");
   const std::string text = read_file_bytes(file, 1u << 20);
   // ViSP's writer follows the process's locale: make sure that what it wrote is what was meant.
-  const CameraParameters back = read_visp(file, text, "").parameters();
-  if (back.fx_px != p.fx_px || back.fy_px != p.fy_px || back.cx_px != p.cx_px || back.cy_px != p.cy_px ||
-      back.coefficients != p.coefficients)
+  if (parameter_vector(read_visp(file, text, "").parameters()) != parameter_vector(p))
     throw InputError(file.string(), "numbers changed by ViSP's writer", "the C locale");
   return text;
 }

@@ -183,7 +183,8 @@ double radial_start(const double* k, double max_chart_radius, double distance,
 
 template <class Lens>
 std::optional<Eigen::Vector3d> solve(const double* k, const LensDomain& domain,
-                                     const Eigen::Vector2d& position, const Eigen::Vector3d* guess) {
+                                     const Eigen::Vector2d& position,
+                                     const std::optional<Eigen::Vector3d>& guess) {
   if constexpr (IsDefinedFromPixel<Lens>::value) {
     if (!(position.norm() < domain.max_radius)) return std::nullopt;
     const auto ray = Lens::undistort(k, Position2<double>{position.x(), position.y()});
@@ -222,7 +223,7 @@ LensDomain find_lens_domain(LensModel model, const double* coefficients) {
 
 std::optional<Eigen::Vector3d> solve_ray(LensModel model, const double* coefficients,
                                          const LensDomain& domain, const Eigen::Vector2d& position,
-                                         const Eigen::Vector3d* guess) {
+                                         const std::optional<Eigen::Vector3d>& guess) {
   if (!position.allFinite()) return std::nullopt;
   return with_lens(model,
                    [&](auto lens) { return solve<decltype(lens)>(coefficients, domain, position, guess); });

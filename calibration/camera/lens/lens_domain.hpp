@@ -16,6 +16,6 @@ LensDomain find_lens_domain(LensModel model, const double* coefficients);
 /// nothing if there is none. `guess`: a ray near it, if known; it saves time and changes nothing else.
 std::optional<Eigen::Vector3d> solve_ray(LensModel model, const double* coefficients,
                                          const LensDomain& domain, const Eigen::Vector2d& position,
-                                         const Eigen::Vector3d* guess);
+                                         const std::optional<Eigen::Vector3d>& guess);
 
 }  // namespace ballservo
