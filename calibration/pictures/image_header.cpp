@@ -3,6 +3,7 @@
 #include "calibration/pictures/image_header.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
 #include <limits>
 
@@ -12,31 +13,22 @@ namespace {
 using namespace std::string_view_literals;
 using Number = std::optional<std::uint32_t>;
 
-/// Unsigned numbers at an offset, or nothing beyond the end.
-class Bytes {
- public:
-  explicit Bytes(std::string_view bytes) : bytes_(bytes) {}
-
-  Number u8(std::size_t offset) const { return number(offset, 1, true); }
-  Number big16(std::size_t offset) const { return number(offset, 2, true); }
-  Number big32(std::size_t offset) const { return number(offset, 4, true); }
-  Number little16(std::size_t offset) const { return number(offset, 2, false); }
-  Number little24(std::size_t offset) const { return number(offset, 3, false); }
-  Number little32(std::size_t offset) const { return number(offset, 4, false); }
-
-  Number number(std::size_t offset, std::size_t length, bool big_endian) const {
-    if (offset > bytes_.size() || bytes_.size() - offset < length) return std::nullopt;
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < length; ++i) {
-      const std::size_t at = big_endian ? i : length - 1 - i;
-      value = value << 8 | static_cast<unsigned char>(bytes_[offset + at]);
-    }
-    return value;
+/// The unsigned number of some bytes at an offset, or nothing beyond the end.
+Number number(std::string_view bytes, std::size_t offset, std::size_t length, bool big_endian) {
+  if (offset > bytes.size() || bytes.size() - offset < length) return std::nullopt;
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < length; ++i) {
+    const std::size_t at = big_endian ? i : length - 1 - i;
+    value = value << 8 | static_cast<unsigned char>(bytes[offset + at]);
   }
-
- private:
-  std::string_view bytes_;
-};
+  return value;
+}
+Number big(std::string_view bytes, std::size_t at, std::size_t length) {
+  return number(bytes, at, length, true);
+}
+Number little(std::string_view bytes, std::size_t at, std::size_t length) {
+  return number(bytes, at, length, false);
+}
 
 enum class Format { none, png, jpeg, bmp, pnm, tiff, webp };
 
@@ -62,10 +54,9 @@ std::optional<ImageSize> checked_size(Number width, Number height) {
 /// before the end of such a chunk.
 std::optional<std::string_view> chunk(std::string_view bytes, std::size_t at, std::string_view type,
                                       bool png) {
-  const Bytes in(bytes);
   while (true) {
     const std::size_t around = png ? 12 : 8;  // length, type, and PNG's checksum
-    const auto length = png ? in.big32(at) : in.little32(at + 4);
+    const auto length = png ? big(bytes, at, 4) : little(bytes, at + 4, 4);
     if (!length || bytes.size() - at < around || bytes.size() - at - around < *length) return std::nullopt;
     if (bytes.substr(at + (png ? 4 : 0), 4) == type) return bytes.substr(at + 8, *length);
     at += around + std::size_t{*length} + (png ? 0 : *length % 2);  // RIFF's padding
@@ -77,10 +68,9 @@ std::optional<std::string_view> chunk(std::string_view bytes, std::size_t at, st
 /// markers of its own.
 template <class Visit>
 bool visit_jpeg_segments(std::string_view bytes, const Visit& visit) {
-  const Bytes in(bytes);
   bool in_scan = false;
   for (std::size_t at = 2;;) {
-    const auto first = in.u8(at), marker = in.u8(at + 1);
+    const auto first = big(bytes, at, 1), marker = big(bytes, at + 1, 1);
     if (!first || !marker || (*first != 0xFF && !in_scan)) return false;
     if (*first != 0xFF || *marker == 0xFF) {  // coded pixels, or padding before a marker
       ++at;
@@ -89,7 +79,7 @@ bool visit_jpeg_segments(std::string_view bytes, const Visit& visit) {
     } else if (visit(*marker, at + 2)) {
       return true;
     } else {
-      const auto length = in.big16(at + 2);
+      const auto length = big(bytes, at + 2, 2);
       if (!length || *length < 2) return false;
       at += 2 + *length;
       in_scan = *marker == 0xDA;
@@ -103,25 +93,23 @@ bool ends_jpeg_header(std::uint32_t marker) {
 }
 
 std::optional<ImageSize> jpeg_size(std::string_view bytes) {
-  const Bytes in(bytes);
   std::optional<ImageSize> size;
   visit_jpeg_segments(bytes, [&](std::uint32_t marker, std::size_t at) {
     if (!ends_jpeg_header(marker)) return false;
-    if (marker >= 0xC0 && marker <= 0xCF) size = checked_size(in.big16(at + 5), in.big16(at + 3));
+    if (marker >= 0xC0 && marker <= 0xCF) size = checked_size(big(bytes, at + 5, 2), big(bytes, at + 3, 2));
     return true;
   });
   return size;
 }
 
 std::optional<ImageSize> bmp_size(std::string_view bytes) {
-  const Bytes in(bytes);
-  const auto header = in.little32(14);
+  const auto header = little(bytes, 14, 4);
   if (!header) return std::nullopt;
-  if (*header == 12) return checked_size(in.little16(18), in.little16(20));
+  if (*header == 12) return checked_size(little(bytes, 18, 2), little(bytes, 20, 2));
   if (*header < 40) return std::nullopt;
-  auto height = in.little32(22);
+  auto height = little(bytes, 22, 4);
   if (height && *height > 0x80000000u) height = ~*height + 1;  // negative: rows from the top down
-  return checked_size(in.little32(18), height);
+  return checked_size(little(bytes, 18, 4), height);
 }
 
 std::optional<ImageSize> pnm_size(std::string_view bytes) {
@@ -133,14 +121,11 @@ std::optional<ImageSize> pnm_size(std::string_view bytes) {
       at = bytes[at] == '#' ? std::min(bytes.find('\n', at), bytes.size()) : at + 1;
     }
     if (at == start) return std::nullopt;
-    std::uint64_t value = 0;
-    const std::size_t digits = at;
-    while (at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9') {
-      value = value * 10 + static_cast<std::uint64_t>(bytes[at++] - '0');
-      if (value > 0xFFFFFFFFu) return std::nullopt;
-    }
-    if (at == digits) return std::nullopt;
-    return static_cast<std::uint32_t>(value);
+    std::uint32_t value = 0;
+    const auto [end, error] = std::from_chars(bytes.data() + at, bytes.data() + bytes.size(), value);
+    if (error != std::errc()) return std::nullopt;
+    at = static_cast<std::size_t>(end - bytes.data());
+    return value;
   };
   const auto width = next_number();
   const auto height = width ? next_number() : std::nullopt;
@@ -152,15 +137,14 @@ std::optional<ImageSize> pnm_size(std::string_view bytes) {
 template <class Visit>
 bool visit_tiff_entries(std::string_view tiff, const Visit& visit) {
   if (format_of(tiff) != Format::tiff) return false;
-  const Bytes in(tiff);
-  const bool big = tiff[0] == 'M';
-  const auto directory = in.number(4, 4, big);
-  const auto entries = directory ? in.number(*directory, 2, big) : std::nullopt;
+  const bool big_endian = tiff[0] == 'M';
+  const auto directory = number(tiff, 4, 4, big_endian);
+  const auto entries = directory ? number(tiff, *directory, 2, big_endian) : std::nullopt;
   if (!entries) return false;
   for (std::size_t i = 0; i < *entries; ++i) {
     const std::size_t entry = std::size_t{*directory} + 2 + 12 * i;
-    const auto tag = in.number(entry, 2, big), type = in.number(entry + 2, 2, big),
-               count = in.number(entry + 4, 4, big);
+    const auto tag = number(tiff, entry, 2, big_endian), type = number(tiff, entry + 2, 2, big_endian),
+               count = number(tiff, entry + 4, 4, big_endian);
     if (!tag || !type || !count) return false;
     if (visit(*tag, *type, *count, entry + 8)) return true;
   }
@@ -172,38 +156,37 @@ std::optional<ImageSize> tiff_size(std::string_view bytes) {
   Number width, height;
   const bool whole = visit_tiff_entries(
       bytes, [&](std::uint32_t tag, std::uint32_t type, std::uint32_t count, std::size_t at) {
-        const bool number = (type == short_type || type == long_type) && count == 1;
+        const bool one_number = (type == short_type || type == long_type) && count == 1;
         if (tag == width_tag || tag == height_tag)
           (tag == width_tag ? width : height) =
-              number ? Bytes(bytes).number(at, type == short_type ? 2 : 4, bytes[0] == 'M') : std::nullopt;
+              one_number ? number(bytes, at, type == short_type ? 2 : 4, bytes[0] == 'M') : std::nullopt;
         return false;
       });
   return whole ? checked_size(width, height) : std::nullopt;
 }
 
 std::optional<ImageSize> webp_size(std::string_view bytes) {
-  const Bytes in(bytes);
   const std::string_view kind = bytes.substr(12, 4);
   if (kind == "VP8X") {
-    const auto width = in.little24(24), height = in.little24(27);
+    const auto width = little(bytes, 24, 3), height = little(bytes, 27, 3);
     if (width && height) return checked_size(*width + 1, *height + 1);
   } else if (kind == "VP8L") {
-    const auto bits = in.little32(21);
-    if (in.u8(20) == 0x2Fu && bits) return checked_size((*bits & 0x3FFF) + 1, (*bits >> 14 & 0x3FFF) + 1);
+    const auto bits = little(bytes, 21, 4);
+    if (big(bytes, 20, 1) == 0x2Fu && bits)
+      return checked_size((*bits & 0x3FFF) + 1, (*bits >> 14 & 0x3FFF) + 1);
   } else if (kind == "VP8 ") {
-    const auto width = in.little16(26), height = in.little16(28);
-    if (in.little24(23) == 0x2A019Du && width && height)
+    const auto width = little(bytes, 26, 2), height = little(bytes, 28, 2);
+    if (little(bytes, 23, 3) == 0x2A019Du && width && height)
       return checked_size(*width & 0x3FFF, *height & 0x3FFF);
   }
   return std::nullopt;
 }
 
 std::optional<ImageSize> stored_size(std::string_view bytes) {
-  const Bytes in(bytes);
   switch (format_of(bytes)) {
     case Format::png:
       if (bytes.size() < 24 || bytes.substr(12, 4) != "IHDR") return std::nullopt;
-      return checked_size(in.big32(16), in.big32(20));
+      return checked_size(big(bytes, 16, 4), big(bytes, 20, 4));
     case Format::jpeg:
       return jpeg_size(bytes);
     case Format::bmp:
@@ -225,7 +208,7 @@ int orientation_in_tiff(std::string_view tiff) {
   int orientation = 1;
   visit_tiff_entries(tiff, [&](std::uint32_t tag, std::uint32_t type, std::uint32_t, std::size_t at) {
     if (tag != 0x0112) return false;
-    const auto value = Bytes(tiff).number(at, 2, tiff[0] == 'M');
+    const auto value = number(tiff, at, 2, tiff[0] == 'M');
     if (type == 3 && value && *value >= 1 && *value <= 8) orientation = static_cast<int>(*value);
     return true;
   });
@@ -237,7 +220,7 @@ int orientation_in_jpeg(std::string_view bytes) {
   int orientation = 1;
   visit_jpeg_segments(bytes, [&](std::uint32_t marker, std::size_t at) {
     if (ends_jpeg_header(marker)) return true;
-    const auto length = Bytes(bytes).big16(at);
+    const auto length = big(bytes, at, 2);
     if (!length || *length < 2 || bytes.size() - at < *length) return true;
     const std::string_view segment = bytes.substr(at + 2, *length - 2);
     if (marker != 0xE1 || segment.substr(0, 6) != "Exif\0\0"sv) return false;
@@ -249,11 +232,10 @@ int orientation_in_jpeg(std::string_view bytes) {
 
 /// Only the uncompressed kinds have a size known beforehand.
 bool bmp_is_complete(std::string_view bytes, const ImageSize& size) {
-  const Bytes in(bytes);
-  const bool old_header = in.little32(14) == 12u;
+  const bool old_header = little(bytes, 14, 4) == 12u;
   if (bytes.size() < (old_header ? 26u : 54u)) return false;
-  const std::uint64_t bits = *in.little16(old_header ? 24 : 28), pixels_at = *in.little32(10);
-  const std::uint32_t compression = old_header ? 0 : *in.little32(30);
+  const std::uint64_t bits = *little(bytes, old_header ? 24 : 28, 2), pixels_at = *little(bytes, 10, 4);
+  const std::uint32_t compression = old_header ? 0 : *little(bytes, 30, 4);
   if (compression == 1 || compression == 2) return true;
   if (bits > 32) return false;
   const std::uint64_t row_bytes = (bits * static_cast<std::uint64_t>(size.width_px) + 31) / 32 * 4;
@@ -308,7 +290,7 @@ bool image_is_complete(std::string_view bytes) {
     case Format::pnm:
       return pnm_is_complete(bytes, *size);
     case Format::webp:
-      return *Bytes(bytes).little32(4) <= bytes.size() - 8;
+      return *little(bytes, 4, 4) <= bytes.size() - 8;
     default:
       return true;
   }
