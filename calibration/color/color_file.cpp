@@ -86,6 +86,12 @@ class Lines {
     return result;
   }
 
+  /// The number of a line "KEY NUMBER", named `what` in messages.
+  std::uint64_t number_of(std::string_view key, const char* wanted, std::uint64_t low, std::uint64_t high,
+                          const char* what) {
+    return number(words(key, 2, wanted)[1], low, high, what);
+  }
+
   std::uint64_t number(std::string_view word, std::uint64_t low, std::uint64_t high, const char* what) const {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -108,11 +114,11 @@ struct CellLines {
   std::size_t words;
 };
 
-/// Calls use(cell, pixels) for each of `count` such lines; their cells (`cell_of(words)`) rise, and their
-/// pixels come to at most `limit`.
-template <class CellOf, class Use>
-void parse_counts(Lines& lines, const CellLines& kind, std::uint64_t count, std::uint64_t limit,
-                  const std::string& allowed, const CellOf& cell_of, const Use& use) {
+/// `count` such lines, whose cells (`cell_of(words)`) rise and whose pixels come to at most `limit`.
+template <class CellOf>
+OccupiedCells parse_counts(Lines& lines, const CellLines& kind, std::uint64_t count, std::uint64_t limit,
+                           const std::string& allowed, const CellOf& cell_of) {
+  OccupiedCells result;
   std::uint64_t next = 0, total = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto words = lines.words("", kind.words, kind.wanted);
@@ -123,27 +129,22 @@ void parse_counts(Lines& lines, const CellLines& kind, std::uint64_t count, std:
     next = cell + 1;
     total += pixels;
     if (total > limit) lines.fail(fmt::format("{} counted so far", total), allowed);
-    use(cell, static_cast<std::uint32_t>(pixels));
+    result.push_back({static_cast<std::uint32_t>(cell), static_cast<std::uint32_t>(pixels)});
   }
+  return result;
 }
 
 /// `count` lines of a table's cell and its count, which come to at most `limit`.
 OccupiedCells parse_cells(Lines& lines, std::uint64_t count, std::uint64_t limit) {
-  OccupiedCells result;
-  parse_counts(
-      lines, {"CELL COUNT of a cell of the table", "cells in rising order, each once", 2}, count, limit,
-      fmt::format("at most {}", limit),
-      [&](const auto& words) { return lines.number(words[0], 0, ColorTable::entries - 1, "cell"); },
-      [&](std::uint64_t cell, std::uint32_t pixels) {
-        result.push_back({static_cast<std::uint32_t>(cell), pixels});
-      });
-  return result;
+  return parse_counts(lines, {"CELL COUNT of a cell of the table", "cells in rising order, each once", 2},
+                      count, limit, fmt::format("at most {}", limit), [&](const auto& words) {
+                        return lines.number(words[0], 0, ColorTable::entries - 1, "cell");
+                      });
 }
 
 std::map<std::string, double> parse_settings(Lines& lines) {
   std::map<std::string, double> result;
-  const std::uint64_t count =
-      lines.number(lines.words("settings", 2, "settings COUNT")[1], 0, max_settings, "settings");
+  const std::uint64_t count = lines.number_of("settings", "settings COUNT", 0, max_settings, "settings");
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto words = lines.words("", 2, "NAME VALUE of a camera setting");
     const auto value = parse_number(words[1]);
@@ -162,22 +163,21 @@ ColorClass parse_class(Lines& lines) {
   color.samples = lines.number(words[2], 0, max_samples, "samples");
   constexpr std::uint64_t side = ChromaHistogram::side;
   const std::uint64_t cells = lines.number(words[3], 0, side * side, "histogram cells");
-  parse_counts(
+  const OccupiedCells histogram = parse_counts(
       lines, {"COLUMN ROW COUNT of a histogram cell", "histogram cells in rising order, each once", 3}, cells,
       color.samples, fmt::format("at most the {} samples of the class", color.samples),
       [&](const auto& cell) {
         const std::uint64_t column = lines.number(cell[0], 0, side - 1, "column");
         return lines.number(cell[1], 0, side - 1, "row") * side + column;
-      },
-      [&](std::uint64_t index, std::uint32_t pixels) { color.histogram.counts[index] = pixels; });
+      });
+  for (const auto& [cell, pixels] : histogram) color.histogram.counts[cell] = pixels;
   color.cells =
       parse_cells(lines, lines.number(words[4], 0, ColorTable::entries, "table cells"), color.samples);
   return color;
 }
 
 void parse_table(Lines& lines, ColorTable& result) {
-  const auto words = lines.words("table", 2, "table RUNS");
-  const std::uint64_t runs = lines.number(words[1], 1, ColorTable::entries, "runs");
+  const std::uint64_t runs = lines.number_of("table", "table RUNS", 1, ColorTable::entries, "runs");
   std::uint64_t filled = 0;
   for (std::uint64_t i = 0; i < runs; ++i) {
     const auto run = lines.words("", 2, "LENGTH CLASS of a run");
@@ -272,16 +272,15 @@ ColorTable parse_color_file(std::string_view bytes, const std::string& place) {
   }
   ColorTable result;
   result.camera_settings = parse_settings(lines);
-  const std::uint64_t count =
-      lines.number(lines.words("classes", 2, "classes COUNT")[1], 0, max_classes, "classes");
+  const std::uint64_t count = lines.number_of("classes", "classes COUNT", 0, max_classes, "classes");
   for (std::uint64_t i = 0; i < count; ++i) {
     ColorClass color = parse_class(lines);
     if (result.find(color.name)) lines.fail("a second class named " + color.name, "each name once");
     result.classes.push_back(std::move(color));
   }
-  const auto background = lines.words("background", 2, "background CELLS");
-  result.background = parse_cells(
-      lines, lines.number(background[1], 0, ColorTable::entries, "background cells"), max_samples);
+  const std::uint64_t background =
+      lines.number_of("background", "background CELLS", 0, ColorTable::entries, "background cells");
+  result.background = parse_cells(lines, background, max_samples);
   parse_table(lines, result);
   if (lines.next("end") != "end") lines.fail("end");
   if (!lines.rest().empty()) lines.fail("more after the end", "nothing");

@@ -55,7 +55,11 @@ struct ColorTable {
   }
   ClassIndex classify(std::uint8_t b, std::uint8_t g, std::uint8_t r) const { return table[index(b, g, r)]; }
   /// The number of the class of that name; nothing if there is none.
-  std::optional<ClassIndex> find(const std::string& name) const;
+  std::optional<ClassIndex> find(const std::string& name) const {
+    for (std::size_t k = 0; k < classes.size(); ++k)
+      if (classes[k].name == name) return static_cast<ClassIndex>(k + 1);
+    return {};
+  }
   /// The name of a class of this table; not for `no_class`.
   const std::string& name_of(ClassIndex color_class) const {
     return classes[static_cast<std::size_t>(color_class) - 1].name;
