@@ -60,12 +60,12 @@ void print_boards(const Boards& boards, const BoardCalibration& result) {
 void print_camera(const BoardCalibration& result) {
   const CameraParameters& p = result.camera.parameters();
   if (result.trials.size() > 1)
-    for (const ModelTrial& trial : result.trials)
-      print_result("model {}: RMS {}, on boards held out {}{}\n", lens_model_name(trial.model),
-                   pixels_text(trial.rms_px), pixels_text(trial.held_out_rms_px),
-                   trial.model == p.model ? " (chosen)"
-                   : trial.usable         ? ""
-                                          : " (not usable over the whole picture)");
+    for (const LensCandidate& trial : result.trials)
+      print_result("model {}: RMS {}, on boards held out {}{}\n", lens_model_name(trial.model()),
+                   pixels_text(trial.adjustment.rms_px), pixels_text(trial.held_out_rms_px()),
+                   trial.model() == p.model ? " (chosen)"
+                   : trial.usable           ? ""
+                                            : " (not usable over the whole picture)");
   print_result("lens model {}\n", lens_model_name(p.model));
   const auto names = parameter_names(p.model);
   const Eigen::VectorXd values = parameter_vector(p);
@@ -195,10 +195,10 @@ nlohmann::json results_json(const CameraCalibration& calibration) {
                                  {"rms_px", result.corners[i].rms_px()},
                                  {"corners", boards.views[i].size()},
                                  {"remark", boards.used[i]->remark}});
-  for (const ModelTrial& trial : result.trials)
-    json["models_tried"].push_back({{"model", lens_model_name(trial.model)},
-                                    {"rms_px", trial.rms_px},
-                                    {"held_out_rms_px", trial.held_out_rms_px},
+  for (const LensCandidate& trial : result.trials)
+    json["models_tried"].push_back({{"model", lens_model_name(trial.model())},
+                                    {"rms_px", trial.adjustment.rms_px},
+                                    {"held_out_rms_px", trial.held_out_rms_px()},
                                     {"usable", trial.usable}});
   return json;
 }

@@ -36,12 +36,12 @@ ordered_json parameters_json(const BoardCalibration& result) {
 
 ordered_json trials_json(const BoardCalibration& result) {
   ordered_json list = ordered_json::array();
-  for (const ModelTrial& trial : result.trials)
-    list.push_back({{"model", lens_model_name(trial.model)},
-                    {"rms_px", trial.rms_px},
-                    {"held_out_rms_px", trial.held_out_rms_px},
-                    {"remark", trial.model == result.camera.parameters().model ? "chosen"
-                               : trial.usable                                  ? ""
+  for (const LensCandidate& trial : result.trials)
+    list.push_back({{"model", lens_model_name(trial.model())},
+                    {"rms_px", trial.adjustment.rms_px},
+                    {"held_out_rms_px", trial.held_out_rms_px()},
+                    {"remark", trial.model() == result.camera.parameters().model ? "chosen"
+                               : trial.usable                                    ? ""
                                               : "not usable over the whole picture"}});
   return list;
 }

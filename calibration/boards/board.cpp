@@ -6,25 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {
-namespace {
-
-constexpr long long max_points_a_side = 100;
-
-std::optional<BoardPattern> pattern_from_name(const std::string& name) {
-  if (name == "chessboard") return BoardPattern::chessboard;
-  if (name == "circles") return BoardPattern::circles;
-  if (name == "acircles") return BoardPattern::acircles;
-  return std::nullopt;
-}
-
-}  // namespace
 
 std::vector<Eigen::Vector3d> Board::points() const {
   std::vector<Eigen::Vector3d> result;
@@ -60,14 +47,18 @@ Board parse_board(const std::string& text, double square_m) {
   board.square_m = square_m;
   const auto colon = text.find(':');
   const auto cross = text.find('x', colon == std::string::npos ? 0 : colon);
-  const auto pattern = pattern_from_name(text.substr(0, colon));
-  if (colon == std::string::npos || cross == std::string::npos || !pattern) {
+  static const std::map<std::string, BoardPattern> patterns{{"chessboard", BoardPattern::chessboard},
+                                                            {"circles", BoardPattern::circles},
+                                                            {"acircles", BoardPattern::acircles}};
+  const auto pattern = patterns.find(text.substr(0, colon));
+  if (colon == std::string::npos || cross == std::string::npos || pattern == patterns.end()) {
     faults.add("--board", "\"" + text + "\"",
                "chessboard:9x6 (inner corners), circles:6x6 or acircles:4x11 (centres)");
   } else {
-    board.pattern = *pattern;
+    board.pattern = pattern->second;
     const auto columns = parse_integer(text.substr(colon + 1, cross - colon - 1));
     const auto rows = parse_integer(text.substr(cross + 1));
+    constexpr long long max_points_a_side = 100;
     const long long least = board.pattern == BoardPattern::chessboard ? 3 : 2;
     for (const auto& side : {columns, rows})
       if (!side || *side < least || *side > max_points_a_side)

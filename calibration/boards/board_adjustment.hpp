@@ -32,6 +32,24 @@ struct BoardAdjustment {
   bool converged = false;
 };
 
+/// Some of the views, with their poses.
+struct BoardGroup {
+  std::vector<BoardView> views;
+  std::vector<BoardPose> poses;
+};
+/// Those whose index is `wanted`.
+template <class Wanted>
+BoardGroup board_group(const std::vector<BoardView>& views, const BoardAdjustment& all,
+                       const Wanted& wanted) {
+  BoardGroup group;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    if (!wanted(v)) continue;
+    group.views.push_back(views[v]);
+    group.poses.push_back(all.poses[v]);
+  }
+  return group;
+}
+
 enum class CornerLoss {
   squares,  ///< every corner counts with its squared distance
   robust    ///< corners beyond six standard deviations of their view are set aside, found from a Huber fit

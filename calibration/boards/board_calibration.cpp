@@ -3,7 +3,6 @@
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/boards/calibration_checks.hpp"
-#include "calibration/boards/lens_choice.hpp"
 
 namespace ballservo {
 BoardCalibration calibrate_from_boards(ImageSize size, const std::vector<BoardView>& views,
@@ -31,9 +30,7 @@ BoardCalibration calibrate_from_boards(ImageSize size, const std::vector<BoardVi
   result.covered_ball_sigma_mm = covered_ball_sigma_mm(believed, result);
   result.corners = adjustment.corners;
   result.poses = adjustment.poses;
-  for (const LensCandidate& candidate : candidates)
-    result.trials.push_back({candidate.adjustment.parameters.model, candidate.adjustment.rms_px,
-                             candidate.held_out_rms_px(), candidate.usable});
+  result.trials = candidates;
   result.warnings = calibration_warnings(views, believed, result);
   if (!misfit.empty()) result.warnings.insert(result.warnings.begin(), misfit);
   return result;

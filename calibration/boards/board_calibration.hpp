@@ -7,18 +7,10 @@
 #include <vector>
 
 #include "calibration/boards/board.hpp"
-#include "calibration/boards/board_adjustment.hpp"
+#include "calibration/boards/lens_choice.hpp"
 #include "calibration/camera/camera.hpp"
 
 namespace ballservo {
-
-/// The error of each candidate of a choice.
-struct ModelTrial {
-  LensModel model;
-  double rms_px = 0;
-  double held_out_rms_px = 0;
-  bool usable = false;  ///< as lens_choice.hpp has it; a choice takes no other
-};
 
 struct BoardCalibration {
   Camera camera;
@@ -31,7 +23,7 @@ struct BoardCalibration {
   std::optional<double> structure_px{};           ///< see calibration_checks.hpp
   std::vector<CornerResiduals> corners{};         ///< of each view
   std::vector<BoardPose> poses{};                 ///< X_CB of each view
-  std::vector<ModelTrial> trials{};               ///< the models tried, simplest first
+  std::vector<LensCandidate> trials{};            ///< the models tried, simplest first
   std::vector<std::string> warnings{};            ///< in words, of what a user should look at
 };
 

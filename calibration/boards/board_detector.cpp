@@ -18,15 +18,7 @@ namespace {
 constexpr double least_part = 1.0 / 3;  // of a chessboard's corners
 constexpr int least_side_px = 16;       // OpenCV's finders want some pixels to work on
 
-/// Points on a grid, row by row.
-struct Grid {
-  int columns = 0, rows = 0;
-  std::vector<cv::Point2f> points;
-
-  const cv::Point2f& at(int row, int column) const {
-    return points[static_cast<std::size_t>(row * columns + column)];
-  }
-};
+using Grid = PointGrid<cv::Point2f>;
 
 bool is_whole(const Grid& grid) {
   return grid.columns > 0 && grid.points.size() == static_cast<std::size_t>(grid.columns * grid.rows) &&
@@ -96,7 +88,7 @@ BoardView refined_corners(const cv::Mat& gray, Grid grid, const Board& board) {
   cv::cornerSubPix(gray, grid.points, cv::Size(half, half), cv::Size(-1, -1),
                    cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 1e-2));
   CornerGrid found{grid.columns, grid.rows, {}};
-  for (const cv::Point2f& p : grid.points) found.corners_px.emplace_back(p.x, p.y);
+  for (const cv::Point2f& p : grid.points) found.points.emplace_back(p.x, p.y);
   const auto corners = refine_corners(gray, found);
   BoardView view;
   for (int row = 0; row < grid.rows; ++row) {

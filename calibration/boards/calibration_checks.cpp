@@ -189,7 +189,7 @@ std::string lens_misfit(const std::vector<BoardView>& views, const std::vector<L
   for (const LensCandidate& candidate : tried) {
     const BoardAdjustment& fit = candidate.adjustment;
     if (candidate.usable || fit.rms_px >= max_misfit_share * adjustment.rms_px) continue;
-    const std::string_view other = lens_model_name(fit.parameters.model);
+    const std::string_view other = lens_model_name(candidate.model());
     return fmt::format(
         "the lens model {} does not explain these pictures (RMS {:.2f} px); {} does ({:.2f} px), but is not "
         "determined over the whole picture: bring the board into the picture's corners, or give --model {} "
@@ -198,9 +198,8 @@ std::string lens_misfit(const std::vector<BoardView>& views, const std::vector<L
   }
   std::vector<LensModel> others;
   for (const LensModel model : all_lens_models)
-    if (std::none_of(tried.begin(), tried.end(), [model](const LensCandidate& candidate) {
-          return candidate.adjustment.parameters.model == model;
-        }))
+    if (std::none_of(tried.begin(), tried.end(),
+                     [model](const LensCandidate& candidate) { return candidate.model() == model; }))
       others.push_back(model);
   std::sort(others.begin(), others.end(),
             [](LensModel m, LensModel n) { return coefficient_count(m) < coefficient_count(n); });

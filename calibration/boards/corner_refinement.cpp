@@ -235,7 +235,7 @@ std::optional<Eigen::Vector2d> refined(const cv::Mat& gray, const Eigen::Vector2
 }  // namespace
 
 std::vector<std::optional<Eigen::Vector2d>> refine_corners(const cv::Mat& gray, const CornerGrid& grid) {
-  std::vector<std::optional<Eigen::Vector2d>> result(grid.corners_px.size());
+  std::vector<std::optional<Eigen::Vector2d>> result(grid.points.size());
   CornerGrid current = grid;
   for (int round = 0; round < rounds; ++round) {
     for (int row = 0; row < grid.rows; ++row) {
@@ -249,7 +249,7 @@ std::vector<std::optional<Eigen::Vector2d>> refine_corners(const cv::Mat& gray, 
       }
     }
     for (std::size_t i = 0; i < result.size(); ++i)
-      if (result[i]) current.corners_px[i] = *result[i];
+      if (result[i]) current.points[i] = *result[i];
   }
   return result;
 }

@@ -8,15 +8,18 @@
 
 namespace ballservo {
 
-/// A chessboard's inner corners as a picture shows them, row by row.
-struct CornerGrid {
+/// Points of a board as a picture shows them (px), row by row.
+template <class Point>
+struct PointGrid {
   int columns = 0, rows = 0;
-  std::vector<Eigen::Vector2d> corners_px;
+  std::vector<Point> points;
 
-  const Eigen::Vector2d& at(int row, int column) const {
-    return corners_px[static_cast<std::size_t>(row * columns + column)];
+  const Point& at(int row, int column) const {
+    return points[static_cast<std::size_t>(row * columns + column)];
   }
 };
+/// A chessboard's inner corners.
+using CornerGrid = PointGrid<Eigen::Vector2d>;
 
 /// Each corner again, from corners that are right to a small part of their spacing: the crossing of the model
 ///     I = mean + contrast erf(d1 / (sqrt(2) sigma1)) erf(d2 / (sqrt(2) sigma2)) + gradient . (u - crossing),

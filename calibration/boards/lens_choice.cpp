@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <opencv2/calib3d.hpp>
 
 #include "calibration/ball/ball_uncertainty.hpp"
@@ -41,33 +42,21 @@ std::vector<double> focal_guesses_px(const std::vector<BoardView>& views, ImageS
   return guesses;
 }
 
-double standard_error(const std::vector<double>& values) {
-  return standard_deviation(values) / std::sqrt(static_cast<double>(values.size()));
-}
-
 std::vector<double> fold_errors_px2(const std::vector<BoardView>& views, const BoardAdjustment& all) {
   const std::size_t fold_count = std::min<std::size_t>(views.size(), 4);
   std::vector<double> errors(views.size(), 0.0);
   for (std::size_t fold = 0; fold < fold_count; ++fold) {
-    std::vector<BoardView> kept, tested;
-    std::vector<BoardPose> kept_poses, tested_poses;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      (i % fold_count == fold ? tested : kept).push_back(views[i]);
-      (i % fold_count == fold ? tested_poses : kept_poses).push_back(all.poses[i]);
-    }
-    const auto camera = adjust_boards(kept, all.parameters, kept_poses);
+    const auto is_tested = [&](std::size_t i) { return i % fold_count == fold; };
+    const BoardGroup kept = board_group(views, all, std::not_fn(is_tested)),
+                     tested = board_group(views, all, is_tested);
+    const auto camera = adjust_boards(kept.views, all.parameters, kept.poses);
     if (!camera) return {};
-    const auto result = adjust_poses(tested, camera->parameters, tested_poses);
+    const auto result = adjust_poses(tested.views, camera->parameters, tested.poses);
     if (!result) return {};
     for (std::size_t i = fold, k = 0; i < views.size(); i += fold_count, ++k)
       errors[i] = std::pow(result->corners[k].rms_px(), 2);
   }
   return errors;
-}
-
-/// Whether a model may be chosen without having been asked for.
-bool may_be_chosen(const LensCandidate& candidate) {
-  return !candidate.held_out_px2.empty() && candidate.usable;
 }
 
 bool is_usable(const std::vector<BoardView>& views, const BoardAdjustment& adjustment) {
@@ -146,21 +135,23 @@ std::vector<LensCandidate> lens_candidates(const std::vector<BoardView>& views, 
 }
 
 std::size_t choose_lens(const std::vector<LensCandidate>& candidates) {
-  std::size_t best = candidates.size();
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (!may_be_chosen(candidates[i])) continue;
-    if (best == candidates.size() || mean(candidates[i].held_out_px2) < mean(candidates[best].held_out_px2))
-      best = i;
-  }
-  if (best == candidates.size()) return 0;
-  for (std::size_t i = 0; i < best; ++i) {
-    if (!may_be_chosen(candidates[i])) continue;
+  std::vector<std::size_t> allowed;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (candidates[i].usable && !candidates[i].held_out_px2.empty()) allowed.push_back(i);
+  if (allowed.empty()) return 0;
+  const auto errors_px2 = [&](std::size_t i) -> const std::vector<double>& {
+    return candidates[i].held_out_px2;
+  };
+  const std::size_t best = *std::min_element(
+      allowed.begin(), allowed.end(),
+      [&](std::size_t a, std::size_t b) { return mean(errors_px2(a)) < mean(errors_px2(b)); });
+  return *std::find_if(allowed.begin(), allowed.end(), [&](std::size_t i) {
     std::vector<double> difference;
-    for (std::size_t v = 0; v < candidates[i].held_out_px2.size(); ++v)
-      difference.push_back(candidates[i].held_out_px2[v] - candidates[best].held_out_px2[v]);
-    if (mean(difference) <= standard_error(difference)) return i;
-  }
-  return best;
+    for (std::size_t v = 0; v < errors_px2(i).size(); ++v)
+      difference.push_back(errors_px2(i)[v] - errors_px2(best)[v]);
+    const double standard_error = standard_deviation(difference) / std::sqrt(difference.size());
+    return i == best || mean(difference) <= standard_error;
+  });
 }
 
 }  // namespace ballservo

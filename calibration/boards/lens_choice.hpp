@@ -20,6 +20,7 @@ struct LensCandidate {
   /// their uncertainty does to a ball: a choice takes no other while there is one.
   bool usable = false;
 
+  LensModel model() const { return adjustment.parameters.model; }
   double held_out_rms_px() const;  ///< NaN where there is none
 };
 

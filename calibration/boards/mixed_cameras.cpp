@@ -86,24 +86,6 @@ std::optional<BentBoards> bend_boards(const std::vector<BoardView>& views, const
   return best;
 }
 
-struct Group {
-  std::vector<std::size_t> members;
-  std::vector<BoardView> views;
-  std::vector<BoardPose> poses;
-};
-
-Group group_of(const std::vector<BoardView>& views, const BoardAdjustment& together,
-               const std::vector<bool>& second, bool wanted) {
-  Group group;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    if (second[v] != wanted) continue;
-    group.members.push_back(v);
-    group.views.push_back(views[v]);
-    group.poses.push_back(together.poses[v]);
-  }
-  return group;
-}
-
 /// Squared error (px^2) of every view under one camera, its pose fitted.
 std::optional<std::vector<double>> errors_px2(const std::vector<BoardView>& views,
                                               const BoardAdjustment& together,
@@ -128,8 +110,9 @@ std::optional<Split> improve(const std::vector<BoardView>& views, const BoardAdj
                              std::vector<bool> second) {
   std::optional<Split> split;
   for (int round = 0; round < max_rounds; ++round) {
-    const Group a = group_of(views, together, second, false), b = group_of(views, together, second, true);
-    if (a.members.size() < least_group_views || b.members.size() < least_group_views) return std::nullopt;
+    const BoardGroup a = board_group(views, together, [&](std::size_t v) { return !second[v]; }),
+                     b = board_group(views, together, [&](std::size_t v) { return second[v]; });
+    if (a.views.size() < least_group_views || b.views.size() < least_group_views) return std::nullopt;
     const auto fit_a = adjust_boards(a.views, together.parameters, a.poses);
     const auto fit_b = adjust_boards(b.views, together.parameters, b.poses);
     if (!fit_a || !fit_b) return std::nullopt;
@@ -157,10 +140,8 @@ std::optional<std::vector<double>> errors_without_view_px2(const std::vector<Boa
                                                            const Split& split) {
   std::vector<double> errors(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
-    Group others = group_of(views, together, split.second, split.second[v]);
-    const auto at = std::find(others.members.begin(), others.members.end(), v) - others.members.begin();
-    others.views.erase(others.views.begin() + at);
-    others.poses.erase(others.poses.begin() + at);
+    const BoardGroup others = board_group(
+        views, together, [&](std::size_t w) { return w != v && split.second[w] == split.second[v]; });
     const auto fit =
         adjust_boards(others.views, split.second[v] ? split.second_camera : split.first_camera, others.poses);
     const auto by_others = fit ? errors_px2(views, together, fit->parameters) : std::nullopt;
