@@ -51,6 +51,11 @@ std::optional<Eigen::Matrix3d> CameraUncertainty::ball_covariance(const Eigen::V
   return sum;
 }
 
+std::optional<double> CameraUncertainty::ball_sigma_mm(const Eigen::Vector3d& p_C, double radius_m) const {
+  const auto covariance_m2 = ball_covariance(p_C, radius_m);
+  return covariance_m2 ? std::optional(1e3 * std::sqrt(covariance_m2->trace())) : std::nullopt;
+}
+
 std::optional<double> BallSigmaMap::worst_mm() const {
   std::optional<double> worst;
   for (const auto& sigma : sigma_mm)
@@ -73,9 +78,8 @@ std::optional<BallSigmaMap> ball_sigma_map(const Camera& camera, const Eigen::Ma
       const auto ray = camera.unproject(place);
       if (!ray || !is_inside_picture(project_outline(camera, *ray * range_m, radius_m, outline_points), size))
         continue;
-      const auto covariance_m2 = uncertainty.ball_covariance(*ray * range_m, radius_m);
-      if (!covariance_m2) return std::nullopt;
-      map.sigma_mm.back() = 1e3 * std::sqrt(covariance_m2->trace());
+      map.sigma_mm.back() = uncertainty.ball_sigma_mm(*ray * range_m, radius_m);
+      if (!map.sigma_mm.back()) return std::nullopt;
     }
   }
   return map;
@@ -88,11 +92,8 @@ std::optional<double> ball_sigma_mm(const Camera& camera, const Eigen::MatrixXd&
   if (map->worst_mm()) return map->worst_mm();
   const ImageSize size = camera.size();
   const auto ray = camera.unproject({0.5 * (size.width_px - 1), 0.5 * (size.height_px - 1)});
-  if (!ray) return std::nullopt;
-  const auto covariance_m2 =
-      CameraUncertainty(camera, covariance).ball_covariance(*ray * range_m, 0.5 * diameter_m);
-  if (!covariance_m2) return std::nullopt;
-  return 1e3 * std::sqrt(covariance_m2->trace());
+  return ray ? CameraUncertainty(camera, covariance).ball_sigma_mm(*ray * range_m, 0.5 * diameter_m)
+             : std::nullopt;
 }
 
 }  // namespace ballservo

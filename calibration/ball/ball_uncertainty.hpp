@@ -44,6 +44,8 @@ class CameraUncertainty {
   /// The covariance of a ball's centre (m^2, camera frame) that it causes: the ball's outline as the camera
   /// sees it, read again with changed parameters. Nothing where the outline cannot be read.
   std::optional<Eigen::Matrix3d> ball_covariance(const Eigen::Vector3d& p_C, double radius_m) const;
+  /// The square root of its trace.
+  std::optional<double> ball_sigma_mm(const Eigen::Vector3d& p_C, double radius_m) const;
 
  private:
   static constexpr double step_sigmas = 0.05;  // small against one sigma, large against rounding
