@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 
 #include "calibration/base/fault.hpp"
 #include "calibration/color/color_file.hpp"
@@ -84,8 +83,7 @@ bool BoxTrainer::look(const cv::Mat& bgr, int frame) {
   shown_.push_back(shown);
   place_.center_px = best.region.center_px;
   cv::Mat1b off(bgr.size(), 255);
-  cv::circle(off, cv::Point(cvRound(place_.center_px.x()), cvRound(place_.center_px.y())),
-             cvRound(1.15 * best.region.radius_px + 2), cv::Scalar(0), cv::FILLED);
+  cover(off, best.region);
   count_cells(bgr, off, off_ball_);
   count_cells(bgr, {}, all_);
   balls_.push_back(std::move(best));
@@ -121,13 +119,8 @@ LearntColors BoxTrainer::finish(const std::vector<ColorPicture>& background) con
   CellCounts elsewhere = off_ball_;
   for (const ColorPicture& picture : background) count_cells(picture.bgr, {}, elsewhere);
   result.table.background = occupied(elsewhere);
-  result.table.classes.push_back(
-      {name_, most->samples.pixels.size(), chroma_histogram(most->samples), most->samples.cells()});
+  add_class(result, name_, *most, true);
   std::vector<LearntCircle>& circles = result.circles[name_];
-  for (const BallCandidate& ball : most->balls) {
-    circles.push_back({0, static_cast<int>(ball.picture), ball.region.center_px, ball.region.radius_px,
-                       ball.region.fit_ratio()});
-  }
   std::sort(circles.begin(), circles.end(), [](const auto& a, const auto& b) { return a.frame < b.frame; });
   rebuild(result.table);
   return result;

@@ -20,6 +20,11 @@ struct Seed {
   double votes = 0;  // of its circumference
 };
 
+void sort_by_votes(std::vector<Seed>& seeds) {
+  std::stable_sort(seeds.begin(), seeds.end(),
+                   [](const Seed& a, const Seed& b) { return a.votes > b.votes; });
+}
+
 /// Where the colour changes, along which unit vector of either sign, and how surely.
 struct Gradient {
   cv::Vec2f place, direction;
@@ -82,8 +87,7 @@ std::vector<Seed> seeds_of(const cv::Mat3f& lab, const std::array<float, radii_p
                     [&](std::size_t i) { of_radius[i] = peaks_of(gradients, lab.size(), radii[i]); });
   std::vector<Seed> peaks;
   for (const std::vector<Seed>& some : of_radius) peaks.insert(peaks.end(), some.begin(), some.end());
-  std::stable_sort(peaks.begin(), peaks.end(),
-                   [](const Seed& a, const Seed& b) { return a.votes > b.votes; });
+  sort_by_votes(peaks);
   std::vector<Seed> seeds;
   for (const Seed& peak : peaks) {
     const auto alike = [&](const Seed& other) {
@@ -120,8 +124,7 @@ std::vector<Outline> circle_seeds(const cv::Mat3f& lab, double min_radius_px) {
     cv::resize(level, half, {}, 0.5, 0.5, cv::INTER_AREA);
     level = half;
   }
-  std::stable_sort(seeds.begin(), seeds.end(),
-                   [](const Seed& a, const Seed& b) { return a.votes > b.votes; });
+  sort_by_votes(seeds);
   std::vector<Outline> outlines;
   for (const Seed& seed : seeds) outlines.push_back(seed.outline);
   return outlines;

@@ -104,21 +104,16 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
   std::stable_sort(groups.begin(), groups.end(),
                    [&](const ColorGroup& a, const ColorGroup& b) { return score(a) > score(b); });
   const ColorGroup& best = groups.front();
-  if (log_likelihood_of_word(request.name, best) == no_answer) {
-    throw Refusal(
-        fmt::format("class {}: no round thing of that colour was found; say where the ball is, or give the "
-                    "class another name. What was found:{}",
-                    request.name, list_of(request, groups, pictures)));
-  }
-  if (best.log_odds() < least_ball_log_odds && !may_stand_alone(best)) {
-    throw Refusal(fmt::format(
-        "class {}: nothing that was found is surely a ball. If one of it is, point at it. What was found:{}",
-        request.name, list_of(request, groups, pictures)));
-  }
-  if (!leads(groups, score)) {
-    throw Refusal(fmt::format("class {}: round things of several colours were found; say which is meant:{}",
-                              request.name, list_of(request, groups, pictures)));
-  }
+  const auto refuse = [&](const char* reason) {
+    throw Refusal(fmt::format("class {}: {}:{}", request.name, reason, list_of(request, groups, pictures)));
+  };
+  if (log_likelihood_of_word(request.name, best) == no_answer)
+    refuse(
+        "no round thing of that colour was found; say where the ball is, or give the class another name. "
+        "What was found");
+  if (best.log_odds() < least_ball_log_odds && !may_stand_alone(best))
+    refuse("nothing that was found is surely a ball. If one of it is, point at it. What was found");
+  if (!leads(groups, score)) refuse("round things of several colours were found; say which is meant");
   return std::move(groups.front());
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "calibration/color/color_space.hpp"
 #include "calibration/teaching/class_table.hpp"
@@ -103,36 +104,31 @@ double fading_factor(const ColorTable& colors, ClassIndex index, const std::vect
   }));
 }
 
+double share_of(const std::vector<double>& counts, std::size_t index) {
+  const double all = std::accumulate(counts.begin(), counts.end(), 0.0);
+  return all > 0 ? counts[index] / all : 0;
+}
+
 }  // namespace
 
 std::vector<ClassReport> report_classes(const ColorTable& colors) {
   std::vector<ClassReport> reports(colors.classes.size());
   std::vector<std::vector<float>> densities;
   for (const ColorClass& color : colors.classes) densities.push_back(lab_density(color.cells));
-  std::vector<double> off_ball(colors.classes.size() + 1, 0);
-  double all_background = 0;
-  for (const CellCount& cell : colors.background) {
-    off_ball[colors.table[cell.cell]] += cell.count;
-    all_background += cell.count;
-  }
+  const std::vector<double> off_ball = pixels_of_classes(colors.background, colors);
   for (std::size_t k = 0; k < reports.size(); ++k) {
     ClassReport& report = reports[k];
     const auto index = static_cast<ClassIndex>(k + 1);
     const std::vector<Sample> samples = samples_of(colors.classes[k].cells);
-    std::vector<double> given(reports.size() + 1, 0);
-    double all = 0;
-    for (const CellCount& cell : colors.classes[k].cells) {
-      given[colors.table[cell.cell]] += cell.count;
-      all += cell.count;
-    }
-    report.kept_fraction = all > 0 ? given[index] / all : 0;
+    const std::vector<double> given = pixels_of_classes(colors.classes[k].cells, colors);
+    report.kept_fraction = share_of(given, index);
     for (std::size_t other = 0; other < reports.size(); ++other) {
       if (other == k) continue;
       const std::string& name = colors.classes[other].name;
-      report.overlap[name] = all > 0 ? given[other + 1] / all : 0;
+      report.overlap[name] = share_of(given, other + 1);
       report.shared[name] = common_area(densities[k], densities[other]);
     }
-    report.background_fraction = all_background > 0 ? off_ball[index] / all_background : 0;
+    report.background_fraction = share_of(off_ball, index);
     report.chroma = median_chroma(samples);
     report.dissolves_at_chroma = report.chroma * fading_factor(colors, index, samples);
     report.light = light_tolerance(colors, index, samples);
@@ -162,7 +158,7 @@ ClassFindings judge_classes(const ColorTable& colors, const std::vector<ClassRep
             "{} and {} are hard to tell apart: they share {:.0f} % of their colours; pixels go to the "
             "one that has more of them",
             name, other_name, 100 * shared));
-      } else if (given >= 0.1 && shared < same_color_share && shared < warned_share) {
+      } else if (given >= 0.1 && shared < warned_share) {
         findings.warnings.push_back(fmt::format("{:.0f} % of {} goes to {}", 100 * given, name, other_name));
       }
     }

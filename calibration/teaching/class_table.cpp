@@ -113,6 +113,12 @@ std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes,
   return table;
 }
 
+std::vector<double> pixels_of_classes(const OccupiedCells& cells, const ColorTable& colors) {
+  std::vector<double> pixels(colors.classes.size() + 1, 0);
+  for (const CellCount& cell : cells) pixels[colors.table[cell.cell]] += cell.count;
+  return pixels;
+}
+
 void rebuild(ColorTable& colors) {
   std::vector<ClassEvidence> evidence;
   for (const ColorClass& color : colors.classes)

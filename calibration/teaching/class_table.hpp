@@ -37,6 +37,9 @@ double common_area(const std::vector<float>& a, const std::vector<float>& b);
 std::vector<ClassIndex> class_table(const std::vector<ClassEvidence>& classes,
                                     const OccupiedCells& background);
 
+/// How many of the counted pixels a table gives to no class, to class 1, and so on.
+std::vector<double> pixels_of_classes(const OccupiedCells& cells, const ColorTable& colors);
+
 /// Makes the table anew from what is stored of its classes and its background.
 void rebuild(ColorTable& colors);
 

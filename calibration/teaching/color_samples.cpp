@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "calibration/color/color_names.hpp"
 #include "calibration/color/color_space.hpp"
@@ -72,6 +73,11 @@ void count_cells(const cv::Mat& bgr, const cv::Mat& mask, CellCounts& counts) {
       if (!wanted || wanted[x]) ++counts[ColorTable::index(row[x][0], row[x][1], row[x][2])];
     }
   }
+}
+
+void cover(cv::Mat1b& off_balls, const RoundRegion& ball) {
+  cv::circle(off_balls, {cvRound(ball.center_px.x()), cvRound(ball.center_px.y())},
+             cvRound(1.15 * ball.radius_px + 2), cv::Scalar(0), cv::FILLED);
 }
 
 OccupiedCells occupied(const CellCounts& counts) {

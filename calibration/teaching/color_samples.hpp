@@ -27,6 +27,9 @@ int chroma_cell(double a, double b);
 using CellCounts = std::vector<std::uint32_t>;
 void count_cells(const cv::Mat& bgr, const cv::Mat& mask, CellCounts& counts);
 
+/// Covers a ball, with its blurred rim, in a mask of what lies off the balls.
+void cover(cv::Mat1b& off_balls, const RoundRegion& ball);
+
 /// The occupied ones of such counts, and back.
 OccupiedCells occupied(const CellCounts& counts);
 CellCounts all_counts(const OccupiedCells& cells);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "calibration/base/fault.hpp"
@@ -28,24 +27,25 @@ Survey survey(const std::vector<ColorPicture>& pictures, const RegionSearchOptio
     const ColorPicture& cleared = result.cleared.back();
     const RoundRegions found =
         pictures[i].searched ? *pictures[i].searched : find_round_regions(cleared.bgr, search);
-    for (BallCandidate& candidate : ball_candidates(cleared, i, found)) {
+    for (BallCandidate& candidate : ball_candidates(cleared, i, found))
       result.candidates.push_back(std::move(candidate));
-    }
     result.pictures.push_back({found.working, found.scale});
   }
   return result;
 }
 
-/// The groups of those candidates that lie in the pictures named.
-std::vector<ColorGroup> groups_in(const std::vector<std::size_t>& wanted, const Survey& seen) {
-  const std::set<std::size_t> indices(wanted.begin(), wanted.end());
-  CellCounts all(ColorTable::entries, 0);
-  for (const std::size_t i : indices) count_cells(seen.cleared[i].bgr, {}, all);
+std::vector<BallCandidate> candidates_in(const std::set<std::size_t>& wanted, const Survey& seen) {
   std::vector<BallCandidate> here;
-  for (const BallCandidate& candidate : seen.candidates) {
-    if (indices.count(candidate.picture)) here.push_back(candidate);
-  }
-  return color_groups(std::move(here), all);
+  for (const BallCandidate& candidate : seen.candidates)
+    if (wanted.count(candidate.picture)) here.push_back(candidate);
+  return here;
+}
+
+/// The groups of those candidates that lie in the pictures named.
+std::vector<ColorGroup> groups_in(const std::set<std::size_t>& wanted, const Survey& seen) {
+  CellCounts all(ColorTable::entries, 0);
+  for (const std::size_t i : wanted) count_cells(seen.cleared[i].bgr, {}, all);
+  return color_groups(candidates_in(wanted, seen), all);
 }
 
 /// Pixels off every ball (and off its blurred rim), of the pictures and of those that show none.
@@ -55,11 +55,8 @@ CellCounts background_of(const std::vector<ColorPicture>& pictures, const std::v
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     cv::Mat1b off(pictures[i].bgr.size(), 255);
     for (const ColorGroup& group : groups) {
-      for (const BallCandidate& ball : group.balls) {
-        if (ball.picture != i) continue;
-        const cv::Point center(cvRound(ball.region.center_px.x()), cvRound(ball.region.center_px.y()));
-        cv::circle(off, center, cvRound(1.15 * ball.region.radius_px + 2), cv::Scalar(0), cv::FILLED);
-      }
+      for (const BallCandidate& ball : group.balls)
+        if (ball.picture == i) cover(off, ball.region);
     }
     count_cells(pictures[i].bgr, off, counts);
   }
@@ -101,13 +98,7 @@ LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vect
   for (const ColorGroup& group : groups) {
     if (std::string doubt = doubt_about(group, pictures); !doubt.empty())
       result.doubts.push_back(std::move(doubt));
-    result.table.classes.push_back(
-        {group.word, group.samples.pixels.size(), chroma_histogram(group.samples), group.samples.cells()});
-    std::vector<LearntCircle>& circles = result.circles[group.word];
-    for (const BallCandidate& ball : group.balls) {
-      circles.push_back(
-          {ball.picture, 0, ball.region.center_px, ball.region.radius_px, ball.region.fit_ratio()});
-    }
+    add_class(result, group.word, group);
   }
   rebuild(result.table);
   return result;
@@ -137,13 +128,22 @@ void refuse_grey(const std::vector<ColorPicture>& pictures) {
 
 }  // namespace
 
+void add_class(LearntColors& colors, const std::string& name, const ColorGroup& group, bool of_video) {
+  colors.table.classes.push_back(
+      {name, group.samples.pixels.size(), chroma_histogram(group.samples), group.samples.cells()});
+  std::vector<LearntCircle>& circles = colors.circles[name];
+  for (const auto& [picture, region, samples] : group.balls)
+    circles.push_back({of_video ? 0 : picture, of_video ? static_cast<int>(picture) : 0, region.center_px,
+                       region.radius_px, region.fit_ratio()});
+}
+
 LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search,
                           const std::vector<ColorPicture>& background) {
   if (pictures.empty()) throw InputError("pictures", "none", "one or more pictures of balls");
   refuse_grey(pictures);
   Survey seen = survey(pictures, search);
-  std::vector<std::size_t> everywhere(pictures.size());
-  for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = i;
+  std::set<std::size_t> everywhere;
+  for (std::size_t i = 0; i < pictures.size(); ++i) everywhere.insert(i);
   std::vector<ColorGroup> groups = ball_groups(groups_in(everywhere, seen), pictures);
   leave_out_specks(groups);
   if (groups.size() > max_classes) groups.resize(max_classes);
@@ -166,17 +166,9 @@ LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
   Survey seen = survey(pictures, search);
   std::vector<ColorGroup> groups;
   for (const ClassRequest& request : requests) {
-    if (request.at) {
-      std::vector<BallCandidate> others;
-      for (const BallCandidate& candidate : seen.candidates) {
-        const auto& wanted = request.pictures;
-        if (std::find(wanted.begin(), wanted.end(), candidate.picture) != wanted.end())
-          others.push_back(candidate);
-      }
-      groups.push_back(pointed_group(request, others, pictures));
-    } else {
-      groups.push_back(chosen_group(request, groups_in(request.pictures, seen), pictures));
-    }
+    const std::set<std::size_t> wanted(request.pictures.begin(), request.pictures.end());
+    groups.push_back(request.at ? pointed_group(request, candidates_in(wanted, seen), pictures)
+                                : chosen_group(request, groups_in(wanted, seen), pictures));
     groups.back().word = request.name;
   }
   return finish(std::move(groups), std::move(seen), pictures, background);

@@ -54,6 +54,9 @@ struct LearntColors {
   std::vector<SearchedPicture> pictures;  ///< in the order of the pictures
 };
 
+/// Adds a class with the group's samples and circles, which are of a picture or, with `of_video`, of a frame.
+void add_class(LearntColors& colors, const std::string& name, const ColorGroup& group, bool of_video = false);
+
 /// Every colour whose regions are round becomes a class, named by its colour word; where several share a word
 /// the largest keeps it plain, the others are red_2, red_3 and so on. `background`: pictures without any
 /// ball. Throws Refusal when nothing round and coloured is seen; InputError for bad pictures.

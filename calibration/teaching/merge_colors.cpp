@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <set>
 
 #include "calibration/base/fault.hpp"
@@ -15,14 +16,16 @@ namespace {
 
 constexpr double same_class_share = 1.0 / 3;
 
-std::uint32_t capped_sum(std::uint32_t a, std::uint32_t b) {
+/// The second one rounded.
+std::uint32_t capped_sum(std::uint32_t a, double b) {
   return static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(std::uint64_t{a} + b, std::numeric_limits<std::uint32_t>::max()));
+      std::min<std::int64_t>(a + std::llround(b), std::numeric_limits<std::uint32_t>::max()));
 }
 
-OccupiedCells sum_of(const OccupiedCells& a, const OccupiedCells& b) {
+/// `a`, and that part of `b`'s counts, rounded.
+OccupiedCells sum_of(const OccupiedCells& a, const OccupiedCells& b, double part = 1) {
   CellCounts counts = all_counts(a);
-  for (const CellCount& cell : b) counts[cell.cell] = capped_sum(counts[cell.cell], cell.count);
+  for (const CellCount& cell : b) counts[cell.cell] = capped_sum(counts[cell.cell], part * cell.count);
   return occupied(counts);
 }
 
@@ -32,18 +35,14 @@ std::uint64_t total_of(const OccupiedCells& cells) {
   return total;
 }
 
-/// Adds a part of `other`'s counts, rounded.
+/// Adds a part of `other`'s counts.
 void unite(ColorClass& into, const ColorClass& other, double part) {
-  const auto share = [part](std::uint32_t count) {
-    return static_cast<std::uint32_t>(std::lround(part * count));
-  };
   into.samples += other.samples;
   for (std::size_t i = 0; i < into.histogram.counts.size(); ++i) {
-    into.histogram.counts[i] = capped_sum(into.histogram.counts[i], share(other.histogram.counts[i]));
+    std::uint32_t& count = into.histogram.counts[i];
+    count = capped_sum(count, part * other.histogram.counts[i]);
   }
-  CellCounts counts(ColorTable::entries, 0);
-  for (const CellCount& cell : other.cells) counts[cell.cell] = share(cell.count);
-  into.cells = sum_of(into.cells, occupied(counts));
+  into.cells = sum_of(into.cells, other.cells, part);
 }
 
 /// All tables' classes of that name as one. A table is made from densities, so that what a lesson of one
@@ -70,12 +69,9 @@ ColorClass united(const std::string& name, const std::vector<ColorTable>& tables
 
 /// The part of a class's pixels that a table gives to any class.
 double kept(const ColorClass& color, const ColorTable& table) {
-  double all = 0, given = 0;
-  for (const CellCount& cell : color.cells) {
-    all += cell.count;
-    if (table.table[cell.cell] != no_class) given += cell.count;
-  }
-  return all > 0 ? given / all : 1;
+  const std::vector<double> pixels = pixels_of_classes(color.cells, table);
+  const double all = std::accumulate(pixels.begin(), pixels.end(), 0.0);
+  return all > 0 ? (all - pixels[no_class]) / all : 1;
 }
 
 /// One class is one connected group of chromas: what was taught under one name must be one colour.

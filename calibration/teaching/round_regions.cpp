@@ -162,6 +162,13 @@ void find_mask(const cv::Mat3f& lab, RoundRegion& region) {
   region.mask = ball_pixels(lab(box), e.color);
 }
 
+/// The most likely ball first.
+void sort_by_likelihood(std::vector<RoundRegion>& regions) {
+  std::stable_sort(regions.begin(), regions.end(), [](const RoundRegion& a, const RoundRegion& b) {
+    return a.evidence.log_odds() > b.evidence.log_odds();
+  });
+}
+
 /// What has many of its colour and size is a part of their pattern: a wall's tiles, a fabric's dots.
 void count_alike(std::vector<RoundRegion>& regions) {
   constexpr double same_size = 1.3, same_color = 15, most_balls = 10;  // Lab
@@ -173,9 +180,7 @@ void count_alike(std::vector<RoundRegion>& regions) {
     });
     region.evidence.pattern = weight * std::max(0.0, std::log(static_cast<double>(alike) / most_balls));
   }
-  std::stable_sort(regions.begin(), regions.end(), [](const RoundRegion& a, const RoundRegion& b) {
-    return a.evidence.log_odds() > b.evidence.log_odds();
-  });
+  sort_by_likelihood(regions);
 }
 
 }  // namespace
@@ -259,9 +264,7 @@ RoundRegions find_round_regions(const cv::Mat& bgr, const RegionSearchOptions& s
       keep(e, true);
     }
   }
-  std::stable_sort(found.begin(), found.end(), [](const RoundRegion& a, const RoundRegion& b) {
-    return a.evidence.log_odds() > b.evidence.log_odds();
-  });
+  sort_by_likelihood(found);
   for (RoundRegion& region : found) {
     const bool taken =
         std::any_of(result.regions.begin(), result.regions.end(), [&](const RoundRegion& other) {
