@@ -30,6 +30,12 @@ cv::Vec3f at(const cv::Mat3f& lab, double x, double y) {
   return (1 - fy) * ((1 - fx) * upper[0] + fx * upper[1]) + fy * ((1 - fx) * lower[0] + fx * lower[1]);
 }
 
+/// The pixel at a place; null outside the picture.
+const cv::Vec3f* pixel_at(const cv::Mat3f& lab, const Eigen::Vector2d& place_px) {
+  const cv::Point p(cvRound(place_px.x()), cvRound(place_px.y()));
+  return cv::Rect({0, 0}, lab.size()).contains(p) ? &lab(p) : nullptr;
+}
+
 const std::array<Eigen::Vector2d, ray_count>& directions() {
   static const auto result = [] {
     std::array<Eigen::Vector2d, ray_count> rays;
@@ -135,9 +141,7 @@ class Belonging {
         const double part = (i / 2 + 0.5) / steps,
                      reach = i % 2 ? around + (outer - around) * part : inner * part;
         if (!(i % 2 ? sampled_.around : sampled_.inside)[k] || reach < sampled_.nearest) continue;
-        const Eigen::Vector2d p = circle.center_px + reach * ray;
-        const int x = cvRound(p.x()), y = cvRound(p.y());
-        if (x >= 0 && y >= 0 && x < lab.cols && y < lab.rows) visit(lab(y, x), i % 2, reach);
+        if (const cv::Vec3f* c = pixel_at(lab, circle.center_px + reach * ray)) visit(*c, i % 2, reach);
       }
     }
   }
@@ -172,12 +176,8 @@ double difference_of_cover(const cv::Mat3f& lab, const Outline& circle, const Li
     int samples = 0;
     double alike = 0;
     for (const double reach : {0.65, 0.75, 0.85}) {
-      const Eigen::Vector2d p =
-          circle.center_px + reach * circle.radius_px * (circle.shape * directions()[k]);
-      const int x = cvRound(p.x()), y = cvRound(p.y());
-      if (x < 0 || y < 0 || x >= lab.cols || y >= lab.rows) continue;
-      alike += like(lab(y, x));
-      ++samples;
+      const Eigen::Vector2d ray = reach * circle.radius_px * (circle.shape * directions()[k]);
+      if (const cv::Vec3f* c = pixel_at(lab, circle.center_px + ray)) alike += like(*c), ++samples;
     }
     if (samples > 0) (alike < alike_enough * samples ? covered : seen).set(k);
   }
@@ -334,7 +334,7 @@ void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& 
     x = normal.ldlt().solve(right);
     Samples<double> off;
     for (std::size_t i = 0; i < light.size(); ++i) off.push_back(std::abs(light[i] - x.dot(normals[i])));
-    const double scale = 3 * 1.4826 * upper_median(off) + 1e-4;
+    const double scale = 3 * sigma_of_median * upper_median(off) + 1e-4;
     for (std::size_t i = 0; i < light.size(); ++i) {
       const double z = (light[i] - x.dot(normals[i])) / scale;
       weight[i] = 1 / ((1 + z * z) * (1 + z * z));
