@@ -92,27 +92,6 @@ TEST(FrayedRegion, ABallWhoseColorEndsWellInsideIsFoundByTheOutlineThatEnclosesI
   EXPECT_LE(others, 2);  // the coloured core, where it is a disc itself
 }
 
-// As where the light is so dim that its lit part alone has the colour: that part is round, too.
-TEST(FrayedRegion, TheBorderOfABallsLitPartIsNotItsOutline) {
-  const auto lit = test::red_and_green();
-  auto colors = std::make_shared<ColorTable>(*lit);
-  for (std::size_t i = 0; i < colors->table.size(); ++i)
-    if ((i >> 12) < 42) colors->table[i] = no_class;  // red below 168
-  Detector detector(std::make_shared<const RayTable>(test::pinhole(size, 400)), colors, {});
-  int found = 0, others = 0;
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    RandomEngine engine = random_stream(seed, "lit_part");
-    const Scene scene{{uniform(engine, 60, 260), uniform(engine, 60, 180)}, uniform(engine, 20, 45)};
-    cv::Mat bgr = test::grey_picture();
-    test::paint_shaded_disc(bgr, scene.center_px, scene.radius_px, test::red);
-    cv::GaussianBlur(bgr, bgr, {}, 0.8);
-    for (const BallObservation& ball : detector.detect(bgr))
-      ++(is_at(ball.outline, scene) ? found : others);
-  }
-  EXPECT_GE(found, 18);
-  EXPECT_EQ(others, 0);
-}
-
 TEST(FrayedRegion, TheStagesShowTheEdgesOfTheOutlineThatWasFound) {
   Detector detector = test::detector_for(test::pinhole(size, 400));
   int shown = 0;
