@@ -174,8 +174,8 @@ bool BallVerifier::fit_seen(const ClassView& view, const SecondLook::Look& look,
   const double alpha_rad = fitted.cone.alpha_rad * look.radius_px / fitted.outline.radius_px;
   fit_near(view, {axis->normalized(), alpha_rad}, most_off_alone * look.radius_px, min_frayed_edge, seen_);
   if (!seen_.is_fitted || radii_off(look, seen_.fit.ball.outline) > most_off_arc) return false;
-  if (is_seen_ball(view, seen_)) seen_.verdict.reason = nullptr;
-  if (!seen_.is_ball()) return false;
+  if (!seen_.is_ball() && !is_seen_ball(view, seen_)) return false;
+  seen_.verdict.reason = nullptr;
   seen_.log_odds = look.log_odds;
   std::swap(candidate, seen_);
   return true;
