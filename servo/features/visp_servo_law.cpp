@@ -11,7 +11,7 @@ namespace ballservo {
 namespace {
 
 // Beyond it vpServo's pseudo-inverse would take the smaller of the two singular values for 0.
-constexpr double max_distance_m = 1e6;
+constexpr double farthest_ball_m = 1e6;
 
 vpHomogeneousMatrix to_visp(const Eigen::Isometry3d& X) {
   vpHomogeneousMatrix M;
@@ -45,7 +45,7 @@ VispServoLaw::VispServoLaw(double gain_per_s, const CameraMount& mount,
 VispServoLaw::~VispServoLaw() { task_.kill(); }
 
 std::optional<LawOutput> VispServoLaw::command(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& v_CB) {
-  if (!p_CB.allFinite() || !v_CB.allFinite() || p_CB.norm() >= max_distance_m) return std::nullopt;
+  if (!p_CB.allFinite() || !v_CB.allFinite() || p_CB.norm() >= farthest_ball_m) return std::nullopt;
   if (ahead_of_axle_m(mount_, p_CB) < min_ahead_m || !features_->look_at(p_CB)) return std::nullopt;
   vpColVector u = task_.computeControlLaw();
   if (!v_CB.isZero(0.0)) {

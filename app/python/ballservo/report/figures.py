@@ -14,7 +14,7 @@ COLUMN_MM, MOST_TICKS = 85, 6
 STYLE = {"figure.figsize": (COLUMN_MM / 25.4, COLUMN_MM / 25.4), "font.size": 8, "axes.titlesize": 8,
          "axes.labelsize": 8, "xtick.labelsize": 7, "ytick.labelsize": 7, "legend.fontsize": 7, "lines.linewidth": 1.2,
          "lines.markersize": 4, "axes.linewidth": 0.6, "grid.linewidth": 0.5, "xtick.major.width": 0.6,
-         "ytick.major.width": 0.6, "pdf.fonttype": 42}
+         "ytick.major.width": 0.6, "pdf.fonttype": 42, "figure.facecolor": "white", "axes.facecolor": "white"}
 SCRIPT = '''{says}
 # Draws {name}.svg and {name}.pdf beside it, from the results above. Change the function as you like.
 from ballservo.report.figures import redraw

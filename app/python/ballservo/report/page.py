@@ -16,6 +16,7 @@ import jinja2
 import matplotlib
 import numpy as np
 from markupsafe import Markup, escape
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
@@ -37,7 +38,8 @@ matplotlib.rcParams.update({
     "axes.grid": True, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
     "grid.color": INK, "grid.alpha": 0.15, "legend.frameon": False, "legend.fontsize": 10, "lines.linewidth": 1.7,
     "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK,
-    "figure.constrained_layout.use": True, "figure.figsize": (20, 20)})
+    "figure.facecolor": "none", "axes.facecolor": "none", "figure.constrained_layout.use": True,
+    "figure.figsize": (20, 20)})
 warnings.simplefilter("ignore")
 
 # What neither XML nor a terminal should be handed: control characters, halves of surrogate pairs.
@@ -211,8 +213,9 @@ class Drawing:
     def markup(self):
         """Text stays text, colours follow the page, no name refers to the network."""
         text = io.StringIO()
-        self.plot.figure.savefig(text, format="svg", transparent=True,
-                                 metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+        # The canvas itself, as savefig draws everything once more only to lay it out.
+        FigureCanvasSVG(self.plot.figure).print_svg(
+            text, metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
         svg = text.getvalue()
         own = f"f{zlib.crc32(svg.encode()):x}-"  # names within a page are unique
         svg = svg[svg.index("<svg"):].replace(INK, "currentColor").replace("xlink:href", "href")
