@@ -28,18 +28,6 @@ double ball_share(const BallCone& cone, const PixelRays& rays, double x, double 
   return half_plane_share(inside_rad / slope, slope_x / slope, slope_y / slope, side);
 }
 
-/// Where in each cell its surface sample lies: 16 points of which no two share a row or column of sixteenths.
-constexpr std::array<std::array<double, 2>, pixel_cells* pixel_cells> cell_offsets = [] {
-  std::array<std::array<double, 2>, pixel_cells * pixel_cells> offsets{};
-  for (int j = 0; j < pixel_cells; ++j) {
-    for (int i = 0; i < pixel_cells; ++i) {
-      offsets[static_cast<std::size_t>(j * pixel_cells + i)] = {(j + 0.5) / pixel_cells,
-                                                                (i + 0.5) / pixel_cells};
-    }
-  }
-  return offsets;
-}();
-
 void find_near_balls(const std::vector<BallCone>& cones, const PixelRays& rays, double reach_rad,
                      std::vector<NearBall>& found) {
   found.clear();
@@ -94,13 +82,14 @@ class PixelSurfaces {
   std::ptrdiff_t count_ = 0;
 };
 
-/// The unit rays of the samples from `first` on.
+/// The unit rays of the samples from `first` on, one in each cell: no two share a row or a column of
+/// sixteenths.
 Triples sample_rays(const PixelRays& rays, int first) {
   Floats x{}, y{};
   for (int k = 0; k < lanes; ++k) {
-    const auto& offset = cell_offsets[static_cast<std::size_t>(first + k)];
-    x[k] = static_cast<float>(((first + k) % pixel_cells + offset[0]) / pixel_cells);
-    y[k] = static_cast<float>(((first + k) / pixel_cells + offset[1]) / pixel_cells);
+    const int i = (first + k) % pixel_cells, j = (first + k) / pixel_cells;
+    x[k] = static_cast<float>((i + (j + 0.5) / pixel_cells) / pixel_cells);
+    y[k] = static_cast<float>((j + (i + 0.5) / pixel_cells) / pixel_cells);
   }
   const auto along = [&](int axis) {
     return static_cast<float>(rays.base[axis]) + x * static_cast<float>(rays.along_x[axis]) +

@@ -65,18 +65,6 @@ double hit_disc(const Eigen::Vector3d& o, const Eigen::Vector3d& d, double radiu
   return y * y + z * z <= radius * radius ? t : no_hit;
 }
 
-/// A face of a box, an end of a cylinder or a side of a disc: its normal's axis, on which side of the middle
-/// it lies, and the axes of its surface coordinates.
-struct FacePlane {
-  int axis, u, v;
-  double sign;
-};
-
-FacePlane face_plane(int face) {
-  const int axis = face / 2;
-  return {axis, axis == 0 ? 1 : 0, axis == 2 ? 1 : 2, face % 2 == 1 ? 1.0 : -1.0};
-}
-
 bool is_side(const SceneSolid& solid, int face) {
   return solid.kind == SceneSolid::Kind::cylinder && face == 0;
 }
@@ -205,15 +193,15 @@ double hit_solid(const SceneSolid& solid, const Eigen::Vector3d& origin, const E
   return no_hit;
 }
 
-void describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& direction,
-                  SurfaceHit& hit, int& face) {
+int describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& direction,
+                 SurfaceHit& hit) {
   const Eigen::Vector3d q = to_solid(solid, p - solid.center);
   Eigen::Vector3d normal, u_axis, v_axis;
+  int face = 0;
   const double radial = std::hypot(q.x(), q.y());
   // On a cylinder's rim both are near zero; the nearer surface counts.
   const bool end = solid.half.z() - std::abs(q.z()) < solid.half.x() - radial;
   if (solid.kind == SceneSolid::Kind::cylinder && !end) {
-    face = 0;
     normal = Eigen::Vector3d(q.x(), q.y(), 0) / std::max(radial, 1e-12);
     u_axis = {-normal.y(), normal.x(), 0};
     v_axis = {0, 0, 1};
@@ -233,6 +221,7 @@ void describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen
   hit.normal = from_solid(solid, normal);
   hit.u_axis = from_solid(solid, u_axis);
   hit.v_axis = from_solid(solid, v_axis);
+  return face;
 }
 
 }  // namespace ballservo

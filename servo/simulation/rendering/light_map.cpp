@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include "servo/simulation/rendering/scene.hpp"
@@ -15,55 +14,9 @@ constexpr double cell_m = 0.04;
 constexpr int most_cells = 400;   // along a side
 constexpr int around_cells = 64;  // at least, around a cylinder
 
-/// A surface to be lit.
-struct LitSurface {
-  Eigen::Vector2d low_m{0, 0}, high_m{0, 0};  // in surface coordinates
-  Eigen::Vector2i least_cells{1, 1};
-  int solid = -1;
-  /// The point and the normal there.
-  std::function<std::pair<Eigen::Vector3d, Eigen::Vector3d>(const Eigen::Vector2d& uv_m)> place;
-};
-
-LitSurface lit_surface(const Room& room, int surface) {
-  const SurfaceAxes& axes = surface_axes[static_cast<std::size_t>(surface / 2)];
-  const Eigen::Vector3d low = room.low_m(), high = room.high_m();
-  const bool high_end = surface % 2 == 1;
-  const Eigen::Vector3d normal = Eigen::Vector3d::Unit(axes.normal) * (high_end ? -1.0 : 1.0);
-  const double level_m = (high_end ? high : low)[axes.normal];
-  LitSurface lit;
-  lit.low_m = {low[axes.u], low[axes.v]};
-  lit.high_m = {high[axes.u], high[axes.v]};
-  lit.place = [axes, normal, level_m](const Eigen::Vector2d& uv_m) {
-    Eigen::Vector3d p;
-    p[axes.u] = uv_m.x();
-    p[axes.v] = uv_m.y();
-    p[axes.normal] = level_m;
-    return std::pair(p, normal);
-  };
-  return lit;
-}
-
-LitSurface lit_surface(const SceneSolid& solid, int index, int face) {
-  const Eigen::Vector2d half_m = half_extent_of_face(solid, face);
-  LitSurface lit;
-  lit.low_m = -half_m;
-  lit.high_m = half_m;
-  lit.solid = index;
-  if (solid.kind == SceneSolid::Kind::cylinder && face == 0) lit.least_cells.x() = around_cells;
-  lit.place = [&solid, face](const Eigen::Vector2d& uv_m) { return place_on_face(solid, face, uv_m); };
-  return lit;
-}
-
 bool has_face(const SceneSolid& solid, int face) {
-  switch (solid.kind) {
-    case SceneSolid::Kind::box:
-      return true;
-    case SceneSolid::Kind::cylinder:
-      return face == 0 || face >= 4;
-    case SceneSolid::Kind::disc:
-      return face < 2;
-  }
-  return false;
+  if (solid.kind == SceneSolid::Kind::cylinder) return face == 0 || face >= 4;
+  return solid.kind == SceneSolid::Kind::box || face < 2;
 }
 
 }  // namespace
@@ -74,33 +27,51 @@ LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
   const Scene scene(still, 0);
   grids_.resize(8 * (1 + scene.solids().size()));
   if (lamps_ == 0) return;
-  const auto light_up = [&](int surface, const LitSurface& lit) {
+  // `place` gives the point and the normal there, in world axes, of surface coordinates within `extent_m`.
+  const auto light_up = [&](int surface, const Eigen::AlignedBox2d& extent_m, int least_columns,
+                            const auto& place) {
     if (!is_plainly_lit(scene.material_of(surface))) return;
     Grid& grid = grids_[static_cast<std::size_t>(surface)];
-    grid.origin_m = lit.low_m;
-    const Eigen::Vector2d extent = lit.high_m - lit.low_m;
+    grid.origin_m = extent_m.min();
+    const Eigen::Vector2d sides_m = extent_m.sizes();
     const auto count = [](double length, int least) {
       return std::clamp(static_cast<int>(std::ceil(length / cell_m)), least, most_cells) + 1;
     };
-    const int columns = count(extent.x(), lit.least_cells.x()), rows = count(extent.y(), lit.least_cells.y());
-    grid.cells_per_m = {(columns - 1) / extent.x(), (rows - 1) / extent.y()};
+    const int columns = count(sides_m.x(), least_columns), rows = count(sides_m.y(), 1);
+    grid.cells_per_m = {(columns - 1) / sides_m.x(), (rows - 1) / sides_m.y()};
     grid.shares.assign((lamps_ + 3) / 4, QuadGrid(columns, rows));
     tbb::parallel_for(0, rows, [&](int row) {
       for (int column = 0; column < columns; ++column) {
         const auto [p, normal] =
-            lit.place(grid.origin_m + Eigen::Vector2d(column, row).cwiseQuotient(grid.cells_per_m));
+            place(grid.origin_m + Eigen::Vector2d(column, row).cwiseQuotient(grid.cells_per_m));
         for (std::size_t k = 0; k < lamps_; ++k) {
           grid.shares[k / 4].cell(column, row)[k % 4] =
-              static_cast<float>(scene.lamp_share(k, p, normal, lit.solid));
+              static_cast<float>(scene.lamp_share(k, p, normal, solid_of(surface)));
         }
       }
     });
   };
-  for (int surface = 0; surface < 6; ++surface) light_up(surface, lit_surface(world.room, surface));
-  for (int k = 0; k < static_cast<int>(scene.solids().size()); ++k) {
-    const SceneSolid& solid = scene.solids()[static_cast<std::size_t>(k)];
-    for (int face = 0; face < 6; ++face)
-      if (has_face(solid, face)) light_up(8 * (k + 1) + face, lit_surface(solid, k, face));
+  const Eigen::Vector3d low_m = world.room.low_m(), high_m = world.room.high_m();
+  for (int face = 0; face < 6; ++face) {
+    const FacePlane plane = face_plane(face);
+    const Eigen::Vector2d low_uv_m(low_m[plane.u], low_m[plane.v]),
+        high_uv_m(high_m[plane.u], high_m[plane.v]);
+    light_up(face, {low_uv_m, high_uv_m}, 1, [&](const Eigen::Vector2d& uv_m) {
+      Eigen::Vector3d p = plane.sign > 0 ? high_m : low_m;
+      p[plane.u] = uv_m.x();
+      p[plane.v] = uv_m.y();
+      return std::pair<Eigen::Vector3d, Eigen::Vector3d>(p, -plane.sign * Eigen::Vector3d::Unit(plane.axis));
+    });
+  }
+  for (std::size_t k = 0; k < scene.solids().size(); ++k) {
+    const SceneSolid& solid = scene.solids()[k];
+    for (int face = 0; face < 6; ++face) {
+      if (!has_face(solid, face)) continue;
+      const Eigen::Vector2d half_m = half_extent_of_face(solid, face);
+      const bool around = solid.kind == SceneSolid::Kind::cylinder && face == 0;
+      light_up(8 * (static_cast<int>(k) + 1) + face, {-half_m, half_m}, around ? around_cells : 1,
+               [&](const Eigen::Vector2d& uv_m) { return place_on_face(solid, face, uv_m); });
+    }
   }
 }
 

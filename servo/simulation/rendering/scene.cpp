@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -57,9 +56,9 @@ Floats room_openness(const Room& room, int surface, const Triples& p) {
   const auto between = [](Floats x, double low, double high) {
     return min(x - static_cast<float>(low), static_cast<float>(high) - x);
   };
-  return corner_light(
-      surface <= 1 ? min(between(p.x, room.x_min_m, room.x_max_m), between(p.y, room.y_min_m, room.y_max_m))
-                   : between(p.z, 0, room.height_m));
+  return corner_light(surface >= floor_face ? min(between(p.x, room.x_min_m, room.x_max_m),
+                                                  between(p.y, room.y_min_m, room.y_max_m))
+                                            : between(p.z, 0, room.height_m));
 }
 
 /// The sides of the patches that pixels see of a surface: longer in the direction of view, the flatter the
@@ -113,18 +112,16 @@ SurfaceHit Scene::hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector
   }
   const Eigen::Vector3d p = origin + hit.t * direction;
   if (nearest >= 0) {
-    int face = 0;
-    describe_hit(solids_[static_cast<std::size_t>(nearest)], p, direction, hit, face);
-    hit.surface = 8 + 8 * nearest + face;
+    hit.surface =
+        8 + 8 * nearest + describe_hit(solids_[static_cast<std::size_t>(nearest)], p, direction, hit);
   } else {
-    const int pair = hit.t == leaves.z() ? 0 : hit.t == leaves.x() ? 1 : 2;
-    const SurfaceAxes& axes = surface_axes[static_cast<std::size_t>(pair)];
-    const bool high_end = direction[axes.normal] > 0;
-    hit.surface = 2 * pair + (high_end ? 1 : 0);
-    hit.normal = Eigen::Vector3d::Unit(axes.normal) * (high_end ? -1.0 : 1.0);
-    hit.uv_m = {p[axes.u], p[axes.v]};
-    hit.u_axis = Eigen::Vector3d::Unit(axes.u);
-    hit.v_axis = Eigen::Vector3d::Unit(axes.v);
+    const int axis = hit.t == leaves.z() ? 2 : hit.t == leaves.x() ? 0 : 1;
+    hit.surface = 2 * axis + (direction[axis] > 0 ? 1 : 0);
+    const FacePlane plane = face_plane(hit.surface);
+    hit.normal = -plane.sign * Eigen::Vector3d::Unit(axis);
+    hit.uv_m = {p[plane.u], p[plane.v]};
+    hit.u_axis = Eigen::Vector3d::Unit(plane.u);
+    hit.v_axis = Eigen::Vector3d::Unit(plane.v);
   }
   return hit;
 }
@@ -259,8 +256,8 @@ Floats Scene::openness_beside_balls(const Triples& p, const Triples& normal) con
 }
 
 const Material& Scene::material_of(int surface) const {
-  if (surface >= 8) return solids_[static_cast<std::size_t>(surface / 8 - 1)].material;
-  return surface == 0 ? room_.floor : surface == 1 ? room_.ceiling : room_.wall;
+  if (surface >= 8) return solids_[static_cast<std::size_t>(solid_of(surface))].material;
+  return surface == floor_face ? room_.floor : surface == ceiling_face ? room_.ceiling : room_.wall;
 }
 
 bool Scene::light_is_mapped(int surface) const {
@@ -278,9 +275,9 @@ BALLSERVO_WIDE SurfaceHits Scene::hit_surfaces(const Eigen::Vector3d& origin, co
   SurfaceHits hits;
   hits.t = min(min(tx, ty), tz);
   const Ints zero{};
-  const auto side = [&](Floats direction, int low) { return zero + low - (direction > 0.0f); };
+  const auto side = [&](Floats direction, int axis) { return zero + 2 * axis - (direction > 0.0f); };
   hits.surface =
-      hits.t == tz ? side(directions.z, 0) : (hits.t == tx ? side(directions.x, 2) : side(directions.y, 4));
+      hits.t == tz ? side(directions.z, 2) : (hits.t == tx ? side(directions.x, 0) : side(directions.y, 1));
   for (const int k : candidates) hit_solid(solids_[static_cast<std::size_t>(k)], k, origin, directions, hits);
   return hits;
 }
@@ -288,13 +285,13 @@ BALLSERVO_WIDE SurfaceHits Scene::hit_surfaces(const Eigen::Vector3d& origin, co
 SurfacePoints Scene::points_of(int surface, const Floats& t, const Eigen::Vector3d& origin,
                                const Triples& directions) const {
   if (surface >= 8)
-    return points_of_face(solids_[static_cast<std::size_t>(surface / 8 - 1)], surface % 8, origin, t,
+    return points_of_face(solids_[static_cast<std::size_t>(solid_of(surface))], surface % 8, origin, t,
                           directions);
-  const SurfaceAxes& axes = surface_axes[static_cast<std::size_t>(surface / 2)];
+  const FacePlane plane = face_plane(surface);
   const Floats ways[] = {directions.x, directions.y, directions.z};
   const auto place = [&](int axis) { return static_cast<float>(origin[axis]) + t * ways[axis]; };
-  const Eigen::Vector3d normal = Eigen::Vector3d::Unit(axes.normal) * (surface % 2 == 1 ? -1.0 : 1.0);
-  return {{place(axes.u), place(axes.v)}, ways[axes.normal], ways[axes.u], ways[axes.v], spread(normal)};
+  const Eigen::Vector3d normal = -plane.sign * Eigen::Vector3d::Unit(plane.axis);
+  return {{place(plane.u), place(plane.v)}, ways[plane.axis], ways[plane.u], ways[plane.v], spread(normal)};
 }
 
 Triples Scene::shade_mapped(int surface, const Floats& t, const Eigen::Vector3d& origin,
@@ -336,24 +333,23 @@ BALLSERVO_WIDE void Scene::shade_surfaces(const SurfaceHits& hits, const Eigen::
 
 Rgb Scene::shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin,
                          const Eigen::Vector3d& direction, double pixel_rad) const {
-  const bool of_room = hit.surface < 8;
   const Eigen::Vector3d p = origin + hit.t * direction;
   Triples colors;
   Ints shaded;
   shade_surfaces({spread(hit.t), Ints{} + hit.surface}, origin, spread(direction), pixel_rad, true, colors,
                  shaded);
   if (any(shaded)) return {colors.x[0], colors.y[0], colors.z[0]};
-  const int own_solid = of_room ? -1 : (hit.surface - 8) / 8;
   const Material& material = material_of(hit.surface);
   const Pairs patch_m = seen_patches(spread(pixel_rad * hit.t), spread(hit.normal.dot(direction)),
                                      spread(direction.dot(hit.u_axis)), spread(direction.dot(hit.v_axis)));
   const Rgb albedo = texture_color(material.texture, hit.uv_m, {patch_m.u[0], patch_m.v[0]});
   if (material.luminous) return albedo;
 
-  const Floats corner = of_room ? room_openness(room_, hit.surface, spread(p)) : spread(1.0f);
+  const Floats corner = hit.surface < 8 ? room_openness(room_, hit.surface, spread(p)) : spread(1.0f);
   const auto openness =
       static_cast<double>((corner * openness_beside_balls(spread(p), spread(hit.normal)))[0]);
-  return reflected(material, albedo, p, hit.normal, -direction, ambient_ * openness, -1, own_solid);
+  return reflected(material, albedo, p, hit.normal, -direction, ambient_ * openness, -1,
+                   solid_of(hit.surface));
 }
 
 Rgb Scene::shade_ball(int index, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {

@@ -37,7 +37,7 @@ struct SceneSolid {
 /// Where a ray meets a surface.
 struct SurfaceHit {
   double t = 0;
-  int surface = -1;  ///< 0-5: floor, ceiling, walls; then 8 + 8 * solid + face. Negative: nothing
+  int surface = -1;  ///< 0-5: the room's faces; then 8 + 8 * solid + face. Negative: nothing
   Eigen::Vector3d normal{0, 0, 1};
   Eigen::Vector2d uv_m{0, 0};  ///< surface coordinates for the texture
   Eigen::Vector3d u_axis{1, 0, 0}, v_axis{0, 1, 0};
@@ -61,12 +61,21 @@ Triples spread(const Eigen::Matrix<Scalar, 3, 1>& v) {
   return {spread(v.x()), spread(v.y()), spread(v.z())};
 }
 
-/// Of the room's surfaces 2 k and 2 k + 1 (at the low and the high end of the normal): the world's axes along
-/// which the surface coordinates u and v run, and the axis of the normal.
-struct SurfaceAxes {
-  int u, v, normal;
+/// Of the flat faces of the room (in the world's axes) and of the solids (in their own): -x +x -y +y -z +z.
+/// The axis across the face, on which side of the middle it lies, and the axes along which its surface
+/// coordinates run. Normals point outwards for solids, inwards for the room.
+struct FacePlane {
+  int axis, u, v;
+  double sign;
 };
-inline constexpr std::array<SurfaceAxes, 3> surface_axes{{{0, 1, 2}, {1, 2, 0}, {0, 2, 1}}};
+constexpr FacePlane face_plane(int face) {
+  const int axis = face / 2;
+  return {axis, axis == 0 ? 1 : 0, axis == 2 ? 1 : 2, face % 2 == 1 ? 1.0 : -1.0};
+}
+constexpr int floor_face = 4, ceiling_face = 5;  ///< of the room
+
+/// The solid to which a surface belongs; -1: the room.
+constexpr int solid_of(int surface) { return surface / 8 - 1; }
 
 /// Points on the unit disc, spread evenly (Vogel, Mathematical Biosciences 1979).
 template <std::size_t count>
@@ -88,10 +97,10 @@ inline constexpr double no_hit = std::numeric_limits<double>::infinity();
 /// Distance along the ray to a solid's surface, `no_hit` where it misses it or starts inside.
 double hit_solid(const SceneSolid& solid, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
 
-/// Face (0-5: -x +x -y +y -z +z of its own frame; cylinders: 0 the side, 4 and 5 the ends), normal and
-/// surface coordinates of a point on the solid.
-void describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& direction,
-                  SurfaceHit& hit, int& face);
+/// The face on which a point of the solid lies (of a cylinder 0 is the side); `hit` is told its normal and
+/// the surface coordinates.
+int describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& direction,
+                 SurfaceHit& hit);
 
 /// Of many rays: `nearest` becomes solid `index` where they meet it first.
 void hit_solid(const SceneSolid& solid, int index, const Eigen::Vector3d& origin, const Triples& directions,
