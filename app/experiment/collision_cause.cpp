@@ -64,8 +64,7 @@ std::size_t first_remembered(const std::vector<StepRecord>& steps, double memory
   double motion_s = 0;
   std::size_t k = steps.size() - 1;
   for (; k > 0 && motion_s <= memory_s; --k) {
-    const Twist2& twist = steps[k].twist;
-    if (twist.v_mps != 0 || twist.w_radps != 0) motion_s += steps[k].time_s - steps[k - 1].time_s;
+    if (!steps[k].twist.rests()) motion_s += steps[k].time_s - steps[k - 1].time_s;
   }
   return k;
 }
@@ -115,8 +114,7 @@ bool odometry_exceeded(const Scenario& scenario, const std::vector<StepRecord>& 
     const Eigen::Vector2d p_now = in_robot_frame(end.pose, p);
     double path_m = 0, turn_rad = 0;
     for (std::size_t k = steps.size() - 1; k-- > first;) {
-      path_m += std::hypot(steps[k + 1].odometry.x_m - steps[k].odometry.x_m,
-                           steps[k + 1].odometry.y_m - steps[k].odometry.y_m);
+      path_m += distance_m(steps[k].odometry, steps[k + 1].odometry);
       turn_rad += std::abs(wrap_angle(steps[k + 1].odometry.yaw_rad - steps[k].odometry.yaw_rad));
       const Eigen::Vector2d p_then = in_robot_frame(steps[k].pose, p);
       const Eigen::Vector2d p_believed =
@@ -142,8 +140,8 @@ bool drive_strayed(const Scenario& scenario, const std::vector<StepRecord>& step
       predictor.add_command(step.time_s + scenario.robot.actuation_delay_s - span_s, step.control.command);
     }
     const Pose2 foretold = predictor.predict(from->time_s, {from->pose, from->twist}).pose;
-    const double error_m = std::hypot(foretold.x_m - end.pose.x_m, foretold.y_m - end.pose.y_m) +
-                           corner_m * std::abs(wrap_angle(foretold.yaw_rad - end.pose.yaw_rad));
+    const double error_m =
+        distance_m(end.pose, foretold) + corner_m * std::abs(wrap_angle(foretold.yaw_rad - end.pose.yaw_rad));
     if (error_m > drive_model_m) return true;
   }
   return false;

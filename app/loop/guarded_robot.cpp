@@ -36,7 +36,7 @@ void GuardedRobot::guard_now() {
 }
 
 bool GuardedRobot::passes(const Twist2& twist, double now_s) const {
-  if (twist.v_mps == 0.0 && twist.w_radps == 0.0) return true;
+  if (twist.rests()) return true;
   const GuardVerdict verdict = guard(now_s, stamps_, options_);
   return !verdict.stop && (verdict.forward || twist.v_mps <= 0.0) && (verdict.backward || twist.v_mps >= 0.0);
 }

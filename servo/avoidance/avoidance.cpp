@@ -27,8 +27,7 @@ Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limi
 
 void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses) {
   if (pose_) {
-    way_m_ += std::hypot(pose.x_m - pose_->x_m, pose.y_m - pose_->y_m) +
-              0.3 * std::abs(wrap_angle(pose.yaw_rad - pose_->yaw_rad));
+    way_m_ += distance_m(*pose_, pose) + 0.3 * std::abs(wrap_angle(pose.yaw_rad - pose_->yaw_rad));
   } else {
     frame_s_ = now_s;  // the first frame is awaited from here on
   }
@@ -75,9 +74,7 @@ std::optional<Twist2> Avoidance::out_of_the_way(const Twist2& wanted, const Robo
   const UnicycleLimits& limits = shield_.limits;
   const auto ends_at = [&](const Twist2& command) {
     const RobotMotion driven = drive(when_it_acts, command, limits, drives_s, 10);
-    const double brake_s = std::max(std::abs(driven.twist.v_mps) / limits.a_max_mps2,
-                                    std::abs(driven.twist.w_radps) / limits.alpha_max_radps2);
-    return integrate(driven.pose, driven.twist, 0.5 * brake_s);
+    return integrate(driven.pose, driven.twist, 0.5 * braking_time_s(driven.twist, limits));
   };
   std::optional<Twist2> best;
   double best_m = moving_->clearance_m(shield_.footprint, ends_at(wanted));

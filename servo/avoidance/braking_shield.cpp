@@ -1,7 +1,6 @@
 #include "servo/avoidance/braking_shield.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace ballservo {
@@ -10,8 +9,6 @@ namespace {
 
 constexpr double place_spacing_m = 0.02;  // between places looked at, as the outermost corner moves
 constexpr double creeping_mps = 0.10, creeping_radps = 0.30;
-
-bool is_finite(const Twist2& twist) { return std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps); }
 
 }  // namespace
 
@@ -40,7 +37,7 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
     after = when_it_acts;
     double to_next_m = 0.5 * place_spacing_m;
     for (int k = 0; k < steps; ++k) {
-      const RobotMotion next = drive(after, command, options.limits, step_s, 1);
+      const RobotMotion next = drive(after, command, limits, step_s, 1);
       const double step_m = step_s * rate_mps(mean_twist(after.twist, next.twist));
       if (!(step_m < to_next_m)) {
         if (!(step_m < place_spacing_m) || !covers(after.pose, brakes_s + lingers_s)) return false;
@@ -50,8 +47,7 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
       after = next;
     }
     // The brake: both speeds fall in proportion, so the robot stays on one arc.
-    const double brake_s = std::max(std::abs(after.twist.v_mps) / options.limits.a_max_mps2,
-                                    std::abs(after.twist.w_radps) / options.limits.alpha_max_radps2);
+    const double brake_s = braking_time_s(after.twist, limits);
     const double way_m = 0.5 * brake_s * rate_mps(after.twist);
     double at_m = to_next_m;
     for (; at_m < way_m; at_m += place_spacing_m) {
@@ -77,7 +73,7 @@ Brake can_brake_after(const Twist2& command, const RobotMotion& when_it_acts, co
 ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, const OccupancyGrid& grid,
                      const ShieldOptions& options, const MovingThings* moving) {
   ShieldVerdict verdict;
-  const bool sane = is_finite(command) && is_finite(when_it_acts.twist) &&
+  const bool sane = command.is_finite() && when_it_acts.twist.is_finite() &&
                     std::isfinite(when_it_acts.pose.x_m) && std::isfinite(when_it_acts.pose.y_m) &&
                     std::isfinite(when_it_acts.pose.yaw_rad);
   if (!sane) {
@@ -86,7 +82,7 @@ ShieldVerdict shield(const Twist2& command, const RobotMotion& when_it_acts, con
     return verdict;
   }
   verdict.command = command;
-  if (command.v_mps == 0.0 && command.w_radps == 0.0) return verdict;
+  if (command.rests()) return verdict;
   const auto passes = [&] {
     const Brake brake = can_brake_after(verdict.command, when_it_acts, grid, options, moving);
     if (brake == Brake::creeping) verdict.reason = creeping_reason;

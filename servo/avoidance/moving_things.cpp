@@ -47,7 +47,7 @@ void MovingThings::move(double time_s, const Pose2& pose) {
     started_ = true;
     exclude(FloorRegion::disc(pose.x_m, pose.y_m, grid_.start_clear_m + options_.radius_m));
   } else {
-    const double path_m = std::hypot(pose.x_m - pose_.x_m, pose.y_m - pose_.y_m);
+    const double path_m = distance_m(pose_, pose);
     const double turn_rad = std::abs(wrap_angle(pose.yaw_rad - pose_.yaw_rad));
     grown_m_ += options_.speed_mps * std::max(0.0, time_s - time_s_) +
                 grid_.odometry.point_error_m(path_m, turn_rad, grid_.look_range_m);

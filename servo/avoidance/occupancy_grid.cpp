@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "calibration/base/options.hpp"
 
@@ -101,7 +100,7 @@ void OccupancyGrid::move(double time_s, const Pose2& pose) {
     }
     return;
   }
-  const double path_m = std::hypot(pose.x_m - pose_.x_m, pose.y_m - pose_.y_m);
+  const double path_m = distance_m(pose_, pose);
   const double turn_rad = std::abs(wrap_angle(pose.yaw_rad - pose_.yaw_rad));
   const double dt_s = std::max(0.0, time_s - motion_.sum.time_s);
   motion_.sum.time_s = time_s;

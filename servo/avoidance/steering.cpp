@@ -62,7 +62,7 @@ std::optional<Eigen::Vector2d> minimise(const Eigen::Matrix2d& H, const Eigen::V
     if (length2 > 1e-15) consider(free + q * ((p.b - p.a.dot(free)) / length2));
     for (std::size_t j = 0; j < i; ++j) {
       const LinearBound& r = bounds[j];
-      const double det = p.a.x() * r.a.y() - p.a.y() * r.a.x();
+      const double det = cross(p.a, r.a);
       if (std::abs(det) < 1e-12) continue;
       consider({(p.b * r.a.y() - p.a.y() * r.b) / det, (p.a.x() * r.b - p.b * r.a.x()) / det});
     }
@@ -132,8 +132,7 @@ SteeringOutput Steering::steer(const SteeringInput& input, const ObstacleMap& ma
     planned_to_ = input.p_OB;
   }
   if (recovery_ == Recovery::none && is_stuck(input, last)) {
-    const double away_m = std::hypot(input.pose.x_m - stuck_at_.x_m, input.pose.y_m - stuck_at_.y_m);
-    stuck_count_ = away_m < 0.3 ? stuck_count_ + 1 : 1;
+    stuck_count_ = distance_m(stuck_at_, input.pose) < 0.3 ? stuck_count_ + 1 : 1;
     stuck_at_ = input.pose;
     remember_refused(input);
     const Recovery first[] = {Recovery::look_left, Recovery::back_up, Recovery::look_far};
@@ -189,10 +188,10 @@ SteeringOutput Steering::follow(const SteeringInput& input) {
   const double gap_m = std::max(0.0, navigation_.gap_m(pose));
   const double pursued_m = std::clamp(ahead_m + gap_m, least_ahead_m, most_ahead_m);
   // The nearest pose of the way, then on until it is far enough ahead or the robot turns on the spot.
-  const auto away_m = [&](const Pose2& to) { return std::hypot(to.x_m - pose.x_m, to.y_m - pose.y_m); };
+  const auto away_m = [&](std::size_t k) { return distance_m(pose, way_.poses[k]); };
   std::size_t at = 0;
   for (std::size_t k = 1; k < way_.count; ++k) {
-    if (away_m(way_.poses[k]) <= away_m(way_.poses[at]) + 1e-9) at = k;
+    if (away_m(k) <= away_m(at) + 1e-9) at = k;
   }
   std::size_t next = at;
   const auto moves_astern = [&](std::size_t k) {
@@ -201,9 +200,8 @@ SteeringOutput Steering::follow(const SteeringInput& input) {
            -1e-9;
   };
   const bool astern = at + 1 < way_.count && moves_astern(at);
-  while (next + 1 < way_.count && away_m(way_.poses[next]) < pursued_m && moves_astern(next) == astern)
-    ++next;
-  double aside, left_m = away_m(way_.poses[next]);
+  while (next + 1 < way_.count && away_m(next) < pursued_m && moves_astern(next) == astern) ++next;
+  double aside, left_m = away_m(next);
   if (left_m < there_m) {
     aside = wrap_angle(way_.poses[next].yaw_rad - pose.yaw_rad);
     left_m = 0.0;
@@ -214,11 +212,9 @@ SteeringOutput Steering::follow(const SteeringInput& input) {
   output.command.w_radps = std::clamp(turn_gain_per_s * aside, -most_turn_radps, most_turn_radps);
   double speed = astern ? recovery_back_mps : std::min(speed_mps, 0.25 + 0.7 * gap_m);
   if (input.distance_m > 0.0) {  // to rest at the way's end
-    double to_end_m = away_m(way_.poses[at]);
-    for (std::size_t k = at; k + 1 < way_.count; ++k) {
-      const Pose2 &from = way_.poses[k], &to = way_.poses[k + 1];
-      to_end_m += std::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
-    }
+    double to_end_m = away_m(at);
+    for (std::size_t k = at; k + 1 < way_.count; ++k)
+      to_end_m += distance_m(way_.poses[k], way_.poses[k + 1]);
     speed = std::min(speed, std::max(slow_mps, braking_speed(to_end_m, limits_.a_max_mps2, braking_share)));
   }
   const double v = left_m > 0.0 ? speed * std::clamp(1.0 - std::abs(aside) / sharp_rad, 0.0, 1.0) : 0.0;
@@ -316,7 +312,6 @@ SteeringOutput Steering::recover(const SteeringInput& input) {
   if (moves(input.when_it_acts.twist)) recovery_moving_s_ = input.time_s;
   const bool stands = input.time_s - recovery_moving_s_ > standing_s;  // the shield does not let it
   const double turned = wrap_angle(input.pose.yaw_rad - recovery_yaw_rad_);
-  const double moved_m = std::hypot(input.pose.x_m - stuck_at_.x_m, input.pose.y_m - stuck_at_.y_m);
   SteeringOutput output;
   output.stuck = true;
   Recovery next = Recovery::none;
@@ -337,7 +332,7 @@ SteeringOutput Steering::recover(const SteeringInput& input) {
     case Recovery::back_up:
       output.reason = "blocked: backing up";
       output.command.v_mps = -recovery_back_mps;
-      done = moved_m > back_up_m;
+      done = distance_m(stuck_at_, input.pose) > back_up_m;
       break;
     case Recovery::look_far:
       output.reason = "dead end: turning to look for a way";

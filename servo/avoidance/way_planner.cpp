@@ -77,9 +77,8 @@ double WayPlanner::move_cost_m(NavigationFunction& navigation, const WayRequest&
   }
   for (const RefusedPose& refused : request.refused) {
     if (refused.until_s < request.time_s) continue;
-    const double away_m = std::hypot(to.x_m - refused.pose.x_m, to.y_m - refused.pose.y_m);
-    const bool near =
-        away_m < refused_m && std::abs(wrap_angle(to.yaw_rad - refused.pose.yaw_rad)) < refused_rad;
+    const bool near = distance_m(refused.pose, to) < refused_m &&
+                      std::abs(wrap_angle(to.yaw_rad - refused.pose.yaw_rad)) < refused_rad;
     if (near) price += refused_price;
   }
   double cost_m = way.norm();
@@ -173,12 +172,11 @@ bool WayPlanner::plan(NavigationFunction& navigation, const WayRequest& request,
 
 double WayPlanner::cost_m(NavigationFunction& navigation, const WayRequest& request, const Way& way) const {
   if (way.count == 0 || !ends(navigation, request, way.poses[way.count - 1])) return infinite;
-  const auto away_m = [&from = request.from](const Pose2& to) {
-    return std::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
-  };
   const Pose2* const end = way.poses.data() + way.count;
-  const Pose2* at = std::min_element(way.poses.data(), end,
-                                     [&](const Pose2& a, const Pose2& b) { return away_m(a) < away_m(b); });
+  const Pose2* at =
+      std::min_element(way.poses.data(), end, [&from = request.from](const Pose2& a, const Pose2& b) {
+        return distance_m(from, a) < distance_m(from, b);
+      });
   // To that pose: there, then the turn.
   const Pose2 there{at->x_m, at->y_m, request.from.yaw_rad};
   double cost_m =

@@ -360,9 +360,9 @@ Twist2 Controller::steered(const SteeringInput& way) {
 
 /// A command to stop passes at once: the drive brakes. Any other changes no faster than the drive can follow.
 Twist2 Controller::within_limits(double time_s, const Twist2& wanted, const Pose2& pose) {
-  if (wanted.v_mps == 0.0 && wanted.w_radps == 0.0) return {};
+  if (wanted.rests()) return {};
   const Twist2 command = limit_acceleration(last_command_, wanted, options_.limits, 1.0 / options_.rate_hz);
-  if (std::isfinite(command.v_mps) && std::isfinite(command.w_radps)) return command;
+  if (command.is_finite()) return command;
   react(Finding::bad_command, time_s, pose);
   return {};
 }

@@ -27,8 +27,7 @@ double Gaze::follow(double time_s, const PanMotion& now, const Target& target, c
                           target.v_RB.y() - twist.w_radps * target.p_RB.x());
   const double azimuth_rad = std::atan2(p.y(), p.x());
   if (std::abs(azimuth_rad) <= aside_max_rad_) return look_aside(0, time_s, now);
-  return turn_to({azimuth_rad - std::copysign(aside_max_rad_, azimuth_rad),
-                  (p.x() * v.y() - p.y() * v.x()) / p.squaredNorm()},
+  return turn_to({azimuth_rad - std::copysign(aside_max_rad_, azimuth_rad), cross(p, v) / p.squaredNorm()},
                  time_s, now);
 }
 

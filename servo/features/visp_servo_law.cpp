@@ -3,7 +3,6 @@
 #include <visp3/core/vpHomogeneousMatrix.h>
 #include <visp3/core/vpVelocityTwistMatrix.h>
 
-#include <cmath>
 #include <utility>
 
 namespace ballservo {
@@ -54,7 +53,7 @@ std::optional<LawOutput> VispServoLaw::command(const Eigen::Vector3d& p_CB, cons
     u -= task_.getTaskJacobianPseudoInverse() * (task_.getInteractionMatrix() * v);
   }
   const LawOutput output{{u[0], u[1]}, task_.error[0], task_.error[1]};
-  if (!std::isfinite(output.twist.v_mps) || !std::isfinite(output.twist.w_radps)) return std::nullopt;
+  if (!output.twist.is_finite()) return std::nullopt;
   return output;
 }
 

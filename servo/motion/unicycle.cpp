@@ -84,20 +84,21 @@ Twist2 limit_acceleration(const Twist2& current, const Twist2& command, const Un
   const Twist2 wanted = limit_speed(command, limits);
   const double dv = limits.a_max_mps2 * dt_s, dw = limits.alpha_max_radps2 * dt_s;
 
-  if (wanted.v_mps == 0.0 && wanted.w_radps == 0.0) {
+  if (wanted.rests()) {
     const double share = std::max(std::abs(current.v_mps) / dv, std::abs(current.w_radps) / dw);
     if (share <= 1.0) return wanted;
     return {current.v_mps * (1.0 - 1.0 / share), current.w_radps * (1.0 - 1.0 / share)};
   }
 
   double k_low = 0.0, k_high = std::numeric_limits<double>::infinity();
-  cut_scales(wanted.v_mps, current.v_mps - dv, current.v_mps + dv, k_low, k_high);
-  cut_scales(wanted.w_radps, current.w_radps - dw, current.w_radps + dw, k_low, k_high);
-  // Above 1 the speeds must still keep their own limits, which `current` may already exceed by nothing.
-  cut_scales(wanted.v_mps, -std::max(limits.v_max_mps, std::abs(current.v_mps)),
-             std::max(limits.v_max_mps, std::abs(current.v_mps)), k_low, k_high);
-  cut_scales(wanted.w_radps, -std::max(limits.w_max_radps, std::abs(current.w_radps)),
-             std::max(limits.w_max_radps, std::abs(current.w_radps)), k_low, k_high);
+  const auto cut_to_reach = [&](double speed, double now, double change, double most) {
+    cut_scales(speed, now - change, now + change, k_low, k_high);
+    // A scale above 1 must not take a speed over its limit, nor over what it is.
+    const double limit = std::max(most, std::abs(now));
+    cut_scales(speed, -limit, limit, k_low, k_high);
+  };
+  cut_to_reach(wanted.v_mps, current.v_mps, dv, limits.v_max_mps);
+  cut_to_reach(wanted.w_radps, current.w_radps, dw, limits.w_max_radps);
   if (k_low <= k_high) {
     const double k = std::clamp(1.0, k_low, k_high);
     return {k * wanted.v_mps, k * wanted.w_radps};
@@ -134,8 +135,7 @@ Twist2 limit_to_envelope(const Twist2& command, double range_error_m, const Eige
 
   const double bearing_rad = std::atan2(p_RB.y(), p_RB.x());
   const double range2 = std::max(p_RB.squaredNorm(), 1e-6);
-  const double drift =
-      (p_RB.x() * v_RB.y() - p_RB.y() * v_RB.x()) / range2;  // of the bearing, by the ball's motion
+  const double drift = cross(p_RB, v_RB) / range2;  // of the bearing, by the ball's motion
   const double left = speed(std::max(bearing_rad, 0.0) + bearing_slack_rad, limits.alpha_max_radps2);
   const double right = speed(std::max(-bearing_rad, 0.0) + bearing_slack_rad, limits.alpha_max_radps2);
   cut(result, &Twist2::w_radps, drift - right, drift + left);

@@ -18,9 +18,15 @@ struct Pose2 {
   double x_m = 0, y_m = 0, yaw_rad = 0;
 };
 
+/// Between where two poses stand.
+inline double distance_m(const Pose2& a, const Pose2& b) { return std::hypot(b.x_m - a.x_m, b.y_m - a.y_m); }
+
 /// How it moves: forward speed and turning rate (counter-clockwise positive), in the robot frame.
 struct Twist2 {
   double v_mps = 0, w_radps = 0;
+
+  bool is_finite() const { return std::isfinite(v_mps) && std::isfinite(w_radps); }
+  bool rests() const { return v_mps == 0.0 && w_radps == 0.0; }
 };
 
 /// What the drive can do. Defaults: Pioneer 3-DX (speeds from its data sheet; accelerations as its firmware
@@ -135,6 +141,12 @@ inline constexpr double envelope_braking_share = 0.85;
 /// slack)), not infinite: 8 per second for the Pioneer's drive, four times the default gain of the laws.
 inline constexpr double range_slack_m = 0.002, bearing_slack_rad = 0.01;
 
+/// How long the drive brakes from that twist to rest.
+inline double braking_time_s(const Twist2& twist, const UnicycleLimits& limits) {
+  return std::max(std::abs(twist.v_mps) / limits.a_max_mps2,
+                  std::abs(twist.w_radps) / limits.alpha_max_radps2);
+}
+
 /// The largest speed from which a drive of acceleration `a` stops within `way`: sqrt(2 share a way); 0 for
 /// way <= 0.
 double braking_speed(double way, double acceleration, double braking_share);
@@ -149,6 +161,11 @@ double braking_speed(double way, double acceleration, double braking_share);
 /// asks for a speed of the other sign.
 Twist2 limit_to_envelope(const Twist2& command, double range_error_m, const Eigen::Vector2d& p_RB,
                          const Eigen::Vector2d& v_RB, const UnicycleLimits& limits);
+
+/// The third component of the cross product of two vectors of a plane.
+inline double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
 
 /// X_WR as a transform of space.
 Eigen::Isometry3d X_WR(const Pose2& pose);

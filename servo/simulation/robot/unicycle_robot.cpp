@@ -32,8 +32,7 @@ UnicycleRobot::UnicycleRobot(const Pose2& start, const UnicycleLimits& limits, d
 }
 
 void UnicycleRobot::command(const Twist2& twist) {
-  const bool finite = std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps);
-  pending_.push_back({time_s_ + delay_s_, finite ? twist : Twist2{}});
+  pending_.push_back({time_s_ + delay_s_, twist.is_finite() ? twist : Twist2{}});
 }
 
 RobotMotion UnicycleRobot::advance_to(double time_s) {

@@ -190,7 +190,7 @@ double FloorOutline::distance_m(const Eigen::Vector2d& p) const {
   double nearest_m = infinite;
   for (std::size_t k = 0; k < points_m.size(); ++k) {
     const Eigen::Vector2d along = points_m[(k + 1) % points_m.size()] - points_m[k], away = p - points_m[k];
-    if (along.x() * away.y() - along.y() * away.x() < 0) inside = false;
+    if (cross(along, away) < 0) inside = false;
     const double share = std::clamp(away.dot(along) / std::max(along.squaredNorm(), 1e-300), 0.0, 1.0);
     nearest_m = std::min(nearest_m, (away - share * along).norm());
   }

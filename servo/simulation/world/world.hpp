@@ -11,14 +11,10 @@
 #include <variant>
 #include <vector>
 
+#include "servo/motion/unicycle.hpp"
 #include "servo/simulation/world/texture.hpp"
 
 namespace ballservo {
-
-/// The third component of the cross product of two vectors of a plane.
-inline double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 /// How a surface answers light: Lambert, with a Blinn-Phong highlight (Blinn, SIGGRAPH 1977).
 struct Material {
