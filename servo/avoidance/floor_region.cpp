@@ -1,5 +1,7 @@
 #include "servo/avoidance/floor_region.hpp"
 
+#include <limits>
+
 namespace ballservo {
 
 FloorRegion::Span FloorRegion::at(double y_m) const {

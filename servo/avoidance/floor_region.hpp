@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "servo/avoidance/floor_window.hpp"
 #include "servo/motion/unicycle.hpp"

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "servo/avoidance/floor_region.hpp"
@@ -82,9 +81,9 @@ class OccupancyGrid {
   }
 
   /// Whether every cell is free that comes within `margin_m`, and the drift, of the footprint at that pose.
-  /// With `from`, where the footprint stands now without touching anything: a
-  /// cell that is not free and comes no nearer to the footprint than it is there is let pass, unless nobody
-  /// ever saw it free and the footprint's edge lies over it.
+  /// `from` is where the footprint stands now without touching anything. With it a cell that is not free is
+  /// let pass if it comes no nearer to the footprint than it is from there; one under the footprint's edge
+  /// only if it was seen free before.
   bool covers(const Footprint& footprint, const Pose2& pose, double margin_m, Drift drift,
               const Pose2* from = nullptr) const;
 

@@ -57,7 +57,6 @@ void TargetFilter::start(double time_s, const Eigen::Vector3d& p_OB, const Eigen
   covariance_.topLeftCorner<3, 3>() += covariance_m2;
   covariance_(3, 3) = covariance_(4, 4) = speed_sigma_mps * speed_sigma_mps;
   time_s_ = time_s;
-  started_ = true;
   doubts_ = 0;
 }
 
@@ -81,7 +80,7 @@ TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, co
   const Eigen::Vector3d p_OB = X_OC * p_CB, c_OC = X_OC.translation();
   const Eigen::Matrix3d R = X_OC.linear() * R_C * X_OC.linear().transpose();
   if (!p_OB.allFinite()) return Update::ignored;
-  if (!started_ || measurement.time_s - time_s_ > forget_s) {
+  if (measurement.time_s - time_s_ > forget_s) {
     start(measurement.time_s, p_OB, R, c_OC);
     return Update::started;
   }
@@ -115,7 +114,7 @@ TargetFilter::Update TargetFilter::update(const BallMeasurement& measurement, co
 }
 
 std::optional<TargetEstimate> TargetFilter::predict(double time_s) const {
-  if (!started_ || !std::isfinite(time_s)) return std::nullopt;
+  if (time_s_ == never || !std::isfinite(time_s)) return std::nullopt;
   const double dt_s = std::max(0.0, time_s - time_s_);
 
   // A speed counts once it stands out; in between it fades in, so that the command does not jump.

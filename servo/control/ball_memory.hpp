@@ -64,7 +64,6 @@ class TargetFilter {
 
   CameraMount mount_;
   double scale_sigma_;
-  bool started_ = false;
   int doubts_ = 0;
   double time_s_ = never, stamp_s_ = never;  // of the state; of the newest measurement looked at
   State state_ = State::Unit(5);

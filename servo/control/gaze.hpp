@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 
 #include "servo/motion/camera_mount.hpp"
 #include "servo/motion/motion_history.hpp"

@@ -42,9 +42,10 @@ void Search::begin_turn_back(double time_s, double yaw_rad) {
   note_ball(wrap_angle(start_.yaw_rad - yaw_rad));
 }
 
+bool Search::looks(double time_s) const { return turned_rad_ == 0.0 && time_s - turn_since_s_ < look_s; }
+
 bool Search::turn(double time_s, const Twist2& twist) {
-  const bool looks = turned_rad_ == 0.0 && time_s - turn_since_s_ < look_s;
-  if (looks || std::abs(twist.w_radps) > turning_radps) turning_s_ = time_s;
+  if (looks(time_s) || std::abs(twist.w_radps) > turning_radps) turning_s_ = time_s;
   if (time_s - turning_s_ > held_back_s) {
     sign_ = -sign_;
     ++flips_;
@@ -62,8 +63,7 @@ bool Search::turn(double time_s, const Twist2& twist) {
 }
 
 Twist2 Search::turn_command(double time_s) const {
-  if (turned_rad_ == 0.0 && time_s - turn_since_s_ < look_s) return {};
-  return {0.0, sign_ * search_radps};
+  return looks(time_s) ? Twist2{} : Twist2{0.0, sign_ * search_radps};
 }
 
 void Search::set_out(double time_s, const Pose2& pose, const Eigen::Vector2d& p_O) {

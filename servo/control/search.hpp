@@ -63,6 +63,9 @@ class Search {
   bool misses_ball(double time_s, bool in_view);
 
  private:
+  /// Before it turns.
+  bool looks(double time_s) const;
+
   Pose2 start_;
   double sign_ = 1;                           // of the turn, counter-clockwise positive
   double turned_rad_ = 0, last_yaw_rad_ = 0;  // in this turn; at the step before

@@ -70,9 +70,8 @@ Eigen::Matrix3d ahead_left_up();
 /// axis, and rho = R / sin(alpha) for its half angle alpha and the ball's radius R, so that in the error
 /// log(rho / rho*) = log(sin alpha* / sin alpha) the radius cancels. Range and direction are coupled neither
 /// to each other nor, the range, to the camera's rotation, as with the spherical projection of Fomena and
-/// Chaumette
-/// ("Improvements on visual servoing from spherical targets using a spherical projection model", IEEE T-RO
-/// 25(4), 2009).
+/// Chaumette ("Improvements on visual servoing from spherical targets using a spherical projection model",
+/// IEEE T-RO 25(4), 2009).
 ///
 /// With q = R_FC p_CB = (a, b, c) and r^2 = a^2 + b^2,
 ///

@@ -93,23 +93,23 @@ SonarRing::SonarRing(const World& world, const SonarOptions& options, std::vecto
 void SonarRing::look_around() {
   segments_.clear();
   circles_.clear();
-  const Room& room = world_.room;
   // Outlines run so that what can be heard lies on their right: clockwise for the room.
-  const std::array<Eigen::Vector2d, 4> corners{{{room.x_min_m, room.y_min_m},
-                                                {room.x_min_m, room.y_max_m},
-                                                {room.x_max_m, room.y_max_m},
-                                                {room.x_max_m, room.y_min_m}}};
-  for (std::size_t k = 0; k < corners.size(); ++k) segments_.push_back({corners[k], corners[(k + 1) % 4]});
+  const auto add = [this](const std::vector<Eigen::Vector2d>& corners) {
+    for (std::size_t k = 0; k < corners.size(); ++k)
+      segments_.push_back({corners[k], corners[(k + 1) % corners.size()]});
+  };
+  const Room& room = world_.room;
+  add({{room.x_min_m, room.y_min_m},
+       {room.x_min_m, room.y_max_m},
+       {room.x_max_m, room.y_max_m},
+       {room.x_max_m, room.y_min_m}});
   for (const Obstacle& obstacle : world_.obstacles) {
     if (obstacle.bottom_m() > options_.height_m || obstacle.top_m() < options_.height_m) continue;
     const FloorOutline outline = floor_outline(obstacle);
     if (outline.radius_m > 0) {
       circles_.push_back({outline.points_m.front(), outline.radius_m});
-      continue;
-    }
-    const auto& points = outline.points_m;
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      segments_.push_back({points[k], points[(k + 1) % points.size()]});
+    } else {
+      add(outline.points_m);
     }
   }
 }

@@ -1,6 +1,5 @@
 #include "servo/simulation/world/texture.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -18,6 +17,8 @@ double cell_value(std::int64_t i, std::int64_t j) {
   const auto x = static_cast<std::uint64_t>(i) * split_mix_step + static_cast<std::uint64_t>(j);
   return static_cast<double>(mixed_bits(x) >> 11) * 0x1.0p-53;
 }
+
+Floats from_0_to_1(Floats x) { return max(spread(0.0f), min(spread(1.0f), x)); }
 
 /// The values of 64 x 64 cells, which repeat.
 class CellGrid {
@@ -113,13 +114,13 @@ Floats line_share(Floats x, Floats w, float line) {
     const Floats below = floor(t);
     return below * line + min(t - below, spread(line));
   };
-  return max(spread(0.0f), min(spread(1.0f), (sum(x + w / 2) - sum(x - w / 2)) / w));
+  return from_0_to_1((sum(x + w / 2) - sum(x - w / 2)) / w);
 }
 
 /// Mean of a value per cell of unit length over [x - w/2, x + w/2], fading to 0.5 for windows beyond a cell.
 template <typename ValueOfCell>
 Floats mean_of_cells(Floats x, Floats w, const ValueOfCell& value) {
-  const Floats fade = max(spread(0.0f), min(spread(1.0f), 2.0f - w));
+  const Floats fade = from_0_to_1(2.0f - w);
   if (all(fade == 0.0f)) return spread(0.5f);
   const Floats shown = min(w, spread(1.0f));
   const Ints first = floor_index(x - shown / 2), last = floor_index(x + shown / 2);
@@ -189,8 +190,7 @@ Triples wood_colors(const Texture& texture, const Pairs& at, const Pairs& patch)
   const Floats grain =
       fading_noise(at.u * 0.5f + 40.0f * boards.shift, at.v * 7.0f, max(patch.u * 0.5f, patch.v * 7.0f));
   const Floats butt = patch.v < 0.7f ? boards.butt : spread(0.0f);
-  const Floats dark =
-      max(spread(0.0f), min(spread(1.0f), 0.35f + 0.55f * (boards.tone - 0.5f) + 0.8f * grain));
+  const Floats dark = from_0_to_1(0.35f + 0.55f * (boards.tone - 0.5f) + 0.8f * grain);
   const Triples board = mixed(texture.color, texture.color_2, dark);
   const Floats light = 1.0f - 0.65f * max(boards.joint, butt);
   return {board.x * light, board.y * light, board.z * light};
@@ -223,7 +223,7 @@ BALLSERVO_WIDE Triples texture_colors(const Texture& texture, const Pairs& uv_m,
     case Pattern::plain:
       break;
   }
-  return mixed(texture.color, texture.color_2, max(spread(0.0f), min(spread(1.0f), share)));
+  return mixed(texture.color, texture.color_2, from_0_to_1(share));
 }
 
 Rgb texture_color(const Texture& texture, const Eigen::Vector2d& uv_m, const Eigen::Vector2d& patch_m) {

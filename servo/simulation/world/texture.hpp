@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
-#include <string>
 #include <string_view>
 
 #include "servo/simulation/world/lanes.hpp"
