@@ -17,19 +17,18 @@
 namespace ballservo {
 namespace {
 
-std::string class_names(const ColorTable& colors) {
-  std::string names;
-  for (const ColorClass& color_class : colors.classes)
-    names += (names.empty() ? "" : ", ") + color_class.name;
-  return names;
+/// VALUE[+-SIGMA]; without SIGMA it is `usual_share` of the value.
+std::pair<std::optional<double>, std::optional<double>> parse_with_sigma(const std::string& text,
+                                                                         double usual_share) {
+  const std::size_t separator = text.find("+-");
+  const auto value = parse_number(text.substr(0, separator));
+  if (separator != std::string::npos) return {value, parse_number(text.substr(separator + 2))};
+  return {value, usual_share * value.value_or(0)};
 }
 
 // METRES[+-SIGMA]
 BallRadius parse_diameter(const std::string& text, FaultList& faults) {
-  const std::size_t separator = text.find("+-");
-  const auto diameter_m = parse_number(text.substr(0, separator));
-  const auto sigma_m =
-      separator == std::string::npos ? std::optional<double>(0) : parse_number(text.substr(separator + 2));
+  const auto [diameter_m, sigma_m] = parse_with_sigma(text, 0);
   const bool good = diameter_m && *diameter_m >= 1e-3 && *diameter_m < 10 && sigma_m && *sigma_m >= 0 &&
                     *sigma_m < *diameter_m;
   if (good) return {*diameter_m / 2, *sigma_m / 2};
@@ -42,11 +41,7 @@ BallRadius parse_diameter(const std::string& text, FaultList& faults) {
 /// DEG[+-SIGMA] in radians. Makers give angles of the diagonal, or rounded; a lens bends them.
 std::pair<double, double> parse_fov(const std::string& text) {
   constexpr double usual_doubt = 0.1;
-  const std::size_t separator = text.find("+-");
-  const auto deg = parse_number(text.substr(0, separator));
-  const auto sigma_deg = separator != std::string::npos ? parse_number(text.substr(separator + 2))
-                         : deg                          ? std::optional<double>(usual_doubt * *deg)
-                                                        : std::nullopt;
+  const auto [deg, sigma_deg] = parse_with_sigma(text, usual_doubt);
   if (!deg || !(*deg >= 1 && *deg <= 150) || !sigma_deg || !(*sigma_deg >= 0 && *sigma_deg <= *deg / 3))
     throw InputError("--fov", "'" + text + "'",
                      "an angle of 1 to 150 degrees, with a sigma of at most a third of it: 60 or 60+-3");
@@ -132,7 +127,7 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
         parse_diameter(part.substr(equals + 1), faults);
       } else if (!color_class) {
         faults.add("--diameter", "the class '" + name + "'",
-                   "a class of the colours file: " + class_names(colors));
+                   fmt::format("a class of the colours file: {}", fmt::join(colors.class_names(), ", ")));
       } else if (named[static_cast<std::size_t>(*color_class) - 1]) {
         faults.add("--diameter", "the class '" + name + "' twice", "each class once");
       } else {

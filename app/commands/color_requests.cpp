@@ -6,8 +6,8 @@
 #include "app/io/image_source.hpp"
 #include "app/io/interrupt.hpp"
 #include "calibration/base/numbers.hpp"
-#include "calibration/color/color_file.hpp"
 #include "calibration/pictures/image_file.hpp"
+#include "calibration/teaching/class_choice.hpp"
 
 namespace ballservo {
 namespace {
@@ -56,22 +56,14 @@ std::vector<ClassRequest> parse_classes(const std::vector<std::string>& texts, P
       faults.add("--class", text, "NAME=IMAGE[,IMAGE...]");
       continue;
     }
-    ClassRequest request;
+    ClassRequest& request = requests.emplace_back();
     request.name = parts->first;
-    if (!is_class_name(request.name)) {
-      faults.add("--class", "the name \"" + request.name + "\"",
-                 "1 to 64 of a-z, 0-9 and _, beginning with a letter");
-    }
-    for (const ClassRequest& other : requests) {
-      if (other.name == request.name) faults.add("--class", request.name + " twice", "each name once");
-    }
+    check_class_name(requests, requests.size() - 1, faults);
     faults.collect([&] { request.pictures = pictures.add(split(parts->second, ',')); });
-    requests.push_back(std::move(request));
   }
   return requests;
 }
 
-/// NAME=CX,CY,R; a fault otherwise.
 std::optional<std::pair<std::string, PointedBall>> parse_ball(const char* option, const std::string& text,
                                                               FaultList& faults) {
   const auto parts = named(text);

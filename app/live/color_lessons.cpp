@@ -20,8 +20,7 @@ namespace {
 constexpr std::size_t most_lessons = max_classes;  // learnt from together
 
 void check_name(const std::string& name) {
-  if (!is_class_name(name))
-    throw InputError("name", "'" + name + "'", "1 to 64 of a-z, 0-9 and _, beginning with a letter");
+  if (!is_class_name(name)) throw InputError("name", "'" + name + "'", class_name_rule);
 }
 
 /// The likeliest ball that the picture's edges propose around the point.

@@ -222,7 +222,7 @@ void declare_ball(OptionVisitor& v, Ball& ball, WorldOptions& options, double du
   v.require(!ball.name.empty() || !v.present("name", true), "name", "nothing", "a name");
   v.text("class", ball.class_name, "its colour's class", required);
   v.require(is_class_name(ball.class_name) || !v.present("class", true), "class", ball.class_name,
-            "1 to 64 of a-z, 0-9 and _, beginning with a letter");
+            class_name_rule);
   v.number("diameter_m", ball.diameter_m, size_m(2), "its diameter", required);
   v.map("position", required, [&] {
     ball.position_m.z() = ball.diameter_m / 2;

@@ -158,8 +158,7 @@ ColorClass parse_class(Lines& lines) {
   const auto words = lines.words("class", 5, "class NAME SAMPLES HISTOGRAM_CELLS TABLE_CELLS");
   ColorClass color;
   color.name = words[1];
-  if (!is_class_name(color.name))
-    lines.fail(shown(words[1]), "a name: 1 to 64 of a-z, 0-9 and _, beginning with a letter");
+  if (!is_class_name(color.name)) lines.fail(shown(words[1]), std::string("a name: ") + class_name_rule);
   color.samples = lines.number(words[2], 0, max_samples, "samples");
   constexpr std::uint64_t side = ChromaHistogram::side;
   const std::uint64_t cells = lines.number(words[3], 0, side * side, "histogram cells");

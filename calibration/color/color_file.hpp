@@ -13,8 +13,9 @@ namespace ballservo {
 inline constexpr int color_file_version = 2;
 inline constexpr std::size_t color_file_max_bytes = 16u << 20;
 
-/// Whether a class may be called that: 1 to 64 of a-z, 0-9 and _, beginning with a letter.
+/// Whether a class may be called that, and what it may be called, for messages.
 bool is_class_name(std::string_view name);
+inline constexpr const char* class_name_rule = "1 to 64 of a-z, 0-9 and _, beginning with a letter";
 
 /// Throws std::invalid_argument for a table that could not be read back.
 std::string color_file_bytes(const ColorTable& table);

@@ -60,6 +60,11 @@ struct ColorTable {
       if (classes[k].name == name) return static_cast<ClassIndex>(k + 1);
     return {};
   }
+  std::vector<std::string> class_names() const {
+    std::vector<std::string> names;
+    for (const ColorClass& color : classes) names.push_back(color.name);
+    return names;
+  }
   /// The name of a class of this table; not for `no_class`.
   const std::string& name_of(ClassIndex color_class) const {
     return classes[static_cast<std::size_t>(color_class) - 1].name;

@@ -26,8 +26,7 @@ constexpr double majority = 0.6;           // of the balls seen must have one co
 BoxTrainer::BoxTrainer(std::string name, const PointedBall& box, const RegionSearchOptions& search)
     : name_(std::move(name)), box_(box), place_(box), search_(search) {
   FaultList faults;
-  if (!is_class_name(name_))
-    faults.add("--box", "the name \"" + name_ + "\"", "1 to 64 of a-z, 0-9 and _, beginning with a letter");
+  if (!is_class_name(name_)) faults.add("--box", "the name \"" + name_ + "\"", class_name_rule);
   if (!box.center_px.allFinite() || !(box.radius_px >= 5 && box.radius_px <= 1e5)) {
     faults.add("--box", fmt::format("{},{},{}", box.center_px.x(), box.center_px.y(), box.radius_px),
                "a centre in the picture and a radius of 5 px or more");

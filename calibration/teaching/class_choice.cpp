@@ -198,6 +198,13 @@ ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCand
   return group;
 }
 
+void check_class_name(const std::vector<ClassRequest>& requests, std::size_t which, FaultList& faults) {
+  const std::string& name = requests[which].name;
+  if (!is_class_name(name)) faults.add("--class", fmt::format("the name \"{}\"", name), class_name_rule);
+  for (std::size_t k = 0; k < which; ++k)
+    if (requests[k].name == name) faults.add("--class", name + " twice", "each name once");
+}
+
 void check_requests(const std::vector<ClassRequest>& requests, const std::vector<ColorPicture>& pictures,
                     FaultList& faults) {
   if (requests.size() > max_classes) {
@@ -205,14 +212,7 @@ void check_requests(const std::vector<ClassRequest>& requests, const std::vector
   }
   for (std::size_t i = 0; i < requests.size(); ++i) {
     const ClassRequest& request = requests[i];
-    if (!is_class_name(request.name)) {
-      faults.add("--class", fmt::format("the name \"{}\"", request.name),
-                 "1 to 64 of a-z, 0-9 and _, beginning with a letter");
-    }
-    for (std::size_t j = 0; j < i; ++j) {
-      if (requests[j].name == request.name)
-        faults.add("--class", fmt::format("{} twice", request.name), "each name once");
-    }
+    check_class_name(requests, i, faults);
     if (request.pictures.empty()) {
       faults.add(fmt::format("--class {}", request.name), "no picture", "one or more pictures");
       continue;

@@ -23,6 +23,9 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
 ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCandidate>& candidates,
                          const std::vector<ColorPicture>& pictures);
 
+/// A fault where a request's name is none for a class, or that of a request before it.
+void check_class_name(const std::vector<ClassRequest>& requests, std::size_t which, FaultList& faults);
+
 /// Adds what is wrong with the requests to `faults`.
 void check_requests(const std::vector<ClassRequest>& requests, const std::vector<ColorPicture>& pictures,
                     FaultList& faults);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "calibration/base/fault.hpp"
 #include "calibration/color/color_space.hpp"
 #include "calibration/teaching/class_table.hpp"
 #include "calibration/teaching/color_samples.hpp"
@@ -186,6 +187,14 @@ ClassFindings judge_classes(const ColorTable& colors, const std::vector<ClassRep
     }
   }
   return findings;
+}
+
+std::vector<std::string> warnings_of(const LearntColors& learnt, const std::vector<ClassReport>& reports) {
+  const ClassFindings findings = judge_classes(learnt.table, reports);
+  if (!findings.refusals.empty()) throw Refusal(fmt::format("{}", fmt::join(findings.refusals, "\n")));
+  std::vector<std::string> warnings = learnt.doubts;
+  warnings.insert(warnings.end(), findings.warnings.begin(), findings.warnings.end());
+  return warnings;
 }
 
 }  // namespace ballservo

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
+#include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
 
@@ -42,5 +43,8 @@ struct ClassFindings {
   std::vector<std::string> warnings;
 };
 ClassFindings judge_classes(const ColorTable& colors, const std::vector<ClassReport>& reports);
+/// What may be wrong with colours that were learnt, their doubts first. Throws Refusal where no use can be
+/// made of their table.
+std::vector<std::string> warnings_of(const LearntColors& learnt, const std::vector<ClassReport>& reports);
 
 }  // namespace ballservo

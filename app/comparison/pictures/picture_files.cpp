@@ -1,5 +1,7 @@
 #include "app/comparison/pictures/picture_files.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <map>
@@ -163,11 +165,9 @@ std::optional<PictureFiles::Row> PictureFiles::read_row(const CsvRow& reader) co
   if (options_.colors.empty()) return row;
   const bool only_one = row.class_name.empty() && colors_->classes.size() == 1;
   const auto known = only_one ? std::optional<ClassIndex>(ClassIndex{1}) : colors_->find(row.class_name);
-  if (!known) {
-    std::string names;
-    for (const ColorClass& c : colors_->classes) names += (names.empty() ? "" : ", ") + c.name;
-    reader.fault("class", "'" + row.class_name + "'", "a class of the colours: " + names);
-  }
+  if (!known)
+    reader.fault("class", "'" + row.class_name + "'",
+                 fmt::format("a class of the colours: {}", fmt::join(colors_->class_names(), ", ")));
   row.color_class = known.value_or(ClassIndex{1});
   return row;
 }
