@@ -1,6 +1,4 @@
 // Closed-loop runs, and what is plugged into them.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>

@@ -13,7 +13,6 @@
 #include "app/commands/command.hpp"
 #include "app/python/bindings.hpp"
 #include "calibration/base/fault.hpp"
-#include "calibration/base/numbers.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/teaching/class_report.hpp"
@@ -57,56 +56,43 @@ struct SeenBall {
 using GivenColors = std::variant<std::shared_ptr<ColorTable>, Path>;
 using GivenCamera = std::optional<std::variant<Path, KnownCamera>>;
 
-/// The options of the command line, and one thread at a time.
-class Looks {
+/// What finds balls, by the options of the command line.
+DetectorFactory factory_of(const GivenColors& colors, const GivenCamera& camera, const py::object& diameter,
+                           const std::string& fit, const std::string& response, std::uint64_t seed) {
+  BallOptions options;
+  if (const auto* file = std::get_if<Path>(&colors))
+    options.colors = file->string();
+  else
+    options.color_table = std::get<0>(colors);
+  if (const auto* file = camera ? std::get_if<Path>(&*camera) : nullptr)
+    options.camera = file->string();
+  else if (camera)
+    options.known_camera = std::get<KnownCamera>(*camera);
+  if (!diameter.is_none()) options.diameter = py::str(diameter);
+  options.fit = fit;
+  options.response = response;
+  if (options.has_camera() == options.diameter.empty())
+    throw InputError("camera, diameter", "one of them", "both, for positions in 3-D, or neither");
+  for (const auto& [name, value, allowed] :
+       {std::tuple("fit", fit, std::vector<std::string>{"sphere", "paper"}),
+        std::tuple("response", response, std::vector<std::string>{"auto", "linear", "srgb"})})
+    if (std::find(allowed.begin(), allowed.end(), value) == allowed.end())
+      throw InputError(name, value, fmt::format("{}", fmt::join(allowed, ", ")));
+  CommonOptions common;
+  common.seed = seed;
+  return DetectorFactory(options, common);
+}
+
+SeenBall seen_ball(const DetectorFactory& factory, const BallObservation& seen, ClassIndex color_class,
+                   std::string_view state, int track_id) {
+  return {track_id, factory.colors().name_of(color_class), std::string(state),
+          factory.with_total_covariance(seen)};
+}
+
+/// One thread at a time.
+class PyDetector {
  public:
-  Looks(const GivenColors& colors, const GivenCamera& camera, const py::object& diameter, std::string fit,
-        std::string response, std::uint64_t seed)
-      : factory_(options_of(colors, camera, diameter, std::move(fit), std::move(response)), common(seed)) {}
-
- protected:
-  SeenBall ball(const BallObservation& seen, ClassIndex color_class, std::string_view state,
-                int track_id) const {
-    return {track_id, factory_.colors().name_of(color_class), std::string(state),
-            factory_.with_total_covariance(seen)};
-  }
-  DetectorFactory factory_;
-  std::mutex mutex_;
-
- private:
-  static BallOptions options_of(const GivenColors& colors, const GivenCamera& camera,
-                                const py::object& diameter, std::string fit, std::string response) {
-    BallOptions options;
-    if (const auto* file = std::get_if<Path>(&colors))
-      options.colors = file->string();
-    else
-      options.color_table = std::get<0>(colors);
-    if (const auto* file = camera ? std::get_if<Path>(&*camera) : nullptr)
-      options.camera = file->string();
-    else if (camera)
-      options.known_camera = std::get<KnownCamera>(*camera);
-    if (!diameter.is_none()) options.diameter = py::str(diameter);
-    options.fit = std::move(fit);
-    options.response = std::move(response);
-    if (options.has_camera() == options.diameter.empty())
-      throw InputError("camera, diameter", "one of them", "both, for positions in 3-D, or neither");
-    for (const auto& [name, value, allowed] :
-         {std::tuple("fit", options.fit, std::vector<std::string>{"sphere", "paper"}),
-          std::tuple("response", options.response, std::vector<std::string>{"auto", "linear", "srgb"})})
-      if (std::find(allowed.begin(), allowed.end(), value) == allowed.end())
-        throw InputError(name, value, fmt::format("{}", fmt::join(allowed, ", ")));
-    return options;
-  }
-  static CommonOptions common(std::uint64_t seed) {
-    CommonOptions options;
-    options.seed = seed;
-    return options;
-  }
-};
-
-class PyDetector : public Looks {
- public:
-  using Looks::Looks;
+  explicit PyDetector(DetectorFactory factory) : factory_(std::move(factory)) {}
   std::vector<SeenBall> detect(const py::array& bgr) {
     const cv::Mat picture = picture_of(bgr);
     const py::gil_scoped_release released;
@@ -118,19 +104,20 @@ class PyDetector : public Looks {
     found->second.doubt_response();
     std::vector<SeenBall> balls;
     for (const BallObservation& seen : found->second.detect(picture))
-      balls.push_back(ball(seen, seen.color_class, "detected", 0));
+      balls.push_back(seen_ball(factory_, seen, seen.color_class, "detected", 0));
     return balls;
   }
 
  private:
+  DetectorFactory factory_;
+  std::mutex mutex_;
   std::map<std::pair<int, int>, Detector> detectors_;
 };
 
-class PyTracker : public Looks {
+/// One thread at a time.
+class PyTracker {
  public:
-  PyTracker(const GivenColors& colors, const GivenCamera& camera, const py::object& diameter, std::string fit,
-            std::string response, std::uint64_t seed, bool fixed_colors)
-      : Looks(colors, camera, diameter, std::move(fit), std::move(response), seed) {
+  PyTracker(DetectorFactory factory, bool fixed_colors) : factory_(std::move(factory)) {
     options_.fixed_colors = fixed_colors;
   }
   std::vector<SeenBall> update(const py::array& bgr, double time_s) {
@@ -141,11 +128,14 @@ class PyTracker : public Looks {
     if (!tracker_) tracker_.emplace(factory_.make({picture.cols, picture.rows}, "bgr"), options_);
     std::vector<SeenBall> balls;
     for (const Track& track : tracker_->update(picture, time_s))
-      balls.push_back(ball(track.ball, track.color_class, track_state_name(track.state), track.id));
+      balls.push_back(
+          seen_ball(factory_, track.ball, track.color_class, track_state_name(track.state), track.id));
     return balls;
   }
 
  private:
+  DetectorFactory factory_;
+  std::mutex mutex_;
   TrackerOptions options_;
   std::optional<Tracker> tracker_;
 };
@@ -192,18 +182,16 @@ std::shared_ptr<ColorTable> learn(const py::dict& pictures, const std::map<std::
   if (pictures.size() > 1 && pictures.contains(""))
     faults.add("pictures", "a class without a name beside others", "names for all, or \"\" alone");
   faults.throw_if_any();
-  ClassFindings findings;
+  std::vector<std::string> warnings;
   const LearntColors learnt = hearing_ctrl_c([&] {
     RegionSearchOptions search;
     search.before_each_test = throw_if_interrupted;
     LearntColors colors = requests.front().name.empty() ? learn_colors(seen, search, off)
                                                         : learn_classes(seen, requests, search, off);
-    findings = judge_classes(colors.table, report_classes(colors.table));
+    warnings = warnings_of(colors, report_classes(colors.table));
     return colors;
   });
-  if (!findings.refusals.empty()) throw Refusal(fmt::format("{}", fmt::join(findings.refusals, "\n")));
-  findings.warnings.insert(findings.warnings.begin(), learnt.doubts.begin(), learnt.doubts.end());
-  for (const std::string& warning : findings.warnings)
+  for (const std::string& warning : warnings)
     if (PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0) throw py::error_already_set();
   return std::make_shared<ColorTable>(learnt.table);
 }
@@ -285,14 +273,8 @@ void add_seeing(py::module_& module) {
           "becomes a class. at: {\"red\": (x, y, radius)}, px, the ball meant in the first picture of its "
           "class; background: pictures without a ball. What is doubtful is warned of; RuntimeError where "
           "nothing can be learnt.")
-      .def_property_readonly(
-          "classes",
-          [](const ColorTable& colors) {
-            std::vector<std::string> names;
-            for (const ColorClass& each : colors.classes) names.push_back(each.name);
-            return names;
-          },
-          "Their names; class k of `classify` is classes[k - 1].")
+      .def_property_readonly("classes", &ColorTable::class_names,
+                             "Their names; class k of `classify` is classes[k - 1].")
       .def(
           "classify",
           [](const ColorTable& colors, const py::array& bgr) {
@@ -335,8 +317,10 @@ void add_seeing(py::module_& module) {
       module, "Detector",
       "Finds balls in single pictures, as `ballservo detect` does in the taught light. Threads "
       "take turns with one; two work side by side.")
-      .def(py::init<const GivenColors&, const GivenCamera&, const py::object&, std::string, std::string,
-                    std::uint64_t>(),
+      .def(py::init([](const GivenColors& colors, const GivenCamera& camera, const py::object& diameter,
+                       const std::string& fit, const std::string& response, std::uint64_t seed) {
+             return std::make_unique<PyDetector>(factory_of(colors, camera, diameter, fit, response, seed));
+           }),
            py::arg("colors"), py::arg("camera") = py::none(), py::arg("diameter") = py::none(),
            py::arg("fit") = "sphere", py::arg("response") = "auto", py::arg("seed") = 0,
            "Colors and Camera, or their files; diameter as the command line takes it: METRES[+-SIGMA] or "
@@ -345,8 +329,12 @@ void add_seeing(py::module_& module) {
            "The balls in a picture, uint8 (height, width, 3), best first.");
   py::class_<PyTracker>(module, "Tracker",
                         "Follows balls from picture to picture, as `ballservo track` does.")
-      .def(py::init<const GivenColors&, const GivenCamera&, const py::object&, std::string, std::string,
-                    std::uint64_t, bool>(),
+      .def(py::init([](const GivenColors& colors, const GivenCamera& camera, const py::object& diameter,
+                       const std::string& fit, const std::string& response, std::uint64_t seed,
+                       bool fixed_colors) {
+             return std::make_unique<PyTracker>(factory_of(colors, camera, diameter, fit, response, seed),
+                                                fixed_colors);
+           }),
            py::arg("colors"), py::arg("camera") = py::none(), py::arg("diameter") = py::none(),
            py::arg("fit") = "sphere", py::arg("response") = "auto", py::arg("seed") = 0,
            py::arg("fixed_colors") = false)
