@@ -27,10 +27,10 @@ namespace {
 constexpr const char* allowed_sources = "image files, a folder of images, a video file, or camera:N";
 constexpr std::string_view camera_prefix = "camera:";
 
-enum class SourceKind { image, folder, video, camera, fault };
+enum class SourceKind { image, folder, video, camera };
 
 struct Source {
-  SourceKind kind = SourceKind::fault;
+  SourceKind kind = SourceKind::image;
   std::string text;             ///< as it was given
   std::vector<fs::path> files;  ///< the image, the folder's images in natural order, or the video
   std::vector<double> times_s;  ///< of a recording's images, or of rendered ones
@@ -73,88 +73,87 @@ std::vector<fs::path> images_in_folder(const fs::path& folder) {
   return files;
 }
 
-/// Looks at one file: picture, video, or a fault.
-SourceKind classify_file(const fs::path& file, double max_pixels, FaultList& faults) {
-  const auto fault = [&](std::string found) {
-    faults.add(file.string(), std::move(found), allowed_sources);
-    return SourceKind::fault;
+InputError too_large(const std::string& place, const char* what, double width, double height,
+                     double max_pixels) {
+  return {place, fmt::format("{} of {} x {} pixels", what, width, height),
+          fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels)};
+}
+
+/// Looks at one file: picture or video. Throws InputError for what is neither.
+SourceKind classify_file(const fs::path& file, double max_pixels) {
+  const auto fault = [&](const std::string& found) {
+    return InputError(file.string(), found, allowed_sources);
   };
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
   if (!fs::exists(status))
-    return fault(status.type() == fs::file_type::not_found ? "no such file"
-                                                           : system_error_text(error.value()));
-  if (!fs::is_regular_file(status)) return fault("something that is no regular file");
+    throw fault(status.type() == fs::file_type::not_found ? "no such file"
+                                                          : system_error_text(error.value()));
+  if (!fs::is_regular_file(status)) throw fault("something that is no regular file");
   const std::string head = head_of(file);
   if (head.empty())
-    return fault(fs::file_size(file, error) == 0 ? "an empty file" : "a file that cannot be read");
+    throw fault(fs::file_size(file, error) == 0 ? "an empty file" : "a file that cannot be read");
   if (is_video_container(head)) return SourceKind::video;
   const auto size = image_size_from_header(head);
-  if (size && !(static_cast<double>(size->width_px) * size->height_px <= max_pixels)) {
-    faults.add(file.string(), fmt::format("a picture of {} x {} pixels", size->width_px, size->height_px),
-               fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
-    return SourceKind::fault;
-  }
+  if (size && !(static_cast<double>(size->width_px) * size->height_px <= max_pixels))
+    throw too_large(file.string(), "a picture", size->width_px, size->height_px, max_pixels);
   // A JPEG's size may stand behind more metadata than the head holds, a TIFF's behind its pixels; the reader
   // looks again.
   using namespace std::string_view_literals;
   const std::string_view magic = std::string_view(head).substr(0, 4);
   if (size || magic.substr(0, 3) == "\xFF\xD8\xFF" || magic == "II*\0"sv || magic == "MM\0*"sv)
     return SourceKind::image;
-  return fault("neither a picture nor a video");
+  throw fault("neither a picture nor a video");
 }
 
-Source classify(const std::string& text, double max_pixels, FaultList& faults) {
-  Source source{SourceKind::fault, text, {}, {}, {}};
-  if (text.compare(0, camera_prefix.size(), camera_prefix) == 0) {
-    const auto mode = parse_camera_mode(text.substr(camera_prefix.size()));
-    if (mode) {
-      source.kind = SourceKind::camera;
-      source.camera = *mode;
-    } else {
-      faults.add(text, "no camera number", "camera:N, N from 0 to 255, or camera:N@WxH or camera:N@WxH@HZ");
+/// A folder of pictures, or a recording. Throws InputError with the faults of all its pictures.
+Source classify_folder(const std::string& text, double max_pixels) {
+  Source source{SourceKind::folder, text, {}, {}, {}};
+  FaultList faults;
+  faults.collect([&] {
+    for (auto& [file, time_s] : recorded_pictures(text)) {
+      source.files.push_back(std::move(file));
+      source.times_s.push_back(time_s);
     }
-    return source;
-  }
-  std::error_code error;
-  if (fs::is_directory(text, error)) {
-    source.kind = SourceKind::folder;
-    faults.collect([&] {
-      for (auto& [file, time_s] : recorded_pictures(text)) {
-        source.files.push_back(std::move(file));
-        source.times_s.push_back(time_s);
-      }
-    });
-    try {
-      if (source.files.empty()) {
-        source.files = images_in_folder(text);
-        source.times_s = times_in_truth(text, source.files);
-      }
-    } catch (const std::filesystem::filesystem_error& unreadable) {
-      faults.add(text, system_error_text(unreadable.code().value()), "a folder that can be read");
-      return source;
-    }
+  });
+  try {
     if (source.files.empty()) {
+      source.files = images_in_folder(text);
+      source.times_s = times_in_truth(text, source.files);
+    }
+    if (source.files.empty())
       faults.add(text, "a folder without pictures",
                  "a folder with .png, .jpg, .bmp, .ppm, .tiff or .webp files");
-    }
-    for (const fs::path& file : source.files) {
-      if (classify_file(file, max_pixels, faults) == SourceKind::video) {
-        faults.add(file.string(), "a video under a picture's name", "pictures only in a folder");
-      }
-    }
-    return source;
+  } catch (const std::filesystem::filesystem_error& unreadable) {
+    faults.add(text, system_error_text(unreadable.code().value()), "a folder that can be read");
   }
-  source.files = {text};
-  source.kind = classify_file(text, max_pixels, faults);
+  for (const fs::path& file : source.files)
+    faults.collect([&] {
+      if (classify_file(file, max_pixels) == SourceKind::video)
+        throw InputError(file.string(), "a video under a picture's name", "pictures only in a folder");
+    });
+  faults.throw_if_any();
   return source;
+}
+
+Source classify(const std::string& text, double max_pixels) {
+  if (text.compare(0, camera_prefix.size(), camera_prefix) == 0) {
+    if (const auto mode = parse_camera_mode(text.substr(camera_prefix.size())))
+      return {SourceKind::camera, text, {}, {}, *mode};
+    throw InputError(text, "no camera number",
+                     "camera:N, N from 0 to 255, or camera:N@WxH or camera:N@WxH@HZ");
+  }
+  std::error_code error;
+  if (fs::is_directory(text, error)) return classify_folder(text, max_pixels);
+  return {classify_file(text, max_pixels), text, {text}, {}, {}};
 }
 
 std::vector<Source> classify_all(const std::vector<std::string>& texts, double max_pixels,
                                  FaultList& faults) {
   if (texts.empty()) faults.add("SOURCE", "nothing", allowed_sources);
   std::vector<Source> sources;
-  for (const std::string& text : texts) sources.push_back(classify(text, max_pixels, faults));
+  for (const std::string& text : texts)
+    faults.collect([&] { sources.push_back(classify(text, max_pixels)); });
   return sources;
 }
 
@@ -207,7 +206,7 @@ int orientation_of(const cv::VideoCapture& capture) {
 class VideoFrames : public FrameSequence {
  public:
   /// Reads the first picture at once, so that a file without any is a fault before work begins.
-  VideoFrames(const fs::path& file, double fps, double max_pixels, FaultList& faults)
+  VideoFrames(const fs::path& file, double fps, double max_pixels)
       : path_(file.string()), name_(file.filename().string()) {
     constexpr const char* readable_video = "a video that this machine's OpenCV can read";
     bool opened = false;
@@ -219,17 +218,10 @@ class VideoFrames : public FrameSequence {
     } catch (const cv::Exception&) {
       opened = false;
     }
-    if (!opened) {
-      faults.add(path_, "a damaged video or an unknown codec", readable_video);
-      return;
-    }
+    if (!opened) throw InputError(path_, "a damaged video or an unknown codec", readable_video);
     const double width = capture_.get(cv::CAP_PROP_FRAME_WIDTH),
                  height = capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
-    if (!(width * height <= max_pixels)) {
-      faults.add(path_, fmt::format("a video of {} x {} pixels", width, height),
-                 fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
-      return;
-    }
+    if (!(width * height <= max_pixels)) throw too_large(path_, "a video", width, height, max_pixels);
     capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);  // OpenCV 4.6 turns the wrong way
     orientation_ = orientation_of(capture_);
     const double own_fps = capture_.get(cv::CAP_PROP_FPS);
@@ -237,7 +229,7 @@ class VideoFrames : public FrameSequence {
     const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
     if (count > 0 && count < 1e9) length_ = static_cast<long>(count);
     read();
-    if (!ahead_) faults.add(path_, "a video without a readable picture", readable_video);
+    if (!ahead_) throw InputError(path_, "a video without a readable picture", readable_video);
   }
 
   std::optional<Frame> next() override {
@@ -300,9 +292,10 @@ std::vector<std::unique_ptr<FrameSequence>> open_sources(const std::vector<std::
       sequences.push_back(
           std::make_unique<ImageFiles>(source.text, source.files, source.times_s, fps, max_pixels));
     } else if (source.kind == SourceKind::video) {
-      sequences.push_back(std::make_unique<VideoFrames>(source.files.front(), fps, max_pixels, faults));
+      faults.collect(
+          [&] { sequences.push_back(std::make_unique<VideoFrames>(source.files.front(), fps, max_pixels)); });
     } else if (source.kind == SourceKind::camera && faults.empty()) {
-      sequences.push_back(open_live_camera(source.camera, max_pixels, faults));
+      faults.collect([&] { sequences.push_back(open_live_camera(source.camera, max_pixels)); });
     }
   }
   faults.throw_if_any();

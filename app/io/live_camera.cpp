@@ -14,6 +14,7 @@
 
 #include "app/io/interrupt.hpp"
 #include "app/io/track_stream.hpp"
+#include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 
 namespace ballservo {
@@ -120,8 +121,7 @@ std::string other_mode(const CameraMode& asked, double width_px, double height_p
   return fmt::format("{:g} x {:g} pixels at {:g} Hz", width_px, height_px, rate_hz);
 }
 
-std::unique_ptr<FrameSequence> open_live_camera(const CameraMode& mode, double max_pixels,
-                                                FaultList& faults) {
+std::unique_ptr<FrameSequence> open_live_camera(const CameraMode& mode, double max_pixels) {
   const std::string name = "camera:" + std::to_string(mode.number);
   std::vector<int> wanted;
   if (mode.size.width_px > 0)
@@ -134,22 +134,15 @@ std::unique_ptr<FrameSequence> open_live_camera(const CameraMode& mode, double m
   } catch (const cv::Exception&) {
     opened = false;
   }
-  if (!opened) {
-    faults.add(name, "no camera that can be opened", "the number of a camera (/dev/videoN)");
-    return nullptr;
-  }
+  if (!opened) throw InputError(name, "no camera that can be opened", "the number of a camera (/dev/videoN)");
   const double width = shared->capture.get(cv::CAP_PROP_FRAME_WIDTH);
   const double height = shared->capture.get(cv::CAP_PROP_FRAME_HEIGHT);
-  if (!(width * height <= max_pixels)) {
-    faults.add(name, fmt::format("pictures of {} x {} pixels", width, height),
-               fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
-    return nullptr;
-  }
+  if (!(width * height <= max_pixels))
+    throw InputError(name, fmt::format("pictures of {} x {} pixels", width, height),
+                     fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", max_pixels));
   const std::string other = other_mode(mode, width, height, shared->capture.get(cv::CAP_PROP_FPS));
-  if (!other.empty()) {
-    faults.add(name, "a camera that gives " + other + " instead", "one of its own sizes and rates");
-    return nullptr;
-  }
+  if (!other.empty())
+    throw InputError(name, "a camera that gives " + other + " instead", "one of its own sizes and rates");
   return std::make_unique<LiveCamera>(mode.number, name, std::move(shared));
 }
 

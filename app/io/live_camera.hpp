@@ -6,7 +6,6 @@
 #include <string>
 
 #include "app/io/image_source.hpp"
-#include "calibration/base/fault.hpp"
 #include "calibration/base/image_size.hpp"
 
 namespace ballservo {
@@ -23,10 +22,10 @@ std::optional<CameraMode> parse_camera_mode(const std::string& text);
 /// What a camera that was asked for a mode gives instead; empty: it obeyed.
 std::string other_mode(const CameraMode& asked, double width_px, double height_px, double rate_hz);
 
-/// Opens a camera (V4L2); one that cannot be opened, is too large or gives another size or rate than it was
-/// asked for becomes a fault, and null is returned. `next` waits for a picture newer than the last: drivers
-/// queue stale ones, and reading may hang when the camera is unplugged, so it throws InputError after five
-/// seconds without any, and ends the sequence on Ctrl-C.
-std::unique_ptr<FrameSequence> open_live_camera(const CameraMode& mode, double max_pixels, FaultList& faults);
+/// Opens a camera (V4L2); throws InputError for one that cannot be opened, is too large or gives another size
+/// or rate than it was asked for. `next` waits for a picture newer than the last: drivers queue stale ones,
+/// and reading may hang when the camera is unplugged, so it throws InputError after five seconds without any,
+/// and ends the sequence on Ctrl-C.
+std::unique_ptr<FrameSequence> open_live_camera(const CameraMode& mode, double max_pixels);
 
 }  // namespace ballservo
