@@ -12,31 +12,15 @@
 #include "app/sweep/grid.hpp"
 #include "app/sweep/sweep_statistics.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/base/output.hpp"
 
 namespace ballservo {
 namespace {
 
 /// A journal of its own for a job that nobody resumes.
-class Notes {
- public:
-  Notes() {
-    std::string name = (std::filesystem::temp_directory_path() / "ballservo_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw InputError(name, "no folder can be made", "a writable folder");
-    folder_ = name;
-    journal_.emplace(folder_ / "notes", "python", [](auto&&...) { return true; });
-  }
-  ~Notes() {
-    journal_.reset();
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  Notes(const Notes&) = delete;
-  Notes& operator=(const Notes&) = delete;
-  Journal& journal() { return *journal_; }
-
- private:
-  Path folder_;
-  std::optional<Journal> journal_;
+struct Notes {
+  TemporaryFolder folder;
+  Journal journal{folder.path() / "notes", "python", [](auto&&...) { return true; }};
 };
 
 struct FinishedCalibration {
@@ -129,7 +113,7 @@ FinishedSweep sweep(const Path& scenario, long trials, const py::dict& vary,
     const auto [works, job] = plan_sweeps(options, varied);
     Notes notes;
     const std::vector<Sweep> done = run_sweeps(
-        works, notes.journal(), [] { return !interrupt_requested(); }, [](long, long) {});
+        works, notes.journal, [] { return !interrupt_requested(); }, [](long, long) {});
     throw_if_interrupted();
     if (!is_grid(job))
       return {sweep_summary_json(done.front(), {}, false, nullptr).dump(), done.front().trials_csv, ""};
@@ -165,10 +149,10 @@ std::map<std::string, py::object> compare(const std::optional<Path>& plan_file, 
     }
     const std::vector<ComparisonUnit> units = comparison_units(source->conditions());
     Notes notes;
-    run_units(*source, plan.methods, units, notes.journal(), threads, [](long) { throw_if_interrupted(); });
+    run_units(*source, plan.methods, units, notes.journal, threads, [](long) { throw_if_interrupted(); });
     std::map<std::string, std::string> files;
     ComparisonResults results =
-        collect_results(source->conditions(), plan.methods, units, notes.journal(), plan.seed,
+        collect_results(source->conditions(), plan.methods, units, notes.journal, plan.seed,
                         [&](const std::string& name, std::string_view rows) { files[name] += rows; });
     files.merge(results.files);
     files.merge(results.timing_files);

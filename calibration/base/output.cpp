@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <stdexcept>
@@ -143,6 +144,18 @@ void write_file(const fs::path& target, std::string_view contents, Overwrite ove
   OutputFile file(target, overwrite);
   file.write(contents);
   file.commit();
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (fs::temp_directory_path() / "ballservo_XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr)
+    throw InputError(name, "no temporary folder can be made there", "a writable folder (TMPDIR)");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
 }
 
 fs::path unused_path(const fs::path& name) {

@@ -39,6 +39,20 @@ class OutputFile {
 /// Writes one file whole: `OutputFile`, `write`, `commit`.
 void write_file(const std::filesystem::path& target, std::string_view contents, Overwrite overwrite);
 
+/// A new folder among the system's temporary ones, which goes with everything in it. Throws InputError.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 /// The name with _2, _3 ... behind it: the first that nothing has.
 std::filesystem::path unused_path(const std::filesystem::path& name);
 

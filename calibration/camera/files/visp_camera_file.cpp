@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <memory>
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
+#include "calibration/base/output.hpp"
 #include "calibration/base/system_file.hpp"
 #include "calibration/camera/files/camera_covariance.hpp"
 #include "calibration/camera/files/camera_formats.hpp"
@@ -272,29 +272,11 @@ vpCameraParameters visp_parameters(const CameraParameters& p) {
   return result;
 }
 
-/// A folder of our own for the file that ViSP's writer wants; removed with everything in it.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "ballservo_XXXXXX").string();
-    if (!mkdtemp(pattern.data()))
-      throw InputError(pattern, "no temporary folder can be made there", "a writable folder (TMPDIR)");
-    path = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  std::filesystem::path path;
-};
-
 std::string write_visp(const Camera& camera, const std::string& camera_name) {
   const CameraParameters& p = camera.parameters();
   // Onto a file that already holds this camera ViSP's writer fails: a new one each time.
-  const ScratchFolder folder;
-  const auto file = folder.path / "camera.xml";
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "camera.xml";
   const int verdict = vpXmlParserCamera().save(visp_parameters(p), file.string(), camera_name,
                                                static_cast<unsigned>(p.size.width_px),
                                                static_cast<unsigned>(p.size.height_px));
