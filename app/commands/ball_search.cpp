@@ -117,9 +117,9 @@ void BallSearch::write_stages(const std::string& name, const Frame& frame, const
 void BallSearch::end() {
   if (left_out_pictures_ > 0)
     spdlog::warn(
-        "{} picture{} had more regions of the balls' colours than are searched, and small balls may have "
+        "{} had more regions of the balls' colours than are searched, and small balls may have "
         "been missed (left out in {}): colours that the background has too? Teach them with --background",
-        left_out_pictures_, left_out_pictures_ == 1 ? "" : "s", left_out_example_);
+        counted(left_out_pictures_, "picture"), left_out_example_);
   if (other_lights_ > 0)
     spdlog::warn(
         "a ball showed only in another light than the taught one, which was assumed ({}{}); if that is no "

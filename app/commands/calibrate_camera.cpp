@@ -45,15 +45,14 @@ std::size_t corners_set_aside(const BoardCalibration& result) {
   return count;
 }
 
-void print_boards(const Boards& boards, const BoardCalibration& result) {
-  print_result("board found in {} of {} pictures of {}x{}\n", boards.used.size(), boards.pictures.all.size(),
-               boards.pictures.size.width_px, boards.pictures.size.height_px);
-  for (std::size_t i = 0; i < boards.used.size(); ++i) {
-    const std::string& remark = boards.used[i]->remark;
-    print_result("  {}: RMS {:.3f} px{}{}\n", boards.used[i]->name(), result.corners[i].rms_px(),
-                 remark.empty() ? "" : "; ", remark);
-  }
-  for (const BoardPicture& picture : boards.pictures.all)
+void print_boards(const CameraCalibration& calibration) {
+  const auto& [pictures, used, views, result] = calibration;
+  print_result("board found in {} of {} pictures of {}x{}\n", used.size(), pictures.all.size(),
+               pictures.size.width_px, pictures.size.height_px);
+  for (std::size_t i = 0; i < used.size(); ++i)
+    print_result("  {}: RMS {:.3f} px{}{}\n", used[i]->name(), result.corners[i].rms_px(),
+                 used[i]->remark.empty() ? "" : "; ", used[i]->remark);
+  for (const BoardPicture& picture : pictures.all)
     if (!picture.rejected.empty()) print_result("  {}: not used, {}\n", picture.name(), picture.rejected);
 }
 
@@ -90,18 +89,19 @@ void print_camera(const BoardCalibration& result) {
   for (const std::string& advice : calibration_advice(result)) print_result("next: {}\n", advice);
 }
 
-CameraReportInput report_input(const Boards& boards, const BoardCalibration& result, double max_pixels) {
+CameraReportInput report_input(const CameraCalibration& calibration, double max_pixels) {
   CameraReportInput input;
-  input.calibration = &result;
-  input.views = boards.views;
-  input.overlay = [&boards, &result, max_pixels](std::size_t view) {
+  input.calibration = &calibration.result;
+  input.views = calibration.views;
+  input.overlay = [&calibration, max_pixels](std::size_t view) {
     throw_if_interrupted();
-    return board_overlay(boards.used[view]->picture(max_pixels), boards.views[view], result.corners[view]);
+    return board_overlay(calibration.used[view]->picture(max_pixels), calibration.views[view],
+                         calibration.result.corners[view]);
   };
-  input.looked_at = boards.pictures.all.size();
-  for (const BoardPicture* picture : boards.used)
+  input.looked_at = calibration.pictures.all.size();
+  for (const BoardPicture* picture : calibration.used)
     if (!picture->remark.empty()) input.remarks.push_back(picture->name() + ": " + picture->remark);
-  for (const BoardPicture& picture : boards.pictures.all)
+  for (const BoardPicture& picture : calibration.pictures.all)
     if (!picture.rejected.empty()) input.rejected.emplace_back(picture.name(), picture.rejected);
   return input;
 }
@@ -118,19 +118,19 @@ int run_calibrate_camera(const CalibrateCameraOptions& options) {
   if (!options.report.empty()) report.emplace(options.report, options.common.overwrite(options.report));
 
   const CameraCalibration calibration = calibrate_camera(options, format);
-  const auto& [boards, result] = calibration;
+  const BoardCalibration& result = calibration.result;
   throw_if_interrupted();
 
   camera_file.write(camera_file_text(result.camera, format, options.output.stem().string()));
   covariance_file.write(camera_covariance_text(result.camera, result.covariance.parameters));
   if (report)
-    write_report(*report, camera_report(report_input(boards, result, options.common.max_pixels), *report),
+    write_report(*report, camera_report(report_input(calibration, options.common.max_pixels), *report),
                  options.common.quiet);
   options.common.files->commit(camera_file, covariance_file, report);
   write_json_results(options.common, results_json(calibration));
   for (const std::string& warning : result.warnings) spdlog::warn("{}", warning);
   if (options.common.quiet) return exit_done;
-  print_boards(boards, result);
+  print_boards(calibration);
   print_camera(result);
   print_result("written: {}\n", std::filesystem::absolute(options.output).string());
   if (report)
@@ -143,24 +143,24 @@ int run_calibrate_camera(const CalibrateCameraOptions& options) {
 CameraCalibration calibrate_camera(const CalibrateCameraOptions& options, const CameraFileFormat& format) {
   const Board board = parse_board(options.board_text, options.square_m);
   const std::vector<LensModel> models = models_of(options.model, format);
-  Boards boards;
   const BoardSearch search{board, options.board_text, options.common.max_pixels, options.common.threads,
                            options.common.quiet};
-  boards.pictures =
+  BoardPictures pictures =
       options.stills.empty() ? find_boards(options.sources, search) : find_boards(options.stills, search);
-  boards.used = boards.pictures.used();
-  for (const BoardPicture* picture : boards.used) boards.views.push_back(*picture->view);
-  BoardCalibration result = calibrate_from_boards(boards.pictures.size, boards.views, models);
-  return {std::move(boards), std::move(result)};
+  std::vector<const BoardPicture*> used = pictures.used();
+  std::vector<BoardView> views;
+  for (const BoardPicture* picture : used) views.push_back(*picture->view);
+  BoardCalibration result = calibrate_from_boards(pictures.size, views, models);
+  return {std::move(pictures), std::move(used), std::move(views), std::move(result)};
 }
 
 nlohmann::json results_json(const CameraCalibration& calibration) {
-  const auto& [boards, result] = calibration;
+  const auto& [pictures, used, views, result] = calibration;
   const CameraParameters& p = result.camera.parameters();
   nlohmann::json json{{"rms_px", result.rms_px},
                       {"held_out_rms_px", result.held_out_rms_px},
-                      {"images", boards.pictures.all.size()},
-                      {"used", boards.used.size()},
+                      {"images", pictures.all.size()},
+                      {"used", used.size()},
                       {"corners_set_aside", corners_set_aside(result)},
                       {"coverage", result.coverage},
                       {"noise_px", result.covariance.noise_px},
@@ -187,14 +187,14 @@ nlohmann::json results_json(const CameraCalibration& calibration) {
     const auto at = static_cast<Eigen::Index>(i);
     json["sigma"][names[i]] = std::sqrt(result.covariance.parameters(at, at));
   }
-  for (const BoardPicture& picture : boards.pictures.all)
+  for (const BoardPicture& picture : pictures.all)
     if (!picture.rejected.empty())
       json["rejected"].push_back({{"file", picture.name()}, {"reason", picture.rejected}});
-  for (std::size_t i = 0; i < boards.used.size(); ++i)
-    json["per_image"].push_back({{"file", boards.used[i]->name()},
+  for (std::size_t i = 0; i < used.size(); ++i)
+    json["per_image"].push_back({{"file", used[i]->name()},
                                  {"rms_px", result.corners[i].rms_px()},
-                                 {"corners", boards.views[i].size()},
-                                 {"remark", boards.used[i]->remark}});
+                                 {"corners", views[i].size()},
+                                 {"remark", used[i]->remark}});
   for (const LensCandidate& trial : result.trials)
     json["models_tried"].push_back({{"model", lens_model_name(trial.model())},
                                     {"rms_px", trial.adjustment.rms_px},

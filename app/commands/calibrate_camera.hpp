@@ -26,15 +26,10 @@ struct CalibrateCameraOptions {
   std::filesystem::path report;
 };
 
-/// The pictures that are used, and what was found in them.
-struct Boards {
-  BoardPictures pictures;
-  std::vector<const BoardPicture*> used;
-  std::vector<BoardView> views;
-};
-
 struct CameraCalibration {
-  Boards boards;
+  BoardPictures pictures;
+  std::vector<const BoardPicture*> used;  ///< of the pictures
+  std::vector<BoardView> views;           ///< of the board in those
   BoardCalibration result;
 };
 

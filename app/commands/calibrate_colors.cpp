@@ -85,7 +85,7 @@ std::string classes_text(const ColorTable& colors, const std::vector<ClassReport
     const ColorClass& color = colors.classes[k];
     text += color.name + ": ";
     if (const auto learnt = circles.find(color.name); learnt != circles.end()) {
-      text += fmt::format("{} ball{}, ", learnt->second.size(), learnt->second.size() == 1 ? "" : "s");
+      text += counted(static_cast<long>(learnt->second.size()), "ball") + ", ";
     }
     text += fmt::format("{} pixels, {} cells of the table, which gives {:.1f} % of the pixels back",
                         color.samples, table_cells_of(colors, k), 100 * report.kept_fraction);
@@ -308,11 +308,7 @@ int run_calibrate_colors(const ColorsOptions& options) {
   }
   lesson.colors.table = joined(options, lesson, std::move(files));
   const std::vector<ClassReport> reports = report_classes(lesson.colors.table);
-  const ClassFindings findings = judge_classes(lesson.colors.table, reports);
-  if (!findings.refusals.empty()) throw Refusal(fmt::format("{}", fmt::join(findings.refusals, "\n")));
-  std::vector<std::string> warnings = lesson.colors.doubts;
-  warnings.insert(warnings.end(), findings.warnings.begin(), findings.warnings.end());
-  return finish_lesson(options, lesson, reports, warnings, output, folder);
+  return finish_lesson(options, lesson, reports, warnings_of(lesson.colors, reports), output, folder);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <limits>
 #include <opencv2/core/utility.hpp>
 
 #include "app/io/interrupt.hpp"
@@ -87,6 +86,10 @@ std::vector<std::string> split(const std::string& text, char separator) {
     if (end == std::string::npos) return parts;
     begin = end + 1;
   }
+}
+
+std::string counted(long count, const std::string& thing) {
+  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
 }
 
 std::string unused_name(std::set<std::string>& used, const std::string& name) {

@@ -76,6 +76,9 @@ void add_keys_flag(CLI::App& command, const std::string& file, std::vector<Optio
 /// The parts of a text between separators; where there is none, the text itself.
 std::vector<std::string> split(const std::string& text, char separator);
 
+/// "1 picture", "2 pictures".
+std::string counted(long count, const std::string& thing);
+
 /// A name that is in `used` from now on and was not before: `name`, or it with the first of _2, _3 ... that
 /// is free. Pictures of one name in different folders must not overwrite each other's results.
 std::string unused_name(std::set<std::string>& used, const std::string& name);

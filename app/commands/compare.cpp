@@ -296,7 +296,7 @@ Writes compare.csv (each method in each condition), fits.csv (every fit), frames
   add_work_options(*command, options->work);
   add_keys_flag(*command, "plan", plan_keys);
   add_common_options(*command, options->common);
-  CLI::App* merge = add_merge_command(*command, action, run_comparison_merge);
+  CLI::App* merge = add_merge_command(*command, action, run_comparison_merge, false);
   merge->description("Put the parts of a comparison together");
   merge->footer(R"(Example: ballservo compare merge part_1 part_2 part_3 -o whole
 gives the tables of the whole, the same bytes as in one run.)");

@@ -113,16 +113,14 @@ int run_detect(const DetectOptions& options) {
   });
   search.end();
   options.common.files->commit(overlay_folder);
-  const std::string looked_at =
-      fmt::format("{} picture{}", search.pictures(), search.pictures() == 1 ? "" : "s");
+  const std::string looked_at = counted(search.pictures(), "picture");
   if (balls_found == 0 && !search.interrupted())
     throw Refusal(
         fmt::format("no ball in {}; to see why, add --stages DIR and look where the colour gets lost: if "
                     "already in 'classified', learn the colours from a picture of this light; if in "
                     "'refined', the outline is hidden or not round",
                     looked_at));
-  return search.finish({{"pictures", pictures}},
-                       fmt::format("{} ball{} in {}", balls_found, balls_found == 1 ? "" : "s", looked_at));
+  return search.finish({{"pictures", pictures}}, counted(balls_found, "ball") + " in " + looked_at);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "app/experiment/simulated_camera.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/io/progress.hpp"
+#include "app/io/recording.hpp"
 #include "app/report/picture.hpp"
 #include "app/scenario/scenario.hpp"
 #include "calibration/base/csv_table.hpp"
@@ -29,8 +30,7 @@ struct RenderOptions {
   int frames = 30;
 };
 
-constexpr const char* truth_header =
-    "source,frame,ball_id,class,cx_px,cy_px,r_px,x_m,y_m,z_m,visible_fraction,time_s\n";
+std::string truth_header() { return fmt::format("source,{}\n", fmt::join(truth_columns(), ",")); }
 
 std::string truth_row(const std::string& source, const BallTruth& truth, double time_s) {
   const auto outline =
@@ -46,8 +46,7 @@ std::set<std::string> pictures_in(const std::filesystem::path& truth) {
   std::set<std::string> names;
   std::ifstream stream(truth);
   std::string row;
-  const bool of_render =
-      std::getline(stream, row) && !row.empty() && std::string(truth_header).rfind(row, 0) == 0;
+  const bool of_render = std::getline(stream, row) && !row.empty() && truth_header().rfind(row, 0) == 0;
   if (!of_render) return names;
   while (std::getline(stream, row)) {
     if (row.rfind("frame_", 0) == 0) names.insert(row.substr(0, row.find(',')));
@@ -74,7 +73,7 @@ int run_render(const RenderOptions& options) {
   });
   write_camera(folder, scenario.camera.camera);
 
-  std::string rows = truth_header;
+  std::string rows = truth_header();
   Progress progress("pictures", options.frames, options.common.quiet);
   int pictures = 0;
   SteppedClock clock;
@@ -99,7 +98,7 @@ int run_render(const RenderOptions& options) {
                                       {"seed", options.common.seed},
                                       {"interrupted", interrupted}});
   if (!options.common.quiet) {
-    print_result("{} picture{}, truth.csv and the camera: {}{}\n", pictures, pictures == 1 ? "" : "s",
+    print_result("{}, truth.csv and the camera: {}{}\n", counted(pictures, "picture"),
                  options.output.string(), interrupted ? " (interrupted)" : "");
   }
   return interrupted ? exit_interrupted : exit_done;

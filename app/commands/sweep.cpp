@@ -96,11 +96,12 @@ void finish_sweep(const SweepOutcome& outcome, const CommonOptions& common,
     folder->write(report_json_name,
                   report_text(grid ? grid_report(description) : sweep_report(sweep, other)));
     draw_page_or_warn(folder->staging(), output.string(), common.quiet);
-    if (!interrupted) common.files->commit();
-    if (interrupted)
+    if (interrupted) {
       folder->commit_unfinished();
-    else
+    } else {
+      common.files->commit();
       folder->commit_finished();
+    }
   }
   write_json_results(common, nlohmann::json(summary));
   if (!grid) return say(summary, output, common.quiet);
@@ -221,9 +222,7 @@ Exit: 0 done (whatever was found), 2 bad input, 130 interrupted (what was finish
   add_against_option(*command, options->against);
   add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
   add_common_options(*command, options->common);
-  CLI::App* merge =
-      add_merge_command(*command, action, run_sweep_merge,
-                        [](CLI::App& merging, MergeOptions& of) { add_against_option(merging, of.against); });
+  CLI::App* merge = add_merge_command(*command, action, run_sweep_merge, true);
   merge->description("Join the parts of a sweep (--shard) into one");
   merge->footer(R"(Example:
   ballservo sweep merge part_1 part_2 part_3 part_4 -o whole

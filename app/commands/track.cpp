@@ -22,11 +22,6 @@ struct TrackOptions : BallSearchOptions {
 
 constexpr int pictures_between_stages = 30;
 
-struct TrackTotals {
-  long with_ball = 0, seen = 0, coasting = 0;
-  int tracks = 0;
-};
-
 cv::Scalar state_color(TrackState state) {
   switch (state) {
     case TrackState::tentative:
@@ -75,7 +70,7 @@ int run_track(const TrackOptions& options) {
   if (options.stream) stream.emplace(*options.stream);
   TrackerOptions tracker_options;
   tracker_options.fixed_colors = options.fixed_colors;
-  TrackTotals totals;
+  long pictures_with_ball = 0, rows_seen = 0, rows_coasting = 0, track_count = 0;
   nlohmann::json lights = nlohmann::json::array();
   search.each_sequence([&](FrameSequence& sequence) {
     std::optional<Tracker> tracker;
@@ -96,10 +91,10 @@ int run_track(const TrackOptions& options) {
         search.add_row(*frame, track.id, track.color_class, track_state_name(track.state), track.ball);
         const bool seen = track.state != TrackState::coasting;
         with_ball |= seen;
-        (seen ? totals.seen : totals.coasting) += 1;
+        (seen ? rows_seen : rows_coasting) += 1;
         last_id = std::max(last_id, track.id);
       }
-      totals.with_ball += with_ball ? 1 : 0;
+      pictures_with_ball += with_ball ? 1 : 0;
       if (video || window) {
         cv::Mat picture = frame->bgr.clone();
         draw_tracks(picture, tracks, tracker->detector());
@@ -110,7 +105,7 @@ int run_track(const TrackOptions& options) {
       if (staged)
         search.write_stages(fmt::format("{}_{:06}", stem, index), *frame, stages, tracker->detector());
     }
-    totals.tracks += last_id;
+    track_count += last_id;
     if (const auto light = tracker ? tracker->assumed_light() : std::nullopt) {
       search.assumed_light(*light, sequence.name());
       lights.push_back(light_json(*light));
@@ -121,17 +116,17 @@ int run_track(const TrackOptions& options) {
   search.end();
   options.common.files->commit(video);
   const long pictures = search.pictures();
-  if (totals.seen == 0 && !search.interrupted())
+  if (rows_seen == 0 && !search.interrupted())
     throw Refusal(
         fmt::format("no ball in any of {} pictures; --stages DIR shows where it gets lost", pictures));
   return search.finish({{"pictures", pictures},
-                        {"pictures_with_ball", totals.with_ball},
-                        {"tracks", totals.tracks},
-                        {"rows_seen", totals.seen},
-                        {"rows_coasting", totals.coasting},
+                        {"pictures_with_ball", pictures_with_ball},
+                        {"tracks", track_count},
+                        {"rows_seen", rows_seen},
+                        {"rows_coasting", rows_coasting},
                         {"lights", lights}},
-                       fmt::format("{} of {} pictures with a ball, {} track{}", totals.with_ball, pictures,
-                                   totals.tracks, totals.tracks == 1 ? "" : "s"));
+                       fmt::format("{} of {} pictures with a ball, {}", pictures_with_ball, pictures,
+                                   counted(track_count, "track")));
 }
 
 }  // namespace

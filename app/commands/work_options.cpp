@@ -20,14 +20,14 @@ void add_work_options(CLI::App& command, WorkOptions& options) {
   command.add_flag("--resume", options.resume, "Go on with what an earlier run left in the folder");
 }
 
-CLI::App* add_merge_command(CLI::App& command, Action& action, std::function<int(const MergeOptions&)> merge,
-                            const std::function<void(CLI::App&, MergeOptions&)>& more_options) {
+CLI::App* add_merge_command(CLI::App& command, Action& action, int (*merge)(const MergeOptions&),
+                            bool with_against) {
   auto options = std::make_shared<MergeOptions>();
   CLI::App* subcommand = command.add_subcommand("merge");
   subcommand->add_option("DIR", options->folders, "Folders of all parts (--shard I/N), in any order")
       ->required();
   add_output_option(*subcommand, "-o,--output", options->output, "DIR", "Folder for the results")->required();
-  if (more_options) more_options(*subcommand, *options);
+  if (with_against) add_against_option(*subcommand, options->against);
   add_common_options(*subcommand, options->common);
   subcommand->callback([&action, options, merge] { action = [options, merge] { return merge(*options); }; });
   return subcommand;
@@ -71,8 +71,8 @@ void admit_camera(const std::filesystem::path& file, ImageSize size, const Commo
                      fmt::format("at most {:.0f} pixels (--max-pixels sets the limit)", common.max_pixels));
   const double needed = pictures * pixels * bytes_a_pixel, free = free_memory_bytes();
   const std::string words =
-      fmt::format("{} picture{} of {} x {} pixels at once, some {:.1f} GB of memory", pictures,
-                  pictures == 1 ? "" : "s", size.width_px, size.height_px, needed / 1e9);
+      fmt::format("{} of {} x {} pixels at once, some {:.1f} GB of memory", counted(pictures, "picture"),
+                  size.width_px, size.height_px, needed / 1e9);
   if (needed > free)
     throw InputError(
         file.string(), words,

@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,10 +29,9 @@ struct MergeOptions {
   std::filesystem::path output, against;
 };
 
-/// Adds the subcommand that joins what --shard has split; its description and footer, and --against, are the
-/// caller's.
-CLI::App* add_merge_command(CLI::App& command, Action& action, std::function<int(const MergeOptions&)> merge,
-                            const std::function<void(CLI::App&, MergeOptions&)>& more_options = {});
+/// Adds the subcommand that joins what --shard has split; its description and footer are the caller's.
+CLI::App* add_merge_command(CLI::App& command, Action& action, int (*merge)(const MergeOptions&),
+                            bool with_against);
 
 /// Adds --against to a sweep or a merge of one.
 void add_against_option(CLI::App& command, std::filesystem::path& against);

@@ -1,7 +1,6 @@
 #include "app/scenario/scenario.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "app/scenario/scenario_checks.hpp"
 #include "app/scenario/taught_target.hpp"

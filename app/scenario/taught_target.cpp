@@ -1,5 +1,7 @@
 #include "app/scenario/taught_target.hpp"
 
+#include <fmt/format.h>
+
 #include <vector>
 
 #include "calibration/base/numbers.hpp"
@@ -14,31 +16,22 @@ Eigen::Vector3d read_vector(YamlNode node, const std::string& key, const NumberR
 }
 
 std::string vector_text(const Eigen::Vector3d& v) {
-  return "[" + number_text(v.x()) + ", " + number_text(v.y()) + ", " + number_text(v.z()) + "]";
+  return fmt::format("[{}, {}, {}]", number_text(v.x()), number_text(v.y()), number_text(v.z()));
 }
 
 }  // namespace
 
 std::string taught_target_yaml(const TaughtTarget& target) {
-  return "# What the robot saw of the ball when it stood at the goal. In a scenario: target: {ball: " +
-         target.ball +
-         ", taught: THIS_FILE}\n"
-         "ball: " +
-         target.ball +
-         "\n"
-         "center_over_radius: " +
-         vector_text(target.center_over_radius) +
-         "   # the ball's centre in the camera frame (x right, y down, z forward), in radii\n"
-         "sigma: " +
-         vector_text(target.sigma) +
-         "   # standard deviations, of the mean over the frames\n"
-         "frames: " +
-         std::to_string(target.frames) +
-         "\n"
-         "distance_m: " +
-         number_text(target.distance_m) +
-         "   # where it stood, axle to the ball's centre: nothing but the errors in summaries depends on "
-         "it\n";
+  return fmt::format(
+      R"(# What the robot saw of the ball when it stood at the goal. In a scenario: target: {{ball: {0}, taught: THIS_FILE}}
+ball: {0}
+center_over_radius: {1}   # the ball's centre in the camera frame (x right, y down, z forward), in radii
+sigma: {2}   # standard deviations, of the mean over the frames
+frames: {3}
+distance_m: {4}   # where it stood, axle to the ball's centre: nothing but the errors in summaries depends on it
+)",
+      target.ball, vector_text(target.center_over_radius), vector_text(target.sigma), target.frames,
+      number_text(target.distance_m));
 }
 
 TaughtTarget read_taught_target(const std::filesystem::path& file) {
