@@ -64,7 +64,12 @@ void paint(cv::Mat& bgr, const cv::Vec3b& color, const Inside& inside) {
 
 inline void paint_disc(cv::Mat& bgr, const Eigen::Vector2d& center_px, double radius_px,
                        const cv::Vec3b& color) {
-  paint(bgr, color, [&](const Eigen::Vector2d& p) { return (p - center_px).norm() <= radius_px; });
+  const cv::Point corner(cvFloor(center_px.x() - radius_px), cvFloor(center_px.y() - radius_px));
+  const int side = 2 * cvCeil(radius_px) + 2;
+  const cv::Rect box = cv::Rect(corner, cv::Size(side, side)) & cv::Rect({0, 0}, bgr.size());
+  cv::Mat around = bgr(box);
+  const Eigen::Vector2d middle = center_px - Eigen::Vector2d(box.x, box.y);
+  paint(around, color, [&](const Eigen::Vector2d& p) { return (p - middle).norm() <= radius_px; });
 }
 
 /// A sphere in a far camera's eye, lit from the left above.
