@@ -61,14 +61,24 @@ std::optional<CameraFrame> SimulatedCamera::expose(const RobotTruth& robot) {
     if (renderer_) {
       SensorOptions sensor = camera.sensor;
       sensor.gain *= truth_.level;
-      frame.bgr =
-          ballservo::expose(renderer_->radiance(views_), sensor, seed_, static_cast<std::uint64_t>(frame_));
+      render_light();
+      frame.bgr = ballservo::expose(light_, sensor, seed_, static_cast<std::uint64_t>(frame_));
     }
   }
   views_.clear();
   next_instant_ = 0;
   ++frame_;
   return dropped ? std::nullopt : std::make_optional(std::move(frame));
+}
+
+/// The light on the sensor: that of the frame before where nothing has moved or changed since.
+void SimulatedCamera::render_light() {
+  const auto alike = [this](const CameraView& a, const CameraView& b) {
+    return a.X_WC.matrix() == b.X_WC.matrix() && looks_alike(scenario_.world, a.time_s, b.time_s);
+  };
+  if (std::equal(views_.begin(), views_.end(), lit_views_.begin(), lit_views_.end(), alike)) return;
+  light_ = renderer_->radiance(views_);
+  lit_views_ = views_;
 }
 
 }  // namespace ballservo

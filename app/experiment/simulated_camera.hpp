@@ -44,6 +44,7 @@ class SimulatedCamera final : public FrameSource {
   /// The scenario's world is another from now on.
   void look_around() {
     if (renderer_) renderer_->set_world(scenario_.world);
+    lit_views_.clear();
   }
 
   /// Of the frame last taken; for the thread that took it.
@@ -63,6 +64,7 @@ class SimulatedCamera final : public FrameSource {
   };
   void skip_to(double time_s);
   std::optional<CameraFrame> expose(const RobotTruth& robot);
+  void render_light();
 
   const Scenario& scenario_;
   std::uint64_t seed_;
@@ -74,6 +76,8 @@ class SimulatedCamera final : public FrameSource {
   long frame_ = 0, skipped_ = 0;
   std::vector<CameraView> views_;  // of the exposure under way
   std::size_t next_instant_ = 0;
+  std::vector<CameraView> lit_views_;  // of the exposure whose light is kept
+  cv::Mat light_;
   ExposureTruth truth_;
 };
 

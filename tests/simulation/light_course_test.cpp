@@ -36,6 +36,19 @@ TEST(LightCourse, RampsAndJumps) {
   EXPECT_EQ(LightCourse{}.gain(7), Rgb::Ones());
 }
 
+TEST(World, LooksAlikeWhileNothingMovesOrChanges) {
+  const LightCourse later{6500, {{2, 6500, 1}, {3, 6500, 0.5}}};
+  World moving, lamp, ambient;
+  moving.balls = {test::white_ball({2.0, 0.1, 0.06}, 0.12), test::white_ball({3.0, 0.1, 0.06}, 0.12)};
+  moving.balls[1].motion = LinearMotion{{0.1, 0}, 2};
+  lamp.lights = {{{1.5, 0.8, 2.4}, {4, 4, 4}, 0.2, later}};
+  ambient.changing_ambient = {{{0.2, 0.2, 0.2}, later}};
+  for (const World& world : {moving, lamp, ambient}) {
+    EXPECT_TRUE(looks_alike(world, 0.5, 1.5));
+    EXPECT_FALSE(looks_alike(world, 1.5, 2.5));
+  }
+}
+
 // A lamp and the light from everywhere, each with its own course, at a moment: as if they always were so.
 TEST(LightCourse, ShowsInThePictures) {
   const LightCourse warm{4000, {{0, 4000, 1}, {10, 2500, 0.6}}}, cold{4000, {{0, 4000, 1}, {10, 9000, 0.3}}};

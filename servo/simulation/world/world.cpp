@@ -167,6 +167,16 @@ double Obstacle::top_m() const { return center_m.z() + extent_of(shape).half_hei
 double Obstacle::outline_radius_m() const { return extent_of(shape).outline_radius_m; }
 double Obstacle::bounding_radius_m() const { return extent_of(shape).bounding_radius_m; }
 
+bool looks_alike(const World& world, double time_s, double other_s) {
+  const auto still = [&](const Ball& ball) { return ball.p_WB(time_s) == ball.p_WB(other_s); };
+  const auto steady = [&](const auto& light) {
+    return light.course.gain(time_s) == light.course.gain(other_s);
+  };
+  return std::all_of(world.balls.begin(), world.balls.end(), still) &&
+         std::all_of(world.lights.begin(), world.lights.end(), steady) &&
+         std::all_of(world.changing_ambient.begin(), world.changing_ambient.end(), steady);
+}
+
 FloorOutline floor_outline(const Obstacle& obstacle) {
   const Eigen::Vector2d center = obstacle.center_m.head<2>();
   if (const auto* cylinder = std::get_if<CylinderShape>(&obstacle.shape))

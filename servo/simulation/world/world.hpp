@@ -164,6 +164,9 @@ struct World {
   std::vector<AmbientLight> changing_ambient;  ///< and what of it changes, besides
 };
 
+/// Whether all that moves or changes (balls, lights) is at one time as at the other.
+bool looks_alike(const World& world, double time_s, double other_s);
+
 /// The ball or obstacle of that name, or the end.
 template <typename Things>
 auto find_named(Things& things, const std::string& name) {
