@@ -35,12 +35,12 @@ constexpr double lens_oval_fraction = 0.004, clearer_by = 0.1, least_of_stated_l
 constexpr double most_sure_oval = 0.02;
 
 // What is a ball by a second look: its odds, and how far it may lie off the circle that is seen (radii),
-// where its outline is an arc of a circle around a shaded thing, as of a half-hidden ball, and where the
-// second look speaks for it alone; its size in pixels and as a part of the picture's shorter side, and how
-// much of its disc has the colour.
-constexpr double least_arc = 0.3, least_sphere = 0.35, least_log_odds_of_arc = 1, most_off_arc = 0.2;
-constexpr double least_arc_alone = 0.2, least_log_odds_alone = 4, most_off_alone = 0.12;
-constexpr double least_thorough_px = 8, most_thorough_side = 0.25, least_thorough_fill = 0.25;
+// where the second look speaks for it alone and where it is half hidden; how much of its outline has an edge;
+// its size in pixels and as a part of the picture's shorter side; and how much of its disc has the colour.
+constexpr double least_log_odds_alone = 4, most_off_alone = 0.12, most_off_half = 0.5;
+constexpr double least_thorough_arc = 0.2, least_thorough_px = 8, most_thorough_side = 0.25;
+constexpr double least_thorough_fill = 0.25, least_half_fill = 0.15;
+constexpr double elsewhere = 0.2;  // radii: a circle so far off is another one
 
 constexpr const char* no_edge = "no edge along the circle";
 constexpr const char* disc_aslant = "flat and an oval, as a disc seen aslant";
@@ -168,12 +168,12 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
 bool BallVerifier::fit_seen(const ClassView& view, const SecondLook::Look& look,
                             VerifiedCandidate& candidate) {
   const FittedBall& fitted = candidate.fit.ball;
-  if (look.log_odds < least_log_odds_alone || radii_off(look, fitted.outline) < most_off_arc) return false;
+  if (look.log_odds < least_log_odds_alone || radii_off(look, fitted.outline) < elsewhere) return false;
   const auto axis = rays_->camera().unproject(look.center_px);
   if (!axis) return false;
   const double alpha_rad = fitted.cone.alpha_rad * look.radius_px / fitted.outline.radius_px;
   fit_near(view, {axis->normalized(), alpha_rad}, most_off_alone * look.radius_px, min_frayed_edge, seen_);
-  if (!seen_.is_fitted || radii_off(look, seen_.fit.ball.outline) > most_off_arc) return false;
+  if (!seen_.is_fitted || radii_off(look, seen_.fit.ball.outline) > elsewhere) return false;
   if (!seen_.is_ball() && !is_seen_ball(view, seen_)) return false;
   seen_.verdict.reason = nullptr;
   seen_.log_odds = look.log_odds;
@@ -187,18 +187,16 @@ bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& 
   const OutlineEllipse& outline = candidate.fit.ball.outline;
   const OutlineSupport& support = candidate.verdict.support;
   const double most_px = most_thorough_side * std::min(view.bgr.cols, view.bgr.rows);
+  const bool half = support.hidden > half_hidden;
   if (!candidate.is_fitted || outline.radius_px < least_thorough_px || outline.radius_px > most_px ||
-      support.fill < least_thorough_fill || support.arc < least_arc_alone || support.leak > max_leak)
+      support.fill < (half ? least_half_fill : least_thorough_fill) || support.arc < least_thorough_arc ||
+      support.leak > max_leak)
     return false;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   if (is_flat(look)) return false;
-  const double log_odds = look.log_odds - view.prior.log_look_alikes, off = radii_off(look, outline);
-  const cv::Rect2d picture({0, 0}, cv::Size2d(view.bgr.size()));
-  const bool is_arc = support.arc >= least_arc && outline.radius_px >= small_ball_px &&
-                      candidate.verdict.quality >= view.prior.min_quality && look.sphere >= least_sphere &&
-                      picture.contains({outline.center_px.x(), outline.center_px.y()});
-  return (log_odds >= least_log_odds_alone && off < most_off_alone) ||
-         (is_arc && log_odds >= least_log_odds_of_arc && off < most_off_arc);
+  const double off = radii_off(look, outline);
+  if (look.log_odds - view.prior.log_look_alikes >= least_log_odds_alone && off < most_off_alone) return true;
+  return half && off < most_off_half && judge(view).half_hidden_log_odds(candidate.fit, support, look) >= 0;
 }
 
 bool BallVerifier::fit_sphere(BallFitter& fitter, const cv::Mat& bgr, const CameraResponse& response,

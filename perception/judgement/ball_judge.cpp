@@ -126,6 +126,24 @@ bool BallJudge::suffices_where_expected(const OutlineFit& fit, const OutlineSupp
          support.quality() >= least_expected_quality && share_on_outline(fit) >= min_expected_edge;
 }
 
+// What hides a ball takes its colour and much of its contour, so that to miss these says little against it.
+// What is left must be a circle's, with an edge all along it, behind an edge that goes on; and not flat. The
+// weights are a logistic regression's over photographs with and without balls half behind sheets and fruit;
+// those of one half of the photographs do as well on the other half.
+double BallJudge::half_hidden_log_odds(const OutlineFit& fit, const OutlineSupport& support,
+                                       const SecondLook::Look& look) const {
+  constexpr double least_sphere = 0.1;
+  if (look.sphere < least_sphere) return -std::numeric_limits<double>::infinity();
+  const OutlineEllipse& outline = fit.ball.outline;
+  const double seen = support.arc / std::max(0.2, 1 - support.hidden);
+  const double round = support.shape.match * (1 - support.shape.straight);
+  const double behind = is_behind_straight_edge(view_.bgr, view_.colored, outline) ? 1 : 0;
+  const double contrast = std::log(std::max(1.0, look.edge) / 12);
+  return 2.7 * seen + 2 * round + 2.2 * behind + contrast + 2.4 * std::clamp(look.contour, -0.5, 1.2) +
+         0.5 * look.sphere - 0.8 * view_.prior.log_look_alikes - log_look_alikes_by_size(outline.radius_px) -
+         6.4;
+}
+
 double share_on_outline(const OutlineFit& fit) {
   int on_outline = 0;
   for (int i = 0; i < fit.offsets.count; ++i)

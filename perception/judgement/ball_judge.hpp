@@ -7,6 +7,7 @@
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/circles/circle_vote.hpp"
 #include "perception/judgement/outline_support.hpp"
+#include "perception/judgement/second_look.hpp"
 #include "perception/outline/ball_fitter.hpp"
 #include "perception/outline/camera_response.hpp"
 #include "perception/segmentation/bit_picture.hpp"
@@ -72,6 +73,9 @@ class BallJudge {
                 const OutlineSupport& support) const;
   /// Does it suffice where a ball is expected?
   bool suffices_where_expected(const OutlineFit& fit, const OutlineSupport& support) const;
+  /// Log odds that it is a half-hidden one, of which a second look saw that much.
+  double half_hidden_log_odds(const OutlineFit& fit, const OutlineSupport& support,
+                              const SecondLook::Look& look) const;
 
  private:
   const char* rejection(const OutlineFit& fit, const Verdict& verdict, bool behind_something) const;

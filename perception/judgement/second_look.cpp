@@ -59,8 +59,13 @@ SecondLook::Look SecondLook::look(const cv::Mat& bgr, const ColoredPixels& color
   const cv::Mat3f lab(size.height, size.width, lab_.data());
   const Eigen::Vector2d at((center.x() - box.x) / stride, (center.y() - box.y) / stride);
   const CircleEvidence seen = circle_evidence(lab, {at, outline.radius_px / stride}, sum / count);
-  return {seen.log_odds_of_known_color(), stride * seen.center_px + Eigen::Vector2d(box.x, box.y),
-          stride * seen.radius_px, seen.filled, seen.sphere()};
+  return {seen.log_odds_of_known_color(),
+          stride * seen.center_px + Eigen::Vector2d(box.x, box.y),
+          stride * seen.radius_px,
+          seen.filled,
+          seen.sphere(),
+          seen.contour,
+          seen.edge};
 }
 
 }  // namespace ballservo

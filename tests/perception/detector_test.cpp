@@ -254,8 +254,8 @@ TEST(Detector, ASecondLookDecidesWhereNothingElseIsABall) {
   }
 }
 
-// A blotched ball half behind a sheet: its shading is no clean sphere's, but its outline is an arc of a
-// circle. A blotched disc there is none.
+// A blotched ball half behind a sheet: its shading is no clean sphere's, but what is seen of its outline is a
+// circle's, behind an edge that goes on. A blotched disc there is none.
 TEST(Detector, HalfABlotchedBallIsSeenByItsArc) {
   Detector detector(std::make_shared<const RayTable>(test::pinhole(size, 400)), test::red_and_green(), {});
   const Eigen::Vector2d center_px(160, 120);
