@@ -56,8 +56,7 @@ void keep_run(const LiveOptions& options, const Scenario& scenario, const RunRec
   write_run(folder, run, scenario, {options.perception, options.common.seed, false});
   Scenario touched = scenario;
   for (const Touch& touch : touches.list) touch_scenario(touch, scenario, touched);
-  folder.write(report_json_name,
-               report_text(run_report(run, touched, options.perception, ReachedRule(), folder)));
+  folder.write(report_json_name, report_text(run_report(run, touched, options.perception, folder)));
   folder.write("touches.yaml", touches_yaml(touches));
   folder.commit();
 }

@@ -225,7 +225,7 @@ int run_servo(const ServoOptions& options) {
              !options.peer.empty()    ? "robot"
              : !options.serve.empty() ? "controller"
                                       : ""});
-  nlohmann::ordered_json report = run_report(run, scenario, options.perception, run_options.rule, folder);
+  nlohmann::ordered_json report = run_report(run, scenario, options.perception, folder);
   if (!options.serve.empty()) report["law"] = "of a peer";
   report["command"] = command_again(options);
   write_report(folder, report, options.common.quiet);

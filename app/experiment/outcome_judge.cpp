@@ -20,17 +20,15 @@ void end_by(const PeerGone& gone, RunSummary& summary) {
   summary.outcome_text = gone.what();
 }
 
-OutcomeJudge::OutcomeJudge(double duration_s, bool ball_moves, const ReachedRule& rule)
-    : duration_s_(duration_s), ball_moves_(ball_moves), rule_(rule) {}
-
 bool OutcomeJudge::within(const StepRecord& step) const {
   if (!step.known) return step.control.state == ControlState::hold;
   if (ball_moves_) {
-    return std::abs(step.range_error_m) <= rule_.moving_range_m &&
-           std::abs(step.bearing_rad) <= rule_.moving_bearing_rad;
+    return std::abs(step.range_error_m) <= ReachedRule::moving_range_m &&
+           std::abs(step.bearing_rad) <= ReachedRule::moving_bearing_rad;
   }
-  return std::abs(step.range_error_m) <= rule_.range_m && std::abs(step.bearing_rad) <= rule_.bearing_rad &&
-         std::abs(step.twist.v_mps) <= rule_.speed_mps;
+  return std::abs(step.range_error_m) <= ReachedRule::range_m &&
+         std::abs(step.bearing_rad) <= ReachedRule::bearing_rad &&
+         std::abs(step.twist.v_mps) <= ReachedRule::speed_mps;
 }
 
 void OutcomeJudge::end(Outcome outcome, std::string text) {
@@ -55,10 +53,11 @@ void OutcomeJudge::look(const StepRecord& step, const std::string& collision) {
     within_since_s_.reset();
   else if (!within_since_s_)
     within_since_s_ = t;
-  if (!ball_moves_ && !ending_ && within_since_s_ && t - *within_since_s_ >= rule_.hold_s - 1e-9) {
-    ending_ = Ending{Outcome::reached,
-                     fmt::format("the robot reached the ball{}: it settled at {:.2f} s and held for {} s",
-                                 step.known ? "" : ", by its own word", *within_since_s_, rule_.hold_s)};
+  if (!ball_moves_ && !ending_ && within_since_s_ && t - *within_since_s_ >= ReachedRule::hold_s - 1e-9) {
+    ending_ =
+        Ending{Outcome::reached,
+               fmt::format("the robot reached the ball{}: it settled at {:.2f} s and held for {} s",
+                           step.known ? "" : ", by its own word", *within_since_s_, ReachedRule::hold_s)};
     reached_s_ = t;
     settled_s_ = within_since_s_;
   }
@@ -69,12 +68,12 @@ void OutcomeJudge::look(const StepRecord& step, const std::string& collision) {
     end(Outcome::collision, fmt::format("the robot touched {} at {:.2f} s", collision, t));
   } else if (hit) {
     end(Outcome::hit_by, fmt::format("a ball rolled into the resting robot at {:.2f} s", t));
-  } else if (fault_since_s_ && t - *fault_since_s_ >= rule_.fault_s) {
+  } else if (fault_since_s_ && t - *fault_since_s_ >= ReachedRule::fault_s) {
     end(Outcome::fault,
         fmt::format("the controller failed at {:.2f} s: {}", *fault_since_s_, step.control.reason));
   } else if (step.control.state == ControlState::given_up) {
     end(Outcome::lost, fmt::format("the search for the ball ended without it at {:.2f} s", t));
-  } else if (reached_s_ && t - *reached_s_ >= rule_.tail_s - 1e-9) {
+  } else if (reached_s_ && t - *reached_s_ >= ReachedRule::tail_s - 1e-9) {
     end(Outcome::reached, "");
   } else if (t >= duration_s_ - 1e-9) {
     end(Outcome::timeout, fmt::format("the robot did not reach the ball within {} s", duration_s_));
@@ -106,8 +105,8 @@ RunSummary OutcomeJudge::summary(const std::vector<StepRecord>& steps, bool inte
       const bool good = within(*step);
       inside += good ? 1 : 0;
       total += 1;
-      if (end_s - step->time_s < rule_.moving_window_s - 1e-9) continue;
-      const bool share_kept = inside >= rule_.moving_share * total;
+      if (end_s - step->time_s < ReachedRule::moving_window_s - 1e-9) continue;
+      const bool share_kept = inside >= ReachedRule::moving_share * total;
       if (!window_seen && !share_kept) break;
       window_seen = true;
       if (share_kept && good) settled_s = step->time_s;

@@ -14,11 +14,12 @@ namespace ballservo {
 /// Ball at rest: within 10 mm, 0.5 degrees and 5 mm/s, held 1 s. Ball that moves: within 50 mm and 2 degrees
 /// for 80 % of the run's last 5 s. Where the truth is not known: the controller holds.
 struct ReachedRule {
-  double range_m = 0.010, bearing_rad = 0.5 * 0.017453292519943295, speed_mps = 0.005, hold_s = 1.0;
-  double moving_range_m = 0.050, moving_bearing_rad = 2.0 * 0.017453292519943295;
-  double moving_window_s = 5.0, moving_share = 0.8;
-  double tail_s = 0.5;   ///< a run goes on so long after it has reached a resting ball
-  double fault_s = 1.0;  ///< a controller that stays in its fault state so long has failed
+  static constexpr double range_m = 0.010, bearing_rad = 0.5 * 0.017453292519943295, speed_mps = 0.005;
+  static constexpr double hold_s = 1.0;
+  static constexpr double moving_range_m = 0.050, moving_bearing_rad = 2.0 * 0.017453292519943295;
+  static constexpr double moving_window_s = 5.0, moving_share = 0.8;
+  static constexpr double tail_s = 0.5;   ///< a run goes on so long after it has reached a resting ball
+  static constexpr double fault_s = 1.0;  ///< a controller that stays in its fault state so long has failed
 };
 
 /// The run was ended by a peer that is gone.
@@ -26,7 +27,7 @@ void end_by(const PeerGone& gone, RunSummary& summary);
 
 class OutcomeJudge {
  public:
-  OutcomeJudge(double duration_s, bool ball_moves, const ReachedRule& rule = {});
+  OutcomeJudge(double duration_s, bool ball_moves) : duration_s_(duration_s), ball_moves_(ball_moves) {}
 
   /// Looks at the next control step. `collision` names what the footprint touches, empty: nothing.
   void look(const StepRecord& step, const std::string& collision);
@@ -45,7 +46,6 @@ class OutcomeJudge {
 
   double duration_s_;
   bool ball_moves_;
-  ReachedRule rule_;
   bool over_ = false;
   std::optional<Ending> ending_;  // while it is not over: reached, and staying for a while
   std::string touched_;

@@ -16,7 +16,7 @@ RunRecord drive_peer(const Scenario& scenario, const RunOptions& options, Lockst
   PeerRobot robot(socket, scenario, pictures);
   PeerCamera camera(robot);
   if (!pictures) perception = std::make_unique<PeerPerception>(scenario, camera);
-  RunRecorder recorder(scenario, robot, nullptr, options.rule, false);
+  RunRecorder recorder(scenario, robot, nullptr, false);
   PictureKeeper keeper(scenario);
   SteppedClock clock;
   std::optional<PeerGone> gone;

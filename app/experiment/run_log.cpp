@@ -162,7 +162,7 @@ ordered_json points_json(const std::vector<Eigen::Vector2d>& points) {
 }
 
 ordered_json run_report(const RunRecord& record, const Scenario& scenario, const std::string& perception,
-                        const ReachedRule& rule, const OutputFolder& folder) {
+                        const OutputFolder& folder) {
   const Room& room = scenario.world.room;
   const Footprint& body = scenario.robot.footprint;
   const ImageSize size = scenario.camera.camera.size();
@@ -180,7 +180,7 @@ ordered_json run_report(const RunRecord& record, const Scenario& scenario, const
           {"perception", perception},
           {"truth_known", record.steps.empty() || record.steps.back().known},
           {"distance_m", scenario.goal().distance_m},
-          {"reached", {{"range_m", rule.range_m}, {"bearing_rad", rule.bearing_rad}}},
+          {"reached", {{"range_m", ReachedRule::range_m}, {"bearing_rad", ReachedRule::bearing_rad}}},
           {"room_m", {room.x_min_m, room.y_min_m, room.x_max_m, room.y_max_m}},
           {"obstacles", obstacles},
           {"footprint_m",

@@ -35,8 +35,7 @@ void write_run(const OutputFolder& folder, const RunRecord& run, const Scenario&
 /// Writes the key frames' pictures into the folder, and returns the contents of report.json: the floor, the
 /// ball's way over it and through the picture.
 nlohmann::ordered_json run_report(const RunRecord& record, const Scenario& scenario,
-                                  const std::string& perception, const ReachedRule& rule,
-                                  const OutputFolder& folder);
+                                  const std::string& perception, const OutputFolder& folder);
 
 /// [[x, y], ...]
 nlohmann::ordered_json points_json(const std::vector<Eigen::Vector2d>& points);

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calibration/base/statistics.hpp"
 #include "calibration/camera/sphere_outline.hpp"
 #include "servo/control/controller.hpp"
 #include "servo/simulation/rendering/camera_view.hpp"
@@ -63,17 +63,17 @@ inline std::string_view outcome_name(Outcome outcome) {
 /// Nothing for another word.
 std::optional<Outcome> outcome_from_name(std::string_view name);
 
-/// summary.json, apart from the wall clock's figures; NaN: not known.
+/// summary.json, apart from the wall clock's figures.
 struct RunSummary {
   Outcome outcome = Outcome::timeout;
   std::string outcome_text;  ///< one sentence for people
-  double settled_s = std::numeric_limits<double>::quiet_NaN();
-  double time_optimal_s = std::numeric_limits<double>::quiet_NaN();
-  double range_error_m = std::numeric_limits<double>::quiet_NaN();      ///< mean of the last second
-  double bearing_error_rad = std::numeric_limits<double>::quiet_NaN();  ///< mean of the last second
-  double range_rms_m = std::numeric_limits<double>::quiet_NaN();        ///< from settled_s on
-  double bearing_rms_rad = std::numeric_limits<double>::quiet_NaN();    ///< from settled_s on
-  double min_clearance_m = std::numeric_limits<double>::quiet_NaN();
+  double settled_s = not_known;
+  double time_optimal_s = not_known;
+  double range_error_m = not_known;      ///< mean of the last second
+  double bearing_error_rad = not_known;  ///< mean of the last second
+  double range_rms_m = not_known;        ///< from settled_s on
+  double bearing_rms_rad = not_known;    ///< from settled_s on
+  double min_clearance_m = not_known;
   double out_of_view_s = 0;  ///< the ball's centre outside the picture, and nothing between it and the camera
   int lost_events = 0, ball_contacts = 0;
   std::string collision_cause;  ///< empty: no collision

@@ -11,12 +11,12 @@
 namespace ballservo {
 
 RunRecorder::RunRecorder(const Scenario& scenario, const WatchedRobot& robot, const SimulatedCamera* camera,
-                         const ReachedRule& rule, bool touched)
+                         bool touched)
     : scenario_(scenario),
       robot_(robot),
       camera_(camera),
       judge_(scenario.duration_s,
-             touched || !std::holds_alternative<StaticMotion>(scenario.target_ball().motion), rule) {
+             touched || !std::holds_alternative<StaticMotion>(scenario.target_ball().motion)) {
   run_.steps.reserve(static_cast<std::size_t>(std::min(scenario.duration_s * scenario.control_rate_hz, 1e4)) +
                      2);
 }
@@ -87,12 +87,11 @@ void RunRecorder::step(const StepEvent& event) {
     record.ball_clearance_m = contacts.ball_clearance_m;
     touched = collided_with(contacts, record.twist);
   } else {
-    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     record.known = false;
-    record.pose = {unknown, unknown, unknown};
-    record.p_WB.setConstant(unknown);
-    record.range_error_m = record.range_m = record.bearing_rad = unknown;
-    record.clearance_m = record.ball_clearance_m = unknown;
+    record.pose = {not_known, not_known, not_known};
+    record.p_WB.setConstant(not_known);
+    record.range_error_m = record.range_m = record.bearing_rad = not_known;
+    record.clearance_m = record.ball_clearance_m = not_known;
   }
 
   run_.timing.control_us.push_back(event.control_s * 1e6);

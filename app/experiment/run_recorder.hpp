@@ -19,7 +19,7 @@ class RunRecorder final : public LoopObserver {
   /// All three must outlive it. `camera` knows the truth of its frames; null: nobody does. `touched`: the
   /// ball may be moved by somebody.
   RunRecorder(const Scenario& scenario, const WatchedRobot& robot, const SimulatedCamera* camera,
-              const ReachedRule& rule, bool touched);
+              bool touched);
 
   void frame(const FrameEvent& event) override;
   void step(const StepEvent& event) override;

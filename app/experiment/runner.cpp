@@ -54,7 +54,7 @@ class SimulatedRun {
             [this](double time_s) { return robot_.at(time_s); }, options.take_picture),
         perception_(make_eyes()),
         controller_(make_controller(controller)),
-        recorder_(scenario_, robot_, &camera_, options.rule, bool(options.touch)),
+        recorder_(scenario_, robot_, &camera_, bool(options.touch)),
         pictures_(scenario_, show_pictures()) {}
 
   LoopPorts ports() {

@@ -43,7 +43,6 @@ struct RunOptions {
   std::shared_ptr<RobotBody> body;           ///< instead of the scenario's drive; may be empty
   TakePicture take_picture;                  ///< instead of rendering; may be empty
   LockstepSocket* controller = nullptr;      ///< where it decides instead of the scenario's; may be null
-  ReachedRule rule;
   /// Receives each camera frame's picture (with what was measured drawn in), the record and the sonars'
   /// firings so far, for videos; frames are rendered for it at any level of perception. May be empty.
   std::function<void(const cv::Mat& picture, const RunRecord& so_far,
@@ -65,11 +64,11 @@ ControllerOptions controller_options(const Scenario& scenario);
 /// Does again what was done.
 std::function<std::vector<Touch>(const RunView& now)> replay(Touches touches);
 
-/// Runs in simulated time to the end: the judge's word, or `go_on`. A reached run ends `rule.hold_s` after it
-/// settled, plus a tail of `rule.tail_s`. The record is the same for the same scenario and seed, `timing`
-/// apart, at any number of threads. Throws InputError where the options do not fit the scenario (level image
-/// without colours, or without the target's class among them), and PeerGone where a controller elsewhere
-/// never came; one that goes later ends the run as a fault.
+/// Runs in simulated time to the end: the judge's word, or `go_on`. A reached run ends `hold_s` of the
+/// ReachedRule after it settled, plus a tail of `tail_s`. The record is the same for the same scenario and
+/// seed, `timing` apart, at any number of threads. Throws InputError where the options do not fit the
+/// scenario (level image without colours, or without the target's class among them), and PeerGone where a
+/// controller elsewhere never came; one that goes later ends the run as a fault.
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options);
 
 /// The same, a control step at a time.

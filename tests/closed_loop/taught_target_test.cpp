@@ -73,7 +73,7 @@ TEST_F(Taught, ABallThatIsBelievedThriceAsLargeIsReachedThroughPictures) {
   EXPECT_EQ(record.summary.outcome, Outcome::reached) << record.summary.outcome_text;
 
   const OutputFolder page(folder.path() / "page", Overwrite::allow);
-  const auto report = run_report(record, scenario, "image", ReachedRule(), page);
+  const auto report = run_report(record, scenario, "image", page);
   const auto outlines =
       report["image"]["outlines_px"].get<std::map<std::string, std::vector<std::array<double, 2>>>>();
   for (int axis = 0; axis < 2; ++axis)
