@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "app/comparison/found.hpp"
+#include "calibration/base/statistics.hpp"
 
 namespace ballservo {
 namespace {
@@ -63,9 +63,7 @@ json noted(const T& record) {
   return list;
 }
 
-void read_value(const json& from, double& value) {
-  value = from.is_null() ? std::numeric_limits<double>::quiet_NaN() : from.get<double>();
-}
+void read_value(const json& from, double& value) { value = from.is_null() ? not_known : from.get<double>(); }
 void read_value(const json& from, int& value) { from.get_to(value); }
 void read_value(const json& from, bool& value) { from.get_to(value); }
 void read_value(const json& from, std::string& value) { from.get_to(value); }

@@ -86,8 +86,7 @@ std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann
   Trial trial;
   trial.scenario_hash = description.at("scenario_hash");
   trial.seed = seed;
-  for (const std::string& key : drawn_keys(description))
-    trial.drawn.emplace_back(key, std::numeric_limits<double>::quiet_NaN());
+  for (const std::string& key : drawn_keys(description)) trial.drawn.emplace_back(key, not_known);
   const auto scenario = load_trial(options, seed, trial.why);
   if (!scenario) {
     trial.feasible = false;

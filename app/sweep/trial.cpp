@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "calibration/base/csv_table.hpp"
@@ -27,7 +26,7 @@ struct Column {
 
 void read_cell(const CsvRow& row, const std::string& column, std::string& value) { value = row.text(column); }
 void read_cell(const CsvRow& row, const std::string& column, double& value) {
-  value = row.number(column, {}).value_or(std::numeric_limits<double>::quiet_NaN());
+  value = row.number(column, {}).value_or(not_known);
 }
 template <class Integer>
 void read_cell(const CsvRow& row, const std::string& column, Integer& value) {

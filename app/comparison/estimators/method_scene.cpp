@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "app/comparison/estimators/stopwatch.hpp"
+#include "calibration/base/statistics.hpp"
 #include "perception/outline/paper_refinement.hpp"
 
 namespace ballservo {
@@ -144,7 +144,7 @@ MethodFit MethodScene::answer(const OutlineEllipse& outline, const Eigen::Vector
   fit.outline = outline;
   fit.p_C = p_C;
   // A ball of unknown diameter may stand anywhere along its ray.
-  if (!(radius_m_ > 0)) fit.p_C.setConstant(std::numeric_limits<double>::quiet_NaN());
+  if (!(radius_m_ > 0)) fit.p_C.setConstant(not_known);
   return fit;
 }
 
