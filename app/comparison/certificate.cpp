@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -179,14 +178,10 @@ Certificate CertificateStudy::certificate(const Pair& pair) const {
   const auto regressed = [&](const Sample& s) {
     return std::inner_product(w.begin(), w.end(), s.x.begin(), 0.0);
   };
-  const auto rule_of = [&](const char* name, const std::function<double(const Sample&)>& score,
-                           std::optional<double> threshold = {}) {
+  const auto rule_of = [&](const char* name, const auto& score, std::optional<double> threshold = {}) {
     std::vector<Scored> halves[2];
     for (const Sample& s : pair.samples) halves[s.tested ? 1 : 0].push_back({score(s), s.breaks()});
-    CertificateRule rule = make_rule(name, halves[0], halves[1], threshold);
-    if (std::isinf(rule.threshold))
-      rule.words = "never: no break in the conditions that this rule and others like it are made on";
-    return rule;
+    return make_rule(name, halves[0], halves[1], threshold);
   };
   const auto next_step = [](const Sample& s) { return s.log_next; };
   CertificateRule next = rule_of("next_step", next_step);
@@ -195,30 +190,29 @@ Certificate CertificateStudy::certificate(const Pair& pair) const {
       fmt::format("as on line: one more step where it would be longer than {:g} px", enough_next_step_px);
   CertificateRule bend = rule_of("bend", [](const Sample& s) { return s.x[1]; });
   CertificateRule logistic = rule_of("logistic", regressed);
-  if (next.words.empty())
-    next.words =
-        fmt::format("one more step where it would be longer than {:.2g} px", std::pow(10, next.threshold));
-  if (bend.words.empty())
-    bend.words = fmt::format("one more step where step^2 / (2 r) > {:.2g} px", std::pow(10, bend.threshold));
-  if (logistic.words.empty())
-    logistic.words = fmt::format(
-        "one more step where {:.2f} {:+.2f} log10(step^2 / 2 r) {:+.2f} log10(residual / r) {:+.2f} arc "
-        "{:+.2f} log10(condition) > {:.2f}",
-        w[0], w[1], w[2], w[3], w[4], logistic.threshold);
-  int steps = 0, tested = 0;
+  next.words =
+      fmt::format("one more step where it would be longer than {:.2g} px", std::pow(10, next.threshold));
+  bend.words = fmt::format("one more step where step^2 / (2 r) > {:.2g} px", std::pow(10, bend.threshold));
+  logistic.words = fmt::format(
+      "one more step where {:.2f} {:+.2f} log10(step^2 / 2 r) {:+.2f} log10(residual / r) {:+.2f} arc "
+      "{:+.2f} log10(condition) > {:.2f}",
+      w[0], w[1], w[2], w[3], w[4], logistic.threshold);
   for (const Sample& s : pair.samples) {
     if (!s.tested) continue;
-    ++tested;
-    const bool alarm = s.log_next > next.threshold;
-    const double after_px = alarm ? s.apart_after_px : s.apart_px;
-    steps += alarm ? 1 : 0;
-    certificate.breaks_before += s.breaks() ? 1 : 0;
+    const double after_px = s.log_next > next.threshold ? s.apart_after_px : s.apart_px;
     certificate.breaks_after += after_px > break_px ? 1 : 0;
     certificate.largest_before_px = std::max(certificate.largest_before_px, s.apart_px);
     certificate.largest_after_px = std::max(certificate.largest_after_px, after_px);
   }
-  certificate.second_step_rate = tested > 0 ? static_cast<double>(steps) / tested : not_known;
+  const CertificateScore& tested = next.tested;
+  certificate.breaks_before = tested.breaks;
+  certificate.second_step_rate =
+      tested.frames > 0 ? static_cast<double>(tested.caught + tested.false_alarms) / tested.frames
+                        : not_known;
   certificate.rules = {std::move(next), std::move(on_line), std::move(bend), std::move(logistic)};
+  for (CertificateRule& rule : certificate.rules)
+    if (std::isinf(rule.threshold))
+      rule.words = "never: no break in the conditions that this rule and others like it are made on";
   return certificate;
 }
 

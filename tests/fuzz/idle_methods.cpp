@@ -12,8 +12,7 @@ std::optional<MethodFit> fit_paper_converged(MethodScene&, bool) { return std::n
 std::optional<MethodFit> fit_sphere_converged(MethodScene&, bool) { return std::nullopt; }
 std::optional<MethodFit> fit_kasa(MethodScene&) { return std::nullopt; }
 std::optional<MethodFit> fit_taubin(MethodScene&) { return std::nullopt; }
-std::optional<MethodFit> fit_hough_gradient(MethodScene&) { return std::nullopt; }
-std::optional<MethodFit> fit_hough_gradient_alt(MethodScene&) { return std::nullopt; }
+std::optional<MethodFit> fit_hough_circles(MethodScene&, const HoughSettings&) { return std::nullopt; }
 std::optional<MethodFit> fit_hsv_contour(MethodScene&) { return std::nullopt; }
 std::optional<MethodFit> fit_vpdot2(MethodScene&) { return std::nullopt; }
 std::vector<MethodFit> detect_hough_gradient(MethodScene&) { return {}; }

@@ -38,7 +38,7 @@ struct HsvSettings {
 /// The recipe of countless tutorials: range in HSV, opening and closing, contours, smallest enclosing circle.
 class HsvContour {
  public:
-  /// `hue` of the balls as OpenCV counts it, 0 to 180; 10 to each side count.
+  /// `hue` of the balls as OpenCV counts it, 0 to 180.
   explicit HsvContour(int hue, const HsvSettings& settings = {}) : hue_(hue), settings_(settings) {}
   std::vector<OutlineEllipse> find(const cv::Mat& bgr);
   /// The pixels whose hue and saturation are a ball's, opened and closed; until the next call.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <visp3/blob/vpDot2.h>
+#include <visp3/core/vpImageConvert.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,12 +12,6 @@
 
 namespace ballservo {
 namespace {
-
-vpImage<unsigned char> visp_picture(const cv::Mat& grey) {
-  vpImage<unsigned char> picture(static_cast<unsigned>(grey.rows), static_cast<unsigned>(grey.cols));
-  for (int v = 0; v < grey.rows; ++v) std::copy_n(grey.ptr(v), grey.cols, picture[static_cast<unsigned>(v)]);
-  return picture;
-}
 
 // The one of least cost, or the one that is meant.
 template <class Cost>
@@ -32,13 +27,6 @@ std::optional<MethodFit> chosen(const MethodScene& scene, const std::vector<Outl
       [&](const OutlineEllipse& a, const OutlineEllipse& b) { return cost_of(a) < cost_of(b); }));
 }
 
-std::optional<MethodFit> hough(MethodScene& scene, const HoughSettings& settings) {
-  const auto& radius_px = scene.task().expected_radius_px;
-  if (!radius_px) return std::nullopt;
-  return chosen(scene, HoughGradient(*radius_px, settings).find(scene.bgr()),
-                [](const OutlineEllipse&) { return 0.0; });  // the first
-}
-
 std::vector<MethodFit> all_of(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
   std::vector<MethodFit> fits;
   for (const OutlineEllipse& circle : found) {
@@ -49,12 +37,11 @@ std::vector<MethodFit> all_of(const MethodScene& scene, const std::vector<Outlin
 
 }  // namespace
 
-std::optional<MethodFit> fit_hough_gradient(MethodScene& scene) {
-  return hough(scene, scene.task().peers.hough);
-}
-
-std::optional<MethodFit> fit_hough_gradient_alt(MethodScene& scene) {
-  return hough(scene, scene.task().peers.hough_alt);
+std::optional<MethodFit> fit_hough_circles(MethodScene& scene, const HoughSettings& settings) {
+  const auto& radius_px = scene.task().expected_radius_px;
+  if (!radius_px) return std::nullopt;
+  return chosen(scene, HoughGradient(*radius_px, settings).find(scene.bgr()),
+                [](const OutlineEllipse&) { return 0.0; });  // the first
 }
 
 std::optional<MethodFit> fit_hsv_contour(MethodScene& scene) {
@@ -72,11 +59,11 @@ std::optional<MethodFit> fit_vpdot2(MethodScene& scene) {
 std::vector<MethodFit> detect_hough_gradient(MethodScene& scene) {
   const auto& radius_px = scene.task().expected_radius_px;
   if (!radius_px) return {};
-  return all_of(scene, HoughGradient(*radius_px, PeerSettings{}.hough).find(scene.bgr()));
+  return all_of(scene, HoughGradient(*radius_px).find(scene.bgr()));
 }
 
 std::vector<MethodFit> detect_hsv_contour(MethodScene& scene) {
-  return all_of(scene, HsvContour(scene.task().hue, PeerSettings{}.hsv).find(scene.bgr()));
+  return all_of(scene, HsvContour(scene.task().hue).find(scene.bgr()));
 }
 
 std::optional<OutlineEllipse> vpdot2_blob(const cv::Mat& bgr, int hue, const Eigen::Vector2d& click_px,
@@ -95,7 +82,9 @@ std::optional<OutlineEllipse> vpdot2_blob(const cv::Mat& bgr, int hue, const Eig
     dot.setGraphics(false);
     dot.setComputeMoments(true);
     dot.setEllipsoidShapePrecision(settings.roundness);
-    dot.initTracking(visp_picture(grey), vpImagePoint(v, u));
+    vpImage<unsigned char> picture;
+    vpImageConvert::convert(grey, picture);
+    dot.initTracking(picture, vpImagePoint(v, u));
     const OutlineEllipse blob{{dot.getCog().get_u(), dot.getCog().get_v()},
                               std::sqrt(std::max(0.0, dot.getArea()) / M_PI)};
     if (!blob.center_px.allFinite() || !(blob.radius_px > 0)) return std::nullopt;

@@ -20,7 +20,7 @@ struct VpDot2Settings {
 };
 
 struct PeerSettings {
-  HoughSettings hough{cv::HOUGH_GRADIENT, 100, 20};
+  HoughSettings hough;
   HoughSettings hough_alt{cv::HOUGH_GRADIENT_ALT, 300, 0.8};
   HsvSettings hsv;
   VpDot2Settings vpdot2;
@@ -30,8 +30,7 @@ struct PeerSettings {
 std::string in_words(const PeerSettings& settings);
 
 /// HoughCircles' strongest circle, told the radius to within a half.
-std::optional<MethodFit> fit_hough_gradient(MethodScene& scene);
-std::optional<MethodFit> fit_hough_gradient_alt(MethodScene& scene);
+std::optional<MethodFit> fit_hough_circles(MethodScene& scene, const HoughSettings& settings);
 /// The largest contour of the ball's hue, by its smallest enclosing circle.
 std::optional<MethodFit> fit_hsv_contour(MethodScene& scene);
 /// ViSP's blob around a click on the ball.

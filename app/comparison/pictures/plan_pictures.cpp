@@ -160,11 +160,14 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
     if (!table)
       table = lab ? learn_rendered({teaching_of(condition)}, teaching_frames, plan_.seed)
                   : dominant_color(condition);
-    setups_[c].colors = table;
+    DetectorSetup& detector = setups_[c].detector;
+    detector.colors = table;
     setups_[c].hue = lab ? hue_of_word(condition.ball_color) : 60 * own_channel(condition.ball_color);
     auto& rays = cameras[camera_identity(condition.camera)];
     if (!rays) rays = std::make_shared<const RayTable>(condition.camera);
-    setups_[c].rays = rays;
+    detector.rays = rays;
+    detector.options.radii = {{condition.radius_m(), 0}};
+    detector.options.seed = plan_.seed;
   }
   if (!peers_asked_ && !detectors_asked_) return;
   tbb::parallel_for(std::size_t{0}, setups_.size(), [&](std::size_t c) {
@@ -182,7 +185,7 @@ void PlanPictures::prepare(const std::vector<char>& needed) {
     }
     if (peers_asked_) setups_[c].peers = tuned_peers(pictures, plan_.methods);
     if (detectors_asked_) {
-      for (const TuningPicture& shown : pictures) setups_[c].seen_before.push_back(shown.bgr);
+      for (const TuningPicture& shown : pictures) setups_[c].detector.seen_before.push_back(shown.bgr);
     }
   });
 }
@@ -211,21 +214,16 @@ MethodTask PlanPictures::task(std::size_t index, const FrameTruth& truth) const 
 
 ComparisonPicture PlanPictures::picture(std::size_t index, int frame) const {
   const ComparisonCondition& condition = plan_.conditions[index];
-  const Setup& setup = setups_[index];
   const RenderedFrame rendered = render_comparison_frame(condition, plan_.seed, frame);
   ComparisonPicture picture;
   picture.truth = truth_of(condition, rendered, frame);
   picture.bgr = rendered.bgr;
-  picture.detector.colors = setup.colors;
-  picture.detector.rays = setup.rays;
-  picture.detector.seen_before = setup.seen_before;
+  picture.detector = setups_[index].detector;
   if (condition.calibration_sigmas > 0) {
     RandomEngine engine =
         random_stream(plan_.seed, "calibration/" + condition.name, static_cast<std::uint64_t>(frame));
     picture.detector.rays = std::make_shared<const RayTable>(misjudged(condition, engine));
   }
-  picture.detector.options.radii = {{condition.radius_m(), 0}};
-  picture.detector.options.seed = plan_.seed;
   picture.task = task(index, picture.truth);
   return picture;
 }
@@ -236,7 +234,7 @@ ShownPicture show_frame(const ComparisonPlan& plan, std::size_t condition, int f
 }
 
 std::string PlanPictures::peer_words(std::size_t condition) const {
-  if (!peers_asked_ || !setups_[condition].rays) return "";
+  if (!peers_asked_ || !setups_[condition].detector.rays) return "";
   return "the best of a small grid on three other frames: " + in_words(setups_[condition].peers);
 }
 

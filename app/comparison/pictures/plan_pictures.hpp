@@ -24,10 +24,8 @@ class PlanPictures : public PictureSource {
 
  private:
   struct Setup {
-    std::shared_ptr<const RayTable> rays;
-    std::shared_ptr<const ColorTable> colors;
+    DetectorSetup detector;
     PeerSettings peers;
-    std::vector<cv::Mat> seen_before;  // by whole detectors
     int hue = 0;
   };
   MethodTask task(std::size_t condition, const FrameTruth& truth) const;
