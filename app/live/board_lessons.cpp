@@ -68,8 +68,8 @@ std::size_t side_to_tilt(std::size_t boards, const std::vector<BoardPose>* poses
   for (const BoardPose& pose : *poses) {
     Eigen::Vector3d normal = board_normal(pose);  // the right side is nearer where it points to the right
     if (normal.z() < 0) normal = -normal;
-    counts[0] += normal.x() > tilt_sine, counts[1] += normal.y() < -tilt_sine;
-    counts[2] += normal.x()<-tilt_sine, counts[3] += normal.y()> tilt_sine;
+    const Eigen::Vector4d towards(normal.x(), -normal.y(), -normal.x(), normal.y());
+    for (std::size_t k = 0; k < counts.size(); ++k) counts[k] += towards[k] > tilt_sine;
   }
   return static_cast<std::size_t>(std::min_element(counts.begin(), counts.end()) - counts.begin());
 }
@@ -211,16 +211,15 @@ std::vector<Eigen::Vector2d> outline_of(const AskedBoard& asked, const Board& bo
     const auto ray = camera.unproject(place_px.matrix());
     if (!ray) return {};
     outline.clear();
+    Eigen::AlignedBox2d box;
     for (const Eigen::Vector3d& corner : corners) {
       const auto seen = camera.project(range_m * *ray + R_CB * corner);
       if (!seen) return {};
       outline.push_back(*seen);
+      box.extend(*seen);
     }
-    Eigen::Array2d low = outline.front(), high = low;
-    for (const Eigen::Vector2d& corner : outline)
-      low = low.min(corner.array()), high = high.max(corner.array());
-    range_m *= ((high - low) / size).maxCoeff() / asked.span;
-    place_px += (free_px - low).max(0) - (high - (size - 1 - free_px)).max(0);
+    range_m *= (box.sizes().array() / size).maxCoeff() / asked.span;
+    place_px += (free_px - box.min().array()).max(0) - (box.max().array() - (size - 1 - free_px)).max(0);
   }
   return outline;
 }

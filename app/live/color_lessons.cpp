@@ -9,6 +9,7 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/color/color_names.hpp"
+#include "calibration/teaching/class_report.hpp"
 #include "calibration/teaching/class_table.hpp"
 #include "calibration/teaching/clear_picture.hpp"
 #include "calibration/teaching/color_samples.hpp"
@@ -55,13 +56,39 @@ ColorTable single_class(const ColorTable& joint, std::size_t k, const std::strin
   return table;
 }
 
+/// As the page lists them: see README.md.
+nlohmann::json classes_json(const ColorTable& table, const std::vector<ClassReport>& reports) {
+  nlohmann::json listed = nlohmann::json::array();
+  for (std::size_t k = 0; k < table.classes.size(); ++k) {
+    const ClassReport& report = reports[k];
+    const cv::Scalar color = class_display_color(table, static_cast<ClassIndex>(k + 1));
+    nlohmann::json overlap = nlohmann::json::object();
+    for (const auto& [other, fraction] : report.overlap) {
+      if (fraction >= 0.01) overlap[other] = fraction;
+    }
+    listed.push_back({{"name", table.classes[k].name},
+                      {"color", fmt::format("#{:02x}{:02x}{:02x}", static_cast<int>(color[2]),
+                                            static_cast<int>(color[1]), static_cast<int>(color[0]))},
+                      {"samples", table.classes[k].samples},
+                      {"kept_fraction", report.kept_fraction},
+                      {"background_fraction", report.background_fraction},
+                      {"overlap", overlap},
+                      {"level_low", report.light.level_low},
+                      {"level_high", report.light.level_high},
+                      {"warmest_k", report.light.warmest_k},
+                      {"coolest_k", report.light.coolest_k}});
+  }
+  return listed;
+}
+
 }  // namespace
 
 ColorLessons::ColorLessons(ColorTable table)
-    : base_(std::make_shared<ColorTable>(std::move(table))),
-      table_(base_),
-      reports_(report_classes(*table_)),
-      warnings_(judge_classes(*table_, reports_).warnings) {}
+    : base_(std::make_shared<ColorTable>(std::move(table))), table_(base_) {
+  const std::vector<ClassReport> reports = report_classes(*table_);
+  classes_ = classes_json(*table_, reports);
+  warnings_ = judge_classes(*table_, reports).warnings;
+}
 
 ColorLessons ColorLessons::with(PointedLesson lesson, const std::function<void()>& between,
                                 const std::function<void(const PointedBall&)>& found,
@@ -145,35 +172,11 @@ void ColorLessons::learn() {
 
 void ColorLessons::use(std::shared_ptr<const ColorTable> table) {
   table_ = std::move(table);
-  reports_ = report_classes(*table_);
-  ClassFindings findings = judge_classes(*table_, reports_);
+  const std::vector<ClassReport> reports = report_classes(*table_);
+  classes_ = classes_json(*table_, reports);
+  ClassFindings findings = judge_classes(*table_, reports);
   if (!findings.refusals.empty()) throw Refusal(findings.refusals.front());
   warnings_ = std::move(findings.warnings);
-}
-
-nlohmann::json classes_json(const ColorLessons& colors) {
-  nlohmann::json listed = nlohmann::json::array();
-  const ColorTable& table = *colors.table();
-  for (std::size_t k = 0; k < table.classes.size(); ++k) {
-    const ClassReport& report = colors.reports()[k];
-    const cv::Scalar color = class_display_color(table, static_cast<ClassIndex>(k + 1));
-    nlohmann::json overlap = nlohmann::json::object();
-    for (const auto& [other, fraction] : report.overlap) {
-      if (fraction >= 0.01) overlap[other] = fraction;
-    }
-    listed.push_back({{"name", table.classes[k].name},
-                      {"color", fmt::format("#{:02x}{:02x}{:02x}", static_cast<int>(color[2]),
-                                            static_cast<int>(color[1]), static_cast<int>(color[0]))},
-                      {"samples", table.classes[k].samples},
-                      {"kept_fraction", report.kept_fraction},
-                      {"background_fraction", report.background_fraction},
-                      {"overlap", overlap},
-                      {"level_low", report.light.level_low},
-                      {"level_high", report.light.level_high},
-                      {"warmest_k", report.light.warmest_k},
-                      {"coolest_k", report.light.coolest_k}});
-  }
-  return listed;
 }
 
 }  // namespace ballservo

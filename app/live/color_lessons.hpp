@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
-#include "calibration/teaching/class_report.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 
 namespace ballservo {
@@ -30,7 +29,8 @@ class ColorLessons {
   explicit ColorLessons(ColorTable table);
 
   const std::shared_ptr<const ColorTable>& table() const { return table_; }
-  const std::vector<ClassReport>& reports() const { return reports_; }
+  /// As the page lists them: see README.md.
+  const nlohmann::json& classes() const { return classes_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
   bool empty() const { return table_->classes.empty(); }
 
@@ -50,11 +50,8 @@ class ColorLessons {
   std::shared_ptr<const ColorTable> base_ = std::make_shared<ColorTable>();  // that was there before
   std::vector<PointedLesson> lessons_;                                       // each with a name and a radius
   std::shared_ptr<const ColorTable> table_ = base_;                          // all together
-  std::vector<ClassReport> reports_;
+  nlohmann::json classes_ = nlohmann::json::array();
   std::vector<std::string> warnings_;
 };
-
-/// The classes as the page lists them: see README.md.
-nlohmann::json classes_json(const ColorLessons& colors);
 
 }  // namespace ballservo

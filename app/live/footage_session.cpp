@@ -278,7 +278,7 @@ FootageSession::Json FootageSession::state(const DetectionStages* stages) const 
                {"camera", controls() != nullptr},
                {"ignored", ignored_},
                {"balls", balls()},
-               {"classes", classes_json(colors_)},
+               {"classes", colors_.classes()},
                {"calibration", calibration()},
                {"warnings", warnings},
                {"colors_output", options_.colors_output.filename().string()},
