@@ -16,10 +16,11 @@ namespace ballservo {
 namespace {
 
 constexpr double text_size = 0.45;
+constexpr std::size_t max_key_frames = 9;
 const cv::Scalar seen_color{255, 0, 255}, predicted_color{190, 190, 190}, trail_color{178, 114, 0},
-    ball_color{40, 40, 220}, ink{60, 60, 60}, room_color{250, 250, 250}, solid_color{150, 150, 150},
-    goal_color{115, 158, 0}, intended_color{0, 140, 240}, passed_color{80, 160, 20},
-    beam_color{235, 200, 140}, echo_color{160, 60, 160};
+    ball_color{40, 40, 220}, ink{60, 60, 60}, room_color{250, 250, 250}, grid_color{228, 228, 228},
+    solid_color{150, 150, 150}, goal_color{115, 158, 0}, intended_color{0, 140, 240},
+    passed_color{80, 160, 20}, beam_color{235, 200, 140}, echo_color{160, 60, 160};
 
 /// Text from the top left, broken between words so that it stays within the picture.
 void text_block(cv::Mat& picture, std::string_view text) {
@@ -101,44 +102,35 @@ TopView::TopView(const World& world, const Footprint& footprint, const Pose2& st
   room_ = cv::Mat(height_px, width_px, CV_8UC3, room_color);
 
   for (double x = std::ceil(low_.x()); x < low_.x() + height_px / scale_; x += 1.0) {
-    cv::line(room_, pixel({x, -1e3}), pixel({x, 1e3}), {228, 228, 228}, 1, cv::LINE_AA, subpixel_bits);
+    draw_polyline(room_, pixels({{x, -1e3}, {x, 1e3}}), false, grid_color);
   }
   for (double y = std::ceil(low_.y()); y < low_.y() + width_px / scale_; y += 1.0) {
-    cv::line(room_, pixel({-1e3, y}), pixel({1e3, y}), {228, 228, 228}, 1, cv::LINE_AA, subpixel_bits);
+    draw_polyline(room_, pixels({{-1e3, y}, {1e3, y}}), false, grid_color);
   }
-  const std::vector<cv::Point> walls = pixels({{room.x_min_m, room.y_min_m},
-                                               {room.x_max_m, room.y_min_m},
-                                               {room.x_max_m, room.y_max_m},
-                                               {room.x_min_m, room.y_max_m}});
-  cv::polylines(room_, walls, true, ink, 2, cv::LINE_AA, subpixel_bits);
+  const auto walls = pixels({{room.x_min_m, room.y_min_m},
+                             {room.x_max_m, room.y_min_m},
+                             {room.x_max_m, room.y_max_m},
+                             {room.x_min_m, room.y_max_m}});
+  draw_polyline(room_, walls, true, ink, 2);
   for (const Obstacle& obstacle : world.obstacles) {
     const FloorOutline outline = floor_outline(obstacle);
     if (outline.points_m.empty()) continue;
     if (outline.radius_m > 0) {
-      draw_circle(room_, outline.points_m.front(), outline.radius_m, solid_color, cv::FILLED);
+      draw_circle(room_, pixel(outline.points_m.front()), outline.radius_m * scale_, solid_color, cv::FILLED);
     } else {
-      cv::fillPoly(room_, std::vector<std::vector<cv::Point>>{pixels(outline.points_m)}, solid_color,
-                   cv::LINE_AA, subpixel_bits);
+      fill_polygon(room_, pixels(outline.points_m), solid_color);
     }
   }
 }
 
-cv::Point TopView::pixel(const Eigen::Vector2d& p_W) const {
-  return subpixel(
-      {room_.cols - 1 - (p_W.y() - low_.y()) * scale_, room_.rows - 1 - (p_W.x() - low_.x()) * scale_});
+Eigen::Vector2d TopView::pixel(const Eigen::Vector2d& p_W) const {
+  return {room_.cols - 1 - (p_W.y() - low_.y()) * scale_, room_.rows - 1 - (p_W.x() - low_.x()) * scale_};
 }
 
-std::vector<cv::Point> TopView::pixels(const std::vector<Eigen::Vector2d>& points_W) const {
-  std::vector<cv::Point> all;
+std::vector<Eigen::Vector2d> TopView::pixels(const std::vector<Eigen::Vector2d>& points_W) const {
+  std::vector<Eigen::Vector2d> all;
   for (const Eigen::Vector2d& p : points_W) all.push_back(pixel(p));
   return all;
-}
-
-void TopView::draw_circle(cv::Mat& picture, const Eigen::Vector2d& center_W, double radius_m,
-                          const cv::Scalar& color, int thickness) const {
-  cv::circle(picture, pixel(center_W),
-             static_cast<int>(std::lround(radius_m * scale_ * (1 << subpixel_bits))), color, thickness,
-             cv::LINE_AA, subpixel_bits);
 }
 
 /// Each transducer's last firing, older ones apart: a round of all takes a third of a second.
@@ -146,24 +138,24 @@ void TopView::draw_beams(cv::Mat& picture, double now_s, const std::vector<Sonar
   constexpr double round_s = 0.35, shown_range_m = 2.6;
   constexpr int arc_points = 12;
   cv::Mat cones = picture.clone();
-  std::vector<std::vector<cv::Point>> echoes;
+  std::vector<std::vector<Eigen::Vector2d>> echoes;
   for (auto firing = firings.rbegin(); firing != firings.rend(); ++firing) {
     if (now_s - firing->reading.fired_s > round_s) break;
     const SonarMount& mount = pioneer_3dx_sonars[firing->reading.transducer];
     const Eigen::Vector2d apex = in_world_frame(firing->pose, {mount.x_m, mount.y_m});
     const double heading = firing->pose.yaw_rad + mount.heading_rad;
     const double range_m = std::min(firing->reading.range_m, shown_range_m);
-    std::vector<cv::Point> arc;
+    std::vector<Eigen::Vector2d> arc;
     for (int k = 0; k <= arc_points; ++k) {
       const double angle = heading + beam_.half_angle_rad * (2.0 * k / arc_points - 1.0);
       arc.push_back(pixel(apex + range_m * Eigen::Vector2d(std::cos(angle), std::sin(angle))));
     }
     if (firing->reading.echo && firing->reading.range_m <= shown_range_m) echoes.push_back(arc);
     arc.push_back(pixel(apex));
-    cv::fillPoly(cones, std::vector<std::vector<cv::Point>>{arc}, beam_color, cv::LINE_AA, subpixel_bits);
+    fill_polygon(cones, arc, beam_color);
   }
   cv::addWeighted(cones, 0.35, picture, 0.65, 0, picture);
-  cv::polylines(picture, echoes, false, echo_color, 2, cv::LINE_AA, subpixel_bits);
+  for (const auto& echo : echoes) draw_polyline(picture, echo, false, echo_color, 2);
 }
 
 /// From the bottom left up.
@@ -191,30 +183,31 @@ cv::Mat TopView::draw(const std::vector<StepRecord>& steps, const std::vector<So
   draw_beams(picture, now.time_s, firings);
   draw_legend(picture, !firings.empty(), now.pan.angle_rad != 0);
   for (const Ball& ball : balls_)
-    draw_circle(picture, ball.p_WB(now.time_s).head<2>(), ball.radius_m(), solid_color, cv::FILLED);
-  std::vector<cv::Point> trail;
+    draw_circle(picture, pixel(ball.p_WB(now.time_s).head<2>()), ball.radius_m() * scale_, solid_color,
+                cv::FILLED);
+  std::vector<Eigen::Vector2d> trail;
   for (const StepRecord& step : steps) trail.push_back(pixel({step.pose.x_m, step.pose.y_m}));
-  cv::polylines(picture, trail, false, trail_color, 2, cv::LINE_AA, subpixel_bits);
-  draw_circle(picture, now.p_WB.head<2>(), goal_distance_m_, goal_color, 1);
-  draw_circle(picture, now.p_WB.head<2>(), 4.0 / scale_, ball_color, cv::FILLED);
+  draw_polyline(picture, trail, false, trail_color, 2);
+  const Eigen::Vector2d target = pixel(now.p_WB.head<2>());
+  draw_circle(picture, target, goal_distance_m_ * scale_, goal_color);
+  draw_circle(picture, target, 4, ball_color, cv::FILLED);
 
-  std::vector<cv::Point> corners;
+  std::vector<Eigen::Vector2d> corners;
   for (const Eigen::Vector2d& corner : footprint_.corners())
     corners.push_back(pixel(in_world_frame(now.pose, corner)));
-  cv::polylines(picture, corners, true, ink, 2, cv::LINE_AA, subpixel_bits);
-  cv::arrowedLine(picture, pixel({now.pose.x_m, now.pose.y_m}), pixel(in_world_frame(now.pose, {0.4, 0.0})),
-                  ink, 2, cv::LINE_AA, subpixel_bits, 0.25);
+  draw_polyline(picture, corners, true, ink, 2);
+  const Eigen::Vector2d axle = pixel({now.pose.x_m, now.pose.y_m});
+  cv::arrowedLine(picture, subpixel(axle), subpixel(pixel(in_world_frame(now.pose, {0.4, 0.0}))), ink, 2,
+                  cv::LINE_AA, subpixel_bits, 0.25);
 
   if (now.pan.angle_rad != 0) {
     const Pose2 looks{now.pose.x_m, now.pose.y_m, now.pose.yaw_rad + now.pan.angle_rad};
-    cv::line(picture, pixel({now.pose.x_m, now.pose.y_m}), pixel(in_world_frame(looks, {0.8, 0.0})),
-             ball_color, 2, cv::LINE_AA, subpixel_bits);
+    draw_polyline(picture, {axle, pixel(in_world_frame(looks, {0.8, 0.0}))}, false, ball_color, 2);
   }
 
   // The way that each command would lead: as intended, and as guard and shield let it pass.
   const auto foreseen = [&](const Twist2& twist, const cv::Scalar& color) {
-    cv::polylines(picture, pixels(foreseen_way(now.pose, twist, footprint_)), false, color, 3, cv::LINE_AA,
-                  subpixel_bits);
+    draw_polyline(picture, pixels(foreseen_way(now.pose, twist, footprint_)), false, color, 3);
   };
   foreseen(now.control.intended, intended_color);
   foreseen(now.control.command, passed_color);
@@ -232,10 +225,6 @@ cv::Mat side_by_side(const cv::Mat& left, const cv::Mat& right) {
   cv::Mat both;
   cv::hconcat(left, scaled, both);
   return both;
-}
-
-namespace {
-constexpr std::size_t max_key_frames = 9;
 }
 
 PictureKeeper::PictureKeeper(const Scenario& scenario, std::function<void(const cv::Mat& picture)> show)

@@ -44,10 +44,8 @@ class TopView {
  private:
   void draw_legend(cv::Mat& picture, bool hears, bool looks_aside) const;
   void draw_beams(cv::Mat& picture, double now_s, const std::vector<SonarFiring>& firings) const;
-  cv::Point pixel(const Eigen::Vector2d& p_W) const;  // as `subpixel` gives it
-  std::vector<cv::Point> pixels(const std::vector<Eigen::Vector2d>& points_W) const;
-  void draw_circle(cv::Mat& picture, const Eigen::Vector2d& center_W, double radius_m,
-                   const cv::Scalar& color, int thickness) const;
+  Eigen::Vector2d pixel(const Eigen::Vector2d& p_W) const;
+  std::vector<Eigen::Vector2d> pixels(const std::vector<Eigen::Vector2d>& points_W) const;
   Footprint footprint_;
   Eigen::Vector2d low_{0, 0};
   double scale_ = 100, goal_distance_m_ = 0;

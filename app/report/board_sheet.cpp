@@ -100,13 +100,12 @@ void draw_footer(Page& page, const Board& board, const std::string& board_text, 
   page.rectangle(x_m, y_m, length_m, line_m);
   for (long tick = 0; tick <= std::lround(length_m / tick_step_m); ++tick)
     page.rectangle(x_m + tick_step_m * static_cast<double>(tick) - line_m / 2, y_m, line_m, tick_m);
-  page.text(x_m, y_m + 0.005,
-            fmt::format("{} between the ends of this line, else print again at 100 %. {} of {}: --board {} "
-                        "--square {}",
-                        fmt::format("{:.0f} mm", 1000 * length_m),
-                        board.pattern == BoardPattern::chessboard ? "Squares" : "Steps",
-                        fmt::format("{:.6g} mm", 1000 * board.square_m), board_text,
-                        fmt::format("{}", board.square_m)));
+  page.text(
+      x_m, y_m + 0.005,
+      fmt::format("{:.0f} mm between the ends of this line, else print again at 100 %. {} of {:.6g} mm: "
+                  "--board {} --square {}",
+                  1000 * length_m, board.pattern == BoardPattern::chessboard ? "Squares" : "Steps",
+                  1000 * board.square_m, board_text, board.square_m));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/experiment/run_log.hpp"
+#include "app/report/overlay.hpp"
 #include "app/report/picture.hpp"
 #include "calibration/ball/ball_uncertainty.hpp"
 #include "calibration/base/statistics.hpp"
@@ -85,28 +86,19 @@ ordered_json boards_json(const CameraReportInput& input, const OutputFolder& fol
 }  // namespace
 
 cv::Mat board_overlay(const cv::Mat& picture, const BoardView& view, const CornerResiduals& corners) {
-  constexpr int shift = 4, one_px = 1 << shift;
+  const cv::Scalar red(0, 0, 255), green(0, 220, 0);
   cv::Mat image = picture.clone();
-  const auto at = [](const Eigen::Vector2d& p) {
-    return cv::Point(static_cast<int>(std::lround(p.x() * one_px)),
-                     static_cast<int>(std::lround(p.y() * one_px)));
-  };
   const int thick = std::max(1, image.cols / 640);
   for (std::size_t i = 0; i < view.size(); ++i) {
     const Eigen::Vector2d& corner = view.corners_px[i];
-    if (i > 0)
-      cv::line(image, at(view.corners_px[i - 1]), at(corner), cv::Scalar(200, 160, 0), thick, cv::LINE_AA,
-               shift);
-    cv::circle(image, at(corner), 4 * thick * one_px,
-               corners.set_aside[i] ? cv::Scalar(0, 0, 255) : cv::Scalar(0, 220, 0), thick, cv::LINE_AA,
-               shift);
+    if (i > 0) draw_polyline(image, {view.corners_px[i - 1], corner}, false, {200, 160, 0}, thick);
+    draw_circle(image, corner, 4 * thick, corners.set_aside[i] ? red : green, thick);
     // A corner far off would need an arrow beyond any picture.
     const Eigen::Vector2d tip =
         corner + (overlay_enlarged * corners.residuals_px[i]).cwiseMax(-2000).cwiseMin(2000);
-    cv::line(image, at(corner), at(tip), cv::Scalar(0, 0, 255), thick, cv::LINE_AA, shift);
+    draw_polyline(image, {corner, tip}, false, red, thick);
   }
-  cv::circle(image, at(view.corners_px.front()), 8 * thick * one_px, cv::Scalar(0, 220, 220), 2 * thick,
-             cv::LINE_AA, shift);
+  draw_circle(image, view.corners_px.front(), 8 * thick, {0, 220, 220}, 2 * thick);
   return image;
 }
 

@@ -150,12 +150,8 @@ cv::Mat with_circles(cv::Mat picture, const LearntColors& colors, std::size_t in
   for (const auto& [name, circles] : colors.circles) {
     for (const LearntCircle& circle : circles) {
       if (circle.picture != index) continue;
-      constexpr int bits = 4;
-      const cv::Point center(cvRound(circle.center_px.x() * (1 << bits)),
-                             cvRound(circle.center_px.y() * (1 << bits)));
-      const int radius = cvRound(circle.radius_px * (1 << bits));
-      cv::circle(picture, center, radius, {0, 0, 0}, thickness + 2, cv::LINE_AA, bits);
-      cv::circle(picture, center, radius, {255, 255, 255}, thickness, cv::LINE_AA, bits);
+      draw_circle(picture, circle.center_px, circle.radius_px, {0, 0, 0}, thickness + 2);
+      draw_circle(picture, circle.center_px, circle.radius_px, {255, 255, 255}, thickness);
     }
   }
   return picture;

@@ -8,12 +8,25 @@
 
 namespace ballservo {
 
-cv::Point subpixel(const Eigen::Vector2d& p) {
-  const auto fixed_point = [](double x) {
-    return static_cast<int>(std::lround(std::clamp(x, -1e5, 1e5) * (1 << subpixel_bits)));
-  };
-  return {fixed_point(p.x()), fixed_point(p.y())};
+namespace {
+
+int fixed_point(double x) {
+  return static_cast<int>(std::lround(std::clamp(x, -1e5, 1e5) * (1 << subpixel_bits)));
 }
+
+// None where one of them is not known.
+std::vector<cv::Point> subpixels(const std::vector<Eigen::Vector2d>& points_px) {
+  std::vector<cv::Point> points;
+  for (const Eigen::Vector2d& p : points_px) {
+    if (!p.allFinite()) return {};
+    points.push_back(subpixel(p));
+  }
+  return points;
+}
+
+}  // namespace
+
+cv::Point subpixel(const Eigen::Vector2d& p) { return {fixed_point(p.x()), fixed_point(p.y())}; }
 
 cv::Scalar class_display_color(const ColorTable& colors, ClassIndex color_class) {
   cv::Scalar sum(0, 0, 0);
@@ -28,13 +41,18 @@ cv::Scalar class_display_color(const ColorTable& colors, ClassIndex color_class)
 
 void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, bool closed,
                    const cv::Scalar& color, int thickness) {
-  if (points_px.empty()) return;
-  std::vector<cv::Point> points;
-  for (const Eigen::Vector2d& p : points_px) {
-    if (!p.allFinite()) return;
-    points.push_back(subpixel(p));
-  }
-  cv::polylines(bgr, points, closed, color, thickness, cv::LINE_AA, subpixel_bits);
+  const std::vector<cv::Point> points = subpixels(points_px);
+  if (!points.empty()) cv::polylines(bgr, points, closed, color, thickness, cv::LINE_AA, subpixel_bits);
+}
+
+void fill_polygon(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, const cv::Scalar& color) {
+  cv::fillPoly(bgr, std::vector<std::vector<cv::Point>>{subpixels(points_px)}, color, cv::LINE_AA,
+               subpixel_bits);
+}
+
+void draw_circle(cv::Mat& bgr, const Eigen::Vector2d& center_px, double radius_px, const cv::Scalar& color,
+                 int thickness) {
+  cv::circle(bgr, subpixel(center_px), fixed_point(radius_px), color, thickness, cv::LINE_AA, subpixel_bits);
 }
 
 void draw_cross(cv::Mat& bgr, const Eigen::Vector2d& center_px, const cv::Scalar& color) {

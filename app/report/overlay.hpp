@@ -19,6 +19,10 @@ cv::Scalar class_display_color(const ColorTable& colors, ClassIndex color_class)
 void draw_polyline(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, bool closed,
                    const cv::Scalar& color, int thickness = 1);
 
+/// The area within such a line, and a circle or, `thickness` cv::FILLED, a disc.
+void fill_polygon(cv::Mat& bgr, const std::vector<Eigen::Vector2d>& points_px, const cv::Scalar& color);
+void draw_circle(cv::Mat& bgr, const Eigen::Vector2d& center_px, double radius_px, const cv::Scalar& color,
+                 int thickness = 1);
 /// A place in the fixed-point coordinates that OpenCV draws by, and their fraction's bits.
 inline constexpr int subpixel_bits = 5;
 cv::Point subpixel(const Eigen::Vector2d& p);
