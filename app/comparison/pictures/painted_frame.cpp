@@ -259,7 +259,10 @@ void expose_painting(const cv::Mat& light, const ComparisonCondition& condition,
   const SensorOptions& sensor = condition.sensor;
   const bool has_bound = condition.has_ball && sensor.gamma == 1;
   cv::Mat blurred;
-  cv::GaussianBlur(light, blurred, {}, sensor.blur_px);
+  if (sensor.blur_px > 0)
+    cv::GaussianBlur(light, blurred, {}, sensor.blur_px);
+  else
+    blurred = light;
   frame.bgr.create(light.size(), CV_8UC3);
   if (has_bound) frame.clean_bgr.create(light.size(), CV_32FC3);
   for (int v = 0; v < light.rows; ++v) {
