@@ -127,13 +127,15 @@ bool BallJudge::suffices_where_expected(const OutlineFit& fit, const OutlineSupp
 }
 
 // What hides a ball takes its colour and much of its contour, so that to miss these says little against it.
-// What is left must be a circle's, with an edge all along it, behind an edge that goes on; and not flat. The
-// weights are a logistic regression's over photographs with and without balls half behind sheets and fruit;
-// those of one half of the photographs do as well on the other half.
+// What is left must be a circle's, with an edge all along it, behind an edge that goes on; not flat; and what
+// hides it no ground that goes on around it. The weights are a logistic regression's over photographs with
+// and without balls half behind sheets and fruit; those of one half of the photographs do as well on the
+// other half.
 double BallJudge::half_hidden_log_odds(const OutlineFit& fit, const OutlineSupport& support,
                                        const SecondLook::Look& look) const {
-  constexpr double least_sphere = 0.1;
-  if (look.sphere < least_sphere) return -std::numeric_limits<double>::infinity();
+  constexpr double least_sphere = 0.1, least_hidden_by = 0.3;
+  if (look.sphere < least_sphere || look.hidden_by < least_hidden_by)
+    return -std::numeric_limits<double>::infinity();
   const OutlineEllipse& outline = fit.ball.outline;
   const double seen = support.arc / std::max(0.2, 1 - support.hidden);
   const double round = support.shape.match * (1 - support.shape.straight);

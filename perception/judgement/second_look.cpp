@@ -65,7 +65,8 @@ SecondLook::Look SecondLook::look(const cv::Mat& bgr, const ColoredPixels& color
           seen.filled,
           seen.sphere(),
           seen.contour,
-          seen.edge};
+          seen.edge,
+          seen.hidden_by};
 }
 
 }  // namespace ballservo

@@ -18,9 +18,9 @@ class SecondLook {
     double log_odds = 0;              ///< that it is a ball (see CircleEvidence)
     Eigen::Vector2d center_px{0, 0};  ///< of the circle through the edges that were seen
     double radius_px = 0;
-    double filled = 0;             ///< part of the disc that has the ball's hue, in whatever light
-    double sphere = 0;             ///< how much it is shaded as a sphere, 0 to 1
-    double contour = 0, edge = 0;  ///< see CircleEvidence
+    double filled = 0;  ///< part of the disc that has the ball's hue, in whatever light
+    double sphere = 0;  ///< how much it is shaded as a sphere, 0 to 1
+    double contour = 0, edge = 0, hidden_by = 1;  ///< see CircleEvidence
   };
 
   /// In a dimmer light than the taught one, pixels are looked at as bright as that would have shown them:

@@ -124,6 +124,7 @@ TEST(Detector, HalfAShadedDiscBeforeOneGroundIsNoBall) {
   cv::Mat(bgr, {160, 60, 70, 120}).setTo(test::grey);
   Detector detector = test::detector_for(long_lens_camera(size));
   EXPECT_TRUE(detector.detect(bgr).empty());
+  EXPECT_TRUE(detector.detect_thoroughly(bgr).empty());
 }
 
 // It grows darker to one side, as a ball may, but has stripes across.
