@@ -88,8 +88,8 @@ class Detector {
 
   /// How the camera's grey levels follow the light, as stated or as believed by now.
   const CameraResponse& response() const;
-  /// The next picture may be another camera's.
-  void doubt_response() { response_belief_.doubt(); }
+  /// For a picture that may be another camera's than those before.
+  void forget_response() { response_belief_ = {}; }
 
  private:
   // A window as classified, without specks, and without holes.

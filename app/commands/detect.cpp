@@ -87,7 +87,7 @@ int run_detect(const DetectOptions& options) {
         found = detectors.emplace(key, AnyLight{search.factory().make(size, frame->source), {}, {}}).first;
       AnyLight& looks = found->second;
       Detector& detector = looks.detector;
-      if (!of_video || frame->index == 0) detector.doubt_response();
+      if (!of_video || frame->index == 0) detector.forget_response();
       DetectionStages stages;
       const std::optional<AssumedLight> light =
           looks.detect(frame->bgr, search.shows_stages() ? &stages : nullptr);
@@ -131,6 +131,7 @@ void add_detect_command(CLI::App& program, Action& action) {
   command->footer(R"(Example:
   ballservo detect left.png right.png --colors my.colors --camera camera.yaml --diameter 0.07 -o detections.csv --overlay found/
 
+Each still is judged by itself, whatever else is asked with it; the frames of a video are one camera's.
 Where the light in which the colours were taught shows no ball, one is sought in the lights that lamps and
 cameras make; which was assumed is said on stderr and, as `light`, in --json.
 Without -o the rows go to stdout. Without --camera or --diameter the columns in metres stay empty.

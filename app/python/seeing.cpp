@@ -101,7 +101,7 @@ class PyDetector {
     auto found = detectors_.find(key);
     if (found == detectors_.end())
       found = detectors_.emplace(key, factory_.make({picture.cols, picture.rows}, "bgr")).first;
-    found->second.doubt_response();
+    found->second.forget_response();
     std::vector<SeenBall> balls;
     for (const BallObservation& seen : found->second.detect(picture))
       balls.push_back(seen_ball(factory_, seen, seen.color_class, "detected", 0));

@@ -22,8 +22,6 @@ CameraResponse response_of(bool srgb, bool coarse_chroma) {
 // One picture counts no more than that. Beyond `settled` no picture could turn the belief at once.
 constexpr double most_of_one_picture = 20, settled_response = 30, settled_chroma = 30;
 constexpr int most_looks = 64;
-// What one camera's pictures carry over to the next still: less than a clear picture's own edges say.
-constexpr double carried = 8, carried_chroma = 2;
 
 }  // namespace
 
@@ -69,12 +67,6 @@ std::array<ResponseBelief::Alternative, 2> ResponseBelief::alternatives() const 
   return {{{&other, of_other},
            coarse_chroma() ? Alternative{&believed, of_believed}
                            : Alternative{&CameraResponse::srgb(true), coarse}}};
-}
-
-void ResponseBelief::doubt() {
-  srgb_ = std::clamp(srgb_, prior - carried, prior + 2);
-  coarse_chroma_ = std::clamp(coarse_chroma_, prior_chroma - carried_chroma, carried_chroma);
-  looks_ = 0;
 }
 
 double squares_left(const std::vector<RingColor>& pixels, const EdgeProfileFit& edge,

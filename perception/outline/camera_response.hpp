@@ -49,8 +49,6 @@ class ResponseBelief {
   void add(const ResponseEvidence& evidence);
   /// Is it worth while to look at more edges?
   bool open() const;
-  /// What follows may be of another camera: what was believed carries less than one picture says.
-  void doubt();
 
   bool srgb() const { return coarse_chroma() || srgb_ > 0; }
   bool coarse_chroma() const { return coarse_chroma_ > 0; }

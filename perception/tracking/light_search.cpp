@@ -175,7 +175,7 @@ Eigen::Array3d LightSearch::by_greys(const LogGain& greys, double power) const {
 const std::vector<LightSearch::Guess>& LightSearch::look(const cv::Mat& bgr, const AssumedLight& light,
                                                          const LogGain& greys) {
   detector_.set_light(cells_in(light));
-  detector_.doubt_response();
+  detector_.forget_response();
   guesses_.clear();
   for (const BallObservation& ball : detector_.detect(bgr)) {
     const SurfaceColor now = middle_color(bgr, ball.outline), &taught = of_class_[ball.color_class - 1u];

@@ -147,7 +147,7 @@ void Tracker::seek_light(const cv::Mat& bgr) {
   light_->assume(found->light);
   is_light_believed_ = taught_light_ = false;
   set_light();
-  detector_.doubt_response();
+  detector_.forget_response();
   seen_.clear();
   see_sure_balls(bgr, found->least_log_odds);
 }

@@ -43,18 +43,6 @@ TEST(ResponseBelief, OfCoarseColoursSaysNothingOfTheResponse) {
   EXPECT_TRUE(belief.srgb());
 }
 
-TEST(ResponseBelief, OfOneCameraHardlyOutlivesTheNextOnesEdges) {
-  for (const double sign : {1.0, -1.0}) {
-    ResponseBelief belief;
-    for (int i = 0; i < 10; ++i) belief.add({20 * sign, 20 * sign});
-    belief.doubt();
-    belief.add({-13 * sign, -13 * sign});
-    EXPECT_EQ(belief.coarse_chroma(), sign < 0);
-    EXPECT_TRUE(belief.open());
-    EXPECT_EQ(belief.srgb(), sign < 0);
-  }
-}
-
 TEST(ResponseBelief, AsksNoLongerWhereNothingIsToldForLong) {
   ResponseBelief belief;
   for (int i = 0; i < 1000 && belief.open(); ++i) belief.add({i % 2 == 0 ? 1.0 : -1.0, 0});
@@ -125,6 +113,28 @@ TEST(CameraResponse, IsToldByTheEdgesOfABall) {
     // Taken for the other, it is not: the pictures can tell.
     EXPECT_GT(std::abs(radius_error_px(srgb, ResponseChoice::linear)), 0.05);
     EXPECT_GT(std::abs(radius_error_px(linear, ResponseChoice::srgb)), 0.05);
+  }
+}
+
+// A still may be another camera's than the one before it.
+TEST(CameraResponse, OfOneStillSaysNothingOfTheNext) {
+  const Camera camera = test::pinhole({120, 120}, 500);
+  cv::Mat light(120, 120, CV_8UC3, cv::Scalar(20, 50, 25));
+  test::paint_ball(light, camera, {0.004, 0.002, 0.6}, 0.035, {12, 15, 160});
+  const cv::Mat still = taken(light, CameraResponse::srgb(), 0, 20);  // so noisy that its edges say little
+  const auto rays = std::make_shared<const RayTable>(camera);
+  Detector alone(rays, test::red_and_green(), {});
+  for (const CameraResponse* other : {&CameraResponse::linear(), &CameraResponse::srgb()}) {
+    Detector after_another(rays, test::red_and_green(), {});
+    for (std::uint64_t seed = 0; seed < 4; ++seed) after_another.detect(taken(light, *other, seed));
+    after_another.forget_response();
+    alone.forget_response();
+    const auto& balls = after_another.detect(still);
+    const auto& balls_alone = alone.detect(still);
+    ASSERT_EQ(balls.size(), 1u);
+    ASSERT_EQ(balls_alone.size(), 1u);
+    EXPECT_EQ(balls[0].cone.alpha_rad, balls_alone[0].cone.alpha_rad);
+    EXPECT_EQ(balls[0].cone_covariance_rad2, balls_alone[0].cone_covariance_rad2);
   }
 }
 
