@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "perception/judgement/ball_judge.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -10,8 +12,11 @@ namespace {
 // quarter below 0.7, of what is none 3 % and 70 %. The slope between is that of a logistic fit.
 constexpr double even_quality = 0.78, ratio_per_quality = 8, least_quality_ratio = -1.5,
                  most_quality_ratio = 2;
-// What a second look says against it, at the most.
-constexpr double least_look_log_odds = -10;
+// What a second look says against a ball, at the most; and for a large one, at the most, beyond the odds that
+// round things which are none seldom have.
+constexpr double least_look_log_odds = -10, most_look_log_odds = 3, seldom_log_odds = 4;
+// What second looks speak against so much is not shown as a ball that there may be.
+constexpr double least_shown_log_odds = -4;
 // In a scene that is not known, so many look-alikes (px^3, over the radius cubed): of the same pictures 0.4
 // of 3 to 6 px, 0.06 of 12 to 24. As much as so many pictures without any say against it.
 constexpr double look_alikes_px3 = 54, pictures_of_doubt = 10;
@@ -29,12 +34,17 @@ void BallEvidence::see(const BallObservation& ball, double log_odds) {
   if (pictures_++ > 0) again_ = std::min(again_ + again_ratio, most_again);
   const double share = 1.0 / pictures_;
   quality_ += share * (ball.quality - quality_);
-  log_odds_ += share * (std::clamp(log_odds, least_look_log_odds, 0.0) - log_odds_);
+  const double against = std::clamp(log_odds, least_look_log_odds, 0.0);
+  const double in_favour = std::clamp(log_odds - seldom_log_odds, 0.0, most_look_log_odds);
+  const bool large = ball.outline.radius_px >= small_ball_px;
+  log_odds_ += share * (against + (large ? in_favour : 0) - log_odds_);
   radius_px_ = pictures_ == 1 ? ball.outline.radius_px
                               : radius_px_ * std::pow(ball.outline.radius_px / radius_px_, share);
 }
 
 void BallEvidence::miss() { again_ -= again_ratio; }
+
+bool BallEvidence::is_unlikely() const { return log_odds_ < least_shown_log_odds; }
 
 bool BallEvidence::is_refuted() const { return again_ < refuted; }
 

@@ -21,6 +21,9 @@ class BallEvidence {
   /// than a few pictures. Its looks do not add up from picture to picture: they are one thing's.
   bool suffices(double look_alikes) const;
 
+  /// Its pixels' colours speak so much against a ball that it is none until more pictures say otherwise.
+  bool is_unlikely() const;
+
   /// Missed too often for a ball.
   bool is_refuted() const;
 

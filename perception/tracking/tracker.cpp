@@ -99,7 +99,8 @@ void Tracker::gather_evidence(const cv::Mat& bgr, Followed& followed) {
 // A known ball's place has no other ball in it: what is seen there in another size is the known one, in part.
 bool Tracker::is_shown(const Followed& followed) const {
   if (followed.track.state != TrackState::tentative) return true;
-  return followed.detection && std::none_of(followed_.begin(), followed_.end(), [&](const Followed& other) {
+  return followed.detection && !followed.evidence.is_unlikely() &&
+         std::none_of(followed_.begin(), followed_.end(), [&](const Followed& other) {
            return other.track.state != TrackState::tentative &&
                   same_ball(other.track.ball, followed.track.ball);
          });

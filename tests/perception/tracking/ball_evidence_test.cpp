@@ -36,6 +36,14 @@ TEST(BallEvidence, ASecondLookSpeaksAgainstWhatIsLargeToo) {
   EXPECT_TRUE(seen(35, 0.5, 10, -1).suffices(0));
 }
 
+TEST(BallEvidence, ASecondLookSpeaksForABallBeyondWhatRoundThingsReach) {
+  EXPECT_FALSE(seen(22, 0.64, 6, 0).suffices(0.1));
+  EXPECT_FALSE(seen(22, 0.64, 6, 4).suffices(0.1));
+  EXPECT_TRUE(seen(22, 0.64, 6, 8).suffices(0.1));
+  EXPECT_FALSE(seen(22, 0.64, 6, 100).suffices(2)) << "no more than so much";
+  EXPECT_FALSE(seen(5, 0.64, 6, 8).suffices(0)) << "too few pixels";
+}
+
 TEST(BallEvidence, AmongLookAlikesHowLongItStaysSaysNothing) {
   EXPECT_TRUE(seen(5, 0.85, 5).suffices(0));
   EXPECT_FALSE(seen(5, 0.85, 1000).suffices(2));
