@@ -108,7 +108,8 @@ void InnerEdges::look_along(const cv::Mat& bgr, const ColoredPixels& colored, cv
     if (*step < min_inner_step || *step <= step[-1] || *step < step[1]) continue;
     if (*step < step[-shade_px] + step[shade_px]) continue;
     const int u = first.x + i * along.x, v = first.y + i * along.y;
-    if (peaks_.size() < peaks_.capacity() && is_inside(colored, u, v)) peaks_.push_back({u, v, *step});
+    if (static_cast<int>(peaks_.size()) < max_looks && is_inside(colored, u, v))
+      peaks_.push_back({u, v, *step});
   }
 }
 
