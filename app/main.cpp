@@ -33,7 +33,9 @@ void set_signals() {
 int main(int argc, char** argv) {
   open_standard_streams();
   set_signals();
-  void* const program = dlopen("libballservo_program.so", RTLD_NOW);
+  // Loaded with all the others, OpenCV's decoders would look for each of their many symbols in most of them.
+  dlopen(BALLSERVO_DECODERS, RTLD_LAZY);
+  void* const program = dlopen("libballservo_program.so", RTLD_LAZY);
   const auto run =
       program ? reinterpret_cast<int (*)(int, char**)>(dlsym(program, "ballservo_main")) : nullptr;
   if (run) return run(argc, argv);
