@@ -35,7 +35,7 @@ matplotlib.rcdefaults()
 matplotlib.rcParams.update({
     "svg.fonttype": "none", "svg.hashsalt": "ballservo", "text.parse_math": False, "font.size": 11,
     "axes.prop_cycle": matplotlib.cycler(color=COLORS), "axes.titlesize": 12, "axes.titleweight": "bold",
-    "axes.grid": True, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
+    "axes.titley": 1.0, "axes.grid": True, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
     "grid.color": INK, "grid.alpha": 0.15, "legend.frameon": False, "legend.fontsize": 10, "lines.linewidth": 1.7,
     "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK,
     "figure.facecolor": "none", "axes.facecolor": "none", "figure.constrained_layout.use": True,
