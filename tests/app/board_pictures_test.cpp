@@ -47,6 +47,13 @@ class BoardFiles : public testing::Test {
     cv::imwrite(path(name), picture);
     return path(name);
   }
+  /// Each picture is shown for so many frames.
+  void write_video(const std::string& name, const std::vector<cv::Mat>& pictures, int frames) const {
+    VideoFile video(path(name), Overwrite::refuse, 30);
+    for (const cv::Mat& picture : pictures)
+      for (int i = 0; i < frames; ++i) video.write(picture);
+    video.commit();
+  }
 
  private:
   test::TemporaryFolder folder_;
@@ -54,15 +61,13 @@ class BoardFiles : public testing::Test {
 
 TEST_F(BoardFiles, AVideoGivesEachPlaceOfTheBoardOnce) {
   const auto photographs = board_photographs(6);
-  VideoFile video(path("boards.mkv"), Overwrite::refuse, 30);
-  for (const cv::Mat& picture : photographs)
-    for (int i = 0; i < 10; ++i) video.write(picture);
-  video.commit();
+  write_video("boards.mkv", photographs, 10);
   const BoardPictures found = find_boards({path("boards.mkv")}, search_for("chessboard:9x6"));
   EXPECT_EQ(found.used().size(), 6u);
   EXPECT_EQ(found.size, (ImageSize{640, 480}));
   EXPECT_THAT(found.used()[1]->name(), HasSubstr("boards.mkv frame 10"));
-  EXPECT_THROW(find_boards({path("boards.mkv")}, search_for("chessboard:8x5")), Refusal);
+  write_video("one.mkv", {photographs[0]}, 5);
+  EXPECT_THROW(find_boards({path("one.mkv")}, search_for("chessboard:8x5")), Refusal);
 }
 
 /// A camera before which nothing moves, or another board stands in every picture.

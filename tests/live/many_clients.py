@@ -125,7 +125,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("program", type=os.path.abspath)
     parser.add_argument("data", type=lambda text: pathlib.Path(text).resolve())
-    parser.add_argument("--seconds", type=float, default=15)
+    parser.add_argument("--seconds", type=float, default=8)
     parser.add_argument("--source", type=pathlib.Path, help="instead of a film of its own")
     parser.add_argument("--colors", type=pathlib.Path, help="of the source's ball")
     parser.add_argument("--least-rate", type=float, default=0.7, help="of the pace without clients")

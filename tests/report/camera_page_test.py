@@ -4,7 +4,7 @@ import math
 import unittest
 from pathlib import Path
 
-from pages import EXAMPLES, HOSTILE, PIXEL, ROOT, SCRATCH, PageTest, drawn, program, titles
+from pages import EXAMPLES, HOSTILE, PIXEL, ROOT, SCRATCH, PageTest, drawn, page_of, program, titles
 
 CORNERS = [[60.0 * x, 50.0 * y] for x in range(1, 10) for y in range(1, 7)]
 CAMERA = """image_width: 640
@@ -95,7 +95,7 @@ class DifferencePage(PageTest):
         self.assertEqual((folder / "report.html").read_bytes(), before)
 
     def test_tells_the_figures(self):
-        html, facts = drawn(self.copy(DIFFERENCE)), json.loads((DIFFERENCE / "report.json").read_text())
+        html, facts = page_of(DIFFERENCE), json.loads((DIFFERENCE / "report.json").read_text())
         for text in (f"{facts['ball_difference_median_mm']:.3g} mm apart", facts["verdict"],
                      f"median {facts['difference_median_px']:.4f} px", "640 x 480 px"):
             self.assertIn(text, html)

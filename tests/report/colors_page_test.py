@@ -4,7 +4,7 @@ import unittest
 
 import numpy as np
 from PIL import Image
-from pages import HOSTILE, SCRATCH, PageTest, drawn, program, titles
+from pages import HOSTILE, SCRATCH, PageTest, drawn, page_of, program, titles
 
 LEARNT, SHOWN = SCRATCH / "learnt", SCRATCH / "shown"
 FIGURES = ["Strength of the light", "Colour of the light", "Fading towards grey", "What the table makes of each class&#39;s pixels"]
@@ -45,7 +45,7 @@ class ColorsPage(PageTest):
         self.assertLess(len(html), 2e6)
 
     def test_tells_the_figures_of_the_json(self):
-        html = drawn(self.copy(LEARNT))
+        html = page_of(LEARNT)
         for name, color in json.loads((SCRATCH / "both.json").read_text())["classes"].items():
             row = html.split(f"<tr><td>{name}</td>")[1].split("</tr>")[0]
             light = color["light"]
@@ -56,7 +56,7 @@ class ColorsPage(PageTest):
                          f"{100 * round(light['warmest_k'] / 100)} to {100 * round(light['coolest_k'] / 100)}"):
                 self.assertIn(f">{text}</td>", row)
         self.assertIn("learnt from red.png, blue.png", html)
-        self.assertIn("as the file holds them", drawn(self.copy(SHOWN)))
+        self.assertIn("as the file holds them", page_of(SHOWN))
 
     def change(self, **changes):
         folder = self.copy(LEARNT)

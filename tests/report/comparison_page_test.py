@@ -2,7 +2,7 @@
 import json
 import unittest
 
-from pages import HOSTILE, SCRATCH, PageTest, drawn, program, titles
+from pages import HOSTILE, SCRATCH, PageTest, drawn, page_of, program, titles
 
 WHOLE = SCRATCH / "whole"
 PLAN = """
@@ -32,7 +32,7 @@ class ComparisonPage(PageTest):
         self.assertEqual((folder / "report.html").read_bytes(), before)
 
     def test_holds_every_figure(self):
-        figures = titles(drawn(self.copy(WHOLE)))
+        figures = titles(page_of(WHOLE))
         both = "Error of one step and of the converged fit, by condition"
         self.assertEqual(figures[:4], ["sphere_one_step against sphere_converged", both,
                                        "paper_one_step against paper_converged", both])
@@ -52,7 +52,7 @@ class ComparisonPage(PageTest):
         self.assertIn("displaced: vote is that start", html)
 
     def test_tells_answers_and_methods(self):
-        html, facts = drawn(self.copy(WHOLE)), json.loads((WHOLE / "report.json").read_text())
+        html, facts = page_of(WHOLE), json.loads((WHOLE / "report.json").read_text())
         for text in ("The exact fit (sphere_one_step): of 2 conditions, one step is enough in ", "The paper&#39;s fit: ",
                      "stepping on moves the ball by ", *(method["minimises"] for method in facts["methods"])):
             self.assertIn(text.replace("'", "&#39;"), html)
@@ -63,7 +63,7 @@ class ComparisonPage(PageTest):
         self.assertIn("sphere\\_one\\_step & 6/6 & ", (folder / "tables.tex").read_text())
 
     def test_tables_hold_every_row_of_the_files(self):
-        html = drawn(self.copy(WHOLE))
+        html = page_of(WHOLE)
         rows = (WHOLE / "compare.csv").read_text().splitlines()
         methods = len({row.split(",")[1] for row in rows[1:]})
         for name in ("base", "noisy"):

@@ -1,5 +1,6 @@
 """What every test of the pages uses: the program, run once for each kind of result, and checks of any page."""
 import atexit
+import functools
 import json
 import os
 import re
@@ -56,6 +57,12 @@ def drawn(folder):
     html = (folder / "report.html").read_text(encoding="utf-8")
     check(html)
     return html
+
+
+@functools.cache
+def page_of(folder):
+    """The page of a folder that no test changes, drawn and checked once."""
+    return drawn(folder)
 
 
 def check(html):

@@ -12,7 +12,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-from pages import HOSTILE, PROGRAM, ROOT, SCRATCH, PageTest, drawn, main, program, titles
+from pages import HOSTILE, PROGRAM, ROOT, SCRATCH, PageTest, drawn, main, page_of, program, titles
 
 SCENARIO = ROOT / "data/scenarios/static_ball.yaml"
 REACHED, SEEN = SCRATCH / "reached", SCRATCH / "seen"
@@ -32,7 +32,7 @@ class RunPage(PageTest):
         self.assertEqual((folder / "report.html").read_bytes(), before)
 
     def test_holds_every_figure(self):
-        self.assertEqual(titles(drawn(self.copy(REACHED))),
+        self.assertEqual(titles(page_of(REACHED)),
                          ["From above", "The ball&#39;s way through the picture", "Distance error", "Bearing error",
                           "Distance error at the end", "Bearing error at the end", "The law&#39;s own errors",
                           "Clearance", "Forward speed", "Turning rate"])
@@ -47,15 +47,15 @@ class RunPage(PageTest):
             self.assertIn(f"<td>{text}</td>", html)
 
     def test_says_how_to_repeat_it(self):
-        html = drawn(self.copy(REACHED))
+        html = page_of(REACHED)
         self.assertIn("seed 3", html)
         command = re.search('<pre class="wrap">(.*)</pre>', html).group(1)
         program(*shlex.split(command)[1:])
         self.assertEqual((SCRATCH / "again/log.csv").read_bytes(), (REACHED / "log.csv").read_bytes())
 
     def test_is_coloured_by_its_outcome(self):
-        self.assertIn('<p class="note good">reached', drawn(self.copy(REACHED)))
-        self.assertIn('<p class="note bad">', drawn(self.copy(SEEN)))
+        self.assertIn('<p class="note good">reached', page_of(REACHED))
+        self.assertIn('<p class="note bad">', page_of(SEEN))
 
     def test_names_the_laws_errors(self):
         folder = self.copy(REACHED)
@@ -65,7 +65,7 @@ class RunPage(PageTest):
                 self.assertIn(name, drawn(folder))
 
     def test_a_run_that_did_not_settle_has_no_ending_and_a_dash(self):
-        html = drawn(self.copy(SEEN))
+        html = page_of(SEEN)
         self.assertNotIn("Distance error at the end", titles(html))
         self.assertRegex(html, r"settled after</th><td>-</td>")
 

@@ -4,7 +4,7 @@ import os
 import re
 import unittest
 
-from pages import HOSTILE, ROOT, SCRATCH, PageTest, drawn, program, titles
+from pages import HOSTILE, ROOT, SCRATCH, PageTest, drawn, page_of, program, titles
 
 SCENARIO = ROOT / "data/scenarios/clutter.yaml"
 WHOLE, AGAINST, PART = SCRATCH / "whole", SCRATCH / "against", SCRATCH / "part"
@@ -28,12 +28,12 @@ class SweepPage(PageTest):
 
     def test_holds_every_figure(self):
         worst = json.loads((WHOLE / "report.json").read_text())["worst"]
-        self.assertEqual(titles(drawn(self.copy(WHOLE))),
+        self.assertEqual(titles(page_of(WHOLE)),
                          ["All ways from above", *(f"seed {trial['seed']}" for trial in worst),
                           *3 * ["Where it succeeds"], *DRAWN])
 
     def test_tells_the_figures_of_the_summary(self):
-        html, s = drawn(self.copy(WHOLE)), json.loads((WHOLE / "summary.json").read_text())
+        html, s = page_of(WHOLE), json.loads((WHOLE / "summary.json").read_text())
         low, high = s["success_ci95"]
         text = (f"{s['reached']} of {s['trials'] - s['infeasible']}: {100 * s['success_rate']:.2f} % "
                 f"(95 % interval {100 * low:.2f} % to {100 * high:.2f} %)")
@@ -46,19 +46,19 @@ class SweepPage(PageTest):
             self.assertIn(trial["command"].replace("'", "&#39;"), html)
 
     def test_tells_of_the_other_sweep_it_is_held_against(self):
-        html, other = drawn(self.copy(AGAINST)), json.loads((AGAINST / "summary.json").read_text())["against"]
+        html, other = page_of(AGAINST), json.loads((AGAINST / "summary.json").read_text())["against"]
         self.assertIn("this sweep (law visp, perception geometric) less the other (law\ncone, perception geometric); "
                       f"{other['success']['pairs']} pairs", html)
         self.assertIn(f"{1e3 * other['median_differences']['range_rms_m']['median']:.4g} mm", html)
         self.assertNotIn("different worlds", html)
-        self.assertNotIn("less the other", drawn(self.copy(WHOLE)))
+        self.assertNotIn("less the other", page_of(WHOLE))
 
     def test_says_when_it_is_a_part_or_was_interrupted(self):
         folder = self.copy(PART)
         self.assertIn("Part 2/3 of the sweep", drawn(folder))
         self.edit(folder, "summary.json", lambda summary: summary.update(interrupted=True))
         self.assertIn("Interrupted: 2 of 6 trials are done", drawn(folder))
-        whole = drawn(self.copy(WHOLE))
+        whole = page_of(WHOLE)
         self.assertNotIn("Part ", whole)
         self.assertNotIn("Interrupted", whole)
 
