@@ -45,6 +45,20 @@ class RunPage(PageTest):
                      f"{s['settled_s']:.2f} s", f"{s['settled_s'] / s['time_optimal_s']:.2f}",
                      f"{s['min_clearance_m']:.2f} m", f"{s['steps']}"):
             self.assertIn(f"<td>{text}</td>", html)
+        self.assertIn("time-optimal run that turns first, then drives</th>", html)
+
+    def test_tells_out_of_view_from_not_seen(self):
+        folder = self.copy(REACHED)
+        with open(folder / "log.csv", newline="") as log:
+            steps = list(csv.DictReader(log))
+        for unseen, shown in ((0, "0.00"), (50, "1.00")):  # 50 steps a second
+            with open(folder / "log.csv", "w", newline="") as log:
+                table = csv.DictWriter(log, steps[0])
+                table.writeheader()
+                table.writerows({**step, "track_state": ("coasting", "none", "confirmed", "tentative")[k % 2 + 2 * (k >= unseen)]}
+                                for k, step in enumerate(steps))
+            self.assertRegex(drawn(folder), rf"not seen, for whatever reason</th><td>{shown} s of \d")
+        self.assertIn("ball in free sight, outside the picture</th>", drawn(folder))
 
     def test_says_how_to_repeat_it(self):
         html = page_of(REACHED)

@@ -20,7 +20,7 @@ def page(folder):
     log = read_rows(folder / "log.csv")
     return dict(
         title=facts["title"], subtitle=subtitle(facts, folder), command=facts.get("command"),
-        summary=summary, keys=key_figures(summary), video=(folder / "video.mp4").exists(),
+        summary=summary, keys=key_figures(summary, log), video=(folder / "video.mp4").exists(),
         ways=[top_view(facts, log), image_trace(facts)], errors=error_plots(facts, summary, log),
         commands=[command_plot(log, "v", "mps", "Forward speed", "v (m/s)", "The square-root shape of the braking envelope."),
                   command_plot(log, "w", "radps", "Turning rate", "w (deg/s)", "Positive: to the left.", np.degrees)],
@@ -34,7 +34,7 @@ def subtitle(facts, folder):
             + ("" if facts.get("truth_known", True) else "; the peer told no truth, and what needs it is empty"))
 
 
-def key_figures(s):
+def key_figures(s, log):
     known = s["settled_s"] is not None and s["time_optimal_s"]
     return [
         ("distance error, last second", text_of(s["range_error_m"], 2, "mm", 1e3)),
@@ -45,10 +45,17 @@ def key_figures(s):
         ("rms after settling", text_of(s["range_rms_m"], 2, "mm", 1e3) + ", "
          + text_of(s["bearing_rms_rad"], 3, "deg", math.degrees(1))),
         ("least clearance", text_of(s["min_clearance_m"], 2, "m")),
-        ("ball out of view", text_of(s["out_of_view_s"], 2, "s")),
+        ("ball in free sight, outside the picture", text_of(s["out_of_view_s"], 2, "s")),
+        ("ball not seen, for whatever reason", text_of(unseen_s(log), 2, "s") + " of " + text_of(s["duration_s"], 2, "s")),
         ("times the ball was lost", s["lost_events"]),
         ("contacts with the ball", s["ball_contacts"]),
         ("control steps", s["steps"])]
+
+
+def unseen_s(log):
+    """The time in which the newest frame showed no ball to the tracker."""
+    unseen = np.array([step["track_state"] not in ("tentative", "confirmed") for step in log[:-1]], dtype=bool)
+    return np.diff(numbers(log, "time_s"))[unseen].sum()
 
 
 def top_view(facts, log):
