@@ -24,7 +24,8 @@ Feasibility check_feasible(const Scenario& scenario);
 double rest_to_rest_s(double way, double speed_limit, double acceleration_limit);
 
 /// Turn towards the ball on the spot, then straight to `distance_m` from it, both rest to rest at full
-/// acceleration, without delay: the time-optimal run of a robot that turns before it drives.
+/// acceleration, without delay: the time-optimal run of a robot that turns before it drives. One that turns
+/// while it drives may take less.
 double time_optimal_s(const Pose2& start, const Eigen::Vector2d& p_WB, double distance_m,
                       const UnicycleLimits& limits);
 

@@ -40,7 +40,7 @@ def key_figures(s, log):
         ("distance error, last second", text_of(s["range_error_m"], 2, "mm", 1e3)),
         ("bearing error, last second", text_of(s["bearing_error_rad"], 3, "deg", math.degrees(1))),
         ("settled after", text_of(s["settled_s"], 2, "s")),
-        ("time-optimal run", text_of(s["time_optimal_s"], 2, "s")),
+        ("time-optimal run that turns first, then drives", text_of(s["time_optimal_s"], 2, "s")),
         ("settling / time-optimal", text_of(s["settled_s"] / s["time_optimal_s"] if known else None)),
         ("rms after settling", text_of(s["range_rms_m"], 2, "mm", 1e3) + ", "
          + text_of(s["bearing_rms_rad"], 3, "deg", math.degrees(1))),
