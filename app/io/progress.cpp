@@ -23,6 +23,14 @@ std::string bar(long done, long total) {
 
 }  // namespace
 
+std::optional<double> time_left_s(double elapsed_s, long done, long total) {
+  constexpr double soonest_s = 2, least_share = 0.03, surely_s = 30;
+  if (done <= 0 || done >= total || elapsed_s < soonest_s) return std::nullopt;
+  const double share = static_cast<double>(done) / static_cast<double>(total);
+  if (share < least_share && elapsed_s < surely_s) return std::nullopt;
+  return elapsed_s * (1 - share) / share;
+}
+
 Progress::Progress(std::string what, long total, bool quiet)
     : what_(std::move(what)),
       total_(total),
@@ -48,10 +56,8 @@ void Progress::step(long done) {
   if (total_ > 0) {
     if (terminal_) line += bar(done, total_) + " ";
     line += fmt::format("{} of {}", done, total_);
-    if (done > 0 && done < total_) {
-      const double left_s = elapsed.count() * static_cast<double>(total_ - done) / static_cast<double>(done);
-      line += fmt::format(", about {:.0f} s left", left_s);
-    }
+    if (const auto left_s = time_left_s(elapsed.count(), done, total_))
+      line += fmt::format(", about {:.0f} s left", *left_s);
   } else {
     line += fmt::format("{}", done);
   }

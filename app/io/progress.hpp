@@ -2,9 +2,13 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 namespace ballservo {
+
+/// Time left (s) by the rate so far; none where too little is done to say: the first pieces are slow.
+std::optional<double> time_left_s(double elapsed_s, long done, long total);
 
 class Progress {
  public:
