@@ -96,23 +96,6 @@ class ChromaPlane {
   cv::Mat2s cells_;   // of the histogram, under every pixel
 };
 
-/// Where a label about `at` covers none of the others: the nearest such place above or below.
-cv::Rect free_place(cv::Point at, const std::string& text, const std::vector<cv::Rect>& others) {
-  const cv::Size size =
-      cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, label_size, 1, nullptr) + cv::Size(4, 10);
-  const int left = std::clamp(at.x - size.width / 2, 0, std::max(0, plane_px - size.width));
-  for (int step = 0; step < plane_px; ++step) {
-    for (const int sign : {1, -1}) {
-      const cv::Rect place({left, at.y - size.height / 2 + sign * step}, size);
-      const bool inside = place.y >= 0 && place.br().y <= plane_px;
-      if (inside && std::none_of(others.begin(), others.end(),
-                                 [&](const cv::Rect& other) { return (other & place).area() > 0; }))
-        return place;
-    }
-  }
-  return {{left, at.y - size.height / 2}, size};
-}
-
 cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>& groups,
                        const ChromaPlane& plane) {
   cv::Mat1f brightness = cv::Mat1f::zeros(side, side);
@@ -128,8 +111,7 @@ cv::Mat groups_picture(const ColorTable& colors, const std::vector<ChromaGroup>&
     if (moments.m00 <= 0) continue;
     const cv::Point at = plane.point(2 * (moments.m10 / moments.m00 + 0.5) - side,
                                      2 * (moments.m01 / moments.m00 + 0.5) - side);
-    labels.push_back(free_place(at, colors.classes[k].name, labels));
-    draw_text(picture, colors.classes[k].name, {labels.back().x, labels.back().br().y - 4}, label_size);
+    draw_text_apart(picture, colors.classes[k].name, at, label_size, labels);
   }
   return picture;
 }

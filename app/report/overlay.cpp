@@ -65,9 +65,33 @@ void draw_text(cv::Mat& bgr, const std::string& text, const cv::Point& at, doubl
   cv::putText(bgr, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 1, cv::LINE_AA);
 }
 
+void draw_text_apart(cv::Mat& bgr, const std::string& text, const cv::Point& at, double size,
+                     std::vector<cv::Rect>& others) {
+  const cv::Size room = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, nullptr) + cv::Size(4, 10);
+  const int lowest = std::max(0, bgr.rows - room.height);
+  const cv::Point corner(std::clamp(at.x - room.width / 2, 0, std::max(0, bgr.cols - room.width)),
+                         std::clamp(at.y - room.height / 2, 0, lowest));
+  const auto place = [&]() -> cv::Rect {
+    for (int step = 0; step <= lowest; ++step) {
+      for (const int y : {corner.y + step, corner.y - step}) {
+        const cv::Rect tried({corner.x, y}, room);
+        if (y >= 0 && y <= lowest && std::none_of(others.begin(), others.end(), [&](const cv::Rect& other) {
+              return (other & tried).area() > 0;
+            }))
+          return tried;
+      }
+    }
+    return {corner, room};
+  };
+  others.push_back(place());
+  draw_text(bgr, text, {others.back().x, others.back().br().y - 4}, size);
+}
+
+double label_scale(int width_px) { return std::clamp(width_px / 1600.0, 0.4, 1.0); }
+
 void draw_label(cv::Mat& bgr, const std::string& label, const Eigen::Vector2d& center_px, double radius_px) {
   if (label.empty()) return;
-  const double scale = std::clamp(bgr.cols / 1600.0, 0.4, 1.0);
+  const double scale = label_scale(bgr.cols);
   int baseline = 0;
   const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline);
   const double x =

@@ -30,6 +30,12 @@ cv::Point subpixel(const Eigen::Vector2d& p);
 void draw_cross(cv::Mat& bgr, const Eigen::Vector2d& center_px, const cv::Scalar& color);
 /// White text with a black rim, to be read on anything; `at` is its lower left corner, `size` OpenCV's scale.
 void draw_text(cv::Mat& bgr, const std::string& text, const cv::Point& at, double size);
+/// The same about `at`, moved up or down to the nearest place in the picture where it covers none of
+/// `others`, which it then joins.
+void draw_text_apart(cv::Mat& bgr, const std::string& text, const cv::Point& at, double size,
+                     std::vector<cv::Rect>& others);
+/// The scale of labels in a picture of that width.
+double label_scale(int width_px);
 /// Text over a circle; kept inside the picture.
 void draw_label(cv::Mat& bgr, const std::string& label, const Eigen::Vector2d& center_px, double radius_px);
 

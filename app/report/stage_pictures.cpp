@@ -54,6 +54,33 @@ std::string histogram_title(const char* what, const Candidate& candidate) {
                      candidate.estimate.center_peak, candidate.estimate.quality());
 }
 
+/// At each circle that is no ball the number of the reason; the reasons stand in the lower left corner.
+class ReasonNotes {
+ public:
+  explicit ReasonNotes(cv::Mat& picture) : picture_(picture), scale_(label_scale(picture.cols)) {}
+
+  void add(const std::string& reason, const Eigen::Vector2d& top_px) {
+    if (reason.empty() || !top_px.allFinite()) return;
+    const auto known = std::find(reasons_.begin(), reasons_.end(), reason);
+    circles_.emplace_back(known - reasons_.begin() + 1, top_px.cwiseMax(-1e5).cwiseMin(1e5).cast<int>());
+    if (known == reasons_.end()) reasons_.push_back(reason);
+  }
+  /// No text covers another.
+  void draw() const {
+    std::vector<cv::Rect> texts;
+    for (std::size_t k = reasons_.size(); k > 0; --k)
+      draw_text_apart(picture_, fmt::format("{}: {}", k, reasons_[k - 1]), {0, picture_.rows}, scale_, texts);
+    for (const auto& [number, at] : circles_)
+      draw_text_apart(picture_, std::to_string(number), {at.x(), at.y()}, scale_, texts);
+  }
+
+ private:
+  cv::Mat& picture_;
+  double scale_;
+  std::vector<std::string> reasons_;
+  std::vector<std::pair<std::ptrdiff_t, Eigen::Vector2i>> circles_;
+};
+
 }  // namespace
 
 std::vector<std::pair<std::string, cv::Mat>> stage_pictures(const cv::Mat& bgr, const DetectionStages& stages,
@@ -68,6 +95,7 @@ std::vector<std::pair<std::string, cv::Mat>> stage_pictures(const cv::Mat& bgr, 
   // Outlines in their class's colour; the votes for their centres over them, where the votes fell.
   cv::Mat outlines = darkened(bgr), first = darkened(bgr), ring = darkened(bgr), estimate = bgr.clone(),
           refined = bgr.clone();
+  ReasonNotes notes(estimate);
   const Camera& camera = detector.rays().camera();
   for (const Candidate& candidate : stages.candidates) {
     const cv::Scalar color = class_display_color(colors, candidate.color_class);
@@ -97,9 +125,10 @@ std::vector<std::pair<std::string, cv::Mat>> stage_pictures(const cv::Mat& bgr, 
     } else if (const CircleEstimate& circle = candidate.estimate;
                const auto center_px =
                    camera.project({circle.center_px.x(), circle.center_px.y(), camera.focal_px()})) {
-      draw_label(estimate, candidate.reason, *center_px, circle.radius_px);
+      notes.add(candidate.reason, *center_px - Eigen::Vector2d(0, circle.radius_px));
     }
   }
+  notes.draw();
   if (!stages.candidates.empty()) {
     const auto best = std::find_if(stages.candidates.begin(), stages.candidates.end(),
                                    [](const Candidate& c) { return c.accepted; });

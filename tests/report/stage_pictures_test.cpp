@@ -6,6 +6,7 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
+#include "app/report/overlay.hpp"
 #include "calibration/color/color_file.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -31,8 +32,9 @@ TEST(StagePictures, SayWhyACircleIsNoBall) {
       std::make_shared<ColorTable>(read_color_file(test::project_data_dir() / "colors/red.colors")), {});
   const auto marked = [&] {
     const auto pictures = stage_pictures(bgr, stages, detector);
-    const auto estimate = std::find_if(pictures.begin(), pictures.end(),
-                                       [](const auto& each) { return each.first.rfind("estimate", 0) == 0; });
+    const auto estimate = std::find_if(pictures.begin(), pictures.end(), [](const auto& each) {
+      return each.first.rfind("estimate by votes", 0) == 0;
+    });
     return estimate == pictures.end() ? -1.0 : cv::norm(estimate->second, bgr, cv::NORM_L1);
   };
   EXPECT_EQ(marked(), 0);
@@ -40,6 +42,25 @@ TEST(StagePictures, SayWhyACircleIsNoBall) {
   EXPECT_GT(marked(), 0);
   rejected.accepted = true;
   EXPECT_EQ(marked(), 0);
+}
+
+TEST(StagePictures, NoTextCoversAnother) {
+  const cv::Mat blank(240, 320, CV_8UC3, cv::Scalar(90, 90, 90));
+  const auto marked = [&](const cv::Mat& picture) { return cv::norm(picture, blank, cv::NORM_L1); };
+  for (const cv::Point at : {cv::Point(160, 120), cv::Point(-900, 900), cv::Point(320, 0)}) {
+    std::vector<cv::Rect> texts;
+    cv::Mat all = blank.clone();
+    double each_alone = 0;
+    for (int k = 0; k < 9; ++k) {
+      draw_text_apart(all, "same text", at, 0.4, texts);
+      cv::Mat one = blank.clone();
+      std::vector<cv::Rect> none;
+      draw_text_apart(one, "same text", at, 0.4, none);
+      each_alone += marked(one);
+    }
+    EXPECT_EQ(marked(all), each_alone);
+    for (const cv::Rect& text : texts) EXPECT_EQ(text & cv::Rect({}, all.size()), text);
+  }
 }
 
 }  // namespace
