@@ -134,10 +134,12 @@ class TrackPage(PageTest):
 
     def test_says_what_is_wrong_with_a_file(self):
         for rows, columns, message in (
-                ([], COLUMNS, "no rows"), ([row(0)], COLUMNS[:-2], "no column syz_m2, szz_m2"),
-                ([row(0, state="detected")], COLUMNS, "state: found detected"), ([row(0, x_m="far")], COLUMNS, "x_m: "),):
+                ([], COLUMNS, "tracks.csv: no row to draw"), ([row(0)], COLUMNS[:-2], "no column syz_m2, szz_m2"),
+                ([row(0, state="detected")], COLUMNS, "state detected"), ([row(0, x_m="far")], COLUMNS, "x_m: "),):
             file = self.written(rows, columns)
-            self.assertIn(message, program("report", file, code=2).stderr)
+            said = program("report", file, code=2).stderr
+            self.assertIn(message, said)
+            self.assertEqual(said.count("allowed: "), 1)
             self.assertFalse(file.with_suffix(".html").exists())
         file.write_bytes(bytes(range(256)) * 9)
         program("report", file, code=2)

@@ -4,6 +4,8 @@ paper, too (figures.py). Exit: 0 done, 2 not."""
 import sys
 from pathlib import Path
 
+from . import NothingToDraw
+
 
 def draw(results, for_paper=False):
     """Draws the page of a folder, or of a file of tracks."""
@@ -29,6 +31,9 @@ def main(words):
         sys.exit(f"{error}: install python3-matplotlib python3-jinja2")
     except OSError as error:
         print(f"{error.filename or results}: {error.strerror or error}", file=sys.stderr)
+        return 2
+    except NothingToDraw as error:
+        print(f"{results}: {error}", file=sys.stderr)
         return 2
     except (ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
         what = f"no {error}" if isinstance(error, KeyError) else str(error)

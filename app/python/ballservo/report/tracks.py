@@ -4,6 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.patches import Ellipse
 
+from . import NothingToDraw
 from .page import (COLORS, INK, Drawing, axes, clean, counted, curve, drawable, legend, map_axes, numbers, percent,
                    read_rows, text_of)
 
@@ -60,9 +61,11 @@ class Rows(SimpleNamespace):
 
 def read_tracks(file):
     table = read_rows(file)
-    missing = [name for name in WORDS + NUMBERS if table and name not in table[0]]
-    if missing or not table:
-        raise ValueError((f"no column {', '.join(missing)}" if missing else "no rows") + "; allowed: what track -o wrote")
+    if not table:
+        raise NothingToDraw("no row to draw: a header alone, as where no ball was seen")
+    missing = [name for name in WORDS + NUMBERS if name not in table[0]]
+    if missing:
+        raise ValueError(f"no column {', '.join(missing)}")
     rows = Rows(**{name.replace("class", "color"): np.array([row[name] or "" for row in table], dtype=object)
                    for name in WORDS})
     for name in NUMBERS:
@@ -71,7 +74,7 @@ def read_tracks(file):
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
     for state in sorted(set(rows.state) - set(STATES)):
-        raise ValueError(f"state: found {state}; allowed: {', '.join(STATES)}, as track writes them")
+        raise ValueError(f"state {state}, which is none of {', '.join(STATES)}")
     rows.seen = rows.state != "coasting"
     return rows
 
