@@ -5,13 +5,17 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
+#include <utility>
+#include <vector>
 
 #include "app/commands/command.hpp"
 #include "app/io/interrupt.hpp"
@@ -91,21 +95,59 @@ bool is_of_memory(const std::exception& error) {
   return dynamic_cast<const std::bad_alloc*>(&error) || (of_opencv && of_opencv->code == cv::Error::StsNoMem);
 }
 
-/// The word that stands where a command should, with those that might; empty where none does.
-std::string unknown_command(const CLI::App& program) {
+const CLI::App& chosen_command(const CLI::App& program) {
   const CLI::App* app = &program;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
-  if (app->get_require_subcommand_min() == 0 || app->remaining().empty()) return {};
+  return *app;
+}
+
+/// The word that stands where a command should, with those that might; empty where none does.
+std::string unknown_command(const CLI::App& app) {
+  if (app.get_require_subcommand_min() == 0 || app.remaining().empty()) return {};
   std::string names;
-  for (const CLI::App* const command : app->get_subcommands([](const CLI::App*) { return true; }))
+  for (const CLI::App* const command : app.get_subcommands([](const CLI::App*) { return true; }))
     names += (names.empty() ? "" : ", ") + command->get_name();
-  return to_text({"command", app->remaining().front(), names});
+  return to_text({"command", app.remaining().front(), names});
+}
+
+/// Levenshtein's distance: letters to change, add or take away.
+std::size_t letters_apart(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j)
+      diagonal = std::exchange(row[j + 1],
+                               std::min({diagonal + (a[i] == b[j] ? 0 : 1), row[j] + 1, row[j + 1] + 1}));
+  }
+  return row.back();
+}
+
+/// The first option that the command does not know, with the one that may have been meant; or else the words
+/// that it cannot use, in the order given; empty where all can be used.
+std::string unknown_words(const CLI::App& app) {
+  constexpr std::size_t near_letters = 2;
+  for (const std::string& word : app.remaining()) {
+    if (word.size() < 2 || word.front() != '-') continue;
+    std::string meant;
+    std::size_t nearest = near_letters + 1;
+    for (const CLI::Option* const option : app.get_options())
+      for (const std::string& name : option->get_lnames())
+        if (const std::size_t apart = letters_apart(word.substr(0, word.find('=')), "--" + name);
+            apart < nearest)
+          nearest = apart, meant = "--" + name;
+    return word + ": no such option" + (meant.empty() ? "" : "; did you mean " + meant + "?");
+  }
+  return app.remaining().empty() ? "" : fmt::format("not expected: {}", fmt::join(app.remaining(), " "));
 }
 
 /// Help and version go to stdout with 0; what is wrong with the command line goes to stderr with 2.
 int show(const CLI::App& program, const CLI::ParseError& error) {
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return program.exit(error);
-  const std::string unknown = unknown_command(program);
+  const CLI::App& app = chosen_command(program);
+  std::string unknown = unknown_command(app);
+  if (unknown.empty() && error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
+    return program.exit(error);
+  if (unknown.empty()) unknown = unknown_words(app);
   print_message("ballservo: error: {}\nRun with --help for more information.\n",
                 unknown.empty() ? error.what() : unknown);
   return exit_bad_input;

@@ -138,6 +138,22 @@ TEST_F(Program, AMisspeltCommandIsNamed) {
   EXPECT_EQ(ending.code, 2);
   EXPECT_THAT(ending.messages, HasSubstr("found calibarte; allowed: calibrate, detect, track"));
   EXPECT_THAT(run("calibrate camrea").messages, HasSubstr("found camrea; allowed: board, camera, diff"));
+  for (const char* command : {"colour", "calibrate colour"}) {
+    const Ending asked = run(std::string(command) + " --help");
+    EXPECT_EQ(asked.code, 2) << command;
+    EXPECT_THAT(asked.out, IsEmpty()) << command;
+    EXPECT_THAT(asked.messages, HasSubstr("command: found colour; allowed: ")) << command;
+  }
+}
+
+TEST_F(Program, AMisspeltOptionIsNamedBeforeWhatIsMissing) {
+  EXPECT_THAT(run("detect a.png --colours ball.colors").messages,
+              HasSubstr("--colours: no such option; did you mean --colors?"));
+  EXPECT_THAT(run("render a.yaml -o out --sed 3").messages,
+              HasSubstr("--sed: no such option; did you mean --seed?"));
+  EXPECT_THAT(run("render a.yaml -o out --sed=3").messages, HasSubstr("did you mean --seed?"));
+  EXPECT_THAT(run("render a.yaml -o out --sideways").messages, HasSubstr("--sideways: no such option\n"));
+  EXPECT_THAT(run("render a.yaml -o out b c").messages, HasSubstr("not expected: b c\n"));
 }
 
 TEST_F(Program, TwoOutputsOfOneNameAreRefused) {
