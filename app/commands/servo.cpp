@@ -16,6 +16,7 @@
 #include "app/io/progress.hpp"
 #include "app/io/video_writer.hpp"
 #include "app/report/draw_pages.hpp"
+#include "app/scenario/feasibility.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/options.hpp"
 #include "calibration/base/statistics.hpp"
@@ -191,6 +192,8 @@ int run_servo(const ServoOptions& options) {
   run_options.colors = colors_of(scenario, level);
   const std::string gain = gain_warning(scenario);
   if (!gain.empty() && options.serve.empty()) spdlog::warn(gain);
+  if (const Feasibility can = check_feasible(scenario); !can.feasible)
+    spdlog::warn("the goal cannot be reached: {}", can.reason);
   OutputFolder folder(options.output, options.common.overwrite(options.output));
   // A film, a page and key frames beside another run's log are that run's.
   const bool ran_before = std::filesystem::exists(options.output / "log.csv");

@@ -133,6 +133,16 @@ TEST_F(Program, InterruptedTeachingEndsWith130AndLeavesNothing) {
   EXPECT_THAT(names(), IsEmpty());
 }
 
+TEST_F(Program, AGoalThatCannotBeReachedIsWarnedOf) {
+  const std::string scenario = (test::project_data_dir() / "scenarios" / "static_ball.yaml").string();
+  for (const bool near : {true, false}) {
+    const std::string goal = near ? "0.8" : "10";  // the room is 8 m by 7 m
+    const Ending ending = run("servo '" + scenario + "' --perception geometric --set duration_s=0.1 -o out_" +
+                              goal + " --set target.distance_m=" + goal);
+    EXPECT_EQ(ending.messages.find("the goal cannot be reached: no way") == std::string::npos, near) << goal;
+  }
+}
+
 TEST_F(Program, AMisspeltCommandIsNamed) {
   const Ending ending = run("calibarte camera a.png");
   EXPECT_EQ(ending.code, 2);
