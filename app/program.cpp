@@ -199,7 +199,8 @@ extern "C" int ballservo_main(int argc, char** argv) {
   set_up_messages();
   const int code = run(argc, argv);
   if (!stdout_failed() || code != exit_done) return code;
-  print_message("ballservo: error: {}\n",
-                to_text({"stdout", "a full disk or a closed pipe", "a place that can be written"}));
+  if (!stdout_reader_left())  // `ballservo servo --keys | head` is no mistake
+    print_message("ballservo: error: {}\n",
+                  to_text({"stdout", "a full disk or a closed stream", "a place that can be written"}));
   return exit_bad_input;
 }

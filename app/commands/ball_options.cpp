@@ -230,7 +230,7 @@ Detector DetectorFactory::make(ImageSize size, const std::string& place) const {
     return Detector(
         std::make_shared<const RayTable>(fov_rad_ ? camera_of_fov(size, *fov_rad_) : long_lens_camera(size)),
         colors_, options_);
-  check_camera_fits(rays_->camera(), size, place);
+  check_camera_fits(rays_->camera(), size, "--camera", place);
   return Detector(rays_, colors_, options_);
 }
 

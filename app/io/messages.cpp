@@ -1,6 +1,7 @@
 #include "app/io/messages.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <iostream>
@@ -42,6 +43,11 @@ void write_json(const std::string& text) noexcept { std::fwrite(text.data(), 1, 
 bool stdout_failed() noexcept {
   std::cout.flush();
   return std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
+}
+
+bool stdout_reader_left() noexcept {
+  pollfd pipe{STDOUT_FILENO, 0, 0};
+  return poll(&pipe, 1, 0) == 1 && (pipe.revents & POLLERR) != 0;
 }
 
 }  // namespace ballservo

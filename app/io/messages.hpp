@@ -19,6 +19,8 @@ void write_message(const std::string& text) noexcept;
 /// Writes to stdout; stdout_failed() tells of a failure, in the end.
 void write_result(const std::string& text) noexcept;
 bool stdout_failed() noexcept;
+/// Whether stdout is a pipe that nobody reads any more.
+bool stdout_reader_left() noexcept;
 /// Writes to stdout what a program reads; text for people goes to stderr from now on.
 void give_stdout_to_json() noexcept;
 void write_json(const std::string& text) noexcept;

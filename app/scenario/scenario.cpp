@@ -253,6 +253,11 @@ std::filesystem::path path_of(const Draft& draft, const std::string& key, const 
 /// Faults of a file that a scenario names are its own, behind the key that names it.
 void read_camera_file(StrictYaml& yaml, Draft& draft) {
   CameraSettings& camera = draft.scenario.camera;
+  if (draft.camera_file.empty()) {
+    yaml.root().map("camera").fault("file", "an empty name", "the file of a camera");
+    draft.ok.camera_ok = false;
+    return;
+  }
   camera.file = path_of(draft, "camera.file", draft.camera_file);
   try {
     camera.camera = read_camera(camera.file.string());

@@ -261,8 +261,11 @@ ColorTable parse_color_file(std::string_view bytes, const std::string& place) {
   }
   const auto version = lines.words("version", 2, "version NUMBER");
   if (version[1] != fmt::format("{}", color_file_version)) {
+    const bool newer = parse_integer(version[1]).value_or(0) > color_file_version;
     lines.fail("version " + shown(version[1]),
-               fmt::format("version {}; learn the colours again from their pictures", color_file_version));
+               fmt::format("version {}; {}", color_file_version,
+                           newer ? "the file was written by a newer program than this one"
+                                 : "learn the colours again from their pictures"));
   }
   const auto checksum = lines.words("sha256", 2, "sha256 CHECKSUM");
   if (checksum[1] != sha256_hex(lines.rest())) {

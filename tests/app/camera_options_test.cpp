@@ -46,7 +46,13 @@ TEST(CameraOptions, AScaledCameraSeesTheSameRaysAsSurely) {
   write_file(file, camera_file_text(camera, format, "camera"), Overwrite::refuse);
   write_file(file + ".covariance.json", camera_covariance_text(camera, covariance), Overwrite::refuse);
   const DetectorFactory whole = factory_of(file, ""), half = factory_of(file + "@320x240", "");
-  EXPECT_THROW(half.make({640, 480}, "picture"), InputError);
+  try {
+    half.make({640, 480}, "a.png");
+    ADD_FAILURE() << "a camera of another size";
+  } catch (const InputError& error) {
+    EXPECT_EQ(to_text(error.faults().front()),
+              "--camera: found a camera of 320 x 240 pixels; allowed: one of 640 x 480, the size of a.png");
+  }
   const auto in = [](const DetectorFactory& factory, ImageSize size) {
     return *factory.make(size, "picture").rays().camera().project(point);
   };

@@ -106,6 +106,8 @@ TEST(ColorFile, NamesWhatIsWrong) {
   replace(other_version, "version 2", "version 1");
   EXPECT_NE(fault_of(other_version).find("version"), std::string::npos);
   EXPECT_NE(fault_of(other_version).find("learn the colours again"), std::string::npos);
+  replace(other_version, "version 1", "version 3");
+  EXPECT_NE(fault_of(other_version).find("by a newer program"), std::string::npos);
   std::string other_sum = color_file_bytes(example());
   replace(other_sum, "\nclass red 120", "\nclass red 121");
   EXPECT_NE(fault_of(other_sum).find("checksum"), std::string::npos);

@@ -75,7 +75,8 @@ TEST(PictureFiles, SaysEveryFaultAtOnce) {
   const std::vector<Fault> faults = files_faults(pictures.with(
       "source,frame,ball_id,cx_px,cy_px,r_px\na.png,0,,130,91,30\na.png,0,,130,91,30\nnone.png,0,,1,2,3\n"
       "b.png,0,,130,,30\nb.png,0,2,x,91,-3\n../truth.csv,0,,1,2,3\n"));
-  for (const std::string part : {"a.png again", "none.png", "r_px", "cx_px", "../truth.csv"})
+  for (const std::string part :
+       {"nothing, as in another row of a.png", "none.png", "r_px", "cx_px", "../truth.csv"})
     EXPECT_TRUE(any_speaks_of(faults, part)) << part;
   EXPECT_FALSE(files_faults(pictures.with("source\n")).empty());
   EXPECT_FALSE(files_faults(pictures.with("picture\na.png\n")).empty());

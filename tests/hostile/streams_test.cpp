@@ -29,8 +29,10 @@ TEST_F(Streams, NoMessageEndsACommand) {
 }
 
 TEST_F(Streams, ABrokenPipeEndsNothingBySignal) {
-  run("servo --keys", R"(bash -c '{ sleep 0.3; "$0" "$@"; echo $? >code; } | true')");
+  const auto ending = run("servo --keys", R"(bash -c '{ sleep 0.3; "$0" "$@"; echo $? >code; } | true')");
   EXPECT_EQ(contents("code"), "2\n");
+  EXPECT_EQ(ending.messages, "");
+  EXPECT_NE(run("servo --keys >/dev/full #").code, 0);
 }
 
 TEST_F(Streams, AFullDiskIsNoReaderThatLeft) {

@@ -89,6 +89,7 @@ TEST(Scenario, SaysAllFaultsAtOnceWithTheirLines) {
 }
 
 TEST(Scenario, RefusesWhatCannotBe) {
+  EXPECT_THAT(scenario_faults({"camera.file=\"\""}), HasSubstr("camera.file: found an empty name"));
   EXPECT_THAT(scenario_faults({"balls.0.position.x_m=0.1", "balls.0.position.y_m=0.1"}),
               HasSubstr("inside or touching the robot"));
   EXPECT_THAT(scenario_faults({"balls.0.position.x_m=4.9", "balls.0.position.y_m=2.2"}),

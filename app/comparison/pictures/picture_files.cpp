@@ -114,8 +114,10 @@ PictureFiles::PictureFiles(const PictureFilesOptions& options) : options_(option
     auto row = read_row(reader);
     if (!row) continue;
     const std::string& source = row->truth.source;
-    if (!seen.insert({source, reader.text("ball_id"), row->class_name}).second)
-      reader.fault("ball_id", source + " again", "one row for each ball: another ball_id or class");
+    const std::string id = reader.text("ball_id");
+    if (!seen.insert({source, id, row->class_name}).second)
+      reader.fault("ball_id", fmt::format("{}, as in another row of {}", id.empty() ? "nothing" : id, source),
+                   "one row for each ball: another ball_id or class");
     if (picture_hashes.count(source) == 0)
       faults.collect([&] { picture_hashes[source] = checked_picture_sha256(row->file); });
     keep(std::move(*row));
@@ -177,7 +179,7 @@ std::string PictureFiles::checked_picture_sha256(const fs::path& file) const {
   const std::string bytes = read_file_bytes(file, most_file_bytes);
   const auto size = image_size_from_header(bytes);
   if (!size) throw InputError(file.string(), "no picture that can be read", "a PNG, JPEG or other picture");
-  if (rays_) check_camera_fits(rays_->camera(), *size, file.string());
+  if (rays_) check_camera_fits(rays_->camera(), *size, "--camera", file.string());
   return sha256_hex(bytes);
 }
 

@@ -122,11 +122,12 @@ std::string camera_file_text(const Camera& camera, const CameraFileFormat& forma
   return format.write(camera, camera_name);
 }
 
-void check_camera_fits(const Camera& camera, ImageSize picture, const std::string& place) {
+void check_camera_fits(const Camera& camera, ImageSize picture, const std::string& place,
+                       const std::string& of) {
   if (camera.size() == picture) return;
   throw InputError(place,
                    fmt::format("a camera of {} x {} pixels", camera.size().width_px, camera.size().height_px),
-                   fmt::format("one of {} x {}, as the pictures are", picture.width_px, picture.height_px));
+                   fmt::format("one of {} x {}, the size of {}", picture.width_px, picture.height_px, of));
 }
 
 }  // namespace ballservo

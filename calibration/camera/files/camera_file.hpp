@@ -55,7 +55,9 @@ Camera read_camera(const std::string& camera_file);
 std::string camera_file_text(const Camera& camera, const CameraFileFormat& format,
                              const std::string& camera_name);
 
-/// InputError if pictures of the given size are not this camera's; `place` names the camera's file.
-void check_camera_fits(const Camera& camera, ImageSize picture, const std::string& place);
+/// InputError if pictures of the given size are not this camera's; `place` names the camera, `of` what has
+/// that size.
+void check_camera_fits(const Camera& camera, ImageSize picture, const std::string& place,
+                       const std::string& of = "the pictures");
 
 }  // namespace ballservo
