@@ -126,16 +126,16 @@ void BallSearch::end() {
         "ball of yours, teach the colours in this light",
         first_light_, other_lights_ > 1 ? fmt::format(", and {} more", other_lights_ - 1) : "");
   options_.common.files->commit(stages_);
+}
+
+int BallSearch::finish(nlohmann::json results, const std::string& summary) {
+  results["interrupted"] = interrupted_;
   if (csv_file_) {
     csv_file_->write(csv_);
     options_.common.files->commit(csv_file_);
   } else if (options_.stream != standard_output) {
     print_result("{}", csv_);
   }
-}
-
-int BallSearch::finish(nlohmann::json results, const std::string& summary) {
-  results["interrupted"] = interrupted_;
   write_json_results(options_.common, results);
   if (csv_file_ && !options_.common.quiet)
     print_result("{}{}: {}\n", interrupted_ ? "interrupted; " : "", summary, options_.output.string());

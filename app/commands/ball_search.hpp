@@ -59,10 +59,10 @@ class BallSearch {
   void write_stages(const std::string& name, const Frame& frame, const DetectionStages& stages,
                     const Detector& detector) const;
 
-  /// Says what was left out, puts the stages in place and writes the rows, to stdout where no file was named;
-  /// of no ball the header alone. What a Refusal may follow.
+  /// Says what was left out and puts the stages in place; what a Refusal may follow.
   void end();
-  /// Writes the JSON results; `summary` is said where the rows went into a file. Returns the exit code.
+  /// Writes the rows, to stdout where no file was named, and then the JSON results; `summary` is said where
+  /// the rows went into a file. Returns the exit code.
   int finish(nlohmann::json results, const std::string& summary);
 
  private:

@@ -84,17 +84,6 @@ TEST_F(Program, AnswerNoEndsWithOneAndLeavesNoFile) {
   EXPECT_EQ(names(), before);
 }
 
-TEST_F(Program, NoBallInAnyPictureIsATableWithoutRows) {
-  put_grey_picture("grey.png");
-  put("before.csv", "of another run");
-  const std::string colors = (test::project_data_dir() / "colors" / "red.colors").lexically_normal().string();
-  for (const char* command : {"track grey.png", "detect grey.png"}) {
-    const Ending ending = run(std::string(command) + " -o before.csv --force --colors '" + colors + "'");
-    EXPECT_EQ(ending.code, 1) << command;
-    EXPECT_THAT(contents("before.csv"), MatchesRegex("source,frame,[a-z0-9_,]*,szz_m2\n")) << command;
-  }
-}
-
 TEST_F(Program, ExistingOutputStaysUnlessForced) {
   put_grey_picture("grey.png");
   put("camera.yaml", "mine");
