@@ -130,12 +130,15 @@ std::string unknown_words(const CLI::App& app) {
   for (const std::string& word : app.remaining()) {
     if (word.size() < 2 || word.front() != '-') continue;
     std::string meant;
-    std::size_t nearest = near_letters + 1;
-    for (const CLI::Option* const option : app.get_options())
-      for (const std::string& name : option->get_lnames())
-        if (const std::size_t apart = letters_apart(word.substr(0, word.find('=')), "--" + name);
-            apart < nearest)
-          nearest = apart, meant = "--" + name;
+    std::size_t nearest = near_letters;
+    for (const CLI::Option* const option : app.get_options()) {
+      for (const std::string& name : option->get_lnames()) {
+        const std::size_t apart = letters_apart(word.substr(0, word.find('=')), "--" + name);
+        if (apart > nearest) continue;
+        meant = (apart == nearest && !meant.empty() ? meant + " or --" : "--") + name;
+        nearest = apart;
+      }
+    }
     return word + ": no such option" + (meant.empty() ? "" : "; did you mean " + meant + "?");
   }
   return app.remaining().empty() ? "" : fmt::format("not expected: {}", fmt::join(app.remaining(), " "));

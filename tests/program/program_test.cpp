@@ -149,8 +149,9 @@ TEST_F(Program, AMisspeltOptionIsNamedBeforeWhatIsMissing) {
   EXPECT_THAT(run("detect a.png --colours ball.colors").messages,
               HasSubstr("--colours: no such option; did you mean --colors?"));
   EXPECT_THAT(run("render a.yaml -o out --sed 3").messages,
-              HasSubstr("--sed: no such option; did you mean --seed?"));
-  EXPECT_THAT(run("render a.yaml -o out --sed=3").messages, HasSubstr("did you mean --seed?"));
+              HasSubstr("--sed: no such option; did you mean --set or --seed?"));
+  EXPECT_THAT(run("render a.yaml -o out --seeds=3").messages,
+              HasSubstr("--seeds=3: no such option; did you mean --seed?"));
   EXPECT_THAT(run("render a.yaml -o out --sideways").messages, HasSubstr("--sideways: no such option\n"));
   EXPECT_THAT(run("render a.yaml -o out b c").messages, HasSubstr("not expected: b c\n"));
 }
