@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "perception/judgement/ball_judge.hpp"
-
 namespace ballservo {
 namespace {
 
@@ -14,7 +12,7 @@ constexpr double even_quality = 0.78, ratio_per_quality = 8, least_quality_ratio
                  most_quality_ratio = 2;
 // What a second look says against a ball, at the most; and for a large one, at the most, beyond the odds that
 // round things which are none seldom have.
-constexpr double least_look_log_odds = -10, most_look_log_odds = 3, seldom_log_odds = 4;
+constexpr double least_look_log_odds = -10, most_look_log_odds = 3, seldom_log_odds = 4, large_px = 18;
 // What second looks speak against so much is not shown as a ball that there may be.
 constexpr double least_shown_log_odds = -4;
 // In a scene that is not known, so many look-alikes (px^3, over the radius cubed): of the same pictures 0.4
@@ -36,7 +34,7 @@ void BallEvidence::see(const BallObservation& ball, double log_odds) {
   quality_ += share * (ball.quality - quality_);
   const double against = std::clamp(log_odds, least_look_log_odds, 0.0);
   const double in_favour = std::clamp(log_odds - seldom_log_odds, 0.0, most_look_log_odds);
-  const bool large = ball.outline.radius_px >= small_ball_px;
+  const bool large = ball.outline.radius_px >= large_px;
   log_odds_ += share * (against + (large ? in_favour : 0) - log_odds_);
   radius_px_ = pictures_ == 1 ? ball.outline.radius_px
                               : radius_px_ * std::pow(ball.outline.radius_px / radius_px_, share);

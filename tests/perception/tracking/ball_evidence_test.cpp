@@ -41,7 +41,7 @@ TEST(BallEvidence, ASecondLookSpeaksForABallBeyondWhatRoundThingsReach) {
   EXPECT_FALSE(seen(22, 0.64, 6, 4).suffices(0.1));
   EXPECT_TRUE(seen(22, 0.64, 6, 8).suffices(0.1));
   EXPECT_FALSE(seen(22, 0.64, 6, 100).suffices(2)) << "no more than so much";
-  EXPECT_FALSE(seen(5, 0.64, 6, 8).suffices(0)) << "too few pixels";
+  EXPECT_FALSE(seen(13, 0.64, 6, 8).suffices(0.1)) << "too few pixels";
 }
 
 TEST(BallEvidence, AmongLookAlikesHowLongItStaysSaysNothing) {
