@@ -44,6 +44,16 @@ TEST(BallEvidence, ASecondLookSpeaksForABallBeyondWhatRoundThingsReach) {
   EXPECT_FALSE(seen(13, 0.64, 6, 8).suffices(0.1)) << "too few pixels";
 }
 
+TEST(BallEvidence, WhatSecondLooksSpeakClearlyAgainstIsUnlikelyUntilTheyDoNot) {
+  BallEvidence evidence = seen(22, 0.7, 1, -9);
+  EXPECT_TRUE(evidence.is_unlikely());
+  BallObservation clear;
+  clear.outline.radius_px = 22;
+  for (int k = 0; k < 3; ++k) evidence.see(clear, 8);
+  EXPECT_FALSE(evidence.is_unlikely());
+  EXPECT_FALSE(seen(22, 0.7, 1, -3).is_unlikely());
+}
+
 TEST(BallEvidence, AmongLookAlikesHowLongItStaysSaysNothing) {
   EXPECT_TRUE(seen(5, 0.85, 5).suffices(0));
   EXPECT_FALSE(seen(5, 0.85, 1000).suffices(2));
