@@ -38,8 +38,11 @@ constexpr double most_sure_oval = 0.02;
 // where the second look speaks for it alone and where it is half hidden; how much of its outline has an edge;
 // its size in pixels and as a part of the picture's shorter side; and how much of its disc has the colour.
 constexpr double least_log_odds_alone = 4, most_off_alone = 0.12, most_off_half = 0.5;
-constexpr double least_thorough_arc = 0.2, least_thorough_px = 8, most_thorough_side = 0.25;
+constexpr double least_thorough_arc = 0.2, least_half_px = 8, most_thorough_side = 0.25;
 constexpr double least_thorough_fill = 0.25, least_half_fill = 0.15;
+// Of a small ball the outline says little, the pixels nearly as much as ever; and its place is sure to a
+// pixel.
+constexpr double least_thorough_px = 3.5, least_small_alone = 3.5, most_off_px = 1.2;
 constexpr double elsewhere = 0.2;  // radii: a circle so far off is another one
 
 constexpr const char* no_edge = "no edge along the circle";
@@ -140,6 +143,7 @@ void BallVerifier::fit_and_judge(const ClassView& view, const std::vector<Bounda
 const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, VerifiedCandidate& candidate) {
   if (view.prior.thorough && is_seen_ball(view, candidate)) {
     candidate.verdict.reason = nullptr;
+    candidate.verdict.quality = std::max(candidate.verdict.quality, min_ball_quality);
     return candidate;
   }
   if (!candidate.is_ball() || view.prior.min_quality < min_ball_quality) return candidate;
@@ -195,8 +199,11 @@ bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& 
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   if (is_flat(look)) return false;
   const double off = radii_off(look, outline);
-  if (look.log_odds - view.prior.log_look_alikes >= least_log_odds_alone && off < most_off_alone) return true;
-  return half && off < most_off_half && judge(view).half_hidden_log_odds(candidate.fit, support, look) >= 0;
+  const double least = outline.radius_px < small_ball_px ? least_small_alone : least_log_odds_alone;
+  const double most_off = std::max(most_off_alone, most_off_px / outline.radius_px);
+  if (look.log_odds - view.prior.log_look_alikes >= least && off < most_off) return true;
+  return half && outline.radius_px >= least_half_px && off < most_off_half &&
+         judge(view).half_hidden_log_odds(candidate.fit, support, look) >= 0;
 }
 
 bool BallVerifier::fit_sphere(BallFitter& fitter, const cv::Mat& bgr, const CameraResponse& response,

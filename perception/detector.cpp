@@ -92,6 +92,7 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
   const cv::Rect seen = window.empty() ? everywhere : window & everywhere;
   if (seen.empty()) return balls_;
 
+  looked_at_ = {seen, window.empty()};
   segment(bgr, seen);
   if (stages) {
     const auto numbers = [&](const ClassPictures& classes) { return class_numbers(classes, seen.size()); };
@@ -110,9 +111,9 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
 }
 
 const std::vector<BallObservation>& Detector::detect_thoroughly(const cv::Mat& bgr, DetectionStages* stages) {
-  RegionPrior prior{min_ball_quality, true};
+  RegionPrior prior{min_ball_quality, looked_at_.everywhere};
   prior.thorough = true;
-  find_balls(bgr, {0, 0}, prior, stages);
+  find_balls(bgr, looked_at_.window.tl(), prior, stages);
   admit_other_responses(bgr);
   return balls_;
 }

@@ -54,8 +54,8 @@ class Detector {
                                              DetectionStages* stages = nullptr,
                                              double min_quality = min_ball_quality);
 
-  /// For the picture in which `detect` has just looked everywhere: its balls, and those that show too little
-  /// of their outlines, by the colours of their pixels. Slower.
+  /// For the picture in which `detect` has just looked, where it looked: its balls, and those that show too
+  /// little of their outlines, by the colours of their pixels. Slower.
   const std::vector<BallObservation>& detect_thoroughly(const cv::Mat& bgr,
                                                         DetectionStages* stages = nullptr);
 
@@ -109,6 +109,10 @@ class Detector {
   Segmented segmented_;
   RegionMap regions_;
   std::vector<int> chosen_;  // regions
+  struct {
+    cv::Rect window;
+    bool everywhere = true;
+  } looked_at_;
   RegionSearch search_;
   ResponseBelief response_belief_;
   std::vector<BallObservation> balls_;

@@ -13,8 +13,8 @@ constexpr double even_quality = 0.78, ratio_per_quality = 8, least_quality_ratio
 // What a second look says against a ball, at the most; and for a large one, at the most, beyond the odds that
 // round things which are none seldom have.
 constexpr double least_look_log_odds = -10, most_look_log_odds = 3, seldom_log_odds = 4, large_px = 18;
-// What second looks speak against so much is not shown as a ball that there may be.
-constexpr double least_shown_log_odds = -4;
+// What its looks speak against so much is no ball.
+constexpr double least_log_ratio = -4;
 // In a scene that is not known, so many look-alikes (px^3, over the radius cubed): of the same pictures 0.4
 // of 3 to 6 px, 0.06 of 12 to 24. As much as so many pictures without any say against it.
 constexpr double look_alikes_px3 = 54, pictures_of_doubt = 10;
@@ -42,7 +42,7 @@ void BallEvidence::see(const BallObservation& ball, double log_odds) {
 
 void BallEvidence::miss() { again_ -= again_ratio; }
 
-bool BallEvidence::is_unlikely() const { return log_odds_ < least_shown_log_odds; }
+bool BallEvidence::is_unlikely() const { return log_ratio_of_looks() < least_log_ratio; }
 
 bool BallEvidence::is_refuted() const { return again_ < refuted; }
 
@@ -58,7 +58,7 @@ double BallEvidence::doubt() const {
 }
 
 bool BallEvidence::suffices(double look_alikes) const {
-  if (pictures_ < 3) return false;
+  if (pictures_ < 3 || is_unlikely()) return false;
   const double unknown = pictures_of_doubt / (pictures_of_doubt + pictures_ - 3);
   return log_ratio_of_looks() - std::log(unknown * usual_look_alikes() + look_alikes) + again_ >= enough;
 }

@@ -21,7 +21,7 @@ class BallEvidence {
   /// than a few pictures. Its looks do not add up from picture to picture: they are one thing's.
   bool suffices(double look_alikes) const;
 
-  /// Its pixels' colours speak so much against a ball that it is none until more pictures say otherwise.
+  /// Its looks speak so much against a ball that it is none until more pictures say otherwise.
   bool is_unlikely() const;
 
   /// Missed too often for a ball.

@@ -89,11 +89,10 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   return tracks_;
 }
 
-// What is not clear is looked at again until it is believed.
+// What is not clear is looked at again.
 void Tracker::gather_evidence(const cv::Mat& bgr, Followed& followed) {
   const BallObservation& ball = seen_[*followed.detection];
-  const bool doubtful = followed.track.state == TrackState::tentative && ball.quality < doubtful_quality;
-  followed.evidence.see(ball, doubtful ? detector_.log_odds(bgr, ball) : 0);
+  followed.evidence.see(ball, ball.quality < doubtful_quality ? detector_.log_odds(bgr, ball) : 0);
 }
 
 // A known ball's place has no other ball in it: what is seen there in another size is the known one, in part.
@@ -226,12 +225,18 @@ void Tracker::look(const cv::Mat& bgr, DetectionStages* stages) {
   if (!newcomers && all_found) return;
   // As a window: what doubtful things are, the pictures to come tell.
   detect(bgr, {{0, 0}, bgr.size()}, all_found ? min_ball_quality : expected_quality, stages);
+  if (seen_.empty() && pictures_ % newcomers_every == 0) detect_thoroughly(bgr);
 }
 
 void Tracker::detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality,
                      DetectionStages* stages) {
   for (const BallObservation& ball : detector_.detect(bgr, window, stages, min_quality)) add_new(ball);
   left_out_.add(detector_.left_out());
+}
+
+// Where `detect` has just found none.
+void Tracker::detect_thoroughly(const cv::Mat& bgr) {
+  for (const BallObservation& ball : detector_.detect_thoroughly(bgr)) add_new(ball);
 }
 
 void Tracker::add_new(const BallObservation& ball) {
@@ -268,6 +273,7 @@ void Tracker::look_near_predictions(const cv::Mat& bgr) {
         if (is_seen(followed)) break;
         detect(bgr, window, quality, nullptr);
       }
+      if (!is_seen(followed)) detect_thoroughly(bgr);
       if (!is_seen(followed) && followed.track.state != TrackState::tentative)
         look_for_it(std::max(search_reach_px, search_reach_radii * outline->radius_px),
                     spread_radii * outline->radius_px, false);
@@ -381,6 +387,7 @@ void Tracker::see(Followed& followed, const BallObservation& ball, double time_s
   followed.track.ball = ball;
   if (followed.track.state != TrackState::tentative || is_believed(followed))
     followed.track.state = TrackState::confirmed;
+  followed.ended = followed.track.state == TrackState::confirmed && followed.evidence.is_unlikely();
   is_light_believed_ |= followed.track.state == TrackState::confirmed;
 }
 

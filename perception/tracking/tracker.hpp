@@ -78,6 +78,7 @@ class Tracker {
   void look_near_predictions(const cv::Mat& bgr);
   void look_for_streak(const cv::Mat& bgr, const Followed& followed, const OutlineEllipse& expected);
   void detect(const cv::Mat& bgr, const cv::Rect& window, double min_quality, DetectionStages* stages);
+  void detect_thoroughly(const cv::Mat& bgr);
   void add_new(const BallObservation& ball);
   void gather_evidence(const cv::Mat& bgr, Followed& followed);
   bool is_seen(const Followed& followed) const;
