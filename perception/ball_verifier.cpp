@@ -199,7 +199,9 @@ bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& 
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   if (is_flat(look)) return false;
   const double off = radii_off(look, outline);
-  const double least = outline.radius_px < small_ball_px ? least_small_alone : least_log_odds_alone;
+  const bool small = outline.radius_px < small_ball_px;
+  const double least =
+      small ? least_small_alone + log_look_alikes_by_size(outline.radius_px) / 3 : least_log_odds_alone;
   const double most_off = std::max(most_off_alone, most_off_px / outline.radius_px);
   if (look.log_odds - view.prior.log_look_alikes >= least && off < most_off) return true;
   return half && outline.radius_px >= least_half_px && off < most_off_half &&

@@ -67,6 +67,11 @@ class Detector {
       const cv::Mat& bgr, const cv::Rect& window, const ExpectedBall& expected, bool clearly,
       const std::function<bool(const BallObservation&)>& may_be = [](const auto&) { return true; });
 
+  /// The like for another table.
+  Detector with_colors(std::shared_ptr<const ColorTable> colors) const {
+    return {rays_, std::move(colors), options_};
+  }
+
   const DetectorOptions& options() const { return options_; }
   const RayTable& rays() const { return *rays_; }
   const ColorTable& colors() const { return colors_.colors(); }

@@ -9,6 +9,7 @@
 #include "app/report/overlay.hpp"
 #include "app/report/picture.hpp"
 #include "calibration/base/fault.hpp"
+#include "calibration/teaching/class_table.hpp"
 #include "perception/tracking/light_search.hpp"
 
 namespace ballservo {
@@ -46,7 +47,8 @@ nlohmann::json detection_json(const BallObservation& ball, const std::string& cl
   return json;
 }
 
-// A detector, and what it looks under where the taught light shows no ball.
+// A detector, and what it looks for where that sees no ball: one before a ground of its own colours, and in
+// another light than the taught one.
 struct AnyLight {
   Detector detector;
   std::optional<LightSearch> other_lights;
@@ -57,6 +59,7 @@ struct AnyLight {
     detector.set_light(LightCells::as_taught());
     balls = detector.detect(bgr, {}, stages);
     if (balls.empty()) balls = detector.detect_thoroughly(bgr, stages);
+    if (balls.empty()) detect_before_own_ground(bgr, stages);
     if (!balls.empty()) return std::nullopt;
     if (!other_lights) other_lights.emplace(detector);
     const std::optional<LightSearch::Found> found = other_lights->find(bgr);
@@ -65,6 +68,20 @@ struct AnyLight {
     for (const BallObservation& ball : detector.detect(bgr, {}, stages))
       if (detector.log_odds(bgr, ball) >= found->least_log_odds) balls.push_back(ball);
     return balls.empty() ? std::nullopt : std::optional(found->light);
+  }
+
+  void detect_before_own_ground(const cv::Mat& bgr, DetectionStages* stages) {
+    constexpr double least_log_odds = 4;
+    auto colors = before_own_ground(detector.colors(), bgr);
+    if (!colors) return;
+    Detector before = detector.with_colors(std::make_shared<const ColorTable>(*std::move(colors)));
+    DetectionStages seen;
+    DetectionStages* const shown = stages ? &seen : nullptr;
+    std::vector<BallObservation> found = before.detect(bgr, {}, shown);
+    if (found.empty()) found = before.detect_thoroughly(bgr, shown);
+    for (const BallObservation& ball : found)
+      if (before.log_odds(bgr, ball) >= least_log_odds) balls.push_back(ball);
+    if (stages && !balls.empty()) *stages = std::move(seen);
   }
 };
 
@@ -132,6 +149,7 @@ void add_detect_command(CLI::App& program, Action& action) {
   ballservo detect left.png right.png --colors my.colors --camera camera.yaml --diameter 0.07 -o detections.csv --overlay found/
 
 Each still is judged by itself, whatever else is asked with it; the frames of a video are one camera's.
+Where no ball is seen and the ground has its colours, too, those that the ground has most of are left out.
 Where the light in which the colours were taught shows no ball, one is sought in the lights that lamps and
 cameras make; which was assumed is said on stderr and, as `light`, in --json.
 Without -o the rows go to stdout. Without --camera or --diameter the columns in metres stay empty.

@@ -126,4 +126,19 @@ void rebuild(ColorTable& colors) {
   colors.table = class_table(evidence, colors.background);
 }
 
+std::optional<ColorTable> before_own_ground(const ColorTable& colors, const cv::Mat& bgr) {
+  constexpr double least_share = 0.05;  // of the picture; balls are rarely so large, or so many
+  const bool known = std::none_of(colors.classes.begin(), colors.classes.end(),
+                                  [](const ColorClass& color) { return color.cells.empty(); });
+  if (!known) return std::nullopt;
+  ColorTable result = colors;
+  CellCounts counts;
+  count_cells(bgr, {}, counts);
+  result.background = occupied(counts);
+  const double all = static_cast<double>(bgr.total());
+  if (all - pixels_of_classes(result.background, colors)[no_class] < least_share * all) return std::nullopt;
+  rebuild(result);
+  return result;
+}
+
 }  // namespace ballservo

@@ -1,6 +1,8 @@
 // The 64 x 64 x 64 table from the groups of several classes (paper, "Calibrage", 2e).
 #pragma once
 
+#include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "calibration/color/color_table.hpp"
@@ -42,5 +44,10 @@ std::vector<double> pixels_of_classes(const OccupiedCells& cells, const ColorTab
 
 /// Makes the table anew from what is stored of its classes and its background.
 void rebuild(ColorTable& colors);
+
+/// The table for a picture (8-bit BGR) whose ground has the balls' colours, too: made anew with the picture
+/// as its background, in which a ball itself hardly counts. Nothing where that colours little of the picture,
+/// or the classes come without their cells.
+std::optional<ColorTable> before_own_ground(const ColorTable& colors, const cv::Mat& bgr);
 
 }  // namespace ballservo

@@ -19,6 +19,8 @@ constexpr double jump_radii = 6;
 // A ball's outline is sought so near the prediction, before its region is. And where its region shows no
 // ball, so near it and places up to a spread beside it, as where what carries the ball stops or turns.
 constexpr double search_reach_px = 5, search_reach_radii = 0.15, spread_radii = 0.6;
+// Outlines of larger balls say enough; what does not show them in a film is seldom one.
+constexpr double most_thorough_px = 18;
 // A ball that moves less between two pictures, or whose edge is less blurred, is not smeared.
 constexpr double least_streak_radii = 0.7, sharp_edge_radii = 0.05;
 // Another light is sought so many lights a picture: often the likeliest ones, after so many pictures all.
@@ -89,10 +91,11 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   return tracks_;
 }
 
-// What is not clear is looked at again.
+// What is not clear is looked at again; but a streak is no circle.
 void Tracker::gather_evidence(const cv::Mat& bgr, Followed& followed) {
   const BallObservation& ball = seen_[*followed.detection];
-  followed.evidence.see(ball, ball.quality < doubtful_quality ? detector_.log_odds(bgr, ball) : 0);
+  const bool doubtful = ball.quality < doubtful_quality && ball.support.fill > 0;
+  followed.evidence.see(ball, doubtful ? detector_.log_odds(bgr, ball) : 0);
 }
 
 // A known ball's place has no other ball in it: what is seen there in another size is the known one, in part.
@@ -236,7 +239,8 @@ void Tracker::detect(const cv::Mat& bgr, const cv::Rect& window, double min_qual
 
 // Where `detect` has just found none.
 void Tracker::detect_thoroughly(const cv::Mat& bgr) {
-  for (const BallObservation& ball : detector_.detect_thoroughly(bgr)) add_new(ball);
+  for (const BallObservation& ball : detector_.detect_thoroughly(bgr))
+    if (ball.outline.radius_px < most_thorough_px) add_new(ball);
 }
 
 void Tracker::add_new(const BallObservation& ball) {
@@ -382,13 +386,15 @@ void Tracker::rejoin_newcomers() {
   }
 }
 
+// What was believed too early is believed no longer.
 void Tracker::see(Followed& followed, const BallObservation& ball, double time_s) {
   followed.seen_s = time_s;
   followed.track.ball = ball;
   if (followed.track.state != TrackState::tentative || is_believed(followed))
     followed.track.state = TrackState::confirmed;
-  followed.ended = followed.track.state == TrackState::confirmed && followed.evidence.is_unlikely();
-  is_light_believed_ |= followed.track.state == TrackState::confirmed;
+  const bool is_confirmed = followed.track.state == TrackState::confirmed;
+  followed.ended = is_confirmed && followed.evidence.is_unlikely();
+  is_light_believed_ |= is_confirmed && !followed.ended;
 }
 
 // A tentative ball that is missed more often than seen was none; a confirmed one is predicted for a while, as

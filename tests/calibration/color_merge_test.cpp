@@ -6,6 +6,8 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/color/color_file.hpp"
 #include "calibration/teaching/class_report.hpp"
+#include "calibration/teaching/class_table.hpp"
+#include "calibration/teaching/color_samples.hpp"
 #include "calibration/teaching/learn_colors.hpp"
 #include "calibration/teaching/merge_colors.hpp"
 #include "tests/calibration/color_pictures.hpp"
@@ -159,6 +161,35 @@ TEST(ClassReport, TheLightThatItSaysIsSurvivedIsSurvived) {
   EXPECT_GT(report.dissolves_at_chroma, 4);
   EXPECT_GT(found(colors, "red", ball_picture(red_paint, 1.15 * report.light.level_low)), 0.45);
   EXPECT_LT(found(colors, "red", ball_picture(red_paint, 0.6 * report.light.level_low)), 0.5);
+}
+
+// A ball before a wall of its colour, as pale as the ball's table still takes.
+TEST(OwnGround, IsLeftOutOfTheTable) {
+  const ColorTable green = taught("green", ball_picture(green_paint));
+  const Eigen::Vector3d pale = 0.6 * green_paint + 0.4 * Eigen::Vector3d::Constant(0.2);
+  cv::Mat scene = grey_picture();
+  scene = cv::Scalar(srgb_from_linear(pale[0]), srgb_from_linear(pale[1]), srgb_from_linear(pale[2]));
+  draw_shaded_ball(scene, 160, 120, 45, green_paint);
+  add_noise(scene, 2, 3);
+  const auto share_of_wall = [&](const ColorTable& colors) {
+    CellCounts counts;
+    count_cells(scene(cv::Rect(0, 0, 320, 70)), {}, counts);
+    return 1 - pixels_of_classes(occupied(counts), colors)[no_class] / (320 * 70);
+  };
+  EXPECT_GT(share_of_wall(green), 0.9);
+  const auto before = before_own_ground(green, scene);
+  ASSERT_TRUE(before);
+  EXPECT_LT(share_of_wall(*before), 0.02);
+  EXPECT_GT(found(*before, "green", {"scene", scene}), 0.8);
+}
+
+TEST(OwnGround, IsOneOnlyWhereItHasTheColorsAndTheirCellsAreKnown) {
+  ColorTable green = taught("green", ball_picture(green_paint));
+  EXPECT_FALSE(before_own_ground(green, grey_picture()));
+  const cv::Mat leaf(240, 320, CV_8UC3, cv::Scalar(80, 180, 70));
+  EXPECT_TRUE(before_own_ground(green, leaf));
+  green.classes[0].cells.clear();
+  EXPECT_FALSE(before_own_ground(green, leaf));
 }
 
 }  // namespace

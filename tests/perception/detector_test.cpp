@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/random.hpp"
@@ -275,6 +276,67 @@ TEST(Detector, HalfABlotchedBallIsSeenByItsArc) {
       EXPECT_NEAR((balls[0].outline.center_px - center_px).norm(), 0, 0.02 * radius_px);
     }
   }
+}
+
+// As JPEG and video compress: colours at half the size, cosine waves in steps of their lengths.
+void compress(cv::Mat& bgr, double step) {
+  cv::Mat planes;
+  cv::cvtColor(bgr, planes, cv::COLOR_BGR2YCrCb);
+  std::vector<cv::Mat> channels;
+  cv::split(planes, channels);
+  for (int k = 0; k < 3; ++k) {
+    const double scale = k == 0 ? 1 : 0.5;
+    cv::Mat coarse;
+    cv::resize(channels[k], coarse, {}, scale, scale, cv::INTER_AREA);
+    coarse.convertTo(coarse, CV_32F);
+    for (int v = 0; v + 8 <= coarse.rows; v += 8) {
+      for (int u = 0; u + 8 <= coarse.cols; u += 8) {
+        cv::Mat block = coarse(cv::Rect(u, v, 8, 8));
+        cv::dct(block, block);
+        block.forEach<float>([&](float& wave, const int* at) {
+          const auto unit = static_cast<float>(step * (1 + 0.5 * (at[0] + at[1])));
+          wave = unit * std::round(wave / unit);
+        });
+        cv::dct(block, block, cv::DCT_INVERSE);
+      }
+    }
+    coarse.convertTo(coarse, CV_8U);
+    cv::resize(coarse, channels[k], bgr.size());
+  }
+  cv::merge(channels, planes);
+  cv::cvtColor(planes, bgr, cv::COLOR_YCrCb2BGR);
+}
+
+// Of 80 dull pixels, much compressed, the outline says too little. Nor do squares of that size become balls.
+TEST(Detector, ASmallBallIsSeenByItsPixels) {
+  Detector detector(std::make_shared<const RayTable>(long_lens_camera(size)), test::red_and_green(), {});
+  const cv::Vec3b dull = 0.7 * test::red + 0.3 * test::grey;
+  const cv::Rect window(120, 80, 80, 70);
+  int at_once = 0, thoroughly = 0;
+  for (int k = 0; k < 16; ++k) {
+    const Eigen::Vector2d center_px(160 + 2 * (k % 4), 110 + 2 * (k / 4));
+    for (const bool is_ball : {true, false}) {
+      cv::Mat bgr = test::grey_picture();
+      if (is_ball)
+        test::paint_shaded_disc(bgr, center_px, 5, dull);
+      else
+        test::paint(bgr, dull, [&](const auto& p) { return (p - center_px).cwiseAbs().maxCoeff() < 4.5; });
+      cv::GaussianBlur(bgr, bgr, {}, 0.7);
+      compress(bgr, 6);
+      if (is_ball) at_once += static_cast<int>(detector.detect(bgr).size());
+      detector.detect(bgr, window);
+      const auto& balls = detector.detect_thoroughly(bgr);
+      ASSERT_LE(balls.size(), is_ball ? 1u : 0u);
+      for (const BallObservation& ball : balls) {
+        ++thoroughly;
+        EXPECT_LT((ball.outline.center_px - center_px).norm(), 0.6);
+        EXPECT_NEAR(ball.outline.radius_px, 5, 0.8);
+        EXPECT_GE(ball.quality, min_ball_quality);
+      }
+    }
+  }
+  EXPECT_LE(at_once, 10);
+  EXPECT_GE(thoroughly, 15);
 }
 
 // Dots of a wallpaper, leaves far off: the smaller, the more there are.

@@ -5,6 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "tests/calibration/color_pictures.hpp"
+#include "tests/program/csv_rows.hpp"
 #include "tests/program/program_run.hpp"
 
 namespace ballservo {
@@ -44,6 +46,37 @@ TEST_F(ColorCommands, ColorsAreTaughtMergedAndShown) {
   EXPECT_EQ(run("calibrate colors --from live -o no.colors").code, 2);
   EXPECT_EQ(run("calibrate colors -o no.colors").code, 2);
   EXPECT_FALSE(fs::exists(dir / "no.colors"));
+}
+
+// A rough wall as green as the ball's table takes, with a ball before it; and the wall alone.
+TEST_F(ColorCommands, ABallBeforeAGroundOfItsColorIsFound) {
+  const Eigen::Vector3d pale = 0.5 * test::green_paint + 0.5 * Eigen::Vector3d::Constant(0.2);
+  cv::Mat taught(240, 320, CV_8UC3, cv::Scalar::all(140)), wall = taught.clone();
+  for (int v = 0; v < wall.rows; ++v) {
+    for (int u = 0; u < wall.cols; ++u) {
+      const double strength = 0.3 + 0.1 * ((u / 4 * 7 + v / 4 * 11 + u / 4 * (v / 4)) % 10);
+      for (int k = 0; k < 3; ++k)
+        wall.at<cv::Vec3b>(v, u)[k] = cv::saturate_cast<uchar>(test::srgb_from_linear(strength * pale[k]));
+    }
+  }
+  cv::Mat scene = wall.clone();
+  test::draw_shaded_ball(taught, 160, 120, 45, test::green_paint);
+  test::draw_shaded_ball(scene, 200, 110, 12, test::green_paint);
+  for (auto [name, picture] : {std::pair("taught.png", taught), {"wall.png", wall}, {"scene.png", scene}}) {
+    cv::GaussianBlur(picture, picture, {}, 0.7);
+    test::add_noise(picture, 1.5, 7);
+    cv::imwrite((dir / name).string(), picture);
+  }
+  ASSERT_EQ(run("calibrate colors --class ball=taught.png -o ball.colors").code, 0);
+  EXPECT_EQ(run("detect wall.png --colors ball.colors -o none.csv").code, 1);
+  const Ending found = run("detect scene.png --colors ball.colors -o found.csv");
+  ASSERT_EQ(found.code, 0) << found.messages;
+  EXPECT_THAT(found.messages, testing::Not(HasSubstr("light"))) << "it is the taught one";
+  const auto rows = test::read_csv(dir / "found.csv");
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_NEAR(test::number(rows[0], "cx_px"), 200, 0.3);
+  EXPECT_NEAR(test::number(rows[0], "cy_px"), 110, 0.3);
+  EXPECT_NEAR(test::number(rows[0], "r_px"), 12, 0.4);
 }
 
 }  // namespace

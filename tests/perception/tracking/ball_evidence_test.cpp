@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/imgproc.hpp>
+
 #include "perception/tracking/tracker.hpp"
 #include "tests/perception/painted_ball.hpp"
 
@@ -52,6 +54,41 @@ TEST(BallEvidence, WhatSecondLooksSpeakClearlyAgainstIsUnlikelyUntilTheyDoNot) {
   for (int k = 0; k < 3; ++k) evidence.see(clear, 8);
   EXPECT_FALSE(evidence.is_unlikely());
   EXPECT_FALSE(seen(22, 0.7, 1, -3).is_unlikely());
+  EXPECT_TRUE(seen(22, 0.4, 1, -3).is_unlikely()) << "its outline speaks against it, too";
+}
+
+TEST(BallEvidence, WhatIsUnlikelyIsNotBelievedForBeingLarge) {
+  EXPECT_TRUE(seen(60, 0.4, 50, -2).suffices(0));
+  EXPECT_FALSE(seen(60, 0.4, 50, -3).suffices(0));
+}
+
+// A ball that turns into a flat slice of a disc; and one that is hidden so far by sheets above and below it.
+TEST(BallEvidence, ATrackEndsWhenItsLooksSpeakAgainstABall) {
+  const ImageSize size{320, 240};
+  const Eigen::Vector2d center_px(160, 120);
+  for (const bool is_ball : {true, false}) {
+    Tracker tracker(
+        Detector(std::make_shared<const RayTable>(long_lens_camera(size)), test::red_and_green(), {}), {});
+    for (int k = 0; k < 40; ++k) {
+      cv::Mat bgr = test::grey_picture();
+      if (is_ball || k < 4)
+        test::paint_shaded_disc(bgr, center_px, 20, test::red);
+      else
+        test::paint_disc(bgr, center_px, 20, test::red);
+      if (k >= 4) {
+        cv::Mat(bgr, {0, 130, 320, 110}).setTo(is_ball ? cv::Scalar(90, 100, 60) : cv::Scalar(test::grey));
+        cv::Mat(bgr, {0, 0, 320, 106}).setTo(is_ball ? cv::Scalar(60, 100, 90) : cv::Scalar(test::grey));
+      }
+      cv::GaussianBlur(bgr, bgr, {}, 0.7);
+      const std::vector<Track>& tracks = tracker.update(bgr, k / 30.0);
+      if (k == 3) {
+        ASSERT_EQ(tracks.at(0).state, TrackState::confirmed);
+      }
+      if (k == 39) {
+        EXPECT_EQ(tracks.size(), is_ball ? 1u : 0u);
+      }
+    }
+  }
 }
 
 TEST(BallEvidence, AmongLookAlikesHowLongItStaysSaysNothing) {
