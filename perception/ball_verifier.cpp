@@ -40,8 +40,8 @@ constexpr double most_sure_oval = 0.02;
 constexpr double least_log_odds_alone = 4, most_off_alone = 0.12, most_off_half = 0.5;
 constexpr double least_thorough_arc = 0.2, least_half_px = 8, most_thorough_side = 0.25;
 constexpr double least_thorough_fill = 0.25, least_half_fill = 0.15;
-// Of a small ball the outline says little, the pixels nearly as much as ever; and its place is sure to a
-// pixel.
+// The outline of a small ball says little, its pixels nearly as much as ever: less is asked of them, but the
+// more the smaller it is. Its place is sure to about a pixel.
 constexpr double least_thorough_px = 3.5, least_small_alone = 3.5, most_off_px = 1.2;
 constexpr double elsewhere = 0.2;  // radii: a circle so far off is another one
 

@@ -87,6 +87,7 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
                                                      DetectionStages* stages, double min_quality) {
   check(bgr);
   balls_.clear();
+  chosen_.clear();
   left_out_ = {};
   const cv::Rect everywhere({0, 0}, bgr.size());
   const cv::Rect seen = window.empty() ? everywhere : window & everywhere;

@@ -324,6 +324,8 @@ TEST(Detector, ASmallBallIsSeenByItsPixels) {
       cv::GaussianBlur(bgr, bgr, {}, 0.7);
       compress(bgr, 6);
       if (is_ball) at_once += static_cast<int>(detector.detect(bgr).size());
+      detector.detect(bgr, {400, 0, 50, 50});
+      EXPECT_TRUE(detector.detect_thoroughly(bgr).empty()) << "nothing lies outside the picture";
       detector.detect(bgr, window);
       const auto& balls = detector.detect_thoroughly(bgr);
       ASSERT_LE(balls.size(), is_ball ? 1u : 0u);
