@@ -29,8 +29,8 @@ constexpr double half_hidden = 0.4, half_filled = 0.7, half_log_odds = 4, off_si
 
 // A lens may depart from the one that was stated, so that balls are ovals by about so much. That it does is
 // believed where it makes a doubtful ball so much clearer, and a second look is sure of that ball; but what
-// is less than this to the stated lens is an oval to any other.
-constexpr double lens_oval_fraction = 0.004, clearer_by = 0.1, least_of_stated_lens = 0.45;
+// is more of an oval than this (radii) is one through any lens.
+constexpr double lens_oval_fraction = 0.004, clearer_by = 0.1, most_lens_oval = 0.045;
 // An outline that is more of an oval (radii) does not speak for itself, whatever the lens.
 constexpr double most_sure_oval = 0.02;
 
@@ -135,7 +135,7 @@ void BallVerifier::fit_and_judge(const ClassView& view, const std::vector<Bounda
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, oval_.fit.ball.outline);
   if (is_disc_aslant(view, look, oval_.fit))
     candidate.verdict.reason = disc_aslant;
-  else if (look.log_odds >= least_small_log_odds && candidate.verdict.quality >= least_of_stated_lens)
+  else if (look.log_odds >= least_small_log_odds && oval_.fit.oval <= most_lens_oval)
     std::swap(candidate, oval_);
 }
 

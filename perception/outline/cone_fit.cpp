@@ -193,7 +193,8 @@ std::optional<Eigen::Vector3d> RobustWeights::set(const TangentCone& start, std:
     for (const Point& point : points_) magnitudes_.push_back(std::abs(point.residual_px));
     return std::max(floor_px, sigma_of_median * upper_median(magnitudes_));
   };
-  // Least absolute deviations first: an occluder's edge must not set the scale.
+  // Least absolute deviations first, in sigmas: an occluder's edge must not set the scale, nor a shadow's
+  // sharp one outweigh the ball's.
   Row step = Row::Zero();
   for (const bool absolute : {true, false}) {
     for (int i = 0; i < reweightings; ++i) {
@@ -204,8 +205,9 @@ std::optional<Eigen::Vector3d> RobustWeights::set(const TangentCone& start, std:
         const double r = std::abs(point.residual_px);
         const double u = r / (tukey * scale);
         edges[k].weight = u < 1 ? (1 - u * u) * (1 - u * u) : 0;
-        const double weight = absolute ? 1 / std::max(r, floor_px) : edges[k].weight;
-        normal.add(point.row, point.residual_px / point.px_per_rad, weight * point.inverse * point.inverse);
+        const double weight = absolute ? point.px_per_rad * point.inverse / std::max(r, floor_px)
+                                       : edges[k].weight * point.inverse * point.inverse;
+        normal.add(point.row, point.residual_px / point.px_per_rad, weight);
       }
       const auto change = normal.solve();
       if (!change) return std::nullopt;

@@ -181,7 +181,7 @@ TEST(CameraResponse, IsNotToldByWhatIsBehindTheBall) {
 }
 
 TEST(CameraResponse, IsAskedAgainWhereTheOtherOnePutsTheEdges) {
-  for (const std::uint64_t seed : {41, 58}) {  // where sRGB's own edges speak against it
+  for (const std::uint64_t seed : {58, 1403, 1597}) {  // where sRGB's own edges speak against it
     const ResponseEvidence evidence =
         evidence_before_bricks({14, 10}, {3, 4, 48}, seed, [](RandomEngine& engine) {
           const double blue = uniform(engine, 0, 18), green = uniform(engine, 0, 18);
