@@ -193,7 +193,7 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
   }
   if (!camera) {  // without a camera there is no 3-D, and a ball may be an oval
     options_.radii.clear();
-    options_.oval_fraction = 0.012;
+    options_.oval_fraction = 0.04;
   }
   diameter_ = options.diameter;
   options_.fit = options.fit == "paper" ? BallFit::paper : BallFit::sphere;
