@@ -98,6 +98,36 @@ class Coverage {
   double inside_ = 0, naive_ = 0, count_ = 0;
 };
 
+class EveryLensCalibrated : public testing::TestWithParam<test::CameraExample> {};
+
+INSTANTIATE_TEST_SUITE_P(Models, EveryLensCalibrated, testing::ValuesIn(test::camera_examples()),
+                         [](const auto& example) { return example.param.name; });
+
+TEST_P(EveryLensCalibrated, TheCovarianceTellsTheErrors) {
+  // The squared Mahalanobis distance of the estimate from the truth has the mean of its dimension.
+  const Camera truth(GetParam().parameters);
+  if (truth.parameters().model == LensModel::brown8)
+    GTEST_SKIP() << "its numerator and denominator trade places: not near enough to linear for this test";
+  constexpr int trials = 12;
+  constexpr double noise_px = 0.1;
+  double distance = 0, rms = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const auto result = calibrate_from_boards(
+        truth.size(), test::random_views(truth, 10, noise_px, 100 + static_cast<std::uint64_t>(trial)),
+        test::only(truth.parameters().model));
+    const Eigen::VectorXd error =
+        parameter_vector(result.camera.parameters()) - parameter_vector(truth.parameters());
+    const Eigen::VectorXd weighted = result.covariance.parameters.ldlt().solve(error);
+    distance += error.dot(weighted) / static_cast<double>(error.size()) / trials;
+    rms += result.rms_px / trials;
+    EXPECT_GT(result.held_out_rms_px, 0.5 * result.rms_px);
+  }
+  // Mean of chi^2 / n over 12 trials: standard deviation sqrt(2 / 12 n), at most 0.21 for n = 4.
+  EXPECT_GT(distance, 0.45);
+  EXPECT_LT(distance, 1.75);
+  EXPECT_NEAR(rms, noise_px * std::sqrt(2.0), 0.02);
+}
+
 TEST(CalibrationStatistics, SigmasCoverErrorsThatAreAlikeWithinABoard) {
   constexpr std::uint64_t trials = 100;
   for (const std::size_t boards : {8u, 14u}) {

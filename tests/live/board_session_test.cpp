@@ -24,7 +24,7 @@ using Json = nlohmann::json;
 using namespace std::chrono_literals;
 
 constexpr int boards = 4;
-constexpr int repeats = 20;  // at 10 Hz: 2 s, for a machine that has much else to do
+constexpr int repeats = 8;
 constexpr int ball_u_px = 600, ball_v_px = 440, ball_radius_px = 24;  // where no board is
 
 // Shaded, since through the lens of these pictures a round disc is a flat oval.

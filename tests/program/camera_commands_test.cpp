@@ -26,6 +26,7 @@ std::string camera_text(double focal_px, int width_px = 640) {
 }
 
 TEST_F(CameraCommands, DifferencesInPixelsAndMillimetres) {
+  pages_drawn = true;
   put("a.yaml", camera_text(600.5));
   put("b.yaml", camera_text(606.505));
   const auto ending = run("calibrate diff a.yaml b.yaml:cam0 --range 2 --json d.json --report page");

@@ -34,7 +34,9 @@ class CompareTest : public test::ProgramTest {
 };
 
 TEST_F(CompareTest, PartsKilledAndResumedMergeIntoTheWhole) {
+  pages_drawn = true;
   ASSERT_EQ(run("compare plan.yaml -o whole --threads 1 --quiet --json ran.json").code, 0);
+  pages_drawn = false;
   ASSERT_EQ(run("compare plan.yaml -o whole --quiet --resume --json resumed.json").code, 0);
   EXPECT_EQ(contents("resumed.json"), contents("ran.json"));
   for (const char* part : {"1", "2"}) {
@@ -45,6 +47,7 @@ TEST_F(CompareTest, PartsKilledAndResumedMergeIntoTheWhole) {
     ASSERT_EQ(run(command).code, 0);
     EXPECT_EQ(run(command).code, 0);  // nothing is left to be done
   }
+  pages_drawn = true;
   ASSERT_EQ(run("compare merge part_2 part_1 -o merged --quiet").code, 0);
   expect_same("whole", "merged");
   EXPECT_GT(pictures_of("whole/report.html").size(), 8u);
@@ -60,6 +63,7 @@ TEST_F(CompareTest, PartsKilledAndResumedMergeIntoTheWhole) {
 }
 
 TEST_F(CompareTest, EndsWithItsAnswerAndThePathOfItsPage) {
+  pages_drawn = true;
   const std::string out = run("compare plan.yaml -o answered").out;
   EXPECT_THAT(out, testing::StartsWith("Nearest to the truth in 3-D: "));
   EXPECT_THAT(out, HasSubstr("one step is enough in "));

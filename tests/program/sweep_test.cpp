@@ -19,7 +19,7 @@ class SweepTest : public ProgramTest {
     return (project_data_dir() / "scenarios" / "static_ball.yaml").lexically_normal().string();
   }
   void expect_same(const std::string& a, const std::string& b) const {
-    for (const char* file : {"trials.csv", "traces.jsonl", "summary.json", "report.html", "manifest.json"}) {
+    for (const char* file : {"trials.csv", "traces.jsonl", "summary.json", "report.json", "manifest.json"}) {
       EXPECT_EQ(contents(a + "/" + file), contents(b + "/" + file)) << file;
       EXPECT_FALSE(contents(a + "/" + file).empty()) << file;
     }
@@ -76,7 +76,7 @@ class GridTest : public SweepTest {
                  before);
   }
   void expect_same_grid(const std::string& a, const std::string& b) const {
-    for (const char* file : {"trials.csv", "grid.csv", "summary.json", "report.html", "manifest.json"}) {
+    for (const char* file : {"trials.csv", "grid.csv", "summary.json", "report.json", "manifest.json"}) {
       EXPECT_EQ(contents(a + "/" + file), contents(b + "/" + file)) << file;
       EXPECT_FALSE(contents(a + "/" + file).empty()) << file;
     }
