@@ -50,8 +50,8 @@ class DetectorFactory {
   DetectorFactory(const BallOptions& options, const CommonOptions& common);
 
   /// A detector for pictures of that size; throws InputError (`place` names the picture) where the camera's
-  /// differs.
-  Detector make(ImageSize size, const std::string& place) const;
+  /// differs. Without a camera balls may be ovals: in a `still` by its lens, in a video by their motion, too.
+  Detector make(ImageSize size, const std::string& place, bool still = false) const;
   const ColorTable& colors() const { return *colors_; }
   const std::string& doubt() const { return doubt_; }  ///< about an approximate camera; empty: none
   /// Makes detectors of other colours from now on.

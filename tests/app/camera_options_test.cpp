@@ -79,5 +79,17 @@ TEST(CameraOptions, AFieldOfViewIsAnApproximateCamera) {
   EXPECT_THROW(factory_of((test::project_data_dir() / "cameras/narrow.yaml").string(), "60"), InputError);
 }
 
+TEST(CameraOptions, WithoutACameraAVideosBallMayBeMoreOfAnOvalThanAStills) {
+  const auto oval = [](const DetectorFactory& factory, bool still) {
+    return factory.make({640, 480}, "picture", still).options().oval_fraction;
+  };
+  BallOptions options;
+  options.color_table = std::make_shared<const ColorTable>();
+  const DetectorFactory without(options, CommonOptions()), with = factory_of("", "60");
+  EXPECT_GT(oval(without, true), 0.005);
+  EXPECT_GT(oval(without, false), 2 * oval(without, true));
+  for (const bool still : {true, false}) EXPECT_EQ(oval(with, still), 0);
+}
+
 }  // namespace
 }  // namespace ballservo
