@@ -282,6 +282,17 @@ void read_taught(StrictYaml& yaml, Draft& draft) {
   });
 }
 
+/// A file of another kind is one fault, not one for each of its keys.
+void refuse_other_kinds(const StrictYaml& yaml, const std::filesystem::path& file, const LawCatalog& laws) {
+  const std::vector<std::string> keys = yaml.root().keys();
+  for (const OptionRow& row : scenario_keys(laws))
+    if (std::find(keys.begin(), keys.end(), row.path.substr(0, row.path.find_first_of(".["))) != keys.end())
+      return;
+  throw InputError(
+      file.string(), "no scenario",
+      "a YAML file with camera, robot, balls and target (`ballservo servo --keys` lists all keys)");
+}
+
 void find_target(StrictYaml& yaml, Draft& draft) {
   const std::size_t before = yaml.faults().faults().size();
   if (!draft.taught.empty()) read_taught(yaml, draft);
@@ -318,6 +329,7 @@ Eigen::Isometry3d Scenario::X_WC(const Pose2& pose, double pan_rad) const {
 Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& sets,
                        std::uint64_t seed, const LawCatalog& laws) {
   StrictYaml yaml = StrictYaml::from_file(file);
+  refuse_other_kinds(yaml, file, laws);
   const std::vector<std::string> set_keys = apply_sets(yaml, sets);
 
   Scenario scenario;

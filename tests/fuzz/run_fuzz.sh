@@ -6,7 +6,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
-target=$1 seconds=${2:-} usual_seconds=6
+target=$1 seconds=${2:-} usual_seconds=3
 build=$root/build/fuzz
 program=$build/tests/fuzz/$target
 if [ ! -x "$program" ]; then

@@ -102,7 +102,7 @@ def watch(name, served, options):
     alone_hz = many.rate_hz(min(60, options.seconds))
     threads = [many.start(many.browse, f"browser {k}") for k in range(4)]
     threads += [many.start(many.browse, "slow", 1.0), many.start(many.sleepy), many.start(many.stall), many.start(many.come_and_go)]
-    time.sleep(10)
+    time.sleep(5)
     before_mb = served.memory_mb()
     rate_hz = many.rate_hz(options.seconds)
     after_mb = served.memory_mb()

@@ -53,7 +53,7 @@ TEST_F(BoardSheetTest, APrintedBoardIsFoundInItsSize) {
     SCOPED_TRACE(fmt::format("{} {}", c.board, c.square_m));
     const nlohmann::json said = sheet(c.board, c.square_m);
     EXPECT_EQ(said["page"], c.page);
-    const int dots_per_inch = static_cast<int>(5 / c.square_m);
+    const int dots_per_inch = static_cast<int>(3 / c.square_m);
     const double dots_per_m = dots_per_inch / 0.0254;
     const cv::Mat paper = printed(dots_per_inch);
     ASSERT_FALSE(paper.empty());

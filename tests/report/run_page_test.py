@@ -138,12 +138,13 @@ class RunPage(PageTest):
     def test_stands_numbers_that_cannot_be_drawn(self):
         folder = self.copy(REACHED)
         text = (folder / "log.csv").read_text().splitlines()
-        for value in ("", "nan", "inf", "-1e308"):
-            cells = text[5].split(",")
+        for line, value in enumerate(("", "nan", "inf", "-1e308"), 5):
+            cells = text[line].split(",")
             for place in (5, 6, 12, 13, 15, 16):
                 cells[place] = value
-            (folder / "log.csv").write_text("\n".join([*text[:5], ",".join(cells), *text[6:]]))
-            drawn(folder)
+            text[line] = ",".join(cells)
+        (folder / "log.csv").write_text("\n".join(text))
+        drawn(folder)
 
 
 class ReportCommand(PageTest):

@@ -118,6 +118,9 @@ TEST(Scenario, RefusesWhatCannotBe) {
   EXPECT_THAT(scenario_faults({"no_equals_sign"}), HasSubstr("key.path=value"));
   EXPECT_THAT(scenario_faults({"balls.0.class=Red"}), HasSubstr("beginning with a letter"));
   EXPECT_EQ(scenario_faults({}), "");
+  const std::filesystem::path camera = test::project_data_dir() / "cameras/narrow.yaml";
+  EXPECT_THAT(scenario_faults({}, camera),
+              testing::MatchesRegex(".*narrow.yaml: found no scenario;[^\n]*\n"));
 }
 
 TEST(Scenario, ReadsSonarsOdometryAndTheirFaults) {
