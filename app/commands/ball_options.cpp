@@ -17,8 +17,8 @@
 namespace ballservo {
 namespace {
 
-// Sigma of a ball's oval where no camera is known (its radius): 1.2 % is a half-hidden ball's best on
-// photographs.
+// Where no camera is known, how much of an oval a ball is (sigma, radii): the former places half-hidden balls
+// in photographs best, the latter keeps a fast hand's ball.
 constexpr double oval_by_lens = 0.012, oval_by_motion = 0.04;
 
 /// VALUE[+-SIGMA]; without SIGMA it is `usual_share` of the value.

@@ -283,8 +283,8 @@ void read_taught(StrictYaml& yaml, Draft& draft) {
 }
 
 /// A file of another kind is one fault, not one for each of its keys.
-void refuse_other_kinds(const StrictYaml& yaml, const std::filesystem::path& file, const LawCatalog& laws) {
-  const std::vector<std::string> keys = yaml.root().keys();
+void refuse_other_kinds(const std::vector<std::string>& keys, const std::filesystem::path& file,
+                        const LawCatalog& laws) {
   for (const OptionRow& row : scenario_keys(laws))
     if (std::find(keys.begin(), keys.end(), row.path.substr(0, row.path.find_first_of(".["))) != keys.end())
       return;
@@ -329,7 +329,7 @@ Eigen::Isometry3d Scenario::X_WC(const Pose2& pose, double pan_rad) const {
 Scenario load_scenario(const std::filesystem::path& file, const std::vector<std::string>& sets,
                        std::uint64_t seed, const LawCatalog& laws) {
   StrictYaml yaml = StrictYaml::from_file(file);
-  refuse_other_kinds(yaml, file, laws);
+  const std::vector<std::string> keys = yaml.root().keys();
   const std::vector<std::string> set_keys = apply_sets(yaml, sets);
 
   Scenario scenario;
@@ -352,6 +352,7 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
   try {
     yaml.finish();
   } catch (const InputError& error) {
+    refuse_other_kinds(keys, file, laws);
     throw InputError(at_their_entries(error.faults(), yaml, scenario.drawn));
   }
   return scenario;
