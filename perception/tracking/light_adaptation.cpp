@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace ballservo {
@@ -144,6 +145,16 @@ SurfaceColor middle_color(const ColorClass& color_class) {
     total += cell.count;
   }
   return total > 0 ? middle_color(counts, total) : SurfaceColor{};
+}
+
+LogGain SurfaceColor::least() const {
+  return (known || log_bgr >= std::log(clipped)).select(log_bgr, -std::numeric_limits<double>::infinity());
+}
+
+LogGain SurfaceColor::most() const {
+  return known.select(
+      log_bgr, (log_bgr >= std::log(clipped))
+                   .select(LogGain::Constant(std::numeric_limits<double>::infinity()), std::log(dark)));
 }
 
 LogGain completed(const LogGain& change, const Known& known) {

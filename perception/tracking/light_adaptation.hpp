@@ -55,6 +55,10 @@ using Known = Eigen::Array<bool, 3, 1>;
 struct SurfaceColor {
   LogGain log_bgr = LogGain::Zero();     ///< ln of grey levels
   Known known = Known::Constant(false);  ///< neither clipped nor lost in the dark
+
+  /// Between which `log_bgr` lies: the same in known channels; one that is clipped or lost in the dark has
+  /// one bound.
+  LogGain least() const, most() const;
 };
 
 /// The middle half (between the quartiles) of what each channel shows inside the outline, clear of its rim: a

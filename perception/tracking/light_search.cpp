@@ -17,8 +17,8 @@ const Eigen::Array3d sigma_of_taught(1.0, 0.1, 0.05);
 const Eigen::Array3d step(0.5, 0.22, 0.12);
 // sRGB is close to the power 2.2 of the light. Pictures are mostly sRGB; the edges of a linear one say so.
 constexpr double srgb_power = 2.2, log_other_response = -4, log_seen_linear = 2;
-// That something is a ball does not say which: its light must be probable beside.
-constexpr double least_log_prior = -3.5;
+// That something is a ball does not say which: its light must be probable beside. 2 % of lights are less.
+constexpr double least_log_prior = -4.9;
 // Lights that are less probable than that by the greys alone are not tried.
 constexpr double least_log_prior_tried = -2.5;
 // So surely that no other light need be asked.
@@ -35,7 +35,21 @@ struct LightBelief {
   LogGain mean;
   Eigen::Array3d sigma;  // along the coordinates of light
 
-  // The likeliest light that has `seen` in its known channels, and the log density of those.
+  // The likeliest light with gains from `least` to `most`, and the log density of what those say.
+  std::pair<LogGain, double> given(const LogGain& least, const LogGain& most) const {
+    LogGain seen = least;
+    for (Known known = least == most;;) {
+      const auto likeliest = given(seen, known);
+      const LogGain beyond = known.select(0, (least - likeliest.first).max(likeliest.first - most));
+      Eigen::Index channel = 0;
+      if (!(beyond.maxCoeff(&channel) > 0)) return likeliest;
+      seen[channel] = std::clamp(likeliest.first[channel], least[channel], most[channel]);
+      known[channel] = true;
+    }
+  }
+
+ private:
+  // The same where the gains of the known channels are as `seen`.
   std::pair<LogGain, double> given(const LogGain& seen, const Known& known) const {
     constexpr double variance_known = 1e-6, variance_unknown = 1e6;
     Eigen::Matrix3d axes;
@@ -180,15 +194,13 @@ const std::vector<LightSearch::Guess>& LightSearch::look(const cv::Mat& bgr, con
   for (const BallObservation& ball : detector_.detect(bgr)) {
     const SurfaceColor now = middle_color(bgr, ball.outline), &taught = of_class_[ball.color_class - 1u];
     const double full = std::log(255);
-    LogGain seen = light.power * (now.log_bgr - full) - (taught.log_bgr - full);
-    Known known = now.known && taught.known;
-    if (!known.any()) {  // it may be in the light that it is seen in
-      seen = light.power * light.gain;
-      known.setConstant(true);
-    }
+    LogGain least = light.power * (now.least() - full) - (taught.most() - full);
+    LogGain most = light.power * (now.most() - full) - (taught.least() - full);
+    if (!(now.known && taught.known).any())
+      least = most = light.power * light.gain;  // it may be in this light
     const auto of_other =
-        LightBelief{gain_of(by_greys(greys, light.power)), sigma_by_greys}.given(seen, known);
-    const auto of_taught = LightBelief{LogGain::Zero(), sigma_of_taught}.given(seen, known);
+        LightBelief{gain_of(by_greys(greys, light.power)), sigma_by_greys}.given(least, most);
+    const auto of_taught = LightBelief{LogGain::Zero(), sigma_of_taught}.given(least, most);
     const auto& [gain, log_prior] =
         std::max(of_other, of_taught, [](const auto& a, const auto& b) { return a.second < b.second; });
     const CameraResponse& response = detector_.response();

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calibration/base/random.hpp"
@@ -101,6 +103,20 @@ TEST(LightSearch, WhatNoLightMakesSureAllTogetherMay) {
 TEST(LightSearch, NoLampTurnsOneColorIntoAnother) {
   const cv::Vec3b blue(200, 70, 40), white(200, 200, 200);
   for (const cv::Vec3b& other : {blue, white}) EXPECT_TRUE(balls_in(picture(other, {0, 0, 0})).empty());
+}
+
+TEST(LightSearch, NoLampTakesTheGreenAndBlueOfBrownAndLeavesItsRed) {
+  const cv::Vec3b brown(60, 95, 150);
+  auto colors = std::make_shared<ColorTable>(*test::red_and_green());
+  for (std::size_t i = 0; i < colors->table.size(); ++i) {
+    const cv::Vec3d cell(4.0 * (i & 63), 4.0 * (i >> 6 & 63), 4.0 * (i >> 12));
+    const cv::Vec3d off = cell - cell.dot(brown) / cv::Vec3d(brown).dot(brown) * cv::Vec3d(brown);
+    colors->table[i] = cell[2] > 50 && cv::norm(off) < 0.35 * cv::norm(cell) ? 1 : no_class;
+    if (colors->table[i] == 1) colors->classes[0].cells.push_back({static_cast<std::uint32_t>(i), 1});
+  }
+  const Detector detector(std::make_shared<const RayTable>(test::pinhole({320, 240}, 400)), colors, {});
+  expect_the_ball(balls_in(picture(brown, gain_of({-0.3, 0.9, 0})), detector));
+  EXPECT_TRUE(balls_in(picture({14, 14, 220}, {0, 0, 0}), detector).empty());
 }
 
 TEST(LightSearch, WithoutABallThereIsNoLight) {
