@@ -81,7 +81,11 @@ void DetectorOptions::validate() const {
 
 Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const ColorTable> colors,
                    const DetectorOptions& options)
-    : rays_(std::move(rays)), options_(valid(options)), colors_(std::move(colors)), search_(rays_, options) {}
+    : rays_(std::move(rays)),
+      options_(valid(options)),
+      colors_(std::move(colors)),
+      search_(rays_, options),
+      response_belief_(options.coarse_chroma) {}
 
 const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const cv::Rect& window,
                                                      DetectionStages* stages, double min_quality) {

@@ -94,7 +94,7 @@ class Detector {
   /// How the camera's grey levels follow the light, as stated or as believed by now.
   const CameraResponse& response() const;
   /// For a picture that may be another camera's than those before.
-  void forget_response() { response_belief_ = {}; }
+  void forget_response() { response_belief_ = ResponseBelief(options_.coarse_chroma); }
 
  private:
   // A window as classified, without specks, and without holes.

@@ -15,6 +15,9 @@ enum class ResponseChoice { by_edges, linear, srgb };
 struct DetectorOptions {
   BallFit fit = BallFit::sphere;
   ResponseChoice response = ResponseChoice::by_edges;
+  /// The pictures come from where colours are stored at half the resolution of brightness: a video, a JPEG
+  /// file. Otherwise the edges of balls tell whether they once did.
+  bool coarse_chroma = false;
   /// The radius of each class's balls; class k is entry k - 1. Empty or 0: not known, no position in 3-D.
   std::vector<BallRadius> radii;
   /// Where no camera was given: how far outlines may depart from circles (see one_gauss_newton_step).

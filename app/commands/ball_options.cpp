@@ -225,13 +225,14 @@ void DetectorFactory::set_camera(const KnownCamera& known) {
   doubt_.clear();
 }
 
-Detector DetectorFactory::make(ImageSize size, const std::string& place, bool still) const {
+Detector DetectorFactory::make(ImageSize size, const std::string& place, PictureKind kind) const {
+  DetectorOptions options = options_;
+  options.coarse_chroma = kind.coarse_chroma;
   if (rays_) {
     check_camera_fits(rays_->camera(), size, "--camera", place);
-    return Detector(rays_, colors_, options_);
+    return Detector(rays_, colors_, options);
   }
-  DetectorOptions options = options_;
-  if (!fov_rad_) options.oval_fraction = still ? oval_by_lens : oval_by_motion;
+  if (!fov_rad_) options.oval_fraction = kind.still ? oval_by_lens : oval_by_motion;
   return Detector(
       std::make_shared<const RayTable>(fov_rad_ ? camera_of_fov(size, *fov_rad_) : long_lens_camera(size)),
       colors_, options);

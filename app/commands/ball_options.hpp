@@ -43,6 +43,12 @@ std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTabl
                                         bool all_known = true);
 
 /// Makes detectors for pictures, of one camera or, where none is given, of any size.
+/// What is known of the pictures that a detector is made for.
+struct PictureKind {
+  bool still = false;          ///< no frame of a video or camera
+  bool coarse_chroma = false;  ///< see DetectorOptions
+};
+
 class DetectorFactory {
  public:
   /// Reads and checks the files; every fault of all options at once. --seed is the source of the votes'
@@ -50,8 +56,8 @@ class DetectorFactory {
   DetectorFactory(const BallOptions& options, const CommonOptions& common);
 
   /// A detector for pictures of that size; throws InputError (`place` names the picture) where the camera's
-  /// differs. Without a camera balls may be ovals: in a `still` by its lens, in a video by their motion, too.
-  Detector make(ImageSize size, const std::string& place, bool still = false) const;
+  /// differs. Without a camera balls may be ovals: in a still by its lens, in a video by their motion, too.
+  Detector make(ImageSize size, const std::string& place, PictureKind kind = {}) const;
   const ColorTable& colors() const { return *colors_; }
   const std::string& doubt() const { return doubt_; }  ///< about an approximate camera; empty: none
   /// Makes detectors of other colours from now on.

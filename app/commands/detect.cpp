@@ -92,19 +92,19 @@ int run_detect(const DetectOptions& options) {
   if (!options.overlay.empty())
     overlay_folder.emplace(options.overlay, options.common.overwrite(options.overlay));
   nlohmann::json pictures = nlohmann::json::array();
-  std::map<std::tuple<int, int, bool>, AnyLight> detectors;  // by picture size and kind
+  std::map<std::tuple<int, int, bool, bool>, AnyLight> detectors;  // by picture size and kind
   std::set<std::string> used_names;
   long balls_found = 0;
   search.each_sequence([&](FrameSequence& sequence) {
     while (const auto frame = search.next(sequence)) {
       const bool of_video = sequence.length() != 1 && frame->source == sequence.name();
       const ImageSize size{frame->bgr.cols, frame->bgr.rows};
-      const std::tuple key(size.width_px, size.height_px, of_video);
+      const PictureKind kind{!of_video, frame->coarse_chroma};
+      const std::tuple key(size.width_px, size.height_px, kind.still, kind.coarse_chroma);
       auto found = detectors.find(key);
       if (found == detectors.end())
         found =
-            detectors.emplace(key, AnyLight{search.factory().make(size, frame->source, !of_video), {}, {}})
-                .first;
+            detectors.emplace(key, AnyLight{search.factory().make(size, frame->source, kind), {}, {}}).first;
       AnyLight& looks = found->second;
       Detector& detector = looks.detector;
       if (!of_video || frame->index == 0) detector.forget_response();

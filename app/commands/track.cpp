@@ -78,7 +78,9 @@ int run_track(const TrackOptions& options) {
     const std::string stem = std::filesystem::path(sequence.name()).stem().string();
     for (long index = 0; const auto frame = search.next(sequence); ++index) {
       const ImageSize size{frame->bgr.cols, frame->bgr.rows};
-      if (!tracker) tracker.emplace(search.factory().make(size, frame->source), tracker_options);
+      if (!tracker)
+        tracker.emplace(search.factory().make(size, frame->source, {false, frame->coarse_chroma}),
+                        tracker_options);
       check_same_size(size, tracker->detector().rays().size(), *frame);
       const bool staged = search.shows_stages() && index % pictures_between_stages == 0;
       DetectionStages stages;

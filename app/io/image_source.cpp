@@ -173,7 +173,8 @@ class ImageFiles : public FrameSequence {
     const fs::path& file = files_[position_];
     const double time_s = times_s_.empty() ? static_cast<double>(position_) / fps_ : times_s_[position_];
     ++position_;
-    return Frame{read_color_image(file, max_pixels_), file.filename().string(), 0, time_s};
+    const StoredImage image = read_stored_image(file, max_pixels_);
+    return Frame{image.bgr, file.filename().string(), 0, time_s, image.coarse_chroma};
   }
   std::string name() const override { return name_; }
   long length() const override { return static_cast<long>(files_.size()); }
@@ -254,7 +255,7 @@ class VideoFrames : public FrameSequence {
     const double time_s = stamp_s - first_stamp_s_;
     // Some containers hold no stamps, or repeat them: then the frame rate tells the time.
     time_s_ = count_ == 0 ? 0 : time_s > time_s_ ? time_s : time_s_ + 1 / fps_;
-    ahead_ = Frame{upright(picture, orientation_).clone(), name_, count_++, time_s_};
+    ahead_ = Frame{upright(picture, orientation_).clone(), name_, count_++, time_s_, true};
   }
 
   std::string path_, name_;

@@ -16,10 +16,11 @@ namespace ballservo {
 
 /// One picture of a source.
 struct Frame {
-  cv::Mat bgr;                              ///< 8-bit BGR
-  std::string source;                       ///< the file's name without folders, or "camera:0"
-  int index = 0;                            ///< counts from 0 within a video or camera; 0 for a still
-  double time_s = 0;                        ///< since the sequence's first picture
+  cv::Mat bgr;                 ///< 8-bit BGR
+  std::string source;          ///< the file's name without folders, or "camera:0"
+  int index = 0;               ///< counts from 0 within a video or camera; 0 for a still
+  double time_s = 0;           ///< since the sequence's first picture
+  bool coarse_chroma = false;  ///< its colours were stored or sent at a lower resolution than brightness
   std::optional<double> captured_unix_s{};  ///< where the source tells it
 };
 

@@ -58,10 +58,21 @@ void grab_until_stopped(const std::shared_ptr<Grabbing>& shared) {
   }
 }
 
+/// Whether the camera's format halves its colours: JPEG, and the packed and planar ones of 4:2:2 and 4:2:0.
+bool sends_coarse_chroma(const cv::VideoCapture& capture) {
+  const auto format = static_cast<int>(capture.get(cv::CAP_PROP_FOURCC));
+  for (const char* coarse : {"MJPG", "JPEG", "YUYV", "UYVY", "YVYU", "NV12", "NV21", "YU12", "YV12"})
+    if (format == cv::VideoWriter::fourcc(coarse[0], coarse[1], coarse[2], coarse[3])) return true;
+  return false;
+}
+
 class LiveCamera : public FrameSequence {
  public:
   LiveCamera(int number, std::string name, std::shared_ptr<Grabbing> shared)
-      : name_(std::move(name)), controls_(open_v4l2_device(number)), shared_(std::move(shared)) {
+      : name_(std::move(name)),
+        coarse_chroma_(sends_coarse_chroma(shared->capture)),
+        controls_(open_v4l2_device(number)),
+        shared_(std::move(shared)) {
     std::thread(grab_until_stopped, shared_).detach();
   }
   ~LiveCamera() override {
@@ -84,7 +95,7 @@ class LiveCamera : public FrameSequence {
     if (seen_ == 0) start_ = shared_->taken;
     seen_ = shared_->count;
     const double time_s = std::chrono::duration<double>(shared_->taken - start_).count();
-    return Frame{shared_->newest, name_, index_++, time_s, unix_time_s(shared_->taken)};
+    return Frame{shared_->newest, name_, index_++, time_s, coarse_chroma_, unix_time_s(shared_->taken)};
   }
   std::string name() const override { return name_; }
   long length() const override { return 0; }
@@ -92,6 +103,7 @@ class LiveCamera : public FrameSequence {
 
  private:
   std::string name_;
+  bool coarse_chroma_;
   CameraControls controls_;
   std::shared_ptr<Grabbing> shared_;
   long seen_ = 0;

@@ -183,7 +183,7 @@ std::shared_ptr<const DetectionStages> FootageSession::follow() {
     TrackerOptions tracker_options;
     tracker_options.fixed_colors = options_.fixed_colors;
     tracker_options.seek_light_at_once = !taught_;  // in this light: who has clicked does not wait for others
-    tracker_.emplace(factory_.make(size, shown_->source), tracker_options);
+    tracker_.emplace(factory_.make(size, shown_->source, {false, shown_->coarse_chroma}), tracker_options);
     detector_ = std::make_shared<const Detector>(tracker_->detector());
     time_base_s_ = shown_->time_s;
   }

@@ -100,7 +100,8 @@ class PyDetector {
     const std::pair key(picture.cols, picture.rows);
     auto found = detectors_.find(key);
     if (found == detectors_.end())
-      found = detectors_.emplace(key, factory_.make({picture.cols, picture.rows}, "bgr", true)).first;
+      found =
+          detectors_.emplace(key, factory_.make({picture.cols, picture.rows}, "bgr", {true, false})).first;
     found->second.forget_response();
     std::vector<SeenBall> balls;
     for (const BallObservation& seen : found->second.detect(picture))

@@ -28,7 +28,7 @@ cv::Mat decoded(const std::string& bytes) {
 
 }  // namespace
 
-cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels) {
+StoredImage read_stored_image(const std::filesystem::path& file, double max_pixels) {
   const std::string place = file.string();
   const std::string bytes = read_file_bytes(file, max_image_file_bytes);
   if (bytes.empty()) throw InputError(place, "an empty file", readable_image);
@@ -45,7 +45,7 @@ cv::Mat read_color_image(const std::filesystem::path& file, double max_pixels) {
   if (image.type() != CV_8UC3 || image.cols != size->width_px || image.rows != size->height_px) {
     throw InputError(place, "a damaged picture", readable_image);
   }
-  return image;
+  return {image, has_coarse_chroma(bytes)};
 }
 
 cv::Mat upright(const cv::Mat& image, int orientation) {

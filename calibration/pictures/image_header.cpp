@@ -102,6 +102,20 @@ std::optional<ImageSize> jpeg_size(std::string_view bytes) {
   return size;
 }
 
+/// Of the frame header's components (T.81, B.2.2): does the second have fewer samples than the first?
+bool jpeg_has_coarse_chroma(std::string_view bytes) {
+  bool coarse = false;
+  visit_jpeg_segments(bytes, [&](std::uint32_t marker, std::size_t at) {
+    if (!ends_jpeg_header(marker)) return false;
+    const auto components = big(bytes, at + 7, 1), luma = big(bytes, at + 9, 1),
+               chroma = big(bytes, at + 12, 1);
+    coarse = marker >= 0xC0 && marker <= 0xCF && components == 3u && luma && chroma &&
+             (*luma >> 4 > *chroma >> 4 || (*luma & 15) > (*chroma & 15));
+    return true;
+  });
+  return coarse;
+}
+
 std::optional<ImageSize> bmp_size(std::string_view bytes) {
   const auto header = little(bytes, 14, 4);
   if (!header) return std::nullopt;
@@ -275,6 +289,12 @@ int image_orientation_from_header(std::string_view bytes) {
     default:
       return 1;
   }
+}
+
+bool has_coarse_chroma(std::string_view bytes) {
+  const Format format = format_of(bytes);
+  return format == Format::jpeg ? jpeg_has_coarse_chroma(bytes)
+                                : format == Format::webp && bytes.substr(12, 4) == "VP8 ";
 }
 
 bool image_is_complete(std::string_view bytes) {

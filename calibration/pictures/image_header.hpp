@@ -16,6 +16,10 @@ std::optional<ImageSize> image_size_from_header(std::string_view bytes);
 /// where there is none or it is damaged.
 int image_orientation_from_header(std::string_view bytes);
 
+/// Whether colours are stored at a lower resolution than brightness, by the first bytes: most JPEG files,
+/// lossy WebP. False where they do not tell.
+bool has_coarse_chroma(std::string_view bytes);
+
 /// Whether an image file goes on to its end: decoders fill what is missing with grey and say nothing. False
 /// if the bytes stop before: no IEND chunk (PNG), no EOI marker after the scans (JPEG), fewer bytes than the
 /// header promises (BMP, PNM, WebP). True where the format does not tell before decoding.

@@ -7,6 +7,7 @@ namespace ballservo {
 namespace {
 
 constexpr double long_step_px = 1;
+constexpr int usual_passes = 2, most_passes = 4;
 // Infinite where there is no step.
 template <class Step>
 double length_px(const std::optional<Step>& step) {
@@ -18,15 +19,17 @@ constexpr double robust_floor_px = 0.06, settled_px = 1e-3;
 
 }  // namespace
 
-// Measured around the start and followed by one step; and once more where that was not enough: it was long,
-// so that the pixels were not those around the outline, or another would still move it.
+// Measured around the start and followed by one step; and again where that was not enough: it was long, so
+// that the pixels were not those around the outline, or another would still move it. More often only while
+// the steps are long.
 bool BallFitter::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, const TangentCone& start,
                             const BallRadius& radius, OutlineFit& fit, const KnownAngle& known) {
   fit.clear();
   FittedBall& ball = fit.ball;
   ball.cone = start;
   std::optional<ConeFit> step;
-  for (fit.passes = 0; fit.passes < 2 && !ball.one_step_enough;) {
+  fit.passes = 0;
+  do {
     ++fit.passes;
     fit.edges_start = ball.cone;
     measure(bgr, response, ball.cone, fit.edges, known);
@@ -35,7 +38,7 @@ bool BallFitter::fit_sphere(const cv::Mat& bgr, const CameraResponse& response, 
     ball.cone = step->cone;
     ball.next_step_px = length_px(one_gauss_newton_step(ball.cone, fit.edges.points, oval_fraction_, known));
     ball.one_step_enough = step->step_px < long_step_px && ball.next_step_px <= enough_next_step_px;
-  }
+  } while (!ball.one_step_enough && fit.passes < (step->step_px > long_step_px ? most_passes : usual_passes));
   ball.cone_covariance_rad2 = step->covariance_rad2;
   ball.residual_px = step->residual_px;
   ball.step_px = step->step_px;

@@ -19,8 +19,7 @@ CameraResponse response_of(bool srgb, bool coarse_chroma) {
   return made;
 }
 
-// One picture counts no more than that. Beyond `settled` no picture could turn the belief at once.
-constexpr double most_of_one_picture = 20, settled_response = 30, settled_chroma = 30;
+constexpr double most_of_one_picture = 20;  // counts no more than that
 constexpr int most_looks = 64;
 
 }  // namespace

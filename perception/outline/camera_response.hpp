@@ -45,6 +45,9 @@ struct ResponseEvidence {
 /// as grey levels may leave it open for ever, so looks are counted.
 class ResponseBelief {
  public:
+  /// `coarse_chroma`: that the colours are coarse is known.
+  explicit ResponseBelief(bool coarse_chroma = false)
+      : coarse_chroma_(coarse_chroma ? settled_chroma : prior_chroma) {}
   /// Of one picture's balls together.
   void add(const ResponseEvidence& evidence);
   /// Is it worth while to look at more edges?
@@ -63,7 +66,9 @@ class ResponseBelief {
  private:
   // Of sRGB, and against coarse colours: what noise makes the edges of one picture say now and then.
   static constexpr double prior = 3.5, prior_chroma = -5;
-  double srgb_ = prior, coarse_chroma_ = prior_chroma;
+  // Beyond them no picture could turn the belief at once.
+  static constexpr double settled_response = 30, settled_chroma = 30;
+  double srgb_ = prior, coarse_chroma_;
   int looks_ = 0;
 };
 

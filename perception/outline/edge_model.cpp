@@ -76,6 +76,8 @@ constexpr int parameters = 6;  // O, A, B, D, t0, log s
 // What is believed of s, a log-normal, and of B (per sqrt(px)) and D (per px), relative to A and about 0.
 constexpr double expected_blur_px = 0.8, log_blur_sigma = 0.5;
 constexpr double root_sigma_share = 0.4, ramp_sigma_share = 0.02;
+// What is outside is believed to that, in percent, where a channel may say nothing of it, as chroma of grey.
+constexpr double coded_outside_sigma = 10, unknown = 1e9;
 constexpr int iterations = 6;
 constexpr double settled_edge_px = 4e-3;  // a step of t0 that ends them: what would follow is its square
 using Vector = Eigen::Matrix<double, parameters, 1>;
@@ -184,30 +186,42 @@ struct BasisOfEight {
   normal.squares = total(sums[parameters][parameters]);
 }
 
-// Of luma that is coded from the light of two colours.
-EdgeEquations luma_equations(const EdgeSamples& samples, const EdgeColors& colors,
-                             const CameraResponse& response, const Vector& p, double radius_px) {
+// Of a channel that is coded from the light of two colours. What halved resolution blurs is the mean of three
+// places (Gauss and Hermite's, weights 1/6, 2/3, 1/6).
+EdgeEquations coded_equations(const EdgeSamples& samples, const EdgeColors& colors,
+                              const CameraResponse& response, const CodedChannel& channel, const Vector& p,
+                              double radius_px) {
   const double width = std::exp(p(5)), turn = 0.25 / radius_px, root_scale = std::sqrt(width);
+  const int beside = channel.blur_px > 0 ? 1 : 0;
   EdgeEquations normal;
   for (std::size_t i = 0; i < static_cast<std::size_t>(samples.count); ++i) {
-    const double x = (p(4) - static_cast<double>(samples.distance_px[i])) / width;
-    const BlurredBasis basis = blurred_basis(x);
-    const double ramp = width * basis.ramp;
-    const double root_factor = root_scale * (1 - std::min(turn * ramp, 0.5)), root = root_factor * basis.root;
-    const double slope =
-        p(1) * basis.step_slope + p(2) * root_factor * basis.root_slope + p(3) * width * basis.step;
-    const double inside = p(1) * basis.step + p(2) * root + p(3) * ramp;
-    const Eigen::Array3f light = (0.01f * static_cast<float>(p(0) * (1 - basis.step)) * colors.outside +
-                                  0.01f * static_cast<float>(inside) * colors.inside);
-    const CodedLuma coded = code_luma(light, response);
-    // Luma by one percent of either light.
-    const double by_outside = 0.01 * static_cast<double>((coded.slope * colors.outside).sum()),
-                 by_inside = 0.01 * static_cast<double>((coded.slope * colors.inside).sum());
-    const double by_x = by_inside * slope - by_outside * p(0) * basis.step_slope;
-    Vector row;
-    row << by_outside * (1 - basis.step), by_inside * basis.step, by_inside * root, by_inside * ramp,
-        by_x / width, by_inside * (0.5 * p(2) * root + p(3) * ramp) - x * by_x;
-    const double residual = coded.level - static_cast<double>(samples.intensity[i]);
+    Vector row = Vector::Zero();
+    double residual = -static_cast<double>(samples.intensity[i]);
+    for (int place = -beside; place <= beside; ++place) {
+      const double distance_px =
+          static_cast<double>(samples.distance_px[i]) + place * std::sqrt(3.0) * channel.blur_px;
+      const double part = beside == 0 ? 1 : place == 0 ? 2.0 / 3 : 1.0 / 6;
+      const double x = (p(4) - distance_px) / width;
+      const BlurredBasis basis = blurred_basis(x);
+      const double ramp = width * basis.ramp;
+      const double root_factor = root_scale * (1 - std::min(turn * ramp, 0.5)),
+                   root = root_factor * basis.root;
+      const double slope =
+          p(1) * basis.step_slope + p(2) * root_factor * basis.root_slope + p(3) * width * basis.step;
+      const double inside = p(1) * basis.step + p(2) * root + p(3) * ramp;
+      const Eigen::Array3f light = (0.01f * static_cast<float>(p(0) * (1 - basis.step)) * colors.outside +
+                                    0.01f * static_cast<float>(inside) * colors.inside);
+      const CodedLevel coded = code(light, response, channel.of_grey);
+      // The level by one percent of either light.
+      const double by_outside = 0.01 * part * static_cast<double>((coded.slope * colors.outside).sum()),
+                   by_inside = 0.01 * part * static_cast<double>((coded.slope * colors.inside).sum());
+      const double by_x = by_inside * slope - by_outside * p(0) * basis.step_slope;
+      Vector here;
+      here << by_outside * (1 - basis.step), by_inside * basis.step, by_inside * root, by_inside * ramp,
+          by_x / width, by_inside * (0.5 * p(2) * root + p(3) * ramp) - x * by_x;
+      row += here;
+      residual += part * coded.level;
+    }
     normal.matrix += row * row.transpose();
     normal.right -= residual * row;
     normal.squares += residual * residual;
@@ -217,9 +231,10 @@ EdgeEquations luma_equations(const EdgeSamples& samples, const EdgeColors& color
 
 // Damped Gauss-Newton from p; `equations_at` are the normal equations of `count` samples there.
 template <class EquationsAt>
-std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfileOptions& options,
+std::optional<EdgeProfileFit> fit_profile(int count, Vector p, double outside_sigma,
+                                          const EdgeProfileOptions& options,
                                           const EquationsAt& equations_at) {
-  const double contrast = p(1);
+  const double contrast = p(1), outside = p(0);
   Eigen::LLT<Matrix> llt;
   double variance = 0;
   for (int iteration = 0; iteration < iterations; ++iteration) {
@@ -234,6 +249,7 @@ std::optional<EdgeProfileFit> fit_profile(int count, Vector p, const EdgeProfile
       normal.right(index) += weight * (value - p(index));
     };
     const double step_size = std::max(std::abs(p(1)), options.min_contrast);
+    believe(0, outside, outside_sigma);
     believe(2, 0, root_sigma_share * step_size);
     believe(3, 0, ramp_sigma_share * step_size);
     believe(5, std::log(expected_blur_px), log_blur_sigma);
@@ -281,31 +297,32 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
 
   Vector p;
   p << outside_level, contrast, 0, 0, start_offset_px, std::log(expected_blur_px);
-  return fit_profile(samples.count, p, options, [&](const Vector& at) {
+  return fit_profile(samples.count, p, unknown, options, [&](const Vector& at) {
     EdgeEquations normal;
     compute_by<add_up>(options.instructions, samples, at, options.radius_px, normal);
     return normal;
   });
 }
 
-CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response) {
-  CodedLuma coded{0, {0, 0, 0}};
+CodedLevel code(const Eigen::Array3f& light, const CameraResponse& response, const Eigen::Vector3f& of_grey) {
+  CodedLevel coded{0, {0, 0, 0}};
   for (int c = 0; c < 3; ++c) {
     const GreyLevel grey = response.shown(std::max(static_cast<double>(light[c]), 0.0), 128);
-    coded.level += static_cast<double>(luma_of[c]) * grey.level;
-    coded.slope[c] = luma_of[c] / static_cast<float>(grey.slope);
+    coded.level += static_cast<double>(of_grey[c]) * grey.level;
+    coded.slope[c] = of_grey[c] / static_cast<float>(grey.slope);
   }
   return coded;
 }
 
-std::optional<EdgeProfileFit> fit_luma_profile(const EdgeSamples& samples, const EdgeColors& colors,
-                                               const CameraResponse& response, const EdgeProfileFit& start,
-                                               const EdgeProfileOptions& options) {
+std::optional<EdgeProfileFit> fit_coded_profile(const EdgeSamples& samples, const EdgeColors& colors,
+                                                const CameraResponse& response, const CodedChannel& channel,
+                                                const EdgeProfileFit& start,
+                                                const EdgeProfileOptions& options) {
   if (samples.count < 2 * parameters) return std::nullopt;
   Vector p;
   p << 100, 100, 0, 0, start.offset_px, std::log(expected_blur_px);
-  return fit_profile(samples.count, p, options, [&](const Vector& at) {
-    return luma_equations(samples, colors, response, at, options.radius_px);
+  return fit_profile(samples.count, p, coded_outside_sigma, options, [&](const Vector& at) {
+    return coded_equations(samples, colors, response, channel, at, options.radius_px);
   });
 }
 

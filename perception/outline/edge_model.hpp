@@ -72,18 +72,25 @@ using EdgeColors = BothSides<Eigen::Array3f>;  ///< light (BGR)
 /// Luma's parts of blue, green and red (Rec. 601): of grey levels, not of light.
 inline const Eigen::Vector3f luma_of(0.114f, 0.587f, 0.299f);
 
+/// What a coded picture keeps of its grey levels: luma at full resolution, chroma at half of it.
+struct CodedChannel {
+  Eigen::Vector3f of_grey;  ///< its parts of blue, green and red
+  double blur_px = 0;       ///< standard deviation of what halving its resolution adds
+};
+
 /// Such a light as the camera stores it.
-struct CodedLuma {
+struct CodedLevel {
   double level;
   Eigen::Array3f slope;  ///< d level / d light of each channel
 };
-CodedLuma code_luma(const Eigen::Array3f& light, const CameraResponse& response);
+CodedLevel code(const Eigen::Array3f& light, const CameraResponse& response, const Eigen::Vector3f& of_grey);
 
-/// Fits the same profile to samples of luma, which is what a coded picture keeps at full resolution. The
-/// light at each pixel is a mix of both sides, O Phi((t - t0)/s) times the one outside, and the rest of the
-/// profile times the one inside, in percent. `start`: a fit of this edge's colours.
-std::optional<EdgeProfileFit> fit_luma_profile(const EdgeSamples& samples, const EdgeColors& colors,
-                                               const CameraResponse& response, const EdgeProfileFit& start,
-                                               const EdgeProfileOptions& options);
+/// Fits the same profile to samples of one coded channel. The light at each pixel is a mix of both sides,
+/// O Phi((t - t0)/s) times the one outside, and the rest of the profile times the one inside, in percent; a
+/// coarse channel is blurred once more, as grey levels. `start`: a fit of this edge's colours.
+std::optional<EdgeProfileFit> fit_coded_profile(const EdgeSamples& samples, const EdgeColors& colors,
+                                                const CameraResponse& response, const CodedChannel& channel,
+                                                const EdgeProfileFit& start,
+                                                const EdgeProfileOptions& options);
 
 }  // namespace ballservo

@@ -28,10 +28,14 @@ constexpr double max_offset_px = 3, max_offset_radii = 0.07;
 constexpr float clear_of_edge_px = 1.5f;
 // Between levels that near to each other no edge can be placed, however dark it is.
 constexpr double least_contrast = 4;
-// The same where colours are coarse. An edge that only colours show is placed no better than this: they were
-// blurred as grey levels, not as light (0.1 to 0.2 px on JPEG files of rendered balls).
+// The same where colours are coarse.
 constexpr float coarse_clear_px = 2;
-constexpr double coarse_chroma_sigma_px = 0.2;
+// What halving the colours' resolution and interpolating adds to their blur, and how well an edge that they
+// alone show is placed at best.
+constexpr double coarse_chroma_blur_px = 0.75, coarse_chroma_sigma_px = 0.4;
+// What coding leaves of noise is alike in neighbouring pixels: edges err by so much more than the residuals
+// say. Where luma is surer than that, chroma adds nothing.
+constexpr double coded_noise = 1.7, clear_luma_sigma_px = 0.15;
 // Half resolution moves the colours' edge by less: where luma puts it elsewhere, it is another edge.
 constexpr double luma_and_colors_agree_px = 1;
 // Averaging over two pixels and interpolating widens a blur by up to 0.9 px^2 in each halved direction;
@@ -287,28 +291,73 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_segment(const CameraResponse& respo
   const double reach_px = std::min(max_offset_px, ring_.half_width_px - 2);
   const auto by_colors = fit_edge_profile(samples_, coarse_offset(reach_px), profile);
   if (!by_colors || !response.coarse_chroma) return by_colors;
-  const auto by_luma = fit_luma(response, *by_colors, profile);
-  if (by_luma && std::abs(by_luma->offset_px - by_colors->offset_px) < luma_and_colors_agree_px)
-    return by_luma;
-  EdgeProfileFit fit = *by_colors;
-  fit.sigma_px = std::hypot(fit.sigma_px, coarse_chroma_sigma_px);
+  EdgeProfileFit fit = fit_coded_edge(response, *by_colors, profile);
+  fit.blur_px = by_colors->blur_px;  // channels of less contrast say less of it
   return fit;
 }
 
-// The edge again, by luma alone; nothing where that differs too little. Leaves luma in the samples.
-std::optional<EdgeProfileFit> EdgeMeter::fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
-                                                  const EdgeProfileOptions& options) {
+// The edge again where colours are coarse: by luma and, unless that leaves no doubt, by chroma, too.
+EdgeProfileFit EdgeMeter::fit_coded_edge(const CameraResponse& response, const EdgeProfileFit& by_colors,
+                                         const EdgeProfileOptions& options) {
+  const auto doubted = [](EdgeProfileFit fit) {
+    fit.sigma_px = std::hypot(fit.sigma_px, coarse_chroma_sigma_px);
+    return fit;
+  };
+  const auto colors = colors_beside(by_colors.offset_px, response);
+  if (!colors) return doubted(by_colors);  // a small ball
+  auto by_luma = fit_coded({luma_of}, *colors, response, by_colors, options);
+  if (by_luma && !(std::abs(by_luma->offset_px - by_colors.offset_px) < luma_and_colors_agree_px))
+    by_luma.reset();
+  if (by_luma) by_luma->sigma_px *= coded_noise;
+  if (by_luma && by_luma->sigma_px < clear_luma_sigma_px) return *by_luma;
+  auto by_chroma = fit_coded(chroma_between(*colors, response), *colors, response, by_colors, options);
+  if (!by_chroma) return by_luma.value_or(doubted(by_colors));
+  by_chroma = doubted(*by_chroma);
+  if (!by_luma) return *by_chroma;
+  // Their mean; where they contradict each other it is not believed better than they agree.
+  const double luma_px2 = std::pow(by_luma->sigma_px, 2), chroma_px2 = std::pow(by_chroma->sigma_px, 2),
+               apart_px = by_chroma->offset_px - by_luma->offset_px, sum_px2 = luma_px2 + chroma_px2;
+  EdgeProfileFit fit = *by_luma;
+  fit.offset_px += luma_px2 / sum_px2 * apart_px;
+  fit.sigma_px = std::sqrt(luma_px2 * chroma_px2 / sum_px2 * std::max(1.0, apart_px * apart_px / sum_px2));
+  return fit;
+}
+
+// The line in the plane of chroma along which both sides differ most.
+CodedChannel EdgeMeter::chroma_between(const EdgeColors& colors, const CameraResponse& response) {
+  Eigen::Vector3f apart;
+  for (int c = 0; c < 3; ++c) {
+    const auto grey = [&](const Eigen::Array3f& light) {
+      return response.shown(static_cast<double>(light[c]), 128).level;
+    };
+    apart[c] = static_cast<float>(grey(colors.inside) - grey(colors.outside));
+  }
+  apart.array() -= luma_of.dot(apart);
+  apart.normalize();
+  return {apart - apart.sum() * luma_of, coarse_chroma_blur_px};
+}
+
+// The light on both sides of an edge, clear of what coarse colours blur.
+std::optional<EdgeColors> EdgeMeter::colors_beside(double edge_px, const CameraResponse& response) const {
   const float clear_px = std::min(coarse_clear_px, static_cast<float>(ring_.half_width_px) - 1);
-  const auto colors = means_beside<Eigen::Array3f>(
-      start.offset_px, clear_px,
-      [&](const cv::Vec3b& bgr) -> Eigen::Array3f { return on_curve(response.light, bgr); });
-  if (!colors) return std::nullopt;
-  const double contrast =
-      code_luma(colors->inside, response).level - code_luma(colors->outside, response).level;
+  return means_beside<Eigen::Array3f>(edge_px, clear_px, [&](const cv::Vec3b& bgr) -> Eigen::Array3f {
+    return on_curve(response.light, bgr);
+  });
+}
+
+// The edge again, by one channel of a coded picture alone; nothing where that differs too little. Leaves the
+// channel in the samples.
+std::optional<EdgeProfileFit> EdgeMeter::fit_coded(const CodedChannel& channel, const EdgeColors& colors,
+                                                   const CameraResponse& response,
+                                                   const EdgeProfileFit& start,
+                                                   const EdgeProfileOptions& options) {
+  const double contrast = code(colors.inside, response, channel.of_grey).level -
+                          code(colors.outside, response, channel.of_grey).level;
   if (!(std::abs(contrast) >= least_contrast)) return std::nullopt;
   samples_.count = 0;
-  for (const RingColor& pixel : pixels_) samples_.add(pixel.distance_px, luma_of.dot(grey_levels(pixel.bgr)));
-  return fit_luma_profile(samples_, *colors, response, start, options);
+  for (const RingColor& pixel : pixels_)
+    samples_.add(pixel.distance_px, channel.of_grey.dot(grey_levels(pixel.bgr)));
+  return fit_coded_profile(samples_, colors, response, channel, start, options);
 }
 
 // The ring around the outline, in segments of the outline's length; false where none is in the picture.

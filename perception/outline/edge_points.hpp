@@ -88,8 +88,13 @@ class EdgeMeter {
   std::optional<EdgeProfileFit> fit_segment(const CameraResponse& response);
   template <class Values, class Of>
   std::optional<BothSides<Values>> means_beside(double edge_px, float clear_px, const Of& of) const;
-  std::optional<EdgeProfileFit> fit_luma(const CameraResponse& response, const EdgeProfileFit& start,
-                                         const EdgeProfileOptions& options);
+  EdgeProfileFit fit_coded_edge(const CameraResponse& response, const EdgeProfileFit& by_colors,
+                                const EdgeProfileOptions& options);
+  std::optional<EdgeColors> colors_beside(double edge_px, const CameraResponse& response) const;
+  static CodedChannel chroma_between(const EdgeColors& colors, const CameraResponse& response);
+  std::optional<EdgeProfileFit> fit_coded(const CodedChannel& channel, const EdgeColors& colors,
+                                          const CameraResponse& response, const EdgeProfileFit& start,
+                                          const EdgeProfileOptions& options);
   double coarse_chroma_evidence(const EdgeProfileFit& edge);
   double coarse_offset(double reach_px) const;
 

@@ -81,7 +81,7 @@ TEST(CameraOptions, AFieldOfViewIsAnApproximateCamera) {
 
 TEST(CameraOptions, WithoutACameraAVideosBallMayBeMoreOfAnOvalThanAStills) {
   const auto oval = [](const DetectorFactory& factory, bool still) {
-    return factory.make({640, 480}, "picture", still).options().oval_fraction;
+    return factory.make({640, 480}, "picture", {still, false}).options().oval_fraction;
   };
   BallOptions options;
   options.color_table = std::make_shared<const ColorTable>();

@@ -210,6 +210,25 @@ TEST_F(ImageFile, EmbeddedThumbnailDoesNotHideACut) {
   EXPECT_THROW(read_color_image(put(jpeg.substr(0, jpeg.size() - 10))), InputError);
 }
 
+TEST_F(ImageFile, AFileTellsWhetherItsColoursAreCoarse) {
+  for (const Format& format : formats()) {
+    const std::string bytes = encoded(format.extension, sample(30, 20), format.parameters);
+    EXPECT_EQ(has_coarse_chroma(bytes), !format.lossless) << format.extension;
+    EXPECT_EQ(read_stored_image(put(bytes)).coarse_chroma, !format.lossless) << format.extension;
+  }
+  // The first component's sampling factors, 2 x 2, stand eleven bytes after a baseline frame's marker.
+  std::string jpeg = encoded(".jpg", sample(30, 20));
+  const std::size_t frame = jpeg.find("\xFF\xC0");
+  ASSERT_NE(frame, std::string::npos);
+  ASSERT_EQ(jpeg[frame + 11], '\x22');
+  jpeg[frame + 11] = '\x21';
+  EXPECT_TRUE(has_coarse_chroma(jpeg)) << "in one direction";
+  jpeg[frame + 11] = '\x11';
+  EXPECT_FALSE(has_coarse_chroma(jpeg));
+  EXPECT_FALSE(has_coarse_chroma(jpeg.substr(0, frame + 11)));
+  EXPECT_FALSE(has_coarse_chroma(encoded(".jpg", cv::Mat(20, 30, CV_8U, cv::Scalar(90))))) << "grey";
+}
+
 TEST_F(ImageFile, FileBytesStopAtTheLimit) {
   EXPECT_EQ(read_file_bytes(put("12345"), 5), "12345");
   EXPECT_THROW(read_file_bytes(put("123456"), 5), InputError);

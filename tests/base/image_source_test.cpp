@@ -95,6 +95,15 @@ TEST_F(ImageSource, SingleFilesFormOneSequenceInTheirOrder) {
   EXPECT_FALSE(sequences[0]->next());
 }
 
+TEST_F(ImageSource, TellsOfJpegFilesAndVideosThatTheirColoursAreCoarse) {
+  const auto is_coarse = [](const std::string& source) {
+    return open_sources({source}, 30, default_max_pixels).at(0)->next()->coarse_chroma;
+  };
+  EXPECT_FALSE(is_coarse(put_image("a.png")));
+  EXPECT_TRUE(is_coarse(put_image("a.jpg")));
+  EXPECT_TRUE(is_coarse(put_video("v.mkv", 2)));
+}
+
 // Its size stands at its end, behind the pixels.
 TEST_F(ImageSource, ALargeTiffIsAPicture) {
   cv::Mat noise(300, 400, CV_8UC3);

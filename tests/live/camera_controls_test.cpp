@@ -116,7 +116,7 @@ class FakeCamera : public FrameSequence {
     if (unplugged_->exchange(false))
       throw InputError("camera:7", "a camera that has gone", "one that is there");
     std::this_thread::sleep_for(5ms);
-    return Frame{cv::Mat(60, 80, CV_8UC3, cv::Scalar(90, 90, 90)), "camera:7", index_, 0.005 * index_++, {}};
+    return Frame{cv::Mat(60, 80, CV_8UC3, cv::Scalar(90, 90, 90)), "camera:7", index_, 0.005 * index_++};
   }
   std::string name() const override { return "camera:7"; }
   long length() const override { return 0; }

@@ -68,6 +68,19 @@ TEST(BallFitter, KnowsWhetherOneStepWasEnough) {
   expect_enough(false);
 }
 
+// Its edges are seen 3 px to either side: as far as the first steps lead, the next ones see more of them.
+TEST(BallFitter, AFarStartGetsThereInMoreSteps) {
+  const Camera camera = test::pinhole(size, 400);
+  cv::Mat bgr = test::grey_picture();
+  test::paint_ball(bgr, camera, {0, 0, 1}, 0.06, test::red);  // 24 px
+  BallFitter fitter(std::make_shared<const RayTable>(camera));
+  OutlineFit fit;
+  const TangentCone start = *cone_near_circle({{4, 4}, 19.5}, camera.focal_px());
+  ASSERT_TRUE(fitter.fit_sphere(bgr, CameraResponse::linear(), start, {}, fit));
+  EXPECT_LT((fit.ball.outline.center_px - *camera.project({0, 0, 1})).norm(), 0.05);
+  EXPECT_GT(fit.passes, 2);
+}
+
 TEST(Detector, WorksInTwoDimensionsWithoutACamera) {
   cv::Mat bgr = test::grey_picture();
   test::paint_disc(bgr, {101.3, 88.6}, 20, test::green);

@@ -244,6 +244,38 @@ cv::Mat with_coarse_chroma(const cv::Mat& bgr) {
   return restored;
 }
 
+TEST(CameraResponse, ThatColoursAreCoarseMayBeKnown) {
+  DetectorOptions options;
+  options.coarse_chroma = true;
+  Detector detector(std::make_shared<const RayTable>(test::pinhole({120, 120}, 500)), test::red_and_green(),
+                    options);
+  EXPECT_TRUE(detector.response().coarse_chroma);
+  cv::Mat light(120, 120, CV_8UC3, cv::Scalar(20, 50, 25));  // shows sharp colours
+  test::paint_ball(light, detector.rays().camera(), {0.004, 0.002, 0.6}, 0.035, {12, 15, 160});
+  EXPECT_EQ(detector.detect(taken(light, CameraResponse::srgb(), 0)).size(), 1u);
+  EXPECT_TRUE(detector.response().coarse_chroma);
+  detector.forget_response();
+  EXPECT_TRUE(detector.response().coarse_chroma);
+}
+
+// Red before a grey of its own luma, whose own level chroma does not tell.
+TEST(CameraResponse, WhereLumaShowsNoEdgeChromaDoes) {
+  DetectorOptions options;
+  options.coarse_chroma = true;
+  double sum_px = 0;
+  constexpr int pictures = 8;
+  for (std::uint64_t seed = 0; seed < pictures; ++seed) {
+    cv::Mat light(120, 120, CV_8UC3, cv::Scalar::all(39));
+    test::paint_disc(light, {60.2, 59.7}, 29, {12, 15, 160});
+    Detector detector(std::make_shared<const RayTable>(long_lens_camera({120, 120})), test::red_and_green(),
+                      options);
+    const auto& balls = detector.detect(with_coarse_chroma(taken(light, CameraResponse::srgb(), seed)));
+    ASSERT_EQ(balls.size(), 1u);
+    sum_px += balls[0].outline.radius_px - 29;
+  }
+  EXPECT_NEAR(sum_px / pictures, 0, 0.1);
+}
+
 TEST(CameraResponse, WhereColoursAreCoarseTheEdgeIsThatOfLuma) {
   double sum_px = 0;
   constexpr int pictures = 8;

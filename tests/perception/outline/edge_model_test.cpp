@@ -100,29 +100,52 @@ TEST(EdgeProfile, NoEdgeHasNoFit) {
   EXPECT_FALSE(fit_edge_profile(flat, 0, {}));
 }
 
-// Luma is a mix of grey levels, the blur one of light: a dark red ball, darker at its limb, before grey.
-TEST(LumaProfile, FindsTheEdgeThatWasBlurredAsLight) {
-  const CameraResponse& srgb = CameraResponse::srgb();
-  const EdgeColors colors{{8, 10, 90}, {70, 80, 75}};
-  for (const double offset_px : {-0.7, 0.0, 0.4}) {
+// A coded channel is a mix of grey levels, the lens's blur one of light: a dark red ball, darker at its limb,
+// before grey.
+class CodedProfile : public testing::Test {
+ protected:
+  float level(double t, double offset_px, const Eigen::Vector3f& of_grey) const {
     constexpr double blur_px = 0.8, limb = 0.6, root = 0.2;
-    EdgeSamples samples;
-    for (int i = 0; i < 60; ++i) {
-      const double t = -5 + 10.0 * i / 59;
-      const BlurredBasis basis = blurred_basis((offset_px - t) / blur_px);
-      const double ball = limb * basis.step + root * std::sqrt(blur_px) * basis.root;
-      const Eigen::Array3f light =
-          static_cast<float>(ball) * colors.inside + static_cast<float>(1 - basis.step) * colors.outside;
-      samples.add(static_cast<float>(t), static_cast<float>(code_luma(light, srgb).level));
-    }
-    EdgeProfileFit start;
-    start.offset_px = offset_px + 0.15;
-    const auto fit = fit_luma_profile(samples, colors, srgb, start, {});
-    ASSERT_TRUE(fit);
-    EXPECT_NEAR(fit->offset_px, offset_px, 0.01);
-    const auto by_grey_levels = fit_edge_profile(samples, offset_px, {});
-    EXPECT_TRUE(!by_grey_levels || std::abs(by_grey_levels->offset_px - offset_px) > 0.03);
+    const BlurredBasis basis = blurred_basis((offset_px - t) / blur_px);
+    const double ball = limb * basis.step + root * std::sqrt(blur_px) * basis.root;
+    const Eigen::Array3f light =
+        static_cast<float>(ball) * colors_.inside + static_cast<float>(1 - basis.step) * colors_.outside;
+    return static_cast<float>(code(light, srgb_, of_grey).level);
   }
+  /// The offset by the coded channel's own profile; the one by that of light differs more.
+  void expect_edge(const CodedChannel& channel, double tolerance_px) const {
+    for (const double offset_px : {-0.7, 0.0, 0.4}) {
+      EdgeSamples samples;
+      for (int i = 0; i < 60; ++i) {
+        const double t = -5 + 10.0 * i / 59;
+        double sum = 0, weights = 0;
+        for (double z = channel.blur_px > 0 ? -4 : 0; z <= 4; z += channel.blur_px > 0 ? 0.1 : 9) {
+          sum += std::exp(-0.5 * z * z) *
+                 static_cast<double>(level(t + z * channel.blur_px, offset_px, channel.of_grey));
+          weights += std::exp(-0.5 * z * z);
+        }
+        samples.add(static_cast<float>(t), static_cast<float>(sum / weights));
+      }
+      EdgeProfileFit start;
+      start.offset_px = offset_px + 0.15;
+      const auto fit = fit_coded_profile(samples, colors_, srgb_, channel, start, {});
+      ASSERT_TRUE(fit);
+      EXPECT_NEAR(fit->offset_px, offset_px, tolerance_px);
+      const auto by_grey_levels = fit_edge_profile(samples, offset_px, {});
+      EXPECT_TRUE(!by_grey_levels || std::abs(by_grey_levels->offset_px - offset_px) > 2 * tolerance_px);
+    }
+  }
+
+ private:
+  const CameraResponse& srgb_ = CameraResponse::srgb();
+  const EdgeColors colors_{{8, 10, 90}, {70, 80, 75}};
+};
+
+TEST_F(CodedProfile, FindsTheEdgeThatWasBlurredAsLight) { expect_edge({luma_of}, 0.01); }
+
+TEST_F(CodedProfile, FindsTheEdgeThatHalvedResolutionBlurredOnceMore) {
+  const Eigen::Vector3f red = Eigen::Vector3f::UnitZ();
+  expect_edge({red - luma_of, 0.75}, 0.04);
 }
 
 }  // namespace

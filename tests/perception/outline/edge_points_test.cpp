@@ -52,5 +52,18 @@ TEST(EdgeMeter, WhereColoursAreCoarseLumasEdgeCountsOnlyBesideTheColours) {
   EXPECT_NEAR(sum_px / static_cast<double>(edges.points.size()), radius_px, 0.5);
 }
 
+// What was smeared is told by its blur, of which luma says little where it differs by little.
+TEST(EdgeMeter, WhereColoursAreCoarseTheBlurIsThatOfTheColours) {
+  const Camera camera = test::pinhole(size, 400);
+  cv::Mat bgr(size.height_px, size.width_px, CV_8UC3, cv::Scalar(95, 95, 95));
+  test::paint_disc(bgr, *camera.project({0, 0, 1}), radius_px, {30, 110, 90});
+  cv::GaussianBlur(bgr, bgr, {}, 2.5);
+  EdgeMeter meter;
+  OutlineEdges edges;
+  meter.measure(bgr, RayTable(camera), *cone_near_circle({{0, 0}, radius_px}, 400),
+                CameraResponse::srgb(true), edges);
+  EXPECT_GT(edges.blur_px, 2);
+}
+
 }  // namespace
 }  // namespace ballservo
