@@ -42,13 +42,13 @@ void add_ball_options(CLI::App& command, BallOptions& options);
 std::vector<BallRadius> parse_diameters(const std::string& text, const ColorTable& colors,
                                         bool all_known = true);
 
-/// Makes detectors for pictures, of one camera or, where none is given, of any size.
 /// What is known of the pictures that a detector is made for.
 struct PictureKind {
   bool still = false;          ///< no frame of a video or camera
   bool coarse_chroma = false;  ///< see DetectorOptions
 };
 
+/// Makes detectors for pictures, of one camera or, where none is given, of any size.
 class DetectorFactory {
  public:
   /// Reads and checks the files; every fault of all options at once. --seed is the source of the votes'
