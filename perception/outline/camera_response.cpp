@@ -16,6 +16,10 @@ CameraResponse response_of(bool srgb, bool coarse_chroma) {
     made.light[k] = srgb ? static_cast<float>(255 * (dark ? level / 12.92 : std::pow(base, 2.4))) : k;
     made.slope[k] = srgb ? static_cast<float>(dark ? 1 / 12.92 : 2.4 / 1.055 * std::pow(base, 1.4)) : 1;
   }
+  for (std::size_t light = 0, k = 0; light < 256; ++light) {
+    while (k < 255 && made.light[k] < static_cast<float>(light)) ++k;
+    made.level_of[light] = static_cast<std::uint8_t>(k);
+  }
   return made;
 }
 

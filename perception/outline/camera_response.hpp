@@ -2,6 +2,7 @@
 // colours.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -18,8 +19,9 @@ struct GreyLevel {
 
 /// One camera's response, the same for its three channels.
 struct CameraResponse {
-  std::array<float, 256> light{};  ///< of each grey level, 0 to 255
-  std::array<float, 256> slope{};  ///< d light / d grey level
+  std::array<float, 256> light{};            ///< of each grey level, 0 to 255
+  std::array<float, 256> slope{};            ///< d light / d grey level
+  std::array<std::uint8_t, 256> level_of{};  ///< the first grey level of so much light, 0 to 255
   /// Colours are stored at half the resolution of brightness, as most JPEG files and videos and all webcams
   /// do: an edge is sharp in luma (Rec. 601) alone.
   bool coarse_chroma = false;
@@ -27,6 +29,9 @@ struct CameraResponse {
   /// The grey level that shows this much light, beyond the ends in a straight line. `near`: where to look
   /// first.
   GreyLevel shown(double of_light, std::uint8_t near) const;
+  GreyLevel shown(double of_light) const {
+    return shown(of_light, level_of[static_cast<std::size_t>(std::clamp(of_light, 0.0, 255.0))]);
+  }
 
   /// Grey levels that are proportional to the light, as of machine-vision cameras and most renderers.
   static const CameraResponse& linear(bool coarse_chroma = false);

@@ -307,7 +307,7 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
 CodedLevel code(const Eigen::Array3f& light, const CameraResponse& response, const Eigen::Vector3f& of_grey) {
   CodedLevel coded{0, {0, 0, 0}};
   for (int c = 0; c < 3; ++c) {
-    const GreyLevel grey = response.shown(std::max(static_cast<double>(light[c]), 0.0), 128);
+    const GreyLevel grey = response.shown(std::max(static_cast<double>(light[c]), 0.0));
     coded.level += static_cast<double>(of_grey[c]) * grey.level;
     coded.slope[c] = of_grey[c] / static_cast<float>(grey.slope);
   }

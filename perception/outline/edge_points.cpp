@@ -35,7 +35,7 @@ constexpr float coarse_clear_px = 2;
 constexpr double coarse_chroma_blur_px = 0.75, coarse_chroma_sigma_px = 0.4;
 // What coding leaves of noise is alike in neighbouring pixels: edges err by so much more than the residuals
 // say. Where luma is surer than that, chroma adds nothing.
-constexpr double coded_noise = 1.7, clear_luma_sigma_px = 0.15;
+constexpr double coded_noise = 1.7, clear_luma_sigma_px = 0.25;
 // Half resolution moves the colours' edge by less: where luma puts it elsewhere, it is another edge.
 constexpr double luma_and_colors_agree_px = 1;
 // Averaging over two pixels and interpolating widens a blur by up to 0.9 px^2 in each halved direction;
@@ -328,7 +328,7 @@ CodedChannel EdgeMeter::chroma_between(const EdgeColors& colors, const CameraRes
   Eigen::Vector3f apart;
   for (int c = 0; c < 3; ++c) {
     const auto grey = [&](const Eigen::Array3f& light) {
-      return response.shown(static_cast<double>(light[c]), 128).level;
+      return response.shown(static_cast<double>(light[c])).level;
     };
     apart[c] = static_cast<float>(grey(colors.inside) - grey(colors.outside));
   }
@@ -355,8 +355,9 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_coded(const CodedChannel& channel, 
                           code(colors.outside, response, channel.of_grey).level;
   if (!(std::abs(contrast) >= least_contrast)) return std::nullopt;
   samples_.count = 0;
-  for (const RingColor& pixel : pixels_)
-    samples_.add(pixel.distance_px, channel.of_grey.dot(grey_levels(pixel.bgr)));
+  const std::size_t stride = channel.blur_px > 0 ? 2 : 1;  // neighbours of a coarse channel tell the same
+  for (std::size_t i = 0; i < pixels_.size(); i += stride)
+    samples_.add(pixels_[i].distance_px, channel.of_grey.dot(grey_levels(pixels_[i].bgr)));
   return fit_coded_profile(samples_, colors, response, channel, start, options);
 }
 
