@@ -30,7 +30,7 @@ struct CameraResponse {
   /// first.
   GreyLevel shown(double of_light, std::uint8_t near) const;
   GreyLevel shown(double of_light) const {
-    return shown(of_light, level_of[static_cast<std::size_t>(std::clamp(of_light, 0.0, 255.0))]);
+    return shown(of_light, level_of[of_light > 0 ? static_cast<std::size_t>(std::min(of_light, 255.0)) : 0]);
   }
 
   /// Grey levels that are proportional to the light, as of machine-vision cameras and most renderers.

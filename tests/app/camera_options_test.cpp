@@ -79,6 +79,13 @@ TEST(CameraOptions, AFieldOfViewIsAnApproximateCamera) {
   EXPECT_THROW(factory_of((test::project_data_dir() / "cameras/narrow.yaml").string(), "60"), InputError);
 }
 
+TEST(CameraOptions, ADetectorKnowsHowItsPicturesWereStored) {
+  const std::string camera = (test::project_data_dir() / "cameras/narrow.yaml").string();
+  for (const DetectorFactory& factory : {factory_of("", "60"), factory_of(camera, "")})
+    for (const bool coarse : {false, true})
+      EXPECT_EQ(factory.make({640, 480}, "picture", {false, coarse}).response().coarse_chroma, coarse);
+}
+
 TEST(CameraOptions, WithoutACameraAVideosBallMayBeMoreOfAnOvalThanAStills) {
   const auto oval = [](const DetectorFactory& factory, bool still) {
     return factory.make({640, 480}, "picture", {still, false}).options().oval_fraction;

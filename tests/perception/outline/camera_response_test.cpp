@@ -20,6 +20,9 @@ TEST(CameraResponse, RisesFromDarkToWhiteWithItsSlope) {
       const float difference = (response->light[k + 1] - response->light[k - 1]) / 2;
       EXPECT_NEAR(response->slope[k], difference, 0.01 * difference + 0.02) << k;
     }
+    for (double light = -10; light < 270; light += 0.37)
+      EXPECT_EQ(response->shown(light).level, response->shown(light, 128).level) << light;
+    EXPECT_TRUE(std::isnan(response->shown(NAN).level));
   }
 }
 
