@@ -16,9 +16,12 @@ CameraResponse response_of(bool srgb, bool coarse_chroma) {
     made.light[k] = srgb ? static_cast<float>(255 * (dark ? level / 12.92 : std::pow(base, 2.4))) : k;
     made.slope[k] = srgb ? static_cast<float>(dark ? 1 / 12.92 : 2.4 / 1.055 * std::pow(base, 1.4)) : 1;
   }
-  for (std::size_t light = 0, k = 0; light < 256; ++light) {
-    while (k < 255 && made.light[k] < static_cast<float>(light)) ++k;
-    made.level_of[light] = static_cast<std::uint8_t>(k);
+  for (std::size_t k = 0; k < made.level_of_root.size(); ++k) {
+    const double light = std::pow(k / 255.0, 2);
+    made.level_of_root[k] =
+        static_cast<float>(255 * (!srgb                ? light
+                                  : light <= 0.0031308 ? 12.92 * light
+                                                       : 1.055 * std::pow(light, 1 / 2.4) - 0.055));
   }
   return made;
 }
@@ -38,12 +41,13 @@ const CameraResponse& CameraResponse::srgb(bool coarse_chroma) {
   return coarse_chroma ? with_coarse : fine;
 }
 
-GreyLevel CameraResponse::shown(double of_light, std::uint8_t near) const {
-  std::size_t at = near;  // the first level whose light is not less, or the last
-  while (at + 1 < light.size() && static_cast<double>(light[at]) < of_light) ++at;
-  while (at > 0 && !(static_cast<double>(light[at - 1]) < of_light)) --at;
-  const auto slope_there = static_cast<double>(slope[at]);
-  return {static_cast<double>(at) + (of_light - static_cast<double>(light[at])) / slope_there, slope_there};
+GreyLevel CameraResponse::shown(double of_light) const {
+  const double square = 255 * of_light, lit = square > 1 ? square : 1, root = std::sqrt(lit);
+  const auto cell = static_cast<std::size_t>(std::min(root, root_cells - 1.0));
+  const auto at = static_cast<double>(level_of_root[cell]),
+             rise = static_cast<double>(level_of_root[cell + 1]) - at;
+  const double below = square > 1 ? 0 : (square - 1) * static_cast<double>(level_of_root[1]);
+  return {at + (root - static_cast<double>(cell)) * rise + below, root / (127.5 * rise)};
 }
 
 // Coarse colours look like a linear response: edges that show them say nothing of it.
@@ -96,7 +100,7 @@ double squares_left(const std::vector<RingColor>& pixels, const EdgeProfileFit& 
         GreyLevel model{0, 1};
         double error = static_cast<double>(response.light[grey]);  // of grey level / slope
         if (step > 0) {
-          model = response.shown(row.dot(levels[channel]), grey);
+          model = response.shown(row.dot(levels[channel]));
           error = (grey - model.level) * model.slope;
           squares += (grey - model.level) * (grey - model.level);
         }

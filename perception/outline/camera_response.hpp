@@ -19,19 +19,17 @@ struct GreyLevel {
 
 /// One camera's response, the same for its three channels.
 struct CameraResponse {
-  std::array<float, 256> light{};            ///< of each grey level, 0 to 255
-  std::array<float, 256> slope{};            ///< d light / d grey level
-  std::array<std::uint8_t, 256> level_of{};  ///< the first grey level of so much light, 0 to 255
+  std::array<float, 256> light{};  ///< of each grey level, 0 to 255
+  std::array<float, 256> slope{};  ///< d light / d grey level
+  /// Grey level of the light k^2 / 255.
+  static constexpr int root_cells = 255;
+  std::array<float, root_cells + 1> level_of_root{};
   /// Colours are stored at half the resolution of brightness, as most JPEG files and videos and all webcams
   /// do: an edge is sharp in luma (Rec. 601) alone.
   bool coarse_chroma = false;
 
-  /// The grey level that shows this much light, beyond the ends in a straight line. `near`: where to look
-  /// first.
-  GreyLevel shown(double of_light, std::uint8_t near) const;
-  GreyLevel shown(double of_light) const {
-    return shown(of_light, level_of[of_light > 0 ? static_cast<std::size_t>(std::min(of_light, 255.0)) : 0]);
-  }
+  /// The grey level that shows this much light, below the first in a straight line.
+  GreyLevel shown(double of_light) const;
 
   /// Grey levels that are proportional to the light, as of machine-vision cameras and most renderers.
   static const CameraResponse& linear(bool coarse_chroma = false);

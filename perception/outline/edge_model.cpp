@@ -140,93 +140,167 @@ struct BasisOfEight {
   std::memcpy(&to, &from[static_cast<std::size_t>(first)], sizeof to);
 }
 
-// Of the whole profile at p; the limb turns away over `radius_px`.
-[[gnu::always_inline]] inline void add_up(const EdgeSamples& samples, const Vector& p, double radius_px,
-                                          EdgeEquations& normal) {
-  const BasisTable& table = basis_table();
-  const auto width = static_cast<float>(std::exp(p(5)));
-  const Eigen::Matrix<float, parameters, 1> q = p.cast<float>();
-  const float inverse = 1 / width, root_scale = std::sqrt(width), turn = static_cast<float>(0.25 / radius_px);
-  // The row of the Jacobian and, last, the residual; their products by pairs are summed.
-  constexpr int columns = parameters + 1;
-  Float8 sums[columns][columns] = {};
-  const Float8 lane{0, 1, 2, 3, 4, 5, 6, 7}, half = Float8{} + 0.5f;
-  for (int i = 0; i < samples.count; i += 8) {
-    Float8 distance, intensity, weight;
-    load(samples.distance_px, i, distance);
-    load(samples.intensity, i, intensity);
-    load(samples.weight, i, weight);
-    const Float8 counts =
-        lane + static_cast<float>(i) < static_cast<float>(samples.count) ? weight : Float8{};
-    const Float8 x = (q[4] - distance) * inverse;
-    BasisOfEight basis;
-    look_up_eight(table, x, basis);
-    const Float8 ramp = width * (x * basis.step + basis.density);
-    const Float8 bend = turn * ramp;
-    const Float8 root_factor = root_scale * (1 - (bend < half ? bend : half));
-    const Float8 root = root_factor * basis.root;
-    const Float8 slope =
-        q[1] * basis.density + q[2] * root_factor * basis.root_slope + q[3] * width * basis.step;
-    const Float8 value = q[0] + q[1] * basis.step + q[2] * root + q[3] * ramp;
-    const Float8 row[columns] = {counts,
-                                 counts * basis.step,
-                                 counts * root,
-                                 counts * ramp,
-                                 counts * slope * inverse,
-                                 counts * (0.5f * q[2] * root + q[3] * ramp - x * slope),
-                                 counts * (value - intensity)};
-    for (int k = 0; k < columns; ++k) {
-      for (int l = k; l < columns; ++l) sums[k][l] += row[k] * row[l];
-    }
+// The row of the Jacobian and, last, the residual; their products by pairs are summed.
+constexpr int columns = parameters + 1;
+using RowOfEight = Float8[columns];
+struct ProductsOfRows {
+  RowOfEight of[columns] = {};
+};
+
+[[gnu::always_inline]] inline void add(const RowOfEight& row, ProductsOfRows& sums) {
+  for (int k = 0; k < columns; ++k) {
+    for (int l = k; l < columns; ++l) sums.of[k][l] += row[k] * row[l];
   }
-  for (int k = 0; k < parameters; ++k) {
-    for (int l = k; l < parameters; ++l) normal.matrix(k, l) = normal.matrix(l, k) = total(sums[k][l]);
-    normal.right(k) = -total(sums[k][parameters]);
-  }
-  normal.squares = total(sums[parameters][parameters]);
 }
 
-// Of a channel that is coded from the light of two colours. What halved resolution blurs is the mean of three
-// places (Gauss and Hermite's, weights 1/6, 2/3, 1/6).
-EdgeEquations coded_equations(const EdgeSamples& samples, const EdgeColors& colors,
-                              const CameraResponse& response, const CodedChannel& channel, const Vector& p,
-                              double radius_px) {
-  const double width = std::exp(p(5)), turn = 0.25 / radius_px, root_scale = std::sqrt(width);
-  const int beside = channel.blur_px > 0 ? 1 : 0;
+[[gnu::always_inline]] inline EdgeEquations equations_of(const ProductsOfRows& sums) {
   EdgeEquations normal;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(samples.count); ++i) {
-    Vector row = Vector::Zero();
-    double residual = -static_cast<double>(samples.intensity[i]);
-    for (int place = -beside; place <= beside; ++place) {
-      const double distance_px =
-          static_cast<double>(samples.distance_px[i]) + place * std::sqrt(3.0) * channel.blur_px;
-      const double part = beside == 0 ? 1 : place == 0 ? 2.0 / 3 : 1.0 / 6;
-      const double x = (p(4) - distance_px) / width;
-      const BlurredBasis basis = blurred_basis(x);
-      const double ramp = width * basis.ramp;
-      const double root_factor = root_scale * (1 - std::min(turn * ramp, 0.5)),
-                   root = root_factor * basis.root;
-      const double slope =
-          p(1) * basis.step_slope + p(2) * root_factor * basis.root_slope + p(3) * width * basis.step;
-      const double inside = p(1) * basis.step + p(2) * root + p(3) * ramp;
-      const Eigen::Array3f light = (0.01f * static_cast<float>(p(0) * (1 - basis.step)) * colors.outside +
-                                    0.01f * static_cast<float>(inside) * colors.inside);
-      const CodedLevel coded = code(light, response, channel.of_grey);
-      // The level by one percent of either light.
-      const double by_outside = 0.01 * part * static_cast<double>((coded.slope * colors.outside).sum()),
-                   by_inside = 0.01 * part * static_cast<double>((coded.slope * colors.inside).sum());
-      const double by_x = by_inside * slope - by_outside * p(0) * basis.step_slope;
-      Vector here;
-      here << by_outside * (1 - basis.step), by_inside * basis.step, by_inside * root, by_inside * ramp,
-          by_x / width, by_inside * (0.5 * p(2) * root + p(3) * ramp) - x * by_x;
-      row += here;
-      residual += part * coded.level;
-    }
-    normal.matrix += row * row.transpose();
-    normal.right -= residual * row;
-    normal.squares += residual * residual;
+  for (int k = 0; k < parameters; ++k) {
+    for (int l = k; l < parameters; ++l) normal.matrix(k, l) = normal.matrix(l, k) = total(sums.of[k][l]);
+    normal.right(k) = -total(sums.of[k][parameters]);
   }
+  normal.squares = total(sums.of[parameters][parameters]);
   return normal;
+}
+
+// What `p` makes of the profile; the limb turns away over `radius_px`.
+struct Profile {
+  Profile(const Vector& p, double radius_px)
+      : q(p.cast<float>()),
+        width(static_cast<float>(std::exp(p(5)))),
+        inverse(1 / width),
+        root_scale(std::sqrt(width)),
+        turn(static_cast<float>(0.25 / radius_px)) {}
+
+  Eigen::Matrix<float, parameters, 1> q;
+  float width, inverse, root_scale, turn;
+};
+
+// Of eight samples: what comes from inside, its parts, and how it changes with x and with log s at that x.
+struct InsideOfEight {
+  Float8 x, step, density, root, ramp, value, by_x, by_log_width;
+};
+
+[[gnu::always_inline]] inline void inside_at(const Profile& profile, const Float8& distance_px,
+                                             InsideOfEight& inside) {
+  const auto& q = profile.q;
+  const Float8 half = Float8{} + 0.5f;
+  const Float8 x = (q[4] - distance_px) * profile.inverse;
+  BasisOfEight basis;
+  look_up_eight(basis_table(), x, basis);
+  inside.x = x;
+  inside.step = basis.step;
+  inside.density = basis.density;
+  inside.ramp = profile.width * (x * basis.step + basis.density);
+  const Float8 bend = profile.turn * inside.ramp;
+  const Float8 root_factor = profile.root_scale * (1 - (bend < half ? bend : half));
+  inside.root = root_factor * basis.root;
+  inside.value = q[1] * basis.step + q[2] * inside.root + q[3] * inside.ramp;
+  inside.by_x =
+      q[1] * basis.density + q[2] * root_factor * basis.root_slope + q[3] * profile.width * basis.step;
+  inside.by_log_width = 0.5f * q[2] * inside.root + q[3] * inside.ramp;
+}
+
+// The weights of eight samples from the i-th: none beyond the last.
+[[gnu::always_inline]] inline void weights_from(const EdgeSamples& samples, int i, Float8& weights) {
+  const Float8 lane{0, 1, 2, 3, 4, 5, 6, 7};
+  load(samples.weight, i, weights);
+  weights = lane + static_cast<float>(i) < static_cast<float>(samples.count) ? weights : Float8{};
+}
+
+[[gnu::always_inline]] inline void add_up(const EdgeSamples& samples, const Profile& profile,
+                                          EdgeEquations& normal) {
+  ProductsOfRows sums;
+  for (int i = 0; i < samples.count; i += 8) {
+    Float8 distance_px, intensity, weights;
+    load(samples.distance_px, i, distance_px);
+    load(samples.intensity, i, intensity);
+    weights_from(samples, i, weights);
+    InsideOfEight inside;
+    inside_at(profile, distance_px, inside);
+    const RowOfEight row = {weights,
+                            weights * inside.step,
+                            weights * inside.root,
+                            weights * inside.ramp,
+                            weights * inside.by_x * profile.inverse,
+                            weights * (inside.by_log_width - inside.x * inside.by_x),
+                            weights * (profile.q[0] + inside.value - intensity)};
+    add(row, sums);
+  }
+  normal = equations_of(sums);
+}
+
+// The grey levels of eight lights, and d level / d light; as `CameraResponse::shown`.
+[[gnu::always_inline]] inline void show_eight(const CameraResponse& response, const Float8& light,
+                                              Float8& level, Float8& slope) {
+  constexpr float last_cell = CameraResponse::root_cells - 1;
+  const Float8 square = 255 * light, one = Float8{} + 1, most = Float8{} + last_cell;
+  const Float8 lit = square > one ? square : one;  // NaN: 1
+  Float8 root, at, next;
+  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(lit[i]);
+  const Int8 cell = __builtin_convertvector(root < most ? root : most, Int8);
+  for (int i = 0; i < 8; ++i) {
+    const float* const node = &response.level_of_root[static_cast<std::size_t>(cell[i])];
+    at[i] = node[0];
+    next[i] = node[1];
+  }
+  slope = (next - at) * (127.5f / root);
+  level = at + (root - __builtin_convertvector(cell, Float8)) * (next - at) +
+          (square < one ? (square - 1) * response.level_of_root[1] : Float8{});
+}
+
+// An edge between two colours in one channel of a coded picture.
+struct CodedEdge {
+  const EdgeColors& colors;
+  const CameraResponse& response;
+  const CodedChannel& channel;
+};
+
+// What halved resolution blurs is the mean of three places (Gauss and Hermite's, weights 1/6, 2/3, 1/6).
+[[gnu::always_inline]] inline void add_up_coded(const EdgeSamples& samples, const CodedEdge& edge,
+                                                const Profile& profile, EdgeEquations& normal) {
+  const int beside = edge.channel.blur_px > 0 ? 1 : 0;
+  const auto apart_px = static_cast<float>(std::sqrt(3.0) * edge.channel.blur_px);
+  const Eigen::Array3f percent_inside = 0.01f * edge.colors.inside,
+                       percent_outside = 0.01f * edge.colors.outside;
+  ProductsOfRows sums;
+  for (int i = 0; i < samples.count; i += 8) {
+    Float8 distance_px, intensity, weights;
+    load(samples.distance_px, i, distance_px);
+    load(samples.intensity, i, intensity);
+    weights_from(samples, i, weights);
+    RowOfEight row = {};
+    row[parameters] = -weights * intensity;
+    for (int place = -beside; place <= beside; ++place) {
+      const float part = beside == 0 ? 1 : place == 0 ? 2.0f / 3 : 1.0f / 6;
+      InsideOfEight inside;
+      inside_at(profile, distance_px + static_cast<float>(place) * apart_px, inside);
+      const Float8 outside = 1 - inside.step;
+      Float8 level{}, by_inside{}, by_outside{};  // the level by one percent of either light
+      for (int c = 0; c < 3; ++c) {
+        Float8 grey, slope;
+        show_eight(edge.response,
+                   profile.q[0] * outside * percent_outside[c] + inside.value * percent_inside[c], grey,
+                   slope);
+        const float of_grey = part * edge.channel.of_grey[c];
+        level += of_grey * grey;
+        by_inside += of_grey * percent_inside[c] * slope;
+        by_outside += of_grey * percent_outside[c] * slope;
+      }
+      by_inside *= weights;
+      by_outside *= weights;
+      const Float8 by_x = by_inside * inside.by_x - by_outside * profile.q[0] * inside.density;
+      row[0] += by_outside * outside;
+      row[1] += by_inside * inside.step;
+      row[2] += by_inside * inside.root;
+      row[3] += by_inside * inside.ramp;
+      row[4] += by_x * profile.inverse;
+      row[5] += by_inside * inside.by_log_width - inside.x * by_x;
+      row[6] += weights * level;
+    }
+    add(row, sums);
+  }
+  normal = equations_of(sums);
 }
 
 // Damped Gauss-Newton from p; `equations_at` are the normal equations of `count` samples there.
@@ -299,19 +373,10 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
   p << outside_level, contrast, 0, 0, start_offset_px, std::log(expected_blur_px);
   return fit_profile(samples.count, p, unknown, options, [&](const Vector& at) {
     EdgeEquations normal;
-    compute_by<add_up>(options.instructions, samples, at, options.radius_px, normal);
+    const Profile profile(at, options.radius_px);
+    compute_by<add_up>(options.instructions, samples, profile, normal);
     return normal;
   });
-}
-
-CodedLevel code(const Eigen::Array3f& light, const CameraResponse& response, const Eigen::Vector3f& of_grey) {
-  CodedLevel coded{0, {0, 0, 0}};
-  for (int c = 0; c < 3; ++c) {
-    const GreyLevel grey = response.shown(std::max(static_cast<double>(light[c]), 0.0));
-    coded.level += static_cast<double>(of_grey[c]) * grey.level;
-    coded.slope[c] = of_grey[c] / static_cast<float>(grey.slope);
-  }
-  return coded;
 }
 
 std::optional<EdgeProfileFit> fit_coded_profile(const EdgeSamples& samples, const EdgeColors& colors,
@@ -322,7 +387,11 @@ std::optional<EdgeProfileFit> fit_coded_profile(const EdgeSamples& samples, cons
   Vector p;
   p << 100, 100, 0, 0, start.offset_px, std::log(expected_blur_px);
   return fit_profile(samples.count, p, coded_outside_sigma, options, [&](const Vector& at) {
-    return coded_equations(samples, colors, response, channel, at, options.radius_px);
+    EdgeEquations normal;
+    const CodedEdge edge{colors, response, channel};
+    const Profile profile(at, options.radius_px);
+    compute_by<add_up_coded>(options.instructions, samples, edge, profile, normal);
+    return normal;
   });
 }
 

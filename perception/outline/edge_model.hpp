@@ -78,13 +78,6 @@ struct CodedChannel {
   double blur_px = 0;       ///< standard deviation of what halving its resolution adds
 };
 
-/// Such a light as the camera stores it.
-struct CodedLevel {
-  double level;
-  Eigen::Array3f slope;  ///< d level / d light of each channel
-};
-CodedLevel code(const Eigen::Array3f& light, const CameraResponse& response, const Eigen::Vector3f& of_grey);
-
 /// Fits the same profile to samples of one coded channel. The light at each pixel is a mix of both sides,
 /// O Phi((t - t0)/s) times the one outside, and the rest of the profile times the one inside, in percent; a
 /// coarse channel is blurred once more, as grey levels. `start`: a fit of this edge's colours.

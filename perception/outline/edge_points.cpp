@@ -52,6 +52,10 @@ int to_pixel(double position, int last) {
 }
 
 Eigen::Vector3f grey_levels(const cv::Vec3b& bgr) { return Eigen::Vector3f(bgr[0], bgr[1], bgr[2]); }
+Eigen::Vector3f grey_levels(const Eigen::Array3f& light, const CameraResponse& response) {
+  return light.unaryExpr(
+      [&](float of) { return static_cast<float>(response.shown(static_cast<double>(of)).level); });
+}
 Eigen::Vector3f on_curve(const std::array<float, 256>& of_level, const cv::Vec3b& bgr) {
   return Eigen::Vector3f(of_level[bgr[0]], of_level[bgr[1]], of_level[bgr[2]]);
 }
@@ -325,13 +329,7 @@ EdgeProfileFit EdgeMeter::fit_coded_edge(const CameraResponse& response, const E
 
 // The line in the plane of chroma along which both sides differ most.
 CodedChannel EdgeMeter::chroma_between(const EdgeColors& colors, const CameraResponse& response) {
-  Eigen::Vector3f apart;
-  for (int c = 0; c < 3; ++c) {
-    const auto grey = [&](const Eigen::Array3f& light) {
-      return response.shown(static_cast<double>(light[c])).level;
-    };
-    apart[c] = static_cast<float>(grey(colors.inside) - grey(colors.outside));
-  }
+  Eigen::Vector3f apart = grey_levels(colors.inside, response) - grey_levels(colors.outside, response);
   apart.array() -= luma_of.dot(apart);
   apart.normalize();
   return {apart - apart.sum() * luma_of, coarse_chroma_blur_px};
@@ -351,9 +349,9 @@ std::optional<EdgeProfileFit> EdgeMeter::fit_coded(const CodedChannel& channel, 
                                                    const CameraResponse& response,
                                                    const EdgeProfileFit& start,
                                                    const EdgeProfileOptions& options) {
-  const double contrast = code(colors.inside, response, channel.of_grey).level -
-                          code(colors.outside, response, channel.of_grey).level;
-  if (!(std::abs(contrast) >= least_contrast)) return std::nullopt;
+  const float contrast = channel.of_grey.dot(grey_levels(colors.inside, response)) -
+                         channel.of_grey.dot(grey_levels(colors.outside, response));
+  if (!(static_cast<double>(std::abs(contrast)) >= least_contrast)) return std::nullopt;
   samples_.count = 0;
   const std::size_t stride = channel.blur_px > 0 ? 2 : 1;  // neighbours of a coarse channel tell the same
   for (std::size_t i = 0; i < pixels_.size(); i += stride)

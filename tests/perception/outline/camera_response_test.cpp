@@ -20,8 +20,13 @@ TEST(CameraResponse, RisesFromDarkToWhiteWithItsSlope) {
       const float difference = (response->light[k + 1] - response->light[k - 1]) / 2;
       EXPECT_NEAR(response->slope[k], difference, 0.01 * difference + 0.02) << k;
     }
-    for (double light = -10; light < 270; light += 0.37)
-      EXPECT_EQ(response->shown(light).level, response->shown(light, 128).level) << light;
+    for (std::size_t k = 0; k < 256; ++k) {
+      const GreyLevel shown = response->shown(static_cast<double>(response->light[k]));
+      EXPECT_NEAR(shown.level, k, 0.015);
+      EXPECT_NEAR(shown.slope / static_cast<double>(response->slope[k]), 1, k > 4 ? 0.1 : 0.5) << k;
+    }
+    EXPECT_NEAR(response->shown(-1).level, -1 / static_cast<double>(response->slope[0]), 0.01);
+    EXPECT_GT(response->shown(270).level, 255);
     EXPECT_TRUE(std::isnan(response->shown(NAN).level));
   }
 }

@@ -110,7 +110,10 @@ class CodedProfile : public testing::Test {
     const double ball = limb * basis.step + root * std::sqrt(blur_px) * basis.root;
     const Eigen::Array3f light =
         static_cast<float>(ball) * colors_.inside + static_cast<float>(1 - basis.step) * colors_.outside;
-    return static_cast<float>(code(light, srgb_, of_grey).level);
+    double coded = 0;
+    for (int c = 0; c < 3; ++c)
+      coded += static_cast<double>(of_grey[c]) * srgb_.shown(static_cast<double>(light[c])).level;
+    return static_cast<float>(coded);
   }
   /// The offset by the coded channel's own profile; the one by that of light differs more.
   void expect_edge(const CodedChannel& channel, double tolerance_px) const {
@@ -131,6 +134,10 @@ class CodedProfile : public testing::Test {
       const auto fit = fit_coded_profile(samples, colors_, srgb_, channel, start, {});
       ASSERT_TRUE(fit);
       EXPECT_NEAR(fit->offset_px, offset_px, tolerance_px);
+      EdgeProfileOptions portable;
+      portable.instructions = Instructions::portable;
+      EXPECT_EQ(fit->offset_px,
+                fit_coded_profile(samples, colors_, srgb_, channel, start, portable)->offset_px);
       const auto by_grey_levels = fit_edge_profile(samples, offset_px, {});
       EXPECT_TRUE(!by_grey_levels || std::abs(by_grey_levels->offset_px - offset_px) > 2 * tolerance_px);
     }
