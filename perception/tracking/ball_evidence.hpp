@@ -12,8 +12,11 @@ namespace ballservo {
 /// What the pictures said of one track.
 class BallEvidence {
  public:
-  /// `log_odds` of a second look at it (see Detector::log_odds); 0 where there was none.
-  void see(const BallObservation& ball, double log_odds = 0);
+  static constexpr double clear_log_odds = 4;
+
+  /// `log_odds` of a second look at it (see Detector::log_odds); a clear ball needs none. What its motion
+  /// smears speaks not against it.
+  void see(const BallObservation& ball, double log_odds = clear_log_odds, bool smeared = false);
   void miss();  ///< it was not in this picture
 
   /// Whether it is believed, `look_alikes` being the number of others of its class and size that were in a

@@ -22,7 +22,7 @@ constexpr double search_reach_px = 5, search_reach_radii = 0.15, spread_radii = 
 // Outlines of larger balls say enough; what does not show them in a film is seldom one.
 constexpr double most_thorough_px = 18;
 // A ball that moves less between two pictures, or whose edge is less blurred, is not smeared.
-constexpr double least_streak_radii = 0.7, sharp_edge_radii = 0.05;
+constexpr double least_streak_radii = 0.7, sharp_edge_radii = 0.05, sharp_edge_px = 1.5;
 // Another light is sought so many lights a picture: often the likeliest ones, after so many pictures all.
 constexpr std::size_t lights_a_picture = 3, likeliest_lights = 12;
 constexpr long between_searches_of_all = 300;
@@ -31,6 +31,13 @@ constexpr double expected_quality = 0.17;
 // A detection that is not clear continues a track only in the size that is expected, to such a tolerance of
 // the distance's logarithm.
 constexpr double clear_quality = 0.5, weak_log_size = 0.12;
+
+// By its motion since the picture before.
+bool is_smeared(const BallObservation& before, const BallObservation& ball) {
+  const double moved_px = (ball.outline.center_px - before.outline.center_px).norm();
+  return moved_px >= least_streak_radii * ball.outline.radius_px &&
+         ball.blur_px >= std::max(sharp_edge_px, sharp_edge_radii * ball.outline.radius_px);
+}
 
 }  // namespace
 
@@ -94,8 +101,10 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
 // What is not clear is looked at again; but a streak is no circle.
 void Tracker::gather_evidence(const cv::Mat& bgr, Followed& followed) {
   const BallObservation& ball = seen_[*followed.detection];
-  const bool doubtful = ball.quality < doubtful_quality && ball.support.fill > 0;
-  followed.evidence.see(ball, doubtful ? detector_.log_odds(bgr, ball) : 0);
+  const bool is_circle = ball.support.fill > 0, small = ball.outline.radius_px < small_ball_px;
+  const bool doubtful = is_circle && (small || ball.quality < doubtful_quality);
+  const double log_odds = doubtful ? detector_.log_odds(bgr, ball) : BallEvidence::clear_log_odds;
+  followed.evidence.see(ball, log_odds, is_smeared(followed.track.ball, ball));
 }
 
 // A known ball's place has no other ball in it: what is seen there in another size is the known one, in part.

@@ -11,7 +11,8 @@
 namespace ballservo {
 namespace {
 
-BallEvidence seen(double radius_px, double quality, int pictures, double log_odds = 0) {
+BallEvidence seen(double radius_px, double quality, int pictures,
+                  double log_odds = BallEvidence::clear_log_odds) {
   BallObservation ball;
   ball.outline.radius_px = radius_px;
   ball.quality = quality;
@@ -34,16 +35,15 @@ TEST(BallEvidence, OfWhatIsSmallAndUnclearMorePicturesAreAsked) {
 }
 
 TEST(BallEvidence, ASecondLookSpeaksAgainstWhatIsLargeToo) {
-  EXPECT_FALSE(seen(35, 0.5, 100, -8).suffices(0));
-  EXPECT_TRUE(seen(35, 0.5, 10, -1).suffices(0));
+  EXPECT_FALSE(seen(35, 0.79, 100, -8).suffices(0));
+  EXPECT_TRUE(seen(35, 0.79, 10, -1).suffices(0));
 }
 
-TEST(BallEvidence, ASecondLookSpeaksForABallBeyondWhatRoundThingsReach) {
+TEST(BallEvidence, ASecondLookSpeaksForABallUnlessItIsOfAFewPixels) {
   EXPECT_FALSE(seen(22, 0.64, 6, 0).suffices(0.1));
-  EXPECT_FALSE(seen(22, 0.64, 6, 4).suffices(0.1));
-  EXPECT_TRUE(seen(22, 0.64, 6, 8).suffices(0.1));
-  EXPECT_FALSE(seen(22, 0.64, 6, 100).suffices(2)) << "no more than so much";
-  EXPECT_FALSE(seen(13, 0.64, 6, 8).suffices(0.1)) << "too few pixels";
+  EXPECT_TRUE(seen(22, 0.64, 6, 4).suffices(0.1));
+  EXPECT_FALSE(seen(22, 0.64, 6, 100).suffices(4)) << "no more than so much";
+  EXPECT_FALSE(seen(6, 0.64, 6, 4).suffices(0.1)) << "too few pixels";
 }
 
 TEST(BallEvidence, WhatSecondLooksSpeakClearlyAgainstIsUnlikelyUntilTheyDoNot) {
@@ -51,15 +51,38 @@ TEST(BallEvidence, WhatSecondLooksSpeakClearlyAgainstIsUnlikelyUntilTheyDoNot) {
   EXPECT_TRUE(evidence.is_unlikely());
   BallObservation clear;
   clear.outline.radius_px = 22;
-  for (int k = 0; k < 3; ++k) evidence.see(clear, 8);
+  clear.quality = 0.9;
+  for (int k = 0; k < 3; ++k) evidence.see(clear);
   EXPECT_FALSE(evidence.is_unlikely());
   EXPECT_FALSE(seen(22, 0.7, 1, -3).is_unlikely());
   EXPECT_TRUE(seen(22, 0.4, 1, -3).is_unlikely()) << "its outline speaks against it, too";
 }
 
-TEST(BallEvidence, WhatIsUnlikelyIsNotBelievedForBeingLarge) {
-  EXPECT_TRUE(seen(60, 0.4, 50, -2).suffices(0));
-  EXPECT_FALSE(seen(60, 0.4, 50, -3).suffices(0));
+TEST(BallEvidence, WhatIsUnlikelyIsNotBelievedForBeingLargeNorForStaying) {
+  EXPECT_TRUE(seen(60, 0.65, 50, 0).suffices(0));
+  EXPECT_FALSE(seen(60, 0.45, 1000, 0).suffices(0));
+}
+
+TEST(BallEvidence, ATrackThatGoesOverToAnotherThingIsThatThing) {
+  BallEvidence evidence = seen(22, 0.95, 500);
+  BallObservation face;
+  face.outline.radius_px = 22;
+  face.quality = 0.3;
+  for (int k = 0; k < 40; ++k) evidence.see(face, -1);
+  EXPECT_TRUE(evidence.is_unlikely());
+}
+
+TEST(BallEvidence, WhatItsMotionSmearsSpeaksNotAgainstABall) {
+  BallObservation smeared;
+  smeared.outline.radius_px = 22;
+  smeared.quality = 0.5;
+  BallEvidence flying, still;
+  for (int k = 0; k < 4; ++k) {
+    flying.see(smeared, -3, k > 0);
+    still.see(smeared, -3);
+  }
+  EXPECT_TRUE(flying.suffices(0));
+  EXPECT_FALSE(still.suffices(0));
 }
 
 // A ball that turns into a flat slice of a disc; and one that is hidden so far by sheets above and below it.
@@ -103,7 +126,7 @@ TEST(BallEvidence, WhatIsMissedIsSoonRefuted) {
   EXPECT_FALSE(evidence.is_refuted()) << "a ball is missed now and then";
   evidence.miss();
   EXPECT_TRUE(evidence.is_refuted());
-  evidence = seen(9, 0.75, 3);
+  evidence = seen(9, 0.68, 3, 2);
   EXPECT_TRUE(evidence.suffices(0));
   evidence.miss();
   EXPECT_FALSE(evidence.suffices(0));
