@@ -11,7 +11,7 @@ namespace {
 constexpr double even_quality = 0.75, ratio_per_quality = 16, most_log_ratio = 3;
 constexpr double least_look_log_odds = -10;
 // Of a few pixels, radius from to, a second look says less in favour.
-constexpr double nothing_in_favour_px = 5, all_in_favour_px = 10;
+constexpr double nothing_in_favour_px = 6, all_in_favour_px = 8;
 // Of so many looks the means are: a track that goes over to another thing is that thing.
 constexpr int looks_kept = 20;
 // What its looks speak against so much is no ball.
@@ -38,9 +38,12 @@ void BallEvidence::see(const BallObservation& ball, double log_odds, bool smeare
       (ball.outline.radius_px - nothing_in_favour_px) / (all_in_favour_px - nothing_in_favour_px);
   const double most = clear_log_odds * std::clamp(trust, 0.0, 1.0);
   log_odds_ += share * (std::clamp(log_odds, least_look_log_odds, most) - log_odds_);
-  if (smeared) quality_ = std::max(quality_, even_quality), log_odds_ = std::max(log_odds_, 0.0);
   radius_px_ = pictures_ == 1 ? ball.outline.radius_px
                               : radius_px_ * std::pow(ball.outline.radius_px / radius_px_, share);
+  if (smeared) {
+    quality_ = std::max(quality_, even_quality);
+    log_odds_ = std::max(log_odds_, 0.0);
+  }
 }
 
 void BallEvidence::miss() { again_ -= again_ratio; }
