@@ -121,7 +121,8 @@ bool Tracker::is_shown(const Followed& followed) const {
 // one again: they take turns until one of them shows a ball.
 void Tracker::choose_light() {
   if (followed_.empty()) {
-    if (!is_light_believed_) light_->assume({});  // what was found in it was no ball
+    // What was found in it was no ball, or was missed for a moment.
+    if (!is_light_believed_ && pictures_ >= next_light_search_) light_->assume({});
     taught_light_ = !taught_light_ && light_->may_be_taught_light();
   }
   set_light();

@@ -161,6 +161,15 @@ TEST(LightSearch, WhenItsBallIsGoneTheTaughtLightIsAskedAgain) {
   }
 }
 
+TEST(LightSearch, ABallMissedForAMomentIsSoughtInTheSameLight) {
+  Tracker tracker(make_detector());
+  const cv::Mat bgr = picture(test::red, gain_of({-0.3, 0.9, 0}));
+  EXPECT_EQ(tracker.update(bgr, 0).size(), 1u);
+  for (int k = 1; k < 4; ++k) EXPECT_TRUE(tracker.update(test::grey_picture(), k / 30.0).empty());
+  for (int k = 4; k < 6; ++k) tracker.update(bgr, k / 30.0);  // the taught light and this one take turns
+  EXPECT_EQ(tracker.update({}, 0).size(), 1u);
+}
+
 TEST(LightSearch, ABallThatComesIntoViewLateIsFoundInItsLight) {
   const LogGain dark = LogGain::Constant(std::log(0.2));
   const cv::Mat with_ball = picture(test::red, dark);
