@@ -172,6 +172,7 @@ struct Profile {
         root_scale(std::sqrt(width)),
         turn(static_cast<float>(0.25 / radius_px)) {}
 
+  const BasisTable& table = basis_table();
   Eigen::Matrix<float, parameters, 1> q;
   float width, inverse, root_scale, turn;
 };
@@ -187,7 +188,7 @@ struct InsideOfEight {
   const Float8 half = Float8{} + 0.5f;
   const Float8 x = (q[4] - distance_px) * profile.inverse;
   BasisOfEight basis;
-  look_up_eight(basis_table(), x, basis);
+  look_up_eight(profile.table, x, basis);
   inside.x = x;
   inside.step = basis.step;
   inside.density = basis.density;
@@ -201,30 +202,35 @@ struct InsideOfEight {
   inside.by_log_width = 0.5f * q[2] * inside.root + q[3] * inside.ramp;
 }
 
-// The weights of eight samples from the i-th: none beyond the last.
-[[gnu::always_inline]] inline void weights_from(const EdgeSamples& samples, int i, Float8& weights) {
+struct EightSamples {
+  Float8 distance_px, intensity, weights;
+};
+
+// From the i-th; those beyond the last weigh nothing.
+[[gnu::always_inline]] inline void load_eight(const EdgeSamples& samples, int i, EightSamples& eight) {
   const Float8 lane{0, 1, 2, 3, 4, 5, 6, 7};
-  load(samples.weight, i, weights);
-  weights = lane + static_cast<float>(i) < static_cast<float>(samples.count) ? weights : Float8{};
+  load(samples.distance_px, i, eight.distance_px);
+  load(samples.intensity, i, eight.intensity);
+  load(samples.weight, i, eight.weights);
+  eight.weights = lane + static_cast<float>(i) < static_cast<float>(samples.count) ? eight.weights : Float8{};
 }
 
 [[gnu::always_inline]] inline void add_up(const EdgeSamples& samples, const Profile& profile,
                                           EdgeEquations& normal) {
   ProductsOfRows sums;
   for (int i = 0; i < samples.count; i += 8) {
-    Float8 distance_px, intensity, weights;
-    load(samples.distance_px, i, distance_px);
-    load(samples.intensity, i, intensity);
-    weights_from(samples, i, weights);
+    EightSamples eight;
+    load_eight(samples, i, eight);
+    const Float8& weights = eight.weights;
     InsideOfEight inside;
-    inside_at(profile, distance_px, inside);
+    inside_at(profile, eight.distance_px, inside);
     const RowOfEight row = {weights,
                             weights * inside.step,
                             weights * inside.root,
                             weights * inside.ramp,
                             weights * inside.by_x * profile.inverse,
                             weights * (inside.by_log_width - inside.x * inside.by_x),
-                            weights * (profile.q[0] + inside.value - intensity)};
+                            weights * (profile.q[0] + inside.value - eight.intensity)};
     add(row, sums);
   }
   normal = equations_of(sums);
@@ -265,18 +271,17 @@ struct CodedEdge {
                        percent_outside = 0.01f * edge.colors.outside;
   ProductsOfRows sums;
   for (int i = 0; i < samples.count; i += 8) {
-    Float8 distance_px, intensity, weights;
-    load(samples.distance_px, i, distance_px);
-    load(samples.intensity, i, intensity);
-    weights_from(samples, i, weights);
+    EightSamples eight;
+    load_eight(samples, i, eight);
+    const Float8& weights = eight.weights;
     RowOfEight row = {};
-    row[parameters] = -weights * intensity;
+    row[parameters] = -weights * eight.intensity;
     for (int place = -beside; place <= beside; ++place) {
       const float part = beside == 0 ? 1 : place == 0 ? 2.0f / 3 : 1.0f / 6;
       InsideOfEight inside;
-      inside_at(profile, distance_px + static_cast<float>(place) * apart_px, inside);
+      inside_at(profile, eight.distance_px + static_cast<float>(place) * apart_px, inside);
       const Float8 outside = 1 - inside.step;
-      Float8 level{}, by_inside{}, by_outside{};  // the level by one percent of either light
+      Float8 level{}, by_inside{}, by_outside{};  // and its change by one percent of either light
       for (int c = 0; c < 3; ++c) {
         Float8 grey, slope;
         show_eight(edge.response,
