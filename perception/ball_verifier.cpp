@@ -131,7 +131,9 @@ void BallVerifier::fit_and_judge(const ClassView& view, const std::vector<Bounda
   oval_.is_fitted = fit_by(oval_fitter_, oval_.fit);
   if (!oval_.is_fitted) return;
   oval_.verdict = judge(view).of(oval_.fit, {});
-  if (!oval_.is_ball() || oval_.verdict.quality < candidate.verdict.quality + clearer_by) return;
+  if (!oval_.is_ball() || oval_.verdict.quality < candidate.verdict.quality + clearer_by ||
+      oval_.fit.ball.residual_px > candidate.fit.ball.residual_px)
+    return;
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, oval_.fit.ball.outline);
   if (is_disc_aslant(view, look, oval_.fit))
     candidate.verdict.reason = disc_aslant;

@@ -119,6 +119,7 @@ const std::vector<BallObservation>& Detector::detect_thoroughly(const cv::Mat& b
   RegionPrior prior{min_ball_quality, looked_at_.everywhere};
   prior.thorough = true;
   find_balls(bgr, looked_at_.window.tl(), prior, stages);
+  if (learn_response(bgr)) find_balls(bgr, looked_at_.window.tl(), prior, stages);
   admit_other_responses(bgr);
   return balls_;
 }
