@@ -80,20 +80,22 @@ double squares_left(const std::vector<RingColor>& pixels, const EdgeProfileFit& 
                     const CameraResponse& response) {
   // Least squares of light first, then Gauss-Newton steps on grey levels, where the noise is even.
   constexpr int steps = 3;
-  std::array<Eigen::Vector4d, 3> levels;
-  levels.fill(Eigen::Vector4d::Zero());
+  using Levels = Eigen::Matrix<double, 5, 1>;  // O, A, B, D, E
+  std::array<Levels, 3> levels;
+  levels.fill(Levels::Zero());
   double squares = 0;
   for (int step = 0; step < steps; ++step) {
-    std::array<Eigen::Matrix4d, 3> normal;
-    std::array<Eigen::Vector4d, 3> right;
-    normal.fill(1e-6 * Eigen::Matrix4d::Identity());
-    right.fill(Eigen::Vector4d::Zero());
+    std::array<Eigen::Matrix<double, 5, 5>, 3> normal;
+    std::array<Levels, 3> right;
+    normal.fill(1e-6 * Eigen::Matrix<double, 5, 5>::Identity());
+    right.fill(Levels::Zero());
     squares = 0;
     for (const RingColor& pixel : pixels) {
       // The profile's terms do not depend on the channel.
-      const BlurredBasis basis =
-          blurred_basis((edge.offset_px - static_cast<double>(pixel.distance_px)) / edge.blur_px);
-      const Eigen::Vector4d row(1, basis.step, basis.root, basis.ramp);
+      const double x = (edge.offset_px - static_cast<double>(pixel.distance_px)) / edge.blur_px;
+      const BlurredBasis basis = blurred_basis(x);
+      Levels row;
+      row << 1, basis.step, basis.root, basis.ramp, basis.ramp - x;
       for (int c = 0; c < 3; ++c) {
         const auto channel = static_cast<std::size_t>(c);
         const unsigned char grey = pixel.bgr[c];

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "perception/outline/camera_response.hpp"
 
@@ -72,8 +73,8 @@ Float4 basis_at(const BasisTable& table, float x) {
   return a + (position - static_cast<float>(cell)) * (b - a);
 }
 
-constexpr int parameters = 6;  // O, A, B, D, t0, log s
-// What is believed of s, a log-normal, and of B (per sqrt(px)) and D (per px), relative to A and about 0.
+constexpr int parameters = 7;  // O, A, B, D, t0, log s, E
+// What is believed of s, a log-normal, and of B (per sqrt(px)), D and E (per px), relative to A and about 0.
 constexpr double expected_blur_px = 0.8, log_blur_sigma = 0.5;
 constexpr double root_sigma_share = 0.4, ramp_sigma_share = 0.02;
 // What is outside is believed to that, in percent, where a channel may say nothing of it, as chroma of grey.
@@ -140,27 +141,36 @@ struct BasisOfEight {
   std::memcpy(&to, &from[static_cast<std::size_t>(first)], sizeof to);
 }
 
-// The row of the Jacobian and, last, the residual; their products by pairs are summed.
-constexpr int columns = parameters + 1;
-using RowOfEight = Float8[columns];
-struct ProductsOfRows {
-  RowOfEight of[columns] = {};
+// Of eight samples: the row of the Jacobian and, last, the residual. A short row leaves E out.
+template <int columns>
+using RowOfEight = std::array<Float8, columns>;
+template <int columns>
+struct RowsOfEight {
+  std::array<RowOfEight<columns>, EdgeSamples::most / 8> of;
+  std::size_t count = 0;
 };
 
-[[gnu::always_inline]] inline void add(const RowOfEight& row, ProductsOfRows& sums) {
-  for (int k = 0; k < columns; ++k) {
-    for (int l = k; l < columns; ++l) sums.of[k][l] += row[k] * row[l];
+// The k-th row of the normal equations: so few sums stay in registers.
+template <int k, int columns>
+[[gnu::always_inline]] inline void sum_products(const RowsOfEight<columns>& rows, EdgeEquations& normal) {
+  constexpr int last = columns - 1;
+  Float8 sums[columns - k] = {};
+  for (std::size_t i = 0; i < rows.count; ++i) {
+    const RowOfEight<columns>& row = rows.of[i];
+    for (int l = k; l < columns; ++l) sums[l - k] += std::get<k>(row) * row[static_cast<std::size_t>(l)];
   }
+  for (int l = k; l < last; ++l) normal.matrix(k, l) = normal.matrix(l, k) = total(sums[l - k]);
+  if constexpr (k < last)
+    normal.right(k) = -total(sums[last - k]);
+  else
+    normal.squares = total(sums[0]);
 }
 
-[[gnu::always_inline]] inline EdgeEquations equations_of(const ProductsOfRows& sums) {
-  EdgeEquations normal;
-  for (int k = 0; k < parameters; ++k) {
-    for (int l = k; l < parameters; ++l) normal.matrix(k, l) = normal.matrix(l, k) = total(sums.of[k][l]);
-    normal.right(k) = -total(sums.of[k][parameters]);
-  }
-  normal.squares = total(sums.of[parameters][parameters]);
-  return normal;
+template <int columns, int... k>
+[[gnu::always_inline]] inline void sum_all_products(const RowsOfEight<columns>& rows,
+                                                    std::integer_sequence<int, k...>, EdgeEquations& normal) {
+  normal = {};
+  (sum_products<k>(rows, normal), ...);
 }
 
 // What `p` makes of the profile; the limb turns away over `radius_px`.
@@ -217,23 +227,27 @@ struct EightSamples {
 
 [[gnu::always_inline]] inline void add_up(const EdgeSamples& samples, const Profile& profile,
                                           EdgeEquations& normal) {
-  ProductsOfRows sums;
+  RowsOfEight<parameters + 1> rows;
   for (int i = 0; i < samples.count; i += 8) {
     EightSamples eight;
     load_eight(samples, i, eight);
     const Float8& weights = eight.weights;
     InsideOfEight inside;
     inside_at(profile, eight.distance_px, inside);
-    const RowOfEight row = {weights,
-                            weights * inside.step,
-                            weights * inside.root,
-                            weights * inside.ramp,
-                            weights * inside.by_x * profile.inverse,
-                            weights * (inside.by_log_width - inside.x * inside.by_x),
-                            weights * (profile.q[0] + inside.value - eight.intensity)};
-    add(row, sums);
+    // The background's slope.
+    const float slope = profile.q[6];
+    const Float8 ramp = inside.ramp - profile.width * inside.x;
+    const Float8 by_x = inside.by_x + slope * profile.width * (inside.step - 1);
+    rows.of[rows.count++] = {weights,
+                             weights * inside.step,
+                             weights * inside.root,
+                             weights * inside.ramp,
+                             weights * by_x * profile.inverse,
+                             weights * (inside.by_log_width + slope * ramp - inside.x * by_x),
+                             weights * ramp,
+                             weights * (profile.q[0] + inside.value + slope * ramp - eight.intensity)};
   }
-  normal = equations_of(sums);
+  sum_all_products(rows, std::make_integer_sequence<int, parameters + 1>(), normal);
 }
 
 // The grey levels of eight lights, and d level / d light; as `CameraResponse::shown`.
@@ -269,13 +283,14 @@ struct CodedEdge {
   const auto apart_px = static_cast<float>(std::sqrt(3.0) * edge.channel.blur_px);
   const Eigen::Array3f percent_inside = 0.01f * edge.colors.inside,
                        percent_outside = 0.01f * edge.colors.outside;
-  ProductsOfRows sums;
+  RowsOfEight<parameters> rows;
   for (int i = 0; i < samples.count; i += 8) {
     EightSamples eight;
     load_eight(samples, i, eight);
     const Float8& weights = eight.weights;
-    RowOfEight row = {};
-    row[parameters] = -weights * eight.intensity;
+    RowOfEight<parameters>& row = rows.of[rows.count++];
+    row = {};
+    row[6] = -weights * eight.intensity;
     for (int place = -beside; place <= beside; ++place) {
       const float part = beside == 0 ? 1 : place == 0 ? 2.0f / 3 : 1.0f / 6;
       InsideOfEight inside;
@@ -303,9 +318,8 @@ struct CodedEdge {
       row[5] += by_inside * inside.by_log_width - inside.x * by_x;
       row[6] += weights * level;
     }
-    add(row, sums);
   }
-  normal = equations_of(sums);
+  sum_all_products(rows, std::make_integer_sequence<int, parameters>(), normal);
 }
 
 // Damped Gauss-Newton from p; `equations_at` are the normal equations of `count` samples there.
@@ -330,7 +344,7 @@ std::optional<EdgeProfileFit> fit_profile(int count, Vector p, double outside_si
     const double step_size = std::max(std::abs(p(1)), options.min_contrast);
     believe(0, outside, outside_sigma);
     believe(2, 0, root_sigma_share * step_size);
-    believe(3, 0, ramp_sigma_share * step_size);
+    for (const int ramp : {3, 6}) believe(ramp, 0, ramp_sigma_share * step_size);
     believe(5, std::log(expected_blur_px), log_blur_sigma);
     llt.compute(normal.matrix);
     Vector step = llt.solve(normal.right);
@@ -375,7 +389,7 @@ std::optional<EdgeProfileFit> fit_edge_profile(const EdgeSamples& samples, doubl
   if (!(std::abs(contrast) >= options.min_contrast)) return std::nullopt;
 
   Vector p;
-  p << outside_level, contrast, 0, 0, start_offset_px, std::log(expected_blur_px);
+  p << outside_level, contrast, 0, 0, start_offset_px, std::log(expected_blur_px), 0;
   return fit_profile(samples.count, p, unknown, options, [&](const Vector& at) {
     EdgeEquations normal;
     const Profile profile(at, options.radius_px);
@@ -390,7 +404,7 @@ std::optional<EdgeProfileFit> fit_coded_profile(const EdgeSamples& samples, cons
                                                 const EdgeProfileOptions& options) {
   if (samples.count < 2 * parameters) return std::nullopt;
   Vector p;
-  p << 100, 100, 0, 0, start.offset_px, std::log(expected_blur_px);
+  p << 100, 100, 0, 0, start.offset_px, std::log(expected_blur_px), 0;
   return fit_profile(samples.count, p, coded_outside_sigma, options, [&](const Vector& at) {
     EdgeEquations normal;
     const CodedEdge edge{colors, response, channel};
