@@ -2,8 +2,10 @@
 //
 // With t the distance outside the outline (px) and s the blur's standard deviation (px), the intensity is
 //   O + A Phi(-(t - t0)/s) + B [sqrt(max(0, t0 - t)) * G_s] + D [max(0, t0 - t) * G_s]
+//     + E [max(0, t - t0) * G_s]
 // where * G_s is convolution with a Gaussian. Near its limb a Lambertian sphere is n.l = const + const
 // sqrt(depth) + O(depth), so the square root and the ramp carry the shading, and t0 stays the geometric edge.
+// E is the background's slope; in one channel of a coded picture it is 0.
 #pragma once
 
 #include <Eigen/Core>

@@ -41,14 +41,16 @@ TEST(BlurredBasis, SlopesAreDerivatives) {
   }
 }
 
-EdgeSamples profile(double offset_px, double blur_px, double root, double noise, std::uint64_t seed = 0) {
+EdgeSamples profile(double offset_px, double blur_px, double root, double noise, std::uint64_t seed = 0,
+                    double background_slope = 0) {
   auto engine = random_stream(seed, "edge_model_test");
   EdgeSamples samples;
   for (int i = 0; i < 60; ++i) {
     const double t = -5 + 10.0 * i / 59;
-    const BlurredBasis basis = blurred_basis((offset_px - t) / blur_px);
-    const double intensity =
-        60 + 90 * basis.step + root * std::sqrt(blur_px) * basis.root + noise * standard_normal(engine);
+    const double x = (offset_px - t) / blur_px;
+    const BlurredBasis basis = blurred_basis(x);
+    const double intensity = 60 + 90 * basis.step + root * std::sqrt(blur_px) * basis.root +
+                             background_slope * blur_px * (basis.ramp - x) + noise * standard_normal(engine);
     samples.add(static_cast<float>(t), static_cast<float>(intensity));
   }
   return samples;
@@ -62,6 +64,14 @@ TEST(EdgeProfile, FindsAnEdgeOfUnknownBlurAndShading) {
       EXPECT_NEAR(fit->offset_px, offset_px, 0.02) << "blur " << blur_px;
       EXPECT_NEAR(fit->blur_px, blur_px, 0.1);
     }
+  }
+}
+
+TEST(EdgeProfile, ABackgroundThatSlopesDoesNotMoveTheEdge) {
+  for (const double slope : {-3.0, 3.0}) {  // grey levels per px
+    const auto fit = fit_edge_profile(profile(0.3, 0.8, 12, 0, 0, slope), 0, {});
+    ASSERT_TRUE(fit);
+    EXPECT_NEAR(fit->offset_px, 0.3, 0.02) << slope;
   }
 }
 
