@@ -108,29 +108,30 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
   left_out_.shorter_px = regions_.shortest_run_px() > 1 ? regions_.shortest_run_px() : 0;
   left_out_.regions =
       choose_regions(regions_.regions(), 2 * min_ball_radius_px * min_ball_radius_px, max_regions, chosen_);
-  const RegionPrior prior{min_quality, window.empty()};
-  find_balls(bgr, seen.tl(), prior, stages);
-  if (learn_response(bgr)) find_balls(bgr, seen.tl(), prior, stages);
-  admit_other_responses(bgr);
-  return balls_;
+  return search_regions(bgr, {min_quality, window.empty()}, stages);
 }
 
 const std::vector<BallObservation>& Detector::detect_thoroughly(const cv::Mat& bgr, DetectionStages* stages) {
   RegionPrior prior{min_ball_quality, looked_at_.everywhere};
   prior.thorough = true;
-  find_balls(bgr, looked_at_.window.tl(), prior, stages);
-  if (learn_response(bgr)) find_balls(bgr, looked_at_.window.tl(), prior, stages);
+  return search_regions(bgr, prior, stages);
+}
+
+// By the camera's response that the balls' edges tell.
+const std::vector<BallObservation>& Detector::search_regions(const cv::Mat& bgr, const RegionPrior& prior,
+                                                             DetectionStages* stages) {
+  find_balls(bgr, prior, stages);
+  if (learn_response(bgr)) find_balls(bgr, prior, stages);
   admit_other_responses(bgr);
   return balls_;
 }
 
-void Detector::find_balls(const cv::Mat& bgr, const cv::Point& corner, RegionPrior prior,
-                          DetectionStages* stages) {
+void Detector::find_balls(const cv::Mat& bgr, RegionPrior prior, DetectionStages* stages) {
   balls_.clear();
   if (stages) stages->candidates.clear();
   for (const int region : chosen_) {
     prior.log_look_alikes = std::log(look_alikes(regions_.regions(), chosen_, region));
-    search_.find(bgr, regions_, region, corner, response(), prior, balls_, stages);
+    search_.find(bgr, regions_, region, looked_at_.window.tl(), response(), prior, balls_, stages);
   }
   sort_by_quality(balls_);
   drop_repeated(balls_);

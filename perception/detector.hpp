@@ -102,7 +102,9 @@ class Detector {
     ClassPictures classified, opened, closed;
   };
   void check(const cv::Mat& bgr) const;
-  void find_balls(const cv::Mat& bgr, const cv::Point& corner, RegionPrior prior, DetectionStages* stages);
+  const std::vector<BallObservation>& search_regions(const cv::Mat& bgr, const RegionPrior& prior,
+                                                     DetectionStages* stages);
+  void find_balls(const cv::Mat& bgr, RegionPrior prior, DetectionStages* stages);
   void segment(const cv::Mat& bgr, const cv::Rect& window);
   bool learn_response(const cv::Mat& bgr);
   void admit_other_responses(const cv::Mat& bgr);
