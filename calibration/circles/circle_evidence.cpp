@@ -416,9 +416,13 @@ double CircleEvidence::sphere() const {
 
 constexpr double vivid = 2;
 
+// Shaded as a sphere and of a colour of its own, a thing may be a leaf or a sleeve as well: it needs a rim
+// that is a circle's.
 double CircleEvidence::log_odds() const {
+  constexpr double least_contour = 0.25, no_circle = 80;
   const double chroma = std::max(1.0, color.tail<2>().norm());
-  return log_odds_of_known_color() - vivid + std::clamp(4 * std::log(chroma / 25), -6.0, vivid);
+  return log_odds_of_known_color() - vivid + std::clamp(4 * std::log(chroma / 25), -6.0, vivid) -
+         no_circle * std::max(0.0, least_contour - contour);
 }
 
 constexpr double something = 0.3, nothing_hides_it = 12;

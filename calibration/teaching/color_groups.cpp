@@ -56,8 +56,10 @@ double ColorGroup::largest_radius_px() const {
 }
 
 double ColorGroup::log_odds() const {
-  constexpr double weight = 2, least_share = 0.01;
-  return balls.front().region.evidence.log_odds() + weight * std::log(std::max(least_share, round_share));
+  constexpr double weight = 2, least_share = 0.01, speck_radius_px = 12;  // specks are round by chance
+  const CircleEvidence& best = balls.front().region.evidence;
+  return best.log_odds() + weight * std::max(1.0, speck_radius_px / best.radius_px) *
+                               std::log(std::max(least_share, round_share));
 }
 
 bool same_color(const ColorSamples& a, const ColorSamples& b) {
