@@ -113,6 +113,25 @@ cv::Mat striped_ball_in_a_hand() {
   return picture;
 }
 
+// A leaf, a sleeve: shaded as a sphere, of a colour that is nowhere else, and round to a fifth.
+TEST(CircleEvidence, AShadedThingWithoutACirclesRimIsNoBall) {
+  const cv::Mat ground = grey_picture();
+  cv::Mat leaf = ground.clone();
+  draw_shaded_ball(leaf, 160, 120, 60, yellow_paint);
+  for (int y = 60; y <= 180; ++y) {
+    for (int x = 100; x <= 220; ++x) {
+      const double angle = std::atan2(y - 120, x - 160);
+      if (std::hypot(x - 160, y - 120) > 40 * (1 + 0.2 * std::cos(3 * angle) + 0.15 * std::sin(5 * angle)))
+        leaf.at<cv::Vec3b>(y, x) = ground.at<cv::Vec3b>(y, x);
+    }
+  }
+  cv::GaussianBlur(leaf, leaf, {}, 1);
+  const CircleEvidence e = evidence_at(leaf, 40);
+  EXPECT_GT(e.sphere(), 0.5);
+  EXPECT_GT(e.distinct, 0.7);
+  EXPECT_LT(e.log_odds(), -1) << e.contour;
+}
+
 TEST(CircleEvidence, NothingHidesHalfADisc) {
   // The same half: behind a sheet, and cut off before the ground that lies around it.
   const cv::Mat ground = grey_picture();

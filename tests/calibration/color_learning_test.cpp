@@ -301,6 +301,23 @@ TEST(LearnClasses, AWordDoesNotTakeASquareNorAGreyPatch) {
     EXPECT_THROW(learn_classes({{"none.png", picture}}, {{name, {0}, {}}}), Refusal) << name;
 }
 
+// Of a colour that covers a part of the picture some speck is round by chance; a ball as large as a fist is
+// not.
+TEST(LearnClasses, ARoundSpeckOfAColorThatIsElsewhereTeachesNothing) {
+  for (const double radius_px : {5.0, 20.0}) {
+    ColorPicture picture{"specks.png", grey_picture()};
+    const double side_px = 4 * radius_px;
+    cv::rectangle(picture.bgr, cv::Rect2d(20, 20, side_px, 2 * side_px), {130, 60, 30}, cv::FILLED);
+    draw_shaded_ball(picture.bgr, 240, 120, radius_px, blue_paint);
+    add_noise(picture.bgr, 2, 4);
+    const auto learn = [&] { learn_classes({picture}, {{"blue", {0}, {}}}); };
+    if (radius_px < 10)
+      EXPECT_THROW(learn(), Refusal);
+    else
+      EXPECT_NO_THROW(learn());
+  }
+}
+
 TEST(LearnClasses, ThePointedBallIsTheOneLearnt) {
   const ColorPicture picture = four_balls();
   const LearntColors colors = learn_classes({picture}, {{"target", {0}, PointedBall{{80, 170}, 26}}});
