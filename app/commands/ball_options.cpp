@@ -195,6 +195,10 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
     spdlog::warn("--diameter: a ball {} m across? It is given in metres", 2 * radius.radius_m);
     break;
   }
+  for (std::size_t k = 0; camera && !options.diameter.empty() && k < options_.radii.size(); ++k) {
+    if (options_.radii[k].radius_m == 0)
+      spdlog::warn("--diameter gives none of class {}: no positions of it in 3-D", colors_->classes[k].name);
+  }
   if (!camera) options_.radii.clear();
   diameter_ = options.diameter;
   options_.fit = options.fit == "paper" ? BallFit::paper : BallFit::sphere;

@@ -128,6 +128,10 @@ void BallSearch::end() {
   options_.common.files->commit(stages_);
 }
 
+std::string BallSearch::unwritten() const {
+  return csv_file_ ? fmt::format(", {} is not written", options_.output.string()) : "";
+}
+
 int BallSearch::finish(nlohmann::json results, const std::string& summary) {
   results["interrupted"] = interrupted_;
   if (csv_file_) {

@@ -61,6 +61,8 @@ class BallSearch {
 
   /// Says what was left out and puts the stages in place; what a Refusal may follow.
   void end();
+  /// ", FILE is not written", for a run without rows; nothing where no file was named.
+  std::string unwritten() const;
   /// Writes the rows, to stdout where no file was named, and then the JSON results; `summary` is said where
   /// the rows went into a file. Returns the exit code.
   int finish(nlohmann::json results, const std::string& summary);

@@ -136,10 +136,10 @@ int run_detect(const DetectOptions& options) {
   const std::string looked_at = counted(search.pictures(), "picture");
   if (balls_found == 0 && !search.interrupted())
     throw Refusal(
-        fmt::format("no ball in {}; to see why, add --stages DIR: if the ball's colour is lost in "
+        fmt::format("no ball in {}{}; to see why, add --stages DIR: if the ball's colour is lost in "
                     "'classified' already, learn the colours from a picture of this light; else 'estimate by "
                     "votes' says of each circle why it is no ball",
-                    looked_at));
+                    looked_at, search.unwritten()));
   return search.finish({{"pictures", pictures}}, counted(balls_found, "ball") + " in " + looked_at);
 }
 

@@ -43,8 +43,9 @@ int run_report(const ReportOptions& options) {
   const std::string why = draw_pages(options.results, options.common.quiet, options.figures);
   throw_if_interrupted();
   if (!why.empty())
-    throw InputError("report.html", why,
-                     "what draws it, and results as they were written, with something to draw");
+    throw InputError(
+        "report.html", why,
+        "results with something to draw, as servo, sweep, compare, calibrate or track wrote them");
   nlohmann::json pages = nlohmann::json::array();
   for (const std::filesystem::path& results : options.results) {
     pages.push_back(std::filesystem::absolute(drawn(results).page).lexically_normal().string());

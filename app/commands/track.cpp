@@ -119,8 +119,8 @@ int run_track(const TrackOptions& options) {
   options.common.files->commit(video);
   const long pictures = search.pictures();
   if (rows_seen == 0 && !search.interrupted())
-    throw Refusal(
-        fmt::format("no ball in any of {} pictures; --stages DIR shows where it gets lost", pictures));
+    throw Refusal(fmt::format("no ball in any of {} pictures{}; --stages DIR shows where it gets lost",
+                              pictures, search.unwritten()));
   return search.finish({{"pictures", pictures},
                         {"pictures_with_ball", pictures_with_ball},
                         {"tracks", track_count},

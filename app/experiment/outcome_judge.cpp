@@ -76,7 +76,9 @@ void OutcomeJudge::look(const StepRecord& step, const std::string& collision) {
   } else if (reached_s_ && t - *reached_s_ >= ReachedRule::tail_s - 1e-9) {
     end(Outcome::reached, "");
   } else if (t >= duration_s_ - 1e-9) {
-    end(Outcome::timeout, fmt::format("the robot did not reach the ball within {} s", duration_s_));
+    const std::string_view last = step.control.reason;
+    end(Outcome::timeout, fmt::format("the robot did not reach the ball within {} s{}", duration_s_,
+                                      last.empty() ? "" : fmt::format(", at last: {}", last)));
   }
 }
 

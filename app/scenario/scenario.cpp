@@ -18,7 +18,9 @@ std::vector<std::string> apply_sets(StrictYaml& yaml, const std::vector<std::str
   std::vector<std::string> keys;
   for (const std::string& set : sets) {
     const std::size_t equals = set.find('=');
-    if (equals == std::string::npos || equals == 0) {
+    const bool has_value =
+        equals != std::string::npos && set.find_first_not_of(" \t", equals + 1) != std::string::npos;
+    if (!has_value || equals == 0) {
       yaml.faults().add("--set", set, "key.path=value");
       continue;
     }

@@ -290,6 +290,10 @@ ColorTable parse_color_file(std::string_view bytes, const std::string& place) {
 }
 
 ColorTable read_color_file(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored))
+    throw InputError(file.string(), "no such file",
+                     "a colours file, as `ballservo calibrate colors` writes it");
   return parse_color_file(read_text_file(file, color_file_max_bytes), file.string());
 }
 

@@ -159,9 +159,9 @@ std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>
   if (reasons.empty()) return {};
   return fmt::format(
       "{} was learnt from what lies around ({:.0f}, {:.0f}) px in {}, but not for sure: {}. Look at the "
-      "--preview, or point at the ball: --class {}=IMAGE --at {}=CX,CY,R",
+      "--preview, or point at the ball: --class {}={} --at {}=CX,CY,R",
       group.word, best.region.center_px.x(), best.region.center_px.y(), pictures[best.picture].source,
-      reasons, group.word, group.word);
+      reasons, group.word, pictures[best.picture].source, group.word);
 }
 
 ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCandidate>& candidates,
@@ -182,11 +182,21 @@ ColorGroup pointed_group(const ClassRequest& request, const std::vector<BallCand
                     pointed.samples.looked_at));
   }
   group.samples = pointed.samples;
-  for (const BallCandidate& candidate : candidates) {
+  const auto is_pointed_at = [&](const BallCandidate& candidate) {
     const double apart = (candidate.region.center_px - pointed.region.center_px).norm();
-    if (candidate.picture == pointed.picture && apart < candidate.region.radius_px + pointed.region.radius_px)
-      continue;
-    if (candidate.region.evidence.log_odds() < least_ball_log_odds) continue;
+    return candidate.picture == pointed.picture &&
+           apart < candidate.region.radius_px + pointed.region.radius_px;
+  };
+  // In its picture the user would have pointed at whatever is a clearer ball.
+  double least_beside = sure_ball_log_odds;
+  for (const BallCandidate& candidate : candidates) {
+    if (is_pointed_at(candidate))
+      least_beside = std::max(least_beside, candidate.region.evidence.log_odds() - equal_balls);
+  }
+  for (const BallCandidate& candidate : candidates) {
+    if (is_pointed_at(candidate)) continue;
+    const double least = candidate.picture == pointed.picture ? least_beside : least_ball_log_odds;
+    if (candidate.region.evidence.log_odds() < least) continue;
     if (!same_color(candidate.samples, pointed.samples)) continue;
     group.samples.add(candidate.samples);
     group.balls.push_back(candidate);

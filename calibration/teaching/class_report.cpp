@@ -110,6 +110,12 @@ double share_of(const std::vector<double>& counts, std::size_t index) {
   return all > 0 ? counts[index] / all : 0;
 }
 
+std::string way_out(const std::string& name) {
+  return fmt::format(
+      "If that was not the ball, point at it: --at {}=CX,CY,R; if it was, take a picture where it stands out",
+      name);
+}
+
 }  // namespace
 
 std::vector<ClassReport> report_classes(const ColorTable& colors) {
@@ -166,14 +172,12 @@ ClassFindings judge_classes(const ColorTable& colors, const std::vector<ClassRep
     if (report.kept_fraction + taken < hardly_kept) {
       findings.refusals.push_back(fmt::format(
           "{} was taught on background, or on things of two colours: the table gives only {:.0f} % of its "
-          "pixels back, the rest looks as much like what is off the balls. Point at the ball, --at "
-          "{}=CX,CY,R, in a picture where it stands out",
-          name, 100 * report.kept_fraction, name));
+          "pixels back, the rest looks as much like what is off the balls. {}",
+          name, 100 * report.kept_fraction, way_out(name)));
     } else if (report.background_fraction > mostly_background) {
-      findings.refusals.push_back(fmt::format(
-          "{} was taught on background: {:.0f} % of the pixels off the balls have its colour. Point at the "
-          "ball, --at {}=CX,CY,R, in a picture where it stands out",
-          name, 100 * report.background_fraction, name));
+      findings.refusals.push_back(
+          fmt::format("{} was taught on background: {:.0f} % of the pixels off the balls have its colour. {}",
+                      name, 100 * report.background_fraction, way_out(name)));
     } else if (report.background_fraction > much_background) {
       findings.warnings.push_back(
           fmt::format("{:.1f} % of the pixels off the balls have the colour of {}: expect "

@@ -19,7 +19,6 @@ constexpr double min_colored_fraction = 0.1, min_mean_chroma = 7;
 // too.
 constexpr double max_radius_ratio = 5;
 constexpr std::size_t max_groups = 8;    // the most likely come first; what follows is clutter
-constexpr double equal_balls = 2;        // log odds: several balls of a picture are about as likely
 constexpr std::size_t min_samples = 50;  // fewer say nothing about a distribution
 
 /// Fills in every group's share, by the table that all of them together would give: a red ball is no evidence

@@ -41,6 +41,9 @@ struct ColorGroup {
 /// What is less likely than the best by more than that is no ball beside it.
 inline constexpr double candidate_lead = 5;
 
+/// Several balls in a picture are about as likely, to within this.
+inline constexpr double equal_balls = 2;
+
 /// Whether two sets of samples show the same colour.
 bool same_color(const ColorSamples& a, const ColorSamples& b);
 

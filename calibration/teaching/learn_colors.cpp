@@ -83,6 +83,26 @@ void leave_out_specks(std::vector<ColorGroup>& groups) {
                groups.end());
 }
 
+/// The pictures that no ball was learnt from, in words; nothing where there are none.
+std::string doubt_about_unused(const std::vector<ColorGroup>& groups,
+                               const std::vector<ColorPicture>& pictures) {
+  constexpr std::size_t most_named = 3;
+  std::set<std::size_t> used;
+  for (const ColorGroup& group : groups)
+    for (const BallCandidate& ball : group.balls) used.insert(ball.picture);
+  std::vector<std::string> unused;
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    if (used.count(i) == 0) unused.push_back(pictures[i].source);
+  if (unused.empty()) return {};
+  const std::size_t more = unused.size() - std::min(unused.size(), most_named);
+  unused.resize(unused.size() - more);
+  return fmt::format(
+      "nothing was learnt from {}{}: no ball there is as clear as the others, or as clearly not of the "
+      "ground. "
+      "Point at it: --class NAME=IMAGE --at NAME=CX,CY,R",
+      fmt::join(unused, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+}
+
 LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vector<ColorPicture>& pictures,
                     const std::vector<ColorPicture>& background) {
   for (ColorGroup& group : groups) {
@@ -100,6 +120,8 @@ LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vect
       result.doubts.push_back(std::move(doubt));
     add_class(result, group.word, group);
   }
+  if (std::string doubt = doubt_about_unused(groups, pictures); !doubt.empty())
+    result.doubts.push_back(std::move(doubt));
   rebuild(result.table);
   return result;
 }

@@ -301,6 +301,16 @@ TEST(LearnClasses, AWordDoesNotTakeASquareNorAGreyPatch) {
     EXPECT_THROW(learn_classes({{"none.png", picture}}, {{name, {0}, {}}}), Refusal) << name;
 }
 
+TEST(LearnColors, APictureThatTeachesNothingIsNamed) {
+  ColorPicture without{"without.png", grey_picture()};
+  cv::rectangle(without.bgr, cv::Rect(40, 40, 200, 60), {130, 60, 30}, cv::FILLED);
+  add_noise(without.bgr, 2, 5);
+  EXPECT_TRUE(learn_colors({four_balls()}).doubts.empty());
+  const LearntColors colors = learn_colors({four_balls(), without});
+  ASSERT_EQ(colors.doubts.size(), 1u);
+  EXPECT_NE(colors.doubts[0].find("nothing was learnt from without.png:"), std::string::npos);
+}
+
 // Of a colour that covers a part of the picture some speck is round by chance; a ball as large as a fist is
 // not.
 TEST(LearnClasses, ARoundSpeckOfAColorThatIsElsewhereTeachesNothing) {
@@ -324,6 +334,18 @@ TEST(LearnClasses, ThePointedBallIsTheOneLearnt) {
   EXPECT_GT(disc_fraction(colors.table, picture.bgr, 80, 170, 24, "target"), 0.95);
   EXPECT_LT(disc_fraction(colors.table, picture.bgr, 60, 60, 27, "target"), 0.01);
   EXPECT_EQ(colors.circles.at("target")[0].center_px, Eigen::Vector2d(80, 170));
+}
+
+// A flat disc of its colour, and a worse ball: the user would have pointed at them.
+TEST(LearnClasses, BesideThePointedBallOnlyOneAsClearIsLearnt) {
+  ColorPicture picture{"beside.png", grey_picture()};
+  draw_shaded_ball(picture.bgr, 80, 80, 36, red_paint);
+  cv::circle(picture.bgr, {230, 80}, 20, {40, 40, 190}, cv::FILLED, cv::LINE_AA);
+  add_noise(picture.bgr, 2, 4);
+  const std::vector<ClassRequest> pointed = {{"ball", {0}, PointedBall{{80, 80}, 36}}};
+  EXPECT_EQ(learn_classes({picture}, pointed).circles.at("ball").size(), 1u);
+  draw_shaded_ball(picture.bgr, 220, 170, 34, red_paint);
+  EXPECT_EQ(learn_classes({picture}, pointed).circles.at("ball").size(), 2u);
 }
 
 TEST(LearnClasses, FaultsOfTheRequestAreAllNamed) {

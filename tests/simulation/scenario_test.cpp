@@ -115,7 +115,8 @@ TEST(Scenario, RefusesWhatCannotBe) {
               HasSubstr("a time not before"));
   EXPECT_THAT(scenario_faults({"lights=[{type: ambient, changes: [{time_s: 2, temperature_k: 900}]}]"}),
               HasSubstr("from 1667 to 25000 (K)"));
-  EXPECT_THAT(scenario_faults({"no_equals_sign"}), HasSubstr("key.path=value"));
+  for (const char* set : {"no_equals_sign", "law.gain_per_s=", "law.gain_per_s= "})
+    EXPECT_THAT(scenario_faults({set}), HasSubstr("key.path=value")) << set;
   EXPECT_THAT(scenario_faults({"balls.0.class=Red"}), HasSubstr("beginning with a letter"));
   EXPECT_EQ(scenario_faults({}), "");
   const std::filesystem::path camera = test::project_data_dir() / "cameras/narrow.yaml";

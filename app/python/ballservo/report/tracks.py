@@ -73,6 +73,8 @@ def read_tracks(file):
             setattr(rows, name, drawable(numbers(table, name)))
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
+    if "detected" in rows.state:
+        raise ValueError("rows of detect, which have no track: what track wrote is drawn")
     for state in sorted(set(rows.state) - set(STATES)):
         raise ValueError(f"state {state}, which is none of {', '.join(STATES)}")
     rows.seen = rows.state != "coasting"
