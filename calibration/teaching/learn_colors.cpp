@@ -126,10 +126,10 @@ LearntColors finish(std::vector<ColorGroup> groups, Survey seen, const std::vect
   return result;
 }
 
-/// Throws Refusal for pictures of grey alone, naming them all: there is nothing to learn from.
+/// Throws Refusal where all pictures are grey: there is nothing to learn from.
 void refuse_grey(const std::vector<ColorPicture>& pictures) {
   constexpr double least_colored = 1e-4;  // what a sensor's noise gives a grey scene is more
-  std::string grey;
+  std::vector<std::string> grey;
   for (const ColorPicture& picture : pictures) {
     CellCounts counts;
     count_cells(picture.bgr, {}, counts);
@@ -137,12 +137,11 @@ void refuse_grey(const std::vector<ColorPicture>& pictures) {
     for (std::size_t i = 0; i < counts.size(); ++i) {
       if (counts[i] > 0 && has_color(table_cell_colors()[i].cast<double>())) colored += counts[i];
     }
-    if (colored < least_colored * static_cast<double>(picture.bgr.total()))
-      grey += (grey.empty() ? "" : ", ") + picture.source;
+    if (colored < least_colored * static_cast<double>(picture.bgr.total())) grey.push_back(picture.source);
   }
-  if (grey.empty()) return;
+  if (grey.size() < pictures.size()) return;
   throw Refusal(
-      grey +
+      fmt::format("{}", fmt::join(grey, ", ")) +
       ": grey, without any colour to learn. Take the picture with a colour camera and save it in "
       "colour (not as a grey-scale file); if the camera is one, look for its night or black-and-white "
       "mode, or give it more light");

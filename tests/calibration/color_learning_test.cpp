@@ -309,6 +309,7 @@ TEST(LearnColors, APictureThatTeachesNothingIsNamed) {
   const LearntColors colors = learn_colors({four_balls(), without});
   ASSERT_EQ(colors.doubts.size(), 1u);
   EXPECT_NE(colors.doubts[0].find("nothing was learnt from without.png:"), std::string::npos);
+  EXPECT_EQ(learn_colors({{"grey.png", grey_picture()}, four_balls()}).table.classes.size(), 4u);
 }
 
 // Of a colour that covers a part of the picture some speck is round by chance; a ball as large as a fist is
