@@ -287,6 +287,8 @@ int run_calibrate_colors(const ColorsOptions& options) {
   faults.collect([&] {
     if (!options.background.empty()) off_set.add(options.background);
   });
+  if (const auto shared = off_set.shared_with(set))
+    faults.add("--background", shared->string() + ", which is to be learnt from", "pictures without any ball");
   std::vector<ColorTable> files;
   for (const std::string& file : options.add) faults.collect([&] { files.push_back(read_color_file(file)); });
   faults.throw_if_any();

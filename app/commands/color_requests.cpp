@@ -34,6 +34,12 @@ std::vector<std::size_t> PictureSet::add(const std::vector<std::string>& sources
   return result;
 }
 
+std::optional<std::filesystem::path> PictureSet::shared_with(const PictureSet& other) const {
+  for (const auto& [file, index] : index_)
+    if (other.index_.count(file) > 0) return files_[index];
+  return std::nullopt;
+}
+
 std::vector<ColorPicture> PictureSet::read(double max_pixels) const {
   std::vector<ColorPicture> pictures;
   FaultList faults;
@@ -85,7 +91,7 @@ void parse_pointed_balls(const std::vector<std::string>& texts, std::vector<Clas
     const auto request = std::find_if(requests.begin(), requests.end(),
                                       [&](const ClassRequest& r) { return r.name == ball->first; });
     if (request == requests.end()) {
-      faults.add("--at", text, "the name of a --class");
+      faults.add("--at", text, "the name of a --class NAME=IMAGE");
     } else if (request->at) {
       faults.add("--at", ball->first + " twice", "one ball a class");
     } else {

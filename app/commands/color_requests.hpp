@@ -19,6 +19,9 @@ class PictureSet {
   /// The indices of the pictures that the sources name.
   std::vector<std::size_t> add(const std::vector<std::string>& sources);
 
+  /// One that is in the other set, too, if there is one.
+  std::optional<std::filesystem::path> shared_with(const PictureSet& other) const;
+
   /// All of them; every one that cannot be read is a fault.
   std::vector<ColorPicture> read(double max_pixels) const;
 

@@ -51,7 +51,8 @@ TEST(CameraOptions, AScaledCameraSeesTheSameRaysAsSurely) {
     ADD_FAILURE() << "a camera of another size";
   } catch (const InputError& error) {
     EXPECT_EQ(to_text(error.faults().front()),
-              "--camera: found a camera of 320 x 240 pixels; allowed: one of 640 x 480, the size of a.png");
+              "--camera: found a camera of 320 x 240 pixels; allowed: one of 640 x 480, the size of a.png; "
+              "or FILE@640x480, if that was made smaller or larger");
   }
   const auto in = [](const DetectorFactory& factory, ImageSize size) {
     return *factory.make(size, "picture").rays().camera().project(point);

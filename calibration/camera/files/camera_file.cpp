@@ -22,13 +22,18 @@ std::string shown(std::string_view text) {
   return line.empty() ? "nothing" : "\"" + line + "\" at its start";
 }
 
+/// Whether pictures of one size can be those of the other, made smaller or larger as they are.
+bool has_shape_of(ImageSize a, ImageSize b) {
+  constexpr double rounding = 0.01;  // of sizes to whole pixels, or to multiples of 8
+  return std::abs(1.0 * a.width_px * b.height_px / (1.0 * a.height_px * b.width_px) - 1) <= rounding;
+}
+
 /// A camera whose pictures are made smaller or larger as they are; the middle of the first pixel is (0, 0).
 Camera scaled_camera(const Camera& camera, ImageSize size, const std::string& place) {
-  constexpr double rounding = 0.01;  // of sizes to whole pixels, or to multiples of 8
   CameraParameters scaled = camera.parameters();
   const double x = static_cast<double>(size.width_px) / scaled.size.width_px,
                y = static_cast<double>(size.height_px) / scaled.size.height_px;
-  if (!(std::abs(x / y - 1) <= rounding))
+  if (!has_shape_of(size, scaled.size))
     throw InputError(place,
                      fmt::format("a camera of {} x {} pixels", scaled.size.width_px, scaled.size.height_px),
                      "a size of the same shape: a part cut out is another camera");
@@ -127,7 +132,11 @@ void check_camera_fits(const Camera& camera, ImageSize picture, const std::strin
   if (camera.size() == picture) return;
   throw InputError(place,
                    fmt::format("a camera of {} x {} pixels", camera.size().width_px, camera.size().height_px),
-                   fmt::format("one of {} x {}, the size of {}", picture.width_px, picture.height_px, of));
+                   fmt::format("one of {} x {}, the size of {}", picture.width_px, picture.height_px, of) +
+                       (has_shape_of(picture, camera.size())
+                            ? fmt::format("; or FILE@{}x{}, if that was made smaller or larger",
+                                          picture.width_px, picture.height_px)
+                            : ""));
 }
 
 }  // namespace ballservo
