@@ -208,26 +208,19 @@ int show_file(const ColorsOptions& options) {
                        no_output, folder);
 }
 
-/// Shows that work goes on, and lets it be interrupted.
-RegionSearchOptions region_search(Progress& progress) {
-  RegionSearchOptions search;
-  search.before_each_test = [&progress, asked = 0L]() mutable {
-    throw_if_interrupted();
-    progress.step(++asked);
-  };
-  return search;
-}
-
-constexpr const char* tested_regions = "circles looked at";
-
 constexpr int most_camera_frames = 900;
 
 Lesson learn_from_box(const ColorsOptions& options, const std::pair<std::string, PointedBall>& box,
                       const std::vector<ColorPicture>& background) {
   auto sequences = open_sources({options.from}, 30, options.common.max_pixels);
   FrameSequence& sequence = *sequences.front();
-  Progress progress(tested_regions, 0, options.common.quiet);
-  BoxTrainer lesson(box.first, box.second, region_search(progress));
+  Progress progress("circles looked at", 0, options.common.quiet);
+  RegionSearchOptions search;
+  search.before_each_test = [&progress, asked = 0L]() mutable {
+    throw_if_interrupted();
+    progress.step(++asked);
+  };
+  BoxTrainer lesson(box.first, box.second, search);
   // A recorded video ends; a camera would show an empty box for ever.
   const bool ends = !sequence.files().empty();
   while (!lesson.enough() && (ends || lesson.looked_at() < most_camera_frames)) {
@@ -288,7 +281,8 @@ int run_calibrate_colors(const ColorsOptions& options) {
     if (!options.background.empty()) off_set.add(options.background);
   });
   if (const auto shared = off_set.shared_with(set))
-    faults.add("--background", shared->string() + ", which is to be learnt from", "pictures without any ball");
+    faults.add("--background", shared->string() + ", which is to be learnt from",
+               "pictures without any ball");
   std::vector<ColorTable> files;
   for (const std::string& file : options.add) faults.collect([&] { files.push_back(read_color_file(file)); });
   faults.throw_if_any();
@@ -303,8 +297,14 @@ int run_calibrate_colors(const ColorsOptions& options) {
   } else if (ways > 0) {
     lesson.pictures = set.read(options.common.max_pixels);
     for (const ColorPicture& picture : lesson.pictures) lesson.sources.push_back(picture.source);
-    Progress progress(tested_regions, 0, options.common.quiet);
-    const RegionSearchOptions search = region_search(progress);
+    Progress progress("pictures searched", static_cast<long>(lesson.pictures.size()), options.common.quiet);
+    long searched = 0;
+    RegionSearchOptions search;
+    search.before_each_picture = [&](std::size_t before) { searched = static_cast<long>(before); };
+    search.before_each_test = [&] {
+      throw_if_interrupted();
+      progress.step(searched);
+    };
     lesson.colors = requests.empty() ? learn_colors(lesson.pictures, search, background)
                                      : learn_classes(lesson.pictures, requests, search, background);
   }

@@ -23,6 +23,7 @@ struct Survey {
 Survey survey(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search) {
   Survey result;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (search.before_each_picture) search.before_each_picture(i);
     result.cleared.push_back({pictures[i].source, clear_picture(pictures[i].bgr)});
     const ColorPicture& cleared = result.cleared.back();
     const RoundRegions found =

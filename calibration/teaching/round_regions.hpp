@@ -15,6 +15,7 @@ struct RegionSearchOptions {
   double min_radius_px = 4.5;                ///< at the working scale
   double max_working_pixels = 1e6;           ///< larger pictures are searched at a reduced scale
   std::function<void()> before_each_test{};  ///< of a circle; what it throws ends the search
+  std::function<void(std::size_t)> before_each_picture{};  ///< of several, with its index
 };
 
 /// A region that may be a ball.
