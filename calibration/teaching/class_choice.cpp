@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <set>
 #include <string>
 
 #include "calibration/color/color_file.hpp"
@@ -120,15 +121,20 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
 std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
                                     const std::vector<ColorPicture>& pictures) {
   std::vector<ColorGroup> balls;
-  double most = 0;
-  for (const ColorGroup& group : groups) most = std::max(most, group.log_odds());
-  for (const ColorGroup& group : groups) {
-    if (group.log_odds() < most && group.round_share < least_share_beside) continue;
-    if (group.log_odds() >= std::clamp(most - candidate_lead, least_ball_log_odds, sure_ball_log_odds))
-      balls.push_back(group);
-  }
-  if (!balls.empty()) return balls;
   std::stable_sort(groups.begin(), groups.end(), more_likely);
+  const double most = groups.empty() ? 0 : groups.front().log_odds();
+  const double least = std::clamp(most - candidate_lead, least_ball_log_odds, sure_ball_log_odds);
+  std::set<std::size_t> shown;  // pictures with a likelier ball
+  const auto is_shown = [&](const BallCandidate& ball) { return shown.count(ball.picture) > 0; };
+  for (const ColorGroup& group : groups) {
+    if (group.log_odds() < least) break;
+    const bool beside = std::all_of(group.balls.begin(), group.balls.end(), is_shown);
+    if (beside && group.round_share < least_share_beside) continue;
+    for (const BallCandidate& ball : group.balls) shown.insert(ball.picture);
+    balls.push_back(group);
+  }
+  sort_by_size(balls);
+  if (!balls.empty()) return balls;
   if (!groups.empty() && may_stand_alone(groups[0]) && leads(groups, std::mem_fn(&ColorGroup::log_odds)))
     return {groups[0]};
   throw Refusal(

@@ -113,10 +113,14 @@ std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, cons
     group.word = color_word(group.samples.mean_lab());
   }
   find_round_shares(groups, all_pixels);
+  sort_by_size(groups);
+  return groups;
+}
+
+void sort_by_size(std::vector<ColorGroup>& groups) {
   std::stable_sort(groups.begin(), groups.end(), [](const ColorGroup& a, const ColorGroup& b) {
     return a.samples.pixels.size() > b.samples.pixels.size();
   });
-  return groups;
 }
 
 }  // namespace ballservo

@@ -55,4 +55,7 @@ std::vector<BallCandidate> ball_candidates(const ColorPicture& picture, std::siz
 /// the pictures that the candidates come from.
 std::vector<ColorGroup> color_groups(std::vector<BallCandidate> candidates, const CellCounts& all_pixels);
 
+/// The one with most pixels first.
+void sort_by_size(std::vector<ColorGroup>& groups);
+
 }  // namespace ballservo

@@ -254,16 +254,18 @@ TEST(HardBalls, GreyPicturesAreRefusedByName) {
   cv::Mat grey = grey_picture(), ball = grey_picture();
   draw_shaded_ball(grey, 160, 120, 40, grey_paint);
   draw_shaded_ball(ball, 160, 120, 40, red_paint);
-  const std::vector<ColorPicture> pictures = {{"ball.png", ball}, {"night.png", grey}};
+  const auto learn = [](const std::vector<ColorPicture>& pictures, bool bare) {
+    return bare ? learn_colors(pictures) : learn_classes(pictures, {{"red", {0, 1}, {}}});
+  };
   for (const bool bare : {true, false}) {
     try {
-      bare ? learn_colors(pictures) : learn_classes(pictures, {{"red", {0, 1}, {}}});
+      learn({{"dusk.png", grey}, {"night.png", grey}}, bare);
       FAIL();
     } catch (const Refusal& refusal) {
-      const std::string text = refusal.what();
-      EXPECT_NE(text.find("night.png: grey"), std::string::npos) << text;
-      EXPECT_EQ(text.find("ball.png"), std::string::npos) << text;
+      EXPECT_EQ(std::string(refusal.what()).find("dusk.png, night.png: grey"), 0u) << refusal.what();
     }
+    const LearntColors colors = learn({{"ball.png", ball}, {"night.png", grey}}, bare);
+    EXPECT_NE(colors.doubts.at(0).find("from night.png:"), std::string::npos) << colors.doubts[0];
   }
 }
 

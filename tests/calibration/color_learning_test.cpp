@@ -312,6 +312,19 @@ TEST(LearnColors, APictureThatTeachesNothingIsNamed) {
   EXPECT_EQ(learn_colors({{"grey.png", grey_picture()}, four_balls()}).table.classes.size(), 4u);
 }
 
+// The wall of one picture has the colour of the ball in another.
+TEST(LearnColors, ABallOfAnotherPicturesWallIsLearnt) {
+  ColorPicture red{"red.png", grey_picture()}, green{"green.png", grey_picture()};
+  cv::rectangle(red.bgr, cv::Rect(0, 0, 320, 60), {46, 178, 66}, cv::FILLED);
+  cv::rectangle(green.bgr, cv::Rect(0, 0, 320, 60), {52, 52, 210}, cv::FILLED);
+  draw_shaded_ball(red.bgr, 160, 150, 30, red_paint);
+  draw_shaded_ball(green.bgr, 160, 150, 22, green_paint);
+  for (ColorPicture* picture : {&red, &green}) add_noise(picture->bgr, 2, 4);
+  const LearntColors colors = learn_colors({red, green});
+  EXPECT_EQ(names(colors), (std::set<std::string>{"red", "green"}));
+  EXPECT_NEAR(colors.circles.at("green")[0].radius_px, 22, 1);
+}
+
 // Of a colour that covers a part of the picture some speck is round by chance; a ball as large as a fist is
 // not.
 TEST(LearnClasses, ARoundSpeckOfAColorThatIsElsewhereTeachesNothing) {
