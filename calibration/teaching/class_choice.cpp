@@ -55,6 +55,17 @@ double log_likelihood_of_word(const std::string& name, const ColorGroup& group) 
   return -other_word - std::min(neighbouring, 0.5 * std::pow(*away / hue_spread_deg, 2));
 }
 
+/// What the pictures of the class say that show no ball of that colour: a user gives pictures of the ball.
+double log_likelihood_of_pictures(const ClassRequest& request, const ColorGroup& group) {
+  constexpr double without_ball = 3;
+  return -without_ball *
+         static_cast<double>(
+             std::count_if(request.pictures.begin(), request.pictures.end(), [&](std::size_t picture) {
+               return std::none_of(group.balls.begin(), group.balls.end(),
+                                   [&](const BallCandidate& ball) { return ball.picture == picture; });
+             }));
+}
+
 /// "CX,CY,R" as `--at` takes it.
 std::string at_text(const RoundRegion& region) {
   return fmt::format("{:.0f},{:.0f},{:.0f}", region.center_px.x(), region.center_px.y(), region.radius_px);
@@ -100,7 +111,8 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
   const auto score = [&](const ColorGroup& group) {
     const double odds = group.log_odds();
     const bool other = shown && group.word != request.name;
-    return (other ? std::min(odds, sure_ball_log_odds) : odds) + log_likelihood_of_word(request.name, group);
+    return (other ? std::min(odds, sure_ball_log_odds) : odds) + log_likelihood_of_word(request.name, group) +
+           log_likelihood_of_pictures(request, group);
   };
   std::stable_sort(groups.begin(), groups.end(),
                    [&](const ColorGroup& a, const ColorGroup& b) { return score(a) > score(b); });
