@@ -98,9 +98,8 @@ std::string doubt_about_unused(const std::vector<ColorGroup>& groups,
   const std::size_t more = unused.size() - std::min(unused.size(), most_named);
   unused.resize(unused.size() - more);
   return fmt::format(
-      "nothing was learnt from {}{}: no ball there is as clear as the others, or as clearly not of the "
-      "ground. "
-      "Point at it: --class NAME=IMAGE --at NAME=CX,CY,R",
+      "nothing was learnt from {}{}: no ball there is as clear as the others. If there is one, point at it: "
+      "--class NAME=IMAGE --at NAME=CX,CY,R",
       fmt::join(unused, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
 }
 

@@ -342,6 +342,21 @@ TEST(LearnClasses, ARoundSpeckOfAColorThatIsElsewhereTeachesNothing) {
   }
 }
 
+// Clearer balls of other colours, in one picture each.
+TEST(LearnClasses, TheBallThatMostPicturesShowIsMeant) {
+  std::vector<ColorPicture> pictures;
+  for (const Eigen::Vector3d& other : {green_paint, blue_paint, yellow_paint}) {
+    ColorPicture& picture = pictures.emplace_back(ColorPicture{"one.png", grey_picture()});
+    draw_shaded_ball(picture.bgr, 90, 120, 22, red_paint);
+    draw_shaded_ball(picture.bgr, 230, 120, 45, other);
+    add_noise(picture.bgr, 2, pictures.size());
+  }
+  const LearntColors colors = learn_classes(pictures, {{"ball", {0, 1, 2}, {}}});
+  ASSERT_EQ(colors.circles.at("ball").size(), 3u);
+  for (const LearntCircle& circle : colors.circles.at("ball")) EXPECT_NEAR(circle.center_px.x(), 90, 2);
+  EXPECT_THROW(learn_classes(pictures, {{"ball", {0}, {}}}), Refusal);
+}
+
 TEST(LearnClasses, ThePointedBallIsTheOneLearnt) {
   const ColorPicture picture = four_balls();
   const LearntColors colors = learn_classes({picture}, {{"target", {0}, PointedBall{{80, 170}, 26}}});

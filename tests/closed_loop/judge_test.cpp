@@ -43,8 +43,10 @@ TEST(OutcomeJudge, ReachedIsHeldForASecondAndSettledIsItsStart) {
 TEST(OutcomeJudge, PassingThroughTheGoalIsNotReaching) {
   const RunSummary s = judged(10, false, [](StepRecord& step, std::string&) {
     step.range_error_m = std::fmod(step.time_s, 1.0) < 0.9 ? 0.0 : 0.02;
+    step.control.reason = "it passes by";
   });
   EXPECT_EQ(s.outcome, Outcome::timeout);
+  EXPECT_EQ(s.outcome_text, "the robot did not reach the ball within 10 s, at last: it passes by");
   EXPECT_TRUE(std::isnan(s.settled_s));
 }
 

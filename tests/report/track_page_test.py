@@ -135,7 +135,7 @@ class TrackPage(PageTest):
     def test_says_what_is_wrong_with_a_file(self):
         for rows, columns, message in (
                 ([], COLUMNS, "tracks.csv: no row to draw"), ([row(0)], COLUMNS[:-2], "no column syz_m2, szz_m2"),
-                ([row(0, state="detected")], COLUMNS, "state detected"), ([row(0, x_m="far")], COLUMNS, "x_m: "),):
+                ([row(0, state="detected")], COLUMNS, "rows of detect, which have no track"), ([row(0, x_m="far")], COLUMNS, "x_m: "),):
             file = self.written(rows, columns)
             said = program("report", file, code=2).stderr
             self.assertIn(message, said)
