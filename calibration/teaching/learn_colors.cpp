@@ -183,7 +183,11 @@ LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
   check_requests(requests, pictures, faults);
   faults.throw_if_any();
   if (requests.empty()) throw InputError("--class", "none", "one or more classes");
-  refuse_grey(pictures);
+  for (const ClassRequest& request : requests) {
+    std::vector<ColorPicture> of_class;
+    for (const std::size_t i : request.pictures) of_class.push_back(pictures[i]);
+    refuse_grey(of_class);
+  }
   Survey seen = survey(pictures, search);
   std::vector<ColorGroup> groups;
   for (const ClassRequest& request : requests) {

@@ -267,6 +267,12 @@ TEST(HardBalls, GreyPicturesAreRefusedByName) {
     const LearntColors colors = learn({{"ball.png", ball}, {"night.png", grey}}, bare);
     EXPECT_NE(colors.doubts.at(0).find("from night.png:"), std::string::npos) << colors.doubts[0];
   }
+  try {
+    learn_classes({{"ball.png", ball}, {"night.png", grey}}, {{"red", {0}, {}}, {"blue", {1}, {}}});
+    FAIL();
+  } catch (const Refusal& refusal) {
+    EXPECT_EQ(std::string(refusal.what()).find("night.png: grey"), 0u) << refusal.what();
+  }
 }
 
 }  // namespace
