@@ -1,5 +1,6 @@
 #include "perception/detector.hpp"
 
+#include <bitset>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -45,6 +46,14 @@ void drop_repeated(std::vector<BallObservation>& balls) {
     ++kept;
   }
   balls.erase(kept, balls.end());
+}
+
+void show_rejected(const BallObservation& ball, const char* reason, DetectionStages& stages) {
+  for (DetectionStages::Candidate& candidate : stages.candidates) {
+    if (!ball.vote || candidate.estimate.center_px != ball.vote->center_px) continue;
+    candidate.accepted = false;
+    candidate.reason = reason;
+  }
 }
 
 // As many things as a picture shows of a class and of about one size (leaves, a pattern), so much likelier is
@@ -122,6 +131,7 @@ const std::vector<BallObservation>& Detector::search_regions(const cv::Mat& bgr,
                                                              DetectionStages* stages) {
   find_balls(bgr, prior, stages);
   if (learn_response(bgr)) find_balls(bgr, prior, stages);
+  if (looked_at_.window.size() == bgr.size() && balls_.size() > 1) compare_with_clear_balls(bgr, stages);
   admit_other_responses(bgr);
   return balls_;
 }
@@ -135,6 +145,30 @@ void Detector::find_balls(const cv::Mat& bgr, RegionPrior prior, DetectionStages
   }
   sort_by_quality(balls_);
   drop_repeated(balls_);
+}
+
+// See clear_ball.hpp.
+void Detector::compare_with_clear_balls(const cv::Mat& bgr, DetectionStages* stages) {
+  looks_.clear();
+  std::bitset<max_classes + 1> has_clear_ball;
+  for (const BallObservation& ball : balls_) {
+    const ColoredPixels colored{ball.color_class, segmented_.closed[ball.color_class - 1u],
+                                looked_at_.window.tl()};
+    looks_.push_back({ball.outline.radius_px,
+                      search_.verifier().second_look().look(bgr, colored, ball.outline),
+                      ball_shading(bgr, response(), colored, *rays_, ball.cone, ball.outline)});
+    if (is_clear_ball(looks_.back())) has_clear_ball.set(ball.color_class);
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < balls_.size(); ++i) {
+    const char* const reason =
+        has_clear_ball[balls_[i].color_class] ? reason_beside_clear_ball(looks_[i]) : nullptr;
+    if (!reason)
+      std::swap(balls_[kept++], balls_[i]);
+    else if (stages)
+      show_rejected(balls_[i], reason, *stages);
+  }
+  balls_.resize(kept);
 }
 
 std::optional<BallObservation> Detector::find_expected(

@@ -12,6 +12,7 @@
 #include "perception/ball_observation.hpp"
 #include "perception/detection_stages.hpp"
 #include "perception/detector_options.hpp"
+#include "perception/judgement/clear_ball.hpp"
 #include "perception/outline/camera_response.hpp"
 #include "perception/region_search.hpp"
 #include "perception/segmentation/classification.hpp"
@@ -105,6 +106,7 @@ class Detector {
   const std::vector<BallObservation>& search_regions(const cv::Mat& bgr, const RegionPrior& prior,
                                                      DetectionStages* stages);
   void find_balls(const cv::Mat& bgr, RegionPrior prior, DetectionStages* stages);
+  void compare_with_clear_balls(const cv::Mat& bgr, DetectionStages* stages);
   void segment(const cv::Mat& bgr, const cv::Rect& window);
   bool learn_response(const cv::Mat& bgr);
   void admit_other_responses(const cv::Mat& bgr);
@@ -123,6 +125,7 @@ class Detector {
   RegionSearch search_;
   ResponseBelief response_belief_;
   std::vector<BallObservation> balls_;
+  std::vector<BallLooks> looks_;  // of `balls_`
   LeftOut left_out_;
 };
 

@@ -7,7 +7,7 @@
 namespace ballservo {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 11> remedies{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 13> remedies{{
     {"too small", "come nearer, or take a larger picture"},
     {"no ball makes this circle",
      "the region is a box or a slanted disc, or too little of a boundary is seen"},
@@ -26,6 +26,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 11> remedies
      "a small ball, one of many alike or a doubtful one must be plainly round and shaded: come nearer"},
     {"flat and an oval, as a disc seen aslant",
      "a disc or a lid; or a ball lit from everywhere, through another lens than the stated one"},
+    {"evenly bright, beside a ball that is shaded", "a disc; the light that shades one ball shades all"},
+    {"a speck, beside a clear ball", "beside a clear ball, a small one must be surer: come nearer"},
 }};
 
 }  // namespace
