@@ -58,6 +58,14 @@ std::vector<std::string> names_in(const std::string& value) {
   return names;
 }
 
+/// An option that lacks its value would take the next option for it.
+void refuse_options_as_values(const CLI::App& command) {
+  for (const CLI::Option* const option : command.get_options())
+    for (const std::string& value : option->results())
+      if (value.size() > 1 && value.front() == '-' && command.get_option_no_throw(value))
+        throw InputError(option->get_name(), value, "a value; that is another option");
+}
+
 /// Names the files of the run, outputs first.
 void register_files(const CLI::App& command, RunFiles& files) {
   for (const CLI::Option* const option : command.get_options()) {
@@ -157,6 +165,7 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   add_number_option(command, "--max-pixels", options.max_pixels, NumberRange::at_least(1, "pixels"),
                     "Refuse larger pictures, before they are decoded (default 32e6)");
   command.parse_complete_callback([&command, &options] {
+    refuse_options_as_values(command);
     register_files(command, *options.files);
     tidy_when_stopped([files = options.files] { files->tidy(); });
     apply(options);

@@ -153,6 +153,8 @@ TEST_F(Program, AMisspeltOptionIsNamedBeforeWhatIsMissing) {
   EXPECT_THAT(run("render a.yaml -o out --seeds=3").messages,
               HasSubstr("--seeds=3: no such option; did you mean --seed?"));
   EXPECT_THAT(run("render a.yaml -o out --sideways").messages, HasSubstr("--sideways: no such option\n"));
+  EXPECT_THAT(run("detect a.png --colors c -o --force").messages,
+              HasSubstr("--output: found --force; allowed: a value; that is another option"));
   EXPECT_THAT(run("render a.yaml -o out b c").messages, HasSubstr("not expected: b c\n"));
 }
 
