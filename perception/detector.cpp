@@ -245,12 +245,16 @@ const CameraResponse& Detector::response() const {
   return srgb ? CameraResponse::srgb(coarse_chroma) : CameraResponse::linear(coarse_chroma);
 }
 
-// Looks at the edges of balls that were found. Is another response believed now?
+// Looks at the edges of balls that were found; at those of small ones, which may be another thing's, where
+// there are no others. Is another response believed now?
 bool Detector::learn_response(const cv::Mat& bgr) {
   if (options_.fit != BallFit::sphere || balls_.empty() || !response_belief_.open()) return false;
   const CameraResponse& before = response();
   ResponseEvidence evidence;
+  const auto is_large = [](const BallObservation& ball) { return ball.outline.radius_px >= small_ball_px; };
+  const bool any_large = std::any_of(balls_.begin(), balls_.end(), is_large);
   for (const BallObservation& ball : balls_) {
+    if (any_large && !is_large(ball)) continue;
     const ResponseEvidence of_ball = search_.verifier().fitter().response_evidence(bgr, before, ball.cone);
     evidence.srgb += of_ball.srgb;
     evidence.coarse_chroma += of_ball.coarse_chroma;

@@ -289,6 +289,33 @@ TEST(Detector, ABallThatOnlyAThoroughLookFindsTellsTheResponse) {
   }
 }
 
+// Small balls of a linear picture say that it is one; but they may be leaves, where a large ball is sRGB's.
+TEST(Detector, SmallBallsBesideALargeOneDoNotTellTheResponse) {
+  Detector detector(std::make_shared<const RayTable>(test::pinhole(size, 400)), test::red_and_green(), {});
+  const CameraResponse& srgb = detector.response();
+  cv::Mat bgr(size.height_px, size.width_px, CV_8UC3, cv::Scalar(70, 70, 70));
+  for (int k = 0; k < 15; ++k)
+    test::paint_shaded_disc(bgr, {25.0 + 30 * (k % 8), 195.0 + 25 * (k / 8)}, 7, test::red);
+  cv::GaussianBlur(bgr, bgr, {}, 1.2);
+  EXPECT_GE(detector.detect(bgr).size(), 8u);
+  EXPECT_NE(&detector.response(), &srgb);
+
+  cv::Mat covered(size.height_px, size.width_px, CV_8UC3, cv::Scalar::all(0));
+  test::paint_disc(covered, {160, 90}, 20, {255, 255, 255});
+  cv::GaussianBlur(covered, covered, {}, 1.2);
+  bgr.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int* at) {
+    const double part = covered.at<cv::Vec3b>(at[0], at[1])[0] / 255.0;
+    const cv::Vec3b ball(20, 20, 70);
+    if (part <= 0) return;
+    for (int c = 0; c < 3; ++c)
+      pixel[c] = cv::saturate_cast<std::uint8_t>(
+          srgb.shown((1 - part) * srgb.light[pixel[c]] + part * srgb.light[ball[c]]).level);
+  });
+  detector.forget_response();
+  EXPECT_GE(detector.detect(bgr).size(), 9u);
+  EXPECT_EQ(&detector.response(), &srgb);
+}
+
 // A blotched ball half behind a sheet: its shading is no clean sphere's, but what is seen of its outline is a
 // circle's, behind an edge that goes on. A blotched disc there is none.
 TEST(Detector, HalfABlotchedBallIsSeenByItsArc) {
