@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "app/io/interrupt.hpp"
 #include "app/report/picture.hpp"
 #include "app/report/stage_pictures.hpp"
@@ -27,6 +29,17 @@ void warn_of_missing_pictures(const FrameSequence& sequence, long read) {
     return;
   spdlog::warn("{}: {} pictures could be read, of some {} that it should have: it is cut off or damaged",
                sequence.name(), read, sequence.length());
+}
+
+/// Whether hardly a pixel's channels differ by more than noise.
+bool is_grey(const cv::Mat& bgr) {
+  constexpr int most_apart = 8;
+  constexpr double most_colored = 1e-4;
+  const auto colored = std::count_if(bgr.begin<cv::Vec3b>(), bgr.end<cv::Vec3b>(), [](const cv::Vec3b& c) {
+    const auto [low, high] = std::minmax({c[0], c[1], c[2]});
+    return high - low > most_apart;
+  });
+  return static_cast<double>(colored) < most_colored * static_cast<double>(bgr.total());
 }
 
 std::string light_text(const AssumedLight& light) {
@@ -85,7 +98,9 @@ std::optional<Frame> BallSearch::next(FrameSequence& sequence) {
   interrupted_ = interrupted_ || interrupt_requested();
   if (interrupted_) return std::nullopt;
   std::optional<Frame> frame = sequence.next();
-  if (frame) progress_->step(++pictures_);
+  if (!frame) return frame;
+  all_grey_ = all_grey_ && is_grey(frame->bgr);
+  progress_->step(++pictures_);
   return frame;
 }
 
@@ -128,8 +143,11 @@ void BallSearch::end() {
   options_.common.files->commit(stages_);
 }
 
-std::string BallSearch::unwritten() const {
-  return csv_file_ ? fmt::format(", {} is not written", options_.output.string()) : "";
+Refusal BallSearch::no_ball(const std::string& hint) const {
+  return Refusal(fmt::format(
+      "no ball in {}{}; {}", counted(pictures_, "picture"),
+      csv_file_ ? fmt::format(", {} is not written", options_.output.string()) : "",
+      all_grey_ ? "all is grey there: it takes a colour camera, light, and pictures saved in colour" : hint));
 }
 
 int BallSearch::finish(nlohmann::json results, const std::string& summary) {

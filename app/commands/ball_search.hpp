@@ -12,6 +12,7 @@
 #include "app/io/ball_rows.hpp"
 #include "app/io/image_source.hpp"
 #include "app/io/progress.hpp"
+#include "calibration/base/fault.hpp"
 #include "perception/tracking/light_adaptation.hpp"
 
 namespace ballservo {
@@ -61,8 +62,8 @@ class BallSearch {
 
   /// Says what was left out and puts the stages in place; what a Refusal may follow.
   void end();
-  /// ", FILE is not written", for a run without rows; nothing where no file was named.
-  std::string unwritten() const;
+  /// For a run without rows. `hint`: what to do, unless the pictures have no colour at all.
+  Refusal no_ball(const std::string& hint) const;
   /// Writes the rows, to stdout where no file was named, and then the JSON results; `summary` is said where
   /// the rows went into a file. Returns the exit code.
   int finish(nlohmann::json results, const std::string& summary);
@@ -76,7 +77,7 @@ class BallSearch {
   std::unique_ptr<Progress> progress_;
   std::string csv_ = ball_rows_header(), left_out_example_, first_light_;
   long pictures_ = 0, left_out_pictures_ = 0, other_lights_ = 0;
-  bool interrupted_ = false;
+  bool interrupted_ = false, all_grey_ = true;
 };
 
 }  // namespace ballservo

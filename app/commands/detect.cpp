@@ -133,14 +133,13 @@ int run_detect(const DetectOptions& options) {
   });
   search.end();
   options.common.files->commit(overlay_folder);
-  const std::string looked_at = counted(search.pictures(), "picture");
   if (balls_found == 0 && !search.interrupted())
-    throw Refusal(
-        fmt::format("no ball in {}{}; to see why, add --stages DIR: if the ball's colour is lost in "
-                    "'classified' already, learn the colours from a picture of this light; else 'estimate by "
-                    "votes' says of each circle why it is no ball",
-                    looked_at, search.unwritten()));
-  return search.finish({{"pictures", pictures}}, counted(balls_found, "ball") + " in " + looked_at);
+    throw search.no_ball(
+        "to see why, add --stages DIR: if the ball's colour is lost in 'classified' already, "
+        "learn the colours from a picture of this light; else 'estimate by votes' says of "
+        "each circle why it is no ball");
+  return search.finish({{"pictures", pictures}},
+                       counted(balls_found, "ball") + " in " + counted(search.pictures(), "picture"));
 }
 
 }  // namespace

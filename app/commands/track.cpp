@@ -118,9 +118,7 @@ int run_track(const TrackOptions& options) {
   search.end();
   options.common.files->commit(video);
   const long pictures = search.pictures();
-  if (rows_seen == 0 && !search.interrupted())
-    throw Refusal(fmt::format("no ball in any of {} pictures{}; --stages DIR shows where it gets lost",
-                              pictures, search.unwritten()));
+  if (rows_seen == 0 && !search.interrupted()) throw search.no_ball("--stages DIR shows where it gets lost");
   return search.finish({{"pictures", pictures},
                         {"pictures_with_ball", pictures_with_ball},
                         {"tracks", track_count},

@@ -47,7 +47,11 @@ TEST_F(ColorCommands, ColorsAreTaughtMergedAndShown) {
   EXPECT_EQ(run("calibrate colors -o no.colors").code, 2);
   EXPECT_EQ(run("calibrate colors red.png --background ./red.png -o no.colors").code, 2);
   const Ending rowless = run("detect blue.png --colors red.colors -o no.csv");
-  EXPECT_THAT(rowless.messages, HasSubstr("no.csv is not written"));
+  EXPECT_THAT(rowless.messages, HasSubstr("no.csv is not written; to see why"));
+  const cv::Mat grey = cv::imread((dir / "red.png").string(), cv::IMREAD_GRAYSCALE);
+  ASSERT_TRUE(cv::imwrite((dir / "grey.png").string(), grey));
+  for (const std::string command : {"detect", "track"})
+    EXPECT_THAT(run(command + " grey.png --colors red.colors").messages, HasSubstr("; all is grey there"));
   EXPECT_FALSE(fs::exists(dir / "no.colors"));
 }
 
