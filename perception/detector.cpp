@@ -1,12 +1,12 @@
 #include "perception/detector.hpp"
 
-#include <bitset>
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
+#include "perception/judgement/ball_shading.hpp"
 
 namespace ballservo {
 namespace {
@@ -147,26 +147,47 @@ void Detector::find_balls(const cv::Mat& bgr, RegionPrior prior, DetectionStages
   drop_repeated(balls_);
 }
 
-// See clear_ball.hpp.
+// See clear_ball.hpp. In most pictures the shading decides.
 void Detector::compare_with_clear_balls(const cv::Mat& bgr, DetectionStages* stages) {
-  looks_.clear();
-  std::bitset<max_classes + 1> has_clear_ball;
-  for (const BallObservation& ball : balls_) {
-    const ColoredPixels colored{ball.color_class, segmented_.closed[ball.color_class - 1u],
-                                looked_at_.window.tl()};
-    looks_.push_back({ball.outline.radius_px,
-                      search_.verifier().second_look().look(bgr, colored, ball.outline),
-                      ball_shading(bgr, response(), colored, *rays_, ball.cone, ball.outline)});
-    if (is_clear_ball(looks_.back())) has_clear_ball.set(ball.color_class);
+  const auto pixels_of = [&](const BallObservation& ball) -> ColoredPixels {
+    return {ball.color_class, segmented_.closed[ball.color_class - 1u], looked_at_.window.tl()};
+  };
+  const std::size_t count = balls_.size();
+  looks_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const BallObservation& ball = balls_[i];
+    looks_[i] = {ball.outline.radius_px,
+                 shading_strength(bgr, response(), pixels_of(ball), *rays_, ball.cone, ball.outline),
+                 std::nullopt};
   }
+  const auto log_odds = [&](std::size_t i) {
+    std::optional<double>& seen = looks_[i].log_odds;
+    if (!seen)
+      seen = search_.verifier().second_look().look(bgr, pixels_of(balls_[i]), balls_[i].outline).log_odds;
+    return *seen;
+  };
+  const auto is_beside_clear_ball = [&](const BallObservation& ball) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (balls_[i].color_class == ball.color_class && may_be_clear_ball(looks_[i]) &&
+          log_odds(i) >= least_clear_log_odds)
+        return true;
+    }
+    return false;
+  };
+  const auto reason_against = [&](std::size_t i) -> const char* {
+    const double radius_px = looks_[i].radius_px;
+    const bool disc = is_flat_disc(looks_[i]), small = radius_px < small_ball_px;
+    if ((!disc && !small) || !is_beside_clear_ball(balls_[i])) return nullptr;
+    if (disc) return "evenly bright, beside a ball that is shaded";
+    return log_odds(i) < least_log_odds_of_small(radius_px) ? "a speck, beside a clear ball" : nullptr;
+  };
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < balls_.size(); ++i) {
-    const char* const reason =
-        has_clear_ball[balls_[i].color_class] ? reason_beside_clear_ball(looks_[i]) : nullptr;
-    if (!reason)
-      std::swap(balls_[kept++], balls_[i]);
-    else if (stages)
-      show_rejected(balls_[i], reason, *stages);
+  for (std::size_t i = 0; i < count; ++i) {
+    const char* const reason = reason_against(i);
+    if (reason && stages) show_rejected(balls_[i], reason, *stages);
+    if (reason) continue;
+    std::swap(balls_[kept], balls_[i]);
+    std::swap(looks_[kept++], looks_[i]);
   }
   balls_.resize(kept);
 }

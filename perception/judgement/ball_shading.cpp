@@ -10,6 +10,8 @@ namespace {
 
 constexpr int least_lit_pixels = 24;
 constexpr int passes = 6;
+// A large ball's radius is looked at in so many pixels.
+constexpr int pixels_of_radius = 20, pixels_of_radius_for_strength = 10;
 constexpr double glare_sigmas = 2.5;  // above what the fit leaves over, root mean square
 
 cv::Rect box_around(const OutlineEllipse& outline, cv::Size size) {
@@ -68,6 +70,12 @@ struct LambertFit {
     sum += brightness;
     ++pixels;
   }
+  /// |b| as a part of the mean; 0 where there are too few pixels.
+  double strength() const {
+    if (pixels < least_lit_pixels || !(mean() > 0)) return 0;
+    const Eigen::Vector4d p = solve();
+    return p.allFinite() ? p.tail<3>().norm() / mean() : 0;
+  }
   /// (a, b); a sliver that looks alike from all normals tells nothing.
   Eigen::Vector4d solve() const {
     const Eigen::Matrix4d damped = normal + 1e-6 * Eigen::Matrix4d::Identity();
@@ -100,6 +108,7 @@ struct BallPixels {
   const RayTable& rays;
   const TangentCone& cone;
   const OutlineEllipse& outline;
+  int of_radius = pixels_of_radius;
 
   double brightness(int u, int v) const {
     const cv::Vec3b& c = bgr.at<cv::Vec3b>(v, u);
@@ -111,7 +120,7 @@ struct BallPixels {
   void for_each(const See& see) const {
     const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
     const cv::Rect box = box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size());
-    const int step = std::max(1, static_cast<int>(outline.radius_px / 20));
+    const int step = std::max(1, static_cast<int>(outline.radius_px / of_radius));
     // Within the blur of the outline the background shines in.
     const double sine = std::sin(cone.alpha_rad), reach = sine * (1 - std::min(0.4, 1.5 / outline.radius_px));
     for (int v = box.y + 1; v < box.br().y - 1; v += step) {
@@ -139,9 +148,7 @@ double strength_of_lighter(const BallPixels& ball, double dark, double light) {
     const double here = ball.brightness(u, v);
     if (here >= least) lit.add({1, n.x(), n.y(), n.z()}, here);
   });
-  if (lit.pixels < least_lit_pixels) return 0;
-  const Eigen::Vector4d p = lit.solve();
-  return p.allFinite() ? p.tail<3>().norm() / lit.mean() : 0;
+  return lit.strength();
 }
 
 }  // namespace
@@ -186,6 +193,16 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
     shading.explained = std::max(shading.explained, part_explained(rest, lit.variance(), noise_variance));
   }
   return shading;
+}
+
+double shading_strength(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
+                        const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline) {
+  const BallPixels ball{bgr, response, colored, rays, cone, outline, pixels_of_radius_for_strength};
+  LambertFit all;
+  ball.for_each([&](const Eigen::Vector3d& n, int u, int v) {
+    all.add({1, n.x(), n.y(), n.z()}, ball.brightness(u, v));
+  });
+  return all.strength();
 }
 
 }  // namespace ballservo

@@ -29,4 +29,8 @@ struct BallShading {
 BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
                          const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline);
 
+/// `BallShading::strength` alone, by a quarter of a large ball's pixels.
+double shading_strength(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
+                        const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline);
+
 }  // namespace ballservo

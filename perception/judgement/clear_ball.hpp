@@ -1,24 +1,25 @@
-// What a clear ball tells of the other things of its colour in its picture.
+// What a clear ball tells of the other things of its colour in its picture. The light that shades one ball
+// shades all: what is evenly bright beside it is flat. And specks are many where second balls are few.
 #pragma once
 
-#include "perception/judgement/ball_shading.hpp"
-#include "perception/judgement/second_look.hpp"
+#include <optional>
 
 namespace ballservo {
 
 /// How a supposed ball looks, without its outline's fit.
 struct BallLooks {
   double radius_px = 0;
-  SecondLook::Look look;
-  BallShading shading;
+  double shading_strength = 0;     ///< see BallShading
+  std::optional<double> log_odds;  ///< by a second look, which is slow: taken where it decides
 };
 
-/// So plainly a ball that others of its class can be compared with it.
-bool is_clear_ball(const BallLooks& looks);
+/// So plainly a ball, if a second look gives it `least_clear_log_odds`, that others of its class can be
+/// compared with it.
+bool may_be_clear_ball(const BallLooks& looks);
+inline constexpr double least_clear_log_odds = 15;
 
-/// Why it is no ball, where another of its class is clear in the same picture; null where it may be one. The
-/// light that shades one ball shades all: what is evenly bright beside it is flat. And specks are many where
-/// second balls are few.
-const char* reason_beside_clear_ball(const BallLooks& looks);
+/// Beside a clear ball: a thing that is large and flat is none, and one so small only by these log odds.
+bool is_flat_disc(const BallLooks& looks);
+double least_log_odds_of_small(double radius_px);
 
 }  // namespace ballservo
