@@ -32,6 +32,15 @@ class RayTable {
     return ray.x() == ray.x() ? &ray : nullptr;
   }
 
+  /// The rays of a row's pixels will be looked up soon: a table as large as this is out of the caches. Any
+  /// pixels within the picture.
+  void prefetch(int first_u, int last_u, int v) const {
+    constexpr int rays_per_line = 2;
+    const Eigen::Vector3d* const row =
+        rays_.data() + static_cast<std::ptrdiff_t>(v + margin_px_) * stride_ + margin_px_;
+    for (int u = first_u; u <= last_u; u += rays_per_line) __builtin_prefetch(row + u);
+  }
+
   /// The position of an integer pixel in the undistorted picture of square pixels, relative to its principal
   /// point: focal_px * (X/Z, Y/Z) of its ray (px). Nothing for rays of more than 85 degrees from the axis.
   std::optional<Eigen::Vector2f> undistorted_px(int u, int v) const;

@@ -177,6 +177,7 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
   const int top = to_pixel(c.y() - reach.y(), bgr.rows - 1),
             bottom = to_pixel(c.y() + reach.y() + 1, bgr.rows - 1);
   // Its sides slant: in each row only what lies between them, with room for the lens and the outline's bend.
+  constexpr int rows_ahead = 2;  // as long as memory takes
   const double room_px = 0.3 + 0.5 * half_length_px * half_length_px / (sine * station.px_per_rad);
   for (int v = top; v <= bottom; ++v) {
     const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
@@ -189,6 +190,7 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
     if (from > to) continue;
     const int left = to_pixel(std::ceil(c.x() + from), bgr.cols - 1),
               right = to_pixel(c.x() + to, bgr.cols - 1);
+    if (v + rows_ahead <= bottom) rays.prefetch(left, right, v + rows_ahead);
     for (int u = left; u <= right;) {
       const Eigen::Vector3d* const rays_here = rays.pixel_ray(u, v);
       if (!rays_here) {
