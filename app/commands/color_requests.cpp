@@ -23,7 +23,8 @@ std::optional<std::pair<std::string, std::string>> named(const std::string& text
 
 std::vector<std::size_t> PictureSet::add(const std::vector<std::string>& sources) {
   std::vector<std::size_t> result;
-  for (const std::filesystem::path& file : image_files(sources)) {
+  constexpr const char* allowed = "image files or folders of images; what moves by --from and --box";
+  for (const std::filesystem::path& file : image_files(sources, allowed)) {
     std::error_code ignored;
     const std::filesystem::path unique = std::filesystem::weakly_canonical(file, ignored);
     const auto [known, is_new] = index_.emplace(unique.empty() ? file : unique, files_.size());

@@ -338,13 +338,12 @@ std::vector<std::string> repeated_names(const std::vector<std::unique_ptr<FrameS
   return repeated;
 }
 
-std::vector<fs::path> image_files(const std::vector<std::string>& texts) {
+std::vector<fs::path> image_files(const std::vector<std::string>& texts, const std::string& allowed) {
   FaultList faults;
   std::vector<fs::path> files;
   for (const SourceFile& file : source_files(texts)) {
     if (file.kind != SourceFile::Kind::image)
-      faults.add(file.path.string(), file.kind == SourceFile::Kind::video ? "a video" : "a camera",
-                 "image files or folders of images");
+      faults.add(file.path.string(), file.kind == SourceFile::Kind::video ? "a video" : "a camera", allowed);
     files.push_back(file.path);
   }
   faults.throw_if_any();

@@ -67,7 +67,8 @@ std::vector<SourceFile> source_files(const std::vector<std::string>& sources);
 std::vector<std::string> repeated_names(const std::vector<std::unique_ptr<FrameSequence>>& sequences);
 
 /// The image files that the sources name (folders opened, in natural order); a video or a camera is a
-/// fault.
-std::vector<std::filesystem::path> image_files(const std::vector<std::string>& sources);
+/// fault, `allowed` what would be none.
+std::vector<std::filesystem::path> image_files(
+    const std::vector<std::string>& sources, const std::string& allowed = "image files or folders of images");
 
 }  // namespace ballservo

@@ -49,7 +49,8 @@ SecondLook::Look SecondLook::look(const cv::Mat& bgr, const ColoredPixels& color
       const cv::Vec3b& c = bgr.at<cv::Vec3b>(v, u);
       const Eigen::Vector3f lab = lab_of(brightened[c[0]], brightened[c[1]], brightened[c[2]]);
       lab_[static_cast<std::size_t>(row * size.width + column)] = cv::Vec3f(lab[0], lab[1], lab[2]);
-      const bool inside = (Eigen::Vector2d(u, v) - center).norm() < outline.radius_px;
+      const double right = u - center.x(), down = v - center.y();
+      const bool inside = right * right + down * down < outline.radius_px * outline.radius_px;
       if (!inside || !colored.knows(u, v) || !colored.at(u, v)) continue;
       sum += lab.cast<double>();
       ++count;

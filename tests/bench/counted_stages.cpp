@@ -7,7 +7,6 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "calibration/base/random.hpp"
@@ -53,8 +52,8 @@ void paint_disc(cv::Mat& bgr, double cx_px, double cy_px, double radius_px,
   }
 }
 
-// A ball that moves a little from frame to frame, before rectangles, some of nearly its colour, and noise.
-cv::Mat frame(int index) {
+// Balls that move a little from frame to frame, before rectangles, some of nearly their colour, and noise.
+cv::Mat frame(int index, int balls) {
   cv::Mat bgr(height, width, CV_8UC3, cv::Scalar(120, 125, 130));
   RandomEngine engine = random_stream(1, "counted_stages");
   for (int i = 0; i < 24; ++i) {
@@ -67,7 +66,12 @@ cv::Mat frame(int index) {
               rows = 8 + static_cast<int>(uniform_index(engine, 50));
     for (int k = 0; k < columns * rows; ++k) paint(bgr, u + k % columns, v + k / columns, 1, color);
   }
-  paint_disc(bgr, 150 + 0.8 * index, 118 + 0.3 * index, 26, {35, 30, 205});
+  constexpr std::array<std::array<int, 2>, 5> places{
+      {{150, 118}, {75, 60}, {245, 60}, {75, 180}, {245, 180}}};
+  for (int ball = 0; ball < balls; ++ball) {
+    const auto& [u, v] = places.at(static_cast<std::size_t>(ball));
+    paint_disc(bgr, u + 0.8 * index, v + 0.3 * index, 26, {35, 30, 205});
+  }
   for (int i = 0; i < 3 * width * height; ++i)
     bgr.data[i] = static_cast<std::uint8_t>(bgr.data[i] + static_cast<int>(uniform_index(engine, 7)) - 3);
   return bgr;
@@ -118,17 +122,20 @@ Stage track_stage() {
   };
 }
 
-const std::vector<std::pair<const char*, Stage (*)()>> stages{
-    {"classify", classify_stage},
-    {"segment", segment_stage},
-    {"detect", detect_stage},
-    {"track", track_stage},
+struct CountedStage {
+  const char* name;
+  Stage (*make)();
+  int balls = 1;  // in each frame
+};
+const CountedStage stages[] = {
+    {"classify", classify_stage}, {"segment", segment_stage},       {"detect", detect_stage},
+    {"track", track_stage},       {"detect_many", detect_stage, 5}, {"track_none", track_stage, 0},
 };
 
 void run() {
-  std::vector<cv::Mat> frames;
-  for (int i = 0; i < warm_up + counted; ++i) frames.push_back(frame(i));
-  for (const auto& [name, make] : stages) {
+  for (const auto& [name, make, balls] : stages) {
+    std::vector<cv::Mat> frames;
+    for (int i = 0; i < warm_up + counted; ++i) frames.push_back(frame(i, balls));
     const Stage stage = make();
     const auto look = [&](int first, int end) {
       for (int i = first; i < end; ++i) stage(frames[static_cast<std::size_t>(i)], i);

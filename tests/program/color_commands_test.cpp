@@ -45,6 +45,8 @@ TEST_F(ColorCommands, ColorsAreTaughtMergedAndShown) {
   EXPECT_EQ(run("calibrate colors --from live --box green=20,100,12 -o no.colors").code, 1);
   EXPECT_EQ(run("calibrate colors --from live -o no.colors").code, 2);
   EXPECT_EQ(run("calibrate colors -o no.colors").code, 2);
+  EXPECT_THAT(run("calibrate colors camera:0 -o no.colors").messages,
+              HasSubstr("what moves by --from and --box"));
   EXPECT_EQ(run("calibrate colors red.png --background ./red.png -o no.colors").code, 2);
   const Ending rowless = run("detect blue.png --colors red.colors -o no.csv");
   EXPECT_THAT(rowless.messages, HasSubstr("no.csv is not written; to see why"));
