@@ -451,7 +451,7 @@ CircleEvidence circle_evidence(const cv::Mat3f& lab, const Outline& outline, con
     const auto rays = rays_of(lab, circle, stride);
     x = fit(rays, circle);
     contour = judge_contour(rays, x, stride);
-    if ((round >= 2 && !moves) || round == most_rounds || contour.ratio < -0.3) break;
+    if ((round >= 1 && !moves) || round == most_rounds || contour.ratio < -0.3) break;
     const Eigen::Vector2d shift = circle.shape * Eigen::Vector2d(x[1], x[2]);
     if (!x.allFinite() || shift.norm() > 0.5 * circle.radius_px || x[0] < 0.6 * circle.radius_px ||
         x[0] > 1.6 * circle.radius_px)
