@@ -10,8 +10,6 @@ namespace {
 
 constexpr int least_lit_pixels = 24;
 constexpr int passes = 6;
-// A large ball's radius is looked at in so many pixels.
-constexpr int pixels_of_radius = 20, pixels_of_radius_for_strength = 10;
 constexpr double glare_sigmas = 2.5;  // above what the fit leaves over, root mean square
 
 cv::Rect box_around(const OutlineEllipse& outline, cv::Size size) {
@@ -108,7 +106,6 @@ struct BallPixels {
   const RayTable& rays;
   const TangentCone& cone;
   const OutlineEllipse& outline;
-  int of_radius = pixels_of_radius;
 
   double brightness(int u, int v) const {
     const cv::Vec3b& c = bgr.at<cv::Vec3b>(v, u);
@@ -120,7 +117,7 @@ struct BallPixels {
   void for_each(const See& see) const {
     const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
     const cv::Rect box = box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size());
-    const int step = std::max(1, static_cast<int>(outline.radius_px / of_radius));
+    const int step = std::max(1, static_cast<int>(outline.radius_px / 20));
     // Within the blur of the outline the background shines in.
     const double sine = std::sin(cone.alpha_rad), reach = sine * (1 - std::min(0.4, 1.5 / outline.radius_px));
     for (int v = box.y + 1; v < box.br().y - 1; v += step) {
@@ -197,7 +194,7 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
 
 double shading_strength(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
                         const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline) {
-  const BallPixels ball{bgr, response, colored, rays, cone, outline, pixels_of_radius_for_strength};
+  const BallPixels ball{bgr, response, colored, rays, cone, outline};
   LambertFit all;
   ball.for_each([&](const Eigen::Vector3d& n, int u, int v) {
     all.add({1, n.x(), n.y(), n.z()}, ball.brightness(u, v));

@@ -29,7 +29,7 @@ struct BallShading {
 BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
                          const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline);
 
-/// `BallShading::strength` alone, by a quarter of a large ball's pixels.
+/// `BallShading::strength` alone, in an eighth of the time.
 double shading_strength(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
                         const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline);
 

@@ -104,6 +104,7 @@ def main():
     parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "data/images")
     parser.add_argument("--quick", action="store_true")
     given = parser.parse_args()
+    given.folder.mkdir(parents=True, exist_ok=True)
     found = {}
     for measure in perception, servo:
         for *which, ratio in measure(given.build.resolve(), given.quick):

@@ -70,8 +70,12 @@ BallShading shading_of(const Look& look, int cut_px, double noise = 3) {
   TangentCone cone;
   cone.axis = *camera.unproject(center_px);
   cone.alpha_rad = std::acos(std::min(1.0, cone.axis.dot(edge)));
-  return ball_shading(bgr, CameraResponse::linear(), {1, pixels, {0, 0}}, RayTable(camera), cone,
-                      {center_px, radius_px});
+  const ColoredPixels colored{1, pixels, {0, 0}};
+  const RayTable rays(camera);
+  const OutlineEllipse outline{center_px, radius_px};
+  const BallShading shading = ball_shading(bgr, CameraResponse::linear(), colored, rays, cone, outline);
+  EXPECT_EQ(shading_strength(bgr, CameraResponse::linear(), colored, rays, cone, outline), shading.strength);
+  return shading;
 }
 
 TEST(BallShading, ExplainsASphereDullOrGlossyByItsNormals) {
