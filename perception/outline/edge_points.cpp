@@ -176,8 +176,8 @@ void EdgeMeter::gather(const cv::Mat& bgr, const RayTable& rays, const TangentCo
   if (((c + reach).array() < 0).any() || c.x() - reach.x() > bgr.cols || c.y() - reach.y() > bgr.rows) return;
   const int top = to_pixel(c.y() - reach.y(), bgr.rows - 1),
             bottom = to_pixel(c.y() + reach.y() + 1, bgr.rows - 1);
-  // Its sides slant: in each row only what lies between them, with room for the lens and the outline's bend.
   constexpr int rows_ahead = 2;  // as long as memory takes
+  // Its sides slant: in each row only what lies between them, with room for the lens and the outline's bend.
   const double room_px = 0.3 + 0.5 * half_length_px * half_length_px / (sine * station.px_per_rad);
   for (int v = top; v <= bottom; ++v) {
     const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
