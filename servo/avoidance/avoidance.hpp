@@ -63,6 +63,8 @@ class Avoidance {
 
   /// Whether ways around obstacles are looked for (type full).
   bool steers() const { return steering_.has_value(); }
+  /// Whether it is told of things that move.
+  bool things_move() const { return moving_.has_value(); }
   /// The way to the ball; only where steers().
   SteeringOutput steer(const SteeringInput& input);
   /// Where to look for the ball next; only where steers().

@@ -100,6 +100,8 @@ void Controller::retune(const ControllerOptions& options, std::unique_ptr<Law> l
 }
 
 void Controller::note_command(double time_s, const Twist2& command) {
+  drive_ = driven(time_s);
+  commanded_s_ = time_s;
   last_command_ = command;
   predictor_.add_command(time_s, command);
 }
@@ -154,8 +156,7 @@ ControlOutput Controller::step(double time_s, const Pose2& odometry, const Twist
   } else {
     react(Finding::bad_clock, step_time_s_, odometry);
     ball_.clear_inbox();
-    last_command_ = {};
-    if (std::isfinite(step_time_s_)) predictor_.add_command(step_time_s_, {});
+    if (std::isfinite(step_time_s_)) note_command(step_time_s_, {});
   }
   output.state = states_.state();
   output.reason = states_.reason();
@@ -358,10 +359,19 @@ Twist2 Controller::steered(const SteeringInput& way) {
   return output.command;
 }
 
-/// A command to stop passes at once: the drive brakes. Any other changes no faster than the drive can follow.
+/// How a drive that keeps its limits turns the wheels then, by the commands so far.
+Twist2 Controller::driven(double time_s) const {
+  const double since_s = std::min(time_s - commanded_s_, 1e3);  // clocks may leap
+  return since_s > 1e-9 ? limit_acceleration(drive_, last_command_, options_.limits, since_s) : drive_;
+}
+
+/// A command to stop passes at once: the drive brakes. Any other is one that the drive can follow within a
+/// step from its motion, not from the last command: one that was stopped or slowed costs that step, no more.
+/// Where things move it goes on gently from there: what the shield slowed it for may come nearer.
 Twist2 Controller::within_limits(double time_s, const Twist2& wanted, const Pose2& pose) {
   if (wanted.rests()) return {};
-  const Twist2 command = limit_acceleration(last_command_, wanted, options_.limits, 1.0 / options_.rate_hz);
+  const Twist2 from = avoidance_ && avoidance_->things_move() ? last_command_ : driven(time_s);
+  const Twist2 command = limit_acceleration(from, wanted, options_.limits, 1.0 / options_.rate_hz);
   if (command.is_finite()) return command;
   react(Finding::bad_command, time_s, pose);
   return {};

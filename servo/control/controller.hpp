@@ -122,6 +122,7 @@ class Controller {
   Twist2 by_law(const Target& target, const Twist2& twist, const std::optional<LawOutput>& law) const;
   double pan_speed(double time_s, const std::optional<Target>& target, const Twist2& twist);
   Twist2 steered(const SteeringInput& way);
+  Twist2 driven(double time_s) const;
   Twist2 within_limits(double time_s, const Twist2& wanted, const Pose2& pose);
   bool is_cautious() const { return avoidance_ && options_.avoidance.type != AvoidanceOptions::Type::none; }
   bool steers() const {
@@ -136,7 +137,8 @@ class Controller {
   MotionPredictor predictor_;
   PanMotion pan_;
   Gaze gaze_;
-  Twist2 last_command_;
+  Twist2 last_command_, drive_;  // the drive's twist when it was given
+  double commanded_s_ = 0;
   BallMemory ball_;
   Search search_;
   ControlStates states_;

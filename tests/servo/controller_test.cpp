@@ -162,6 +162,34 @@ TEST(Controller, DrivesOnThroughAShortOcclusion) {
   EXPECT_LT(settled_s(steps), 8.0);
 }
 
+TEST(Controller, GoesOnAtOnceAfterACommandThatWasStopped) {
+  DriveSetup setup;
+  setup.controller.latency_s = 0;
+  Controller controller(setup.controller, a_law(setup.controller));
+  test::PointDrive all(setup);
+  double before_mps = 0;
+  for (long k = 0; before_mps < 0.5; ++k) {
+    ASSERT_LT(k, 500);
+    const double t = 0.02 * k;
+    const RobotState robot = all.read(t);
+    controller.see(all.look({k, t, t}).ball);
+    const Twist2 command = controller.step(t, robot.odometry, robot.twist).command;
+    all.command(command, t);
+    before_mps = command.v_mps;
+    if (before_mps < 0.5) continue;
+    all.command({}, t + 0.01);  // the guard's
+    controller.rested(t + 0.01);
+    const RobotState next = all.read(t + 0.02);
+    controller.see(all.look({k + 1, t + 0.02, t + 0.02}).ball);
+    const ControlOutput after = controller.step(t + 0.02, next.odometry, next.twist);
+    EXPECT_GT(after.command.v_mps, before_mps - 0.01);
+    // Who rested for long sets out anew.
+    controller.rested(t + 0.03);
+    controller.see(all.look({k + 100, t + 5, t + 5}).ball);
+    EXPECT_LT(std::abs(controller.step(t + 5, next.odometry, {}).command.v_mps), 0.01);
+  }
+}
+
 TEST(Controller, StopsOnStaleVisionWithinItsTime) {
   DriveSetup setup;
   setup.ball = [](double) { return at(4.5, 0.0); };
@@ -308,8 +336,8 @@ double odd_number(RandomEngine& engine, double ordinary) {
   }
 }
 
-// 100 000 steps in 1000 runs: whatever comes in, what goes out is finite, within the limits, and changes no
-// faster than the drive can, except to stop.
+// 100 000 steps in 1000 runs: whatever comes in, what goes out is finite, within the limits, and what a drive
+// that was told all of it can follow, except to stop.
 TEST(Controller, PutsOutFiniteCommandsWithinTheLimitsWhateverComesIn) {
   long steps = 0;
   const bool ok = rc::check("limits", [&steps](std::uint64_t seed) {
@@ -324,7 +352,8 @@ TEST(Controller, PutsOutFiniteCommandsWithinTheLimitsWhateverComesIn) {
       return mostly_sane && uniform_index(engine, 40) != 0 ? ordinary * uniform(engine, -1, 1)
                                                            : odd_number(engine, ordinary);
     };
-    Twist2 last;
+    Twist2 drive, told;
+    double told_s = -std::numeric_limits<double>::infinity();
     for (int k = 0; k < 1000; ++k, ++steps) {
       double t = 0.02 * k;
       const int frames = static_cast<int>(uniform_index(engine, 3));
@@ -341,15 +370,19 @@ TEST(Controller, PutsOutFiniteCommandsWithinTheLimitsWhateverComesIn) {
       const ControlOutput output =
           controller.step(t, {number(0.01), number(0.01), number(0.01)}, {number(1), number(1)});
       const Twist2 u = output.command;
+      if (const double step_s = controller.stamps().step_s; step_s > told_s + 1e-9) {  // else it was refused
+        drive = limit_acceleration(drive, told, options.limits, std::min(step_s - told_s, 1e3));
+        told_s = step_s;
+      }
+      told = u;
       RC_ASSERT(std::isfinite(u.v_mps) && std::isfinite(u.w_radps));
       RC_ASSERT(std::abs(u.v_mps) <= options.limits.v_max_mps * (1 + 1e-12));
       RC_ASSERT(std::abs(u.w_radps) <= options.limits.w_max_radps * (1 + 1e-12));
       const bool stop = u.v_mps == 0 && u.w_radps == 0;
       RC_ASSERT(stop ||
-                std::abs(u.v_mps - last.v_mps) <= options.limits.a_max_mps2 / options.rate_hz + 1e-12);
-      RC_ASSERT(stop || std::abs(u.w_radps - last.w_radps) <=
+                std::abs(u.v_mps - drive.v_mps) <= options.limits.a_max_mps2 / options.rate_hz + 1e-12);
+      RC_ASSERT(stop || std::abs(u.w_radps - drive.w_radps) <=
                             options.limits.alpha_max_radps2 / options.rate_hz + 1e-12);
-      last = u;
     }
   });
   EXPECT_TRUE(ok);
