@@ -137,7 +137,7 @@ class Controller {
   MotionPredictor predictor_;
   PanMotion pan_;
   Gaze gaze_;
-  Twist2 last_command_, drive_;  // the drive's twist when it was given
+  Twist2 last_command_, drive_;  // and how the drive turned the wheels when it was given
   double commanded_s_ = 0;
   BallMemory ball_;
   Search search_;
