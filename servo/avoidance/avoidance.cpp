@@ -18,7 +18,7 @@ Avoidance::Avoidance(const AvoidanceOptions& options, const UnicycleLimits& limi
     : options_(options),
       shield_{limits, options.grid.footprint, delay_s, period_s, options.creep},
       grid_(options.grid) {
-  if (options.moving.speed_mps > 0.0) moving_.emplace(options.moving, options.grid);
+  if (options.moving.speed_mps > 0.0) moving_.emplace(options.moving, options.grid, shield_);
   if (options.type == AvoidanceOptions::Type::full) {
     map_.emplace(options.grid);
     steering_.emplace(options.half_view_rad, limits, options.grid.footprint);
@@ -33,7 +33,10 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
   }
   pose_ = pose;
   grid_.move(now_s, pose);
-  if (moving_) moving_->move(now_s, pose);
+  if (moving_) {
+    moving_->things.move(now_s, pose);
+    moving_->tracker.move(now_s);
+  }
   if (map_) map_->move(pose);
   for (std::size_t k = 0; k < readings_.count; ++k) {
     const SonarReading& reading = readings_.messages[k];
@@ -41,7 +44,10 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
     const auto pose_then = pose_at(poses, reading.fired_s);
     if (!pose_then) continue;
     grid_.look(reading, *pose_then);
-    if (moving_) moving_->look(reading, *pose_then);
+    if (moving_) {
+      moving_->things.look(reading, *pose_then);
+      moving_->tracker.look(reading, *pose_then);
+    }
     if (map_) map_->look(reading, *pose_then);
   }
   for (std::size_t k = 0; k < scans_.count; ++k) {
@@ -59,39 +65,16 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
 
 SteeringOutput Avoidance::steer(const SteeringInput& input) {
   SteeringOutput output = steering_->steer(input, *map_, grid_, last_);
-  if (!moving_ || !moving_->something_comes()) return output;
-  if (const auto command = out_of_the_way(output.command, input.when_it_acts)) {
-    output.command = *command;
+  if (!moving_) return output;
+  if (moving_->steps++ % plans_every == 0) {
+    moving_->evasive = moving_->evasion.command(output.command, input.when_it_acts, moving_->tracker.movers(),
+                                                grid_, moving_->things);
+  }
+  if (moving_->evasive) {
+    output.command = *moving_->evasive;
     output.reason = "something comes: keeping out of its way";
   }
   return output;
-}
-
-/// Where driving as wanted for a second would end close to what moves: the command after which more room is
-/// left than after any other that passes the shield.
-std::optional<Twist2> Avoidance::out_of_the_way(const Twist2& wanted, const RobotMotion& when_it_acts) const {
-  constexpr double drives_s = 1.0, enough_m = 0.7, better_m = 0.05;
-  const UnicycleLimits& limits = shield_.limits;
-  const auto ends_at = [&](const Twist2& command) {
-    const RobotMotion driven = drive(when_it_acts, command, limits, drives_s, 10);
-    return integrate(driven.pose, driven.twist, 0.5 * braking_time_s(driven.twist, limits));
-  };
-  std::optional<Twist2> best;
-  double best_m = moving_->clearance_m(shield_.footprint, ends_at(wanted));
-  if (best_m > enough_m) return best;
-  for (const double v_mps : {0.0, -0.3, 0.3, -0.6, 0.6}) {
-    for (const double w_radps : {0.0, 0.5, -0.5}) {
-      const Twist2 command{v_mps, w_radps};
-      const Pose2 end = ends_at(command);
-      const Twist2 next = limit_acceleration(when_it_acts.twist, command, limits, 0.1);
-      if (moving_->may_touch(shield_.footprint, end, best_m + better_m, 0) ||
-          can_brake_after(next, when_it_acts, grid_, shield_, &*moving_) == Brake::blocked)
-        continue;
-      best_m = moving_->clearance_m(shield_.footprint, end);
-      best = command;
-    }
-  }
-  return best;
 }
 
 bool Avoidance::has_seen_all_from_here() const {
@@ -108,7 +91,7 @@ ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotM
   if (!allowed.forward && guarded.v_mps > 0.0) guarded.v_mps = 0.0;
   if (!allowed.backward && guarded.v_mps < 0.0) guarded.v_mps = 0.0;
   if (allowed.stop) guarded = {};
-  ShieldVerdict verdict = shield(guarded, when_it_acts, grid_, shield_, moving_ ? &*moving_ : nullptr);
+  ShieldVerdict verdict = shield(guarded, when_it_acts, grid_, shield_, moving_ ? &moving_->things : nullptr);
   const bool changed = guarded.v_mps != command.v_mps || guarded.w_radps != command.w_radps;
   if (changed && verdict.passed) {
     verdict.passed = false;

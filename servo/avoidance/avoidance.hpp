@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "servo/avoidance/braking_shield.hpp"
+#include "servo/avoidance/evasion.hpp"
+#include "servo/avoidance/mover_tracker.hpp"
 #include "servo/avoidance/moving_things.hpp"
 #include "servo/avoidance/obstacle_map.hpp"
 #include "servo/avoidance/occupancy_grid.hpp"
@@ -63,8 +65,6 @@ class Avoidance {
 
   /// Whether ways around obstacles are looked for (type full).
   bool steers() const { return steering_.has_value(); }
-  /// Whether it is told of things that move.
-  bool things_move() const { return moving_.has_value(); }
   /// The way to the ball; only where steers().
   SteeringOutput steer(const SteeringInput& input);
   /// Where to look for the ball next; only where steers().
@@ -92,12 +92,23 @@ class Avoidance {
     }
   };
 
-  std::optional<Twist2> out_of_the_way(const Twist2& wanted, const RobotMotion& when_it_acts) const;
+  /// What is reckoned with where things move.
+  struct Moving {
+    MovingThings things;
+    MoverTracker tracker;
+    Evasion evasion;
+    std::optional<Twist2> evasive;  // the plan's command, for some steps
+    unsigned steps = 0;
+
+    Moving(const MovingThingOptions& options, const OccupancyGridOptions& grid, const ShieldOptions& shield)
+        : things(options, grid), tracker(options, grid.beam), evasion(options, shield) {}
+  };
+  static constexpr unsigned plans_every = 3;  // steps
 
   AvoidanceOptions options_;
   ShieldOptions shield_;
   OccupancyGrid grid_;
-  std::optional<MovingThings> moving_;  // where anything moves
+  std::optional<Moving> moving_;  // where anything moves
   SonarWatch watch_;
   std::optional<ObstacleMap> map_;  // with steering
   std::optional<Steering> steering_;

@@ -20,11 +20,6 @@ void visit_words(int first, int last, const Visit& visit) {
   }
 }
 
-// What comes: no further off than this, lately, by more than so much, from one firing to the next.
-constexpr double comes_within_m = 1.5, comes_s = 1.0, comes_mps = 0.05, comes_m = 0.01;
-constexpr double same_thing_m = 0.3, same_firing_s = 1.0;
-constexpr double farthest_m = 2.0;  // of a clearance
-
 }  // namespace
 
 void declare(OptionVisitor& v, MovingThingOptions& moving) {
@@ -95,28 +90,12 @@ void MovingThings::exclude(const FloorRegion& region) {
   });
 }
 
-bool MovingThings::comes(const SonarReading& reading, const Pose2& transducer, const Heard& before) const {
-  const double since_s = reading.fired_s - before.fired_s;
-  if (!reading.echo || reading.range_m > comes_within_m || !(since_s > 0 && since_s < same_firing_s) ||
-      std::abs(reading.range_m - before.range_m) > same_thing_m)
-    return false;
-  double nearest_m = farthest_m;
-  for (int k = -8; k <= 8; ++k) {
-    const double angle = before.transducer.yaw_rad + k / 8.0 * grid_.beam.half_angle_rad;
-    nearest_m = std::min(
-        nearest_m, std::hypot(before.transducer.x_m + before.range_m * std::cos(angle) - transducer.x_m,
-                              before.transducer.y_m + before.range_m * std::sin(angle) - transducer.y_m));
-  }
-  return nearest_m - reading.range_m > comes_m + comes_mps * since_s;
-}
-
 void MovingThings::look(const SonarReading& reading, const Pose2& pose_then) {
   const std::optional<Pose2> transducer = transducer_of(reading, pose_then);
   if (!started_ || !transducer) return;
-  Heard& last = heard_[reading.transducer];
-  if (comes(reading, *transducer, last)) came_s_ = reading.fired_s;
-  const double both_m = std::min(reading.range_m, last.range_m);  // an echo may be missed once
-  last = {reading.fired_s, reading.range_m, *transducer};
+  double& last_range_m = last_range_m_[reading.transducer];
+  const double both_m = std::min(reading.range_m, last_range_m);  // an echo may be missed once
+  last_range_m = reading.range_m;
   if (!(both_m > grid_.beam.min_range_m)) return;
   const double radius_m = std::min(both_m - grid_.range_error_m, grid_.look_range_m);
   const double half_rad = grid_.beam.half_angle_rad - OccupancyGrid::angle_error_rad;
@@ -159,15 +138,5 @@ bool MovingThings::may_touch(const Footprint& footprint, const Pose2& pose, doub
   }
   return false;
 }
-
-double MovingThings::clearance_m(const Footprint& footprint, const Pose2& pose) const {
-  double clearance_m = 0;
-  for (double step_m = 0.5 * farthest_m; step_m > 0.02; step_m *= 0.5) {
-    if (!may_touch(footprint, pose, clearance_m + step_m, 0)) clearance_m += step_m;
-  }
-  return clearance_m;
-}
-
-bool MovingThings::something_comes() const { return time_s_ - came_s_ < comes_s; }
 
 }  // namespace ballservo

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 
 #include "servo/avoidance/floor_region.hpp"
 #include "servo/avoidance/floor_window.hpp"
@@ -41,23 +40,12 @@ class MovingThings {
 
   /// Whether one may come within `margin_m` of the footprint, at that pose so much later.
   bool may_touch(const Footprint& footprint, const Pose2& pose, double margin_m, double later_s) const;
-  /// How far from the footprint, at that pose, none can be now; at most 2 m.
-  double clearance_m(const Footprint& footprint, const Pose2& pose) const;
-  /// Whether an echo of the last second came nearer than things that rest would have.
-  bool something_comes() const;
 
  private:
   using Row = std::array<std::uint64_t, size / 64>;  // a bit a cell: a middle may be there
-  /// What a transducer heard last.
-  struct Heard {
-    double fired_s = 0, range_m = 0;
-    Pose2 transducer;
-  };
 
   void exclude(const FloorRegion& region);
   void grow();
-  /// Whether what was heard is nearer than all of the arc on which it was heard before.
-  bool comes(const SonarReading& reading, const Pose2& transducer, const Heard& before) const;
 
   MovingThingOptions options_;
   OccupancyGridOptions grid_;
@@ -66,8 +54,7 @@ class MovingThings {
   bool started_ = false;
   double time_s_ = 0, grown_m_ = 0;  // grown since the cells did
   Pose2 pose_;
-  std::array<Heard, sonar_count> heard_{};
-  double came_s_ = -std::numeric_limits<double>::infinity();
+  std::array<double, sonar_count> last_range_m_{};
 };
 
 }  // namespace ballservo

@@ -370,8 +370,7 @@ Twist2 Controller::driven(double time_s) const {
 /// Where things move it goes on gently from there: what the shield slowed it for may come nearer.
 Twist2 Controller::within_limits(double time_s, const Twist2& wanted, const Pose2& pose) {
   if (wanted.rests()) return {};
-  const Twist2 from = avoidance_ && avoidance_->things_move() ? last_command_ : driven(time_s);
-  const Twist2 command = limit_acceleration(from, wanted, options_.limits, 1.0 / options_.rate_hz);
+  const Twist2 command = limit_acceleration(driven(time_s), wanted, options_.limits, 1.0 / options_.rate_hz);
   if (command.is_finite()) return command;
   react(Finding::bad_command, time_s, pose);
   return {};
