@@ -7,8 +7,8 @@ namespace ballservo {
 
 namespace {
 
-constexpr double horizon_s = 10.0, step_s = 0.2;
-constexpr double enough_m = 0.4, better_m = 0.02;
+constexpr double horizon_s = 10.0, forecast_step_s = 0.2;
+constexpr double roomy_m = 0.4, better_m = 0.02;
 constexpr double touch_m = 0.02;
 constexpr double passes_within_m = 1.5;  // what comes no nearer within the horizon is not reckoned with
 // A guess counts until its velocity's doubt has moved it by so much of its radius.
@@ -40,17 +40,17 @@ double Evasion::worth_m(const Twist2& command, double held_s, RobotMotion robot,
   // The shield lets the robot go no faster than it can come to rest before what it last heard a second ago.
   const double still_m = 0.05 + moving_.speed_mps * 1.0;
   const double mps_per_m = shield_.limits.a_max_mps2 / moving_.speed_mps;
-  double room_m = room_after_m(0), least_m = enough_m;
-  for (int k = 0; k * step_s < horizon_s; ++k) {
+  double room_m = room_after_m(0), least_m = roomy_m;
+  for (int k = 0; k * forecast_step_s < horizon_s; ++k) {
     const double allowed_mps = std::max(0.0, mps_per_m * (room_m - still_m));
-    Twist2 driven = k * step_s < held_s - 1e-9 && allowed_mps > 0.0 ? command : Twist2{};
+    Twist2 driven = k * forecast_step_s < held_s - 1e-9 && allowed_mps > 0.0 ? command : Twist2{};
     if (std::abs(driven.v_mps) > allowed_mps) {
       const double share = allowed_mps / std::abs(driven.v_mps);
       driven = {share * driven.v_mps, share * driven.w_radps};
     }
-    robot = drive(robot, driven, shield_.limits, step_s, 1);
-    room_m = room_after_m((k + 1) * step_s);
-    if (room_m < touch_m) return worth_of_touch_m(k * step_s);
+    robot = drive(robot, driven, shield_.limits, forecast_step_s, 1);
+    room_m = room_after_m((k + 1) * forecast_step_s);
+    if (room_m < touch_m) return worth_of_touch_m(k * forecast_step_s);
     least_m = std::min(least_m, room_m);
   }
   return least_m;
@@ -59,9 +59,9 @@ double Evasion::worth_m(const Twist2& command, double held_s, RobotMotion robot,
 /// The mean over the guesses; where it is no more than `least_m`, that or less.
 double Evasion::mean_worth_m(const Twist2& command, double held_s, const RobotMotion& when_it_acts,
                              const MoverTracker::Movers& movers, double least_m) const {
-  double most_m = enough_m;
+  double most_m = roomy_m;
   for (std::size_t guess = 0; guess < Mover::guesses && most_m > least_m; ++guess)
-    most_m -= (enough_m - worth_m(command, held_s, when_it_acts, movers, guess)) / Mover::guesses;
+    most_m -= (roomy_m - worth_m(command, held_s, when_it_acts, movers, guess)) / Mover::guesses;
   return most_m;
 }
 
@@ -84,7 +84,7 @@ std::optional<Twist2> Evasion::command(const Twist2& wanted, const RobotMotion& 
   double best_m = -1;
   for (const double held_s : {0.1, 0.5, 1.0, 2.0, 3.0, 5.0}) {
     best_m = std::max(best_m, mean_worth_m(wanted, held_s, when_it_acts, movers, best_m));
-    if (best_m >= enough_m) return std::nullopt;
+    if (best_m >= roomy_m) return std::nullopt;
   }
   std::optional<Twist2> best;
   for (const double v_mps : {0.0, -0.3, 0.3, -0.6, 0.6}) {

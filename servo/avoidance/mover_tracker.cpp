@@ -13,9 +13,9 @@ namespace {
 constexpr double range_sigma_m = 0.01, heard_share = 0.9, others_per_m = 0.1;
 constexpr double silent_m = std::numeric_limits<double>::infinity();
 // A cloud's weight: when it starts, when it ends, when it counts. Without an echo it fades.
-constexpr double new_weight = 0.3, least_weight = 0.02, sure_weight = 0.5, fades_s = 3.0;
+constexpr double new_weight = 0.3, ends_below = 0.02, sure_weight = 0.5, fades_s = 3.0;
 constexpr double starts_within_m = 3.5;
-constexpr double slow_mps = 0.05;  // what rests seems to creep
+constexpr double rests_below_mps = 0.05;  // what rests seems to creep
 // Resampling: guesses keep their moments but for the last two, the drift of what keeps no straight course.
 constexpr double kernel_share = 0.2, drift_m = 0.003, drift_mps = 0.002;
 
@@ -87,7 +87,7 @@ void MoverTracker::look(const SonarReading& reading, const Pose2& pose_then) {
       sum += weight;
       squares += weight * weight;
     }
-    cloud.weight = sum > least_weight ? std::min(1.0, sum) : 0.0;
+    cloud.weight = sum > ends_below ? std::min(1.0, sum) : 0.0;
     for (double& weight : cloud.weights) weight *= cloud.weight / sum;
     if (sum * sum < 0.5 * cloud_size * squares) resample(cloud);
   }
@@ -167,7 +167,7 @@ MoverTracker::Movers MoverTracker::movers() const {
       square += cloud.weights[k] / cloud.weight * cloud.discs[k].v_O.squaredNorm();
     }
     const double variance = square - mean.squaredNorm();
-    if (mean.norm() < slow_mps || mean.squaredNorm() < variance) continue;
+    if (mean.norm() < rests_below_mps || mean.squaredNorm() < variance) continue;
     Mover& mover = found.movers[found.count++];
     mover.speed_sigma_mps = std::sqrt(std::max(0.0, variance));
     double at = 0.5 * cloud.weight / Mover::guesses, sum = cloud.weights[0];
