@@ -35,7 +35,7 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
   grid_.move(now_s, pose);
   if (moving_) {
     moving_->things.move(now_s, pose);
-    moving_->tracker.move(now_s);
+    if (steers()) moving_->tracker.move(now_s);
   }
   if (map_) map_->move(pose);
   for (std::size_t k = 0; k < readings_.count; ++k) {
@@ -46,7 +46,7 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
     grid_.look(reading, *pose_then);
     if (moving_) {
       moving_->things.look(reading, *pose_then);
-      moving_->tracker.look(reading, *pose_then);
+      if (steers()) moving_->tracker.look(reading, *pose_then);
     }
     if (map_) map_->look(reading, *pose_then);
   }

@@ -367,7 +367,6 @@ Twist2 Controller::driven(double time_s) const {
 
 /// A command to stop passes at once: the drive brakes. Any other is one that the drive can follow within a
 /// step from its motion, not from the last command: one that was stopped or slowed costs that step, no more.
-/// Where things move it goes on gently from there: what the shield slowed it for may come nearer.
 Twist2 Controller::within_limits(double time_s, const Twist2& wanted, const Pose2& pose) {
   if (wanted.rests()) return {};
   const Twist2 command = limit_acceleration(driven(time_s), wanted, options_.limits, 1.0 / options_.rate_hz);

@@ -30,6 +30,17 @@ TEST(Obstacles, AreDrivenAroundAndNeverTouched) {
   EXPECT_GE(reached, 10);
 }
 
+TEST(Obstacles, ThingsThatMoveArePassedWhereTheyWillNotBe) {
+  int reached = 0;
+  for (std::uint64_t seed = 7000; seed < 7016; ++seed) {
+    const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / "movers.yaml", {}, seed);
+    const RunSummary s = run_geometric(scenario, seed).summary;
+    EXPECT_NE(s.outcome, Outcome::collision) << seed << ": " << s.outcome_text;
+    reached += s.outcome == Outcome::reached ? 1 : 0;
+  }
+  EXPECT_GE(reached, 11);
+}
+
 TEST(Obstacles, ABallBehindADeadEndOrAroundACornerIsFound) {
   int reached = 0;
   for (const char* file : {"dead_end.yaml", "corner.yaml"}) {
