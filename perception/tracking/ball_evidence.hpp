@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "perception/ball_observation.hpp"
@@ -12,11 +13,9 @@ namespace ballservo {
 /// What the pictures said of one track.
 class BallEvidence {
  public:
-  static constexpr double clear_log_odds = 4;
-
-  /// `log_odds` of a second look at it (see Detector::log_odds); a clear ball needs none. What its motion
-  /// smears speaks not against it.
-  void see(const BallObservation& ball, double log_odds = clear_log_odds, bool smeared = false);
+  /// `log_odds` of a second look at it (see Detector::log_odds), where there was one. What its motion smears
+  /// speaks not against it.
+  void see(double radius_px, std::optional<double> log_odds, bool smeared = false);
   void miss();  ///< it was not in this picture
 
   /// Whether it is believed, `look_alikes` being the number of others of its class and size that were in a
@@ -39,9 +38,11 @@ class BallEvidence {
   double log_ratio_of_looks() const;
   double usual_look_alikes() const;
 
-  int pictures_ = 0;
+  static constexpr double even_log_odds = 6.5;
+
+  int pictures_ = 0, looks_ = 0;
   double again_ = 0;  // log likelihood ratio of a ball and noise, by its coming again
-  double quality_ = 0, radius_px_ = 0, log_odds_ = 0;  // means
+  double radius_px_ = 0, log_odds_ = even_log_odds;  // means
 };
 
 /// How many things a picture showed, in the mean of the last few, that were like a ball and not believed.

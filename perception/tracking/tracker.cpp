@@ -31,6 +31,8 @@ constexpr double expected_quality = 0.17;
 // A detection that is not clear continues a track only in the size that is expected, to such a tolerance of
 // the distance's logarithm.
 constexpr double clear_quality = 0.5, weak_log_size = 0.12;
+// What is clear and not believed is looked at again in so many pictures, then in every so many.
+constexpr int tried_pictures = 10, tried_every = 5;
 
 // By its motion since the picture before.
 bool is_smeared(const BallObservation& before, const BallObservation& ball) {
@@ -98,13 +100,18 @@ const std::vector<Track>& Tracker::update(const cv::Mat& bgr, double time_s, Det
   return tracks_;
 }
 
-// What is not clear is looked at again; but a streak is no circle.
+// What is not clear is looked at again; what is not believed, too, at first and then now and then. But a
+// streak is no circle.
 void Tracker::gather_evidence(const cv::Mat& bgr, Followed& followed) {
   const BallObservation& ball = seen_[*followed.detection];
   const bool is_circle = ball.support.fill > 0, small = ball.outline.radius_px < small_ball_px;
-  const bool doubtful = is_circle && (small || ball.quality < doubtful_quality);
-  const double log_odds = doubtful ? detector_.log_odds(bgr, ball) : BallEvidence::clear_log_odds;
-  followed.evidence.see(ball, log_odds, is_smeared(followed.track.ball, ball));
+  const int pictures = followed.evidence.pictures();
+  const bool is_tried = followed.track.state == TrackState::tentative &&
+                        (pictures < tried_pictures || pictures % tried_every == 0);
+  std::optional<double> log_odds;
+  if (is_circle && (small || ball.quality < doubtful_quality || is_tried))
+    log_odds = detector_.log_odds(bgr, ball);
+  followed.evidence.see(ball.outline.radius_px, log_odds, is_smeared(followed.track.ball, ball));
 }
 
 // A known ball's place has no other ball in it: what is seen there in another size is the known one, in part.

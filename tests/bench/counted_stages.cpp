@@ -19,7 +19,7 @@ extern "C" [[gnu::noipa]] void counted_stage(const std::function<void()>& stage)
 namespace ballservo {
 namespace {
 
-constexpr int width = 320, height = 240, warm_up = 3, counted = 2;
+constexpr int width = 320, height = 240, counted = 2;
 
 std::shared_ptr<const ColorTable> red_table() {
   auto colors = std::make_shared<ColorTable>();
@@ -125,15 +125,16 @@ Stage track_stage() {
 struct CountedStage {
   const char* name;
   Stage (*make)();
-  int balls = 1;  // in each frame
+  int balls = 1;    // in each frame
+  int warm_up = 3;  // frames before: a tracker's ball is believed then
 };
 const CountedStage stages[] = {
-    {"classify", classify_stage}, {"segment", segment_stage},       {"detect", detect_stage},
-    {"track", track_stage},       {"detect_many", detect_stage, 5}, {"track_none", track_stage, 0},
+    {"classify", classify_stage},  {"segment", segment_stage},       {"detect", detect_stage},
+    {"track", track_stage, 1, 12}, {"detect_many", detect_stage, 5}, {"track_none", track_stage, 0},
 };
 
 void run() {
-  for (const auto& [name, make, balls] : stages) {
+  for (const auto& [name, make, balls, warm_up] : stages) {
     std::vector<cv::Mat> frames;
     for (int i = 0; i < warm_up + counted; ++i) frames.push_back(frame(i, balls));
     const Stage stage = make();

@@ -47,6 +47,7 @@ Tracker make_tracker(bool fixed_colors = false) {
 struct Disc {
   Eigen::Vector2d center_px;
   cv::Vec3b color;
+  bool is_flat = false;
 };
 
 /// A room of two walls with discs in it, under a light, with the noise of picture `index`.
@@ -57,7 +58,8 @@ cv::Mat picture(const std::vector<Disc>& discs, const LogGain& light, int index)
     const cv::Point corner(static_cast<int>(disc.center_px.x() - radius_px) - 2,
                            static_cast<int>(disc.center_px.y() - radius_px) - 2);
     cv::Mat around = bgr(cv::Rect(corner, cv::Size(2 * radius_px + 5, 2 * radius_px + 5)));
-    test::paint_disc(around, disc.center_px - Eigen::Vector2d(corner.x, corner.y), radius_px, disc.color);
+    const auto paint = disc.is_flat ? test::paint_disc : test::paint_shaded_disc;
+    paint(around, disc.center_px - Eigen::Vector2d(corner.x, corner.y), radius_px, disc.color);
   }
   const LogGain factor = light.exp();
   RandomEngine engine = random_stream(5, "light_test", static_cast<std::uint64_t>(index));
@@ -151,7 +153,7 @@ TEST(LightAdaptation, AFalseBallDoesNotBecomeOneByBeingLookedAt) {
   for (const cv::Vec3b& near_color :
        {cv::Vec3b(38, 58, 190), cv::Vec3b(20, 41, 190), cv::Vec3b(20, 84, 190)}) {
     const auto scene = [&](bool ball, int k) {
-      std::vector<Disc> discs{{aside, near_color}};
+      std::vector<Disc> discs{{aside, near_color, true}};
       if (ball) discs.push_back({middle, orange});
       return picture(discs, LogGain::Zero(), k);
     };

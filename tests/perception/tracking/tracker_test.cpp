@@ -17,7 +17,7 @@ Tracker make_tracker() { return Tracker(test::detector_for(test::pinhole(size, 4
 
 cv::Mat picture_with(const std::vector<Eigen::Vector2d>& centers, double radius_px = 16) {
   cv::Mat bgr = test::grey_picture();
-  for (const Eigen::Vector2d& center : centers) test::paint_disc(bgr, center, radius_px, test::red);
+  for (const Eigen::Vector2d& center : centers) test::paint_shaded_disc(bgr, center, radius_px, test::red);
   return bgr;
 }
 
