@@ -15,10 +15,10 @@ constexpr double least_smeared_log_odds = 8;
 // Of so many looks is the mean: a track that goes over to another thing is that thing.
 constexpr int looks_kept = 20;
 // What its looks speak against so much is no ball.
-constexpr double least_log_ratio = -3;
+constexpr double least_log_ratio = -1.5;
 // In a scene that is not known, so many look-alikes: of any size, and (px^3, over the radius cubed) the more
 // the smaller. As much as so many pictures without any say against it.
-constexpr double look_alikes_of_any_size = 0.15, look_alikes_px3 = 200, pictures_of_doubt = 10,
+constexpr double look_alikes_of_any_size = 0.15, look_alikes_px3 = 150, pictures_of_doubt = 10,
                  least_unknown = 0.3;
 // A ball is there again in most pictures, noise in three of ten: per picture, and no more than so much. A
 // picture without it says the contrary, with odds of 10 to 1 that there is none.

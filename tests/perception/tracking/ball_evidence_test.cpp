@@ -46,7 +46,7 @@ TEST(BallEvidence, WhatSecondLooksSpeakClearlyAgainstIsUnlikelyUntilTheyDoNot) {
   EXPECT_TRUE(evidence.is_unlikely());
   for (int k = 0; k < 3; ++k) evidence.see(22, 17);
   EXPECT_FALSE(evidence.is_unlikely());
-  EXPECT_FALSE(seen(22, -1, 1).is_unlikely());
+  EXPECT_FALSE(seen(22, 3, 1).is_unlikely());
 }
 
 TEST(BallEvidence, WhatIsUnlikelyIsNotBelievedForBeingLargeNorForStaying) {

@@ -106,7 +106,7 @@ TEST(Streak, AThrownBallIsFollowedWhileItIsSmeared) {
       const auto& tracks = tracker.update(bgr, k * dt_s);
       ASSERT_EQ(tracks.size(), 1u) << k;
       EXPECT_EQ(tracks[0].id, 1);
-      EXPECT_EQ(tracks[0].state, k < 5 ? TrackState::tentative : TrackState::confirmed)
+      EXPECT_EQ(tracks[0].state, k < 4 ? TrackState::tentative : TrackState::confirmed)
           << k << ", it is flat";
       EXPECT_LT((tracks[0].ball.outline.center_px - at).norm(), 0.25 * 14) << k;
     }
