@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "perception/tracking/tracker.hpp"
@@ -150,6 +151,26 @@ TEST(BallEvidence, OfASpeckAndABallTheTrackerBelievesTheBall) {
     }
   }
   EXPECT_EQ(tentative, 12) << "the speck looks like a ball";
+}
+
+// Two discs that are alike, one of which turns out to be a ball: it is looked at again now and then.
+TEST(BallEvidence, WhatIsClearAndNotBelievedMayBecomeABall) {
+  Tracker tracker(test::detector_for(test::pinhole({320, 240}, 400)));
+  const auto is_confirmed = [](const Track& track) { return track.state == TrackState::confirmed; };
+  for (int k = 0; k < 45; ++k) {
+    cv::Mat bgr = test::grey_picture();
+    test::paint_disc(bgr, {90, 120}, 20, test::red);
+    const auto paint = k < 15 ? test::paint_disc : test::paint_shaded_disc;
+    paint(bgr, {230, 120}, 20, test::red);
+    cv::GaussianBlur(bgr, bgr, {}, 0.7);
+    const std::vector<Track>& tracks = tracker.update(bgr, k / 30.0);
+    const auto first = std::find_if(tracks.begin(), tracks.end(), is_confirmed);
+    if (first == tracks.end()) continue;
+    EXPECT_GE(k, 15);
+    EXPECT_NEAR(first->ball.outline.center_px.x(), 230, 0.5);
+    return;
+  }
+  FAIL() << "none is believed";
 }
 
 // A speck that would be a ball in a dimmer light than the taught one, beside a ball that is flat.
