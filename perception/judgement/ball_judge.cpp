@@ -70,12 +70,13 @@ Verdict BallJudge::of(const OutlineFit& fit, const std::vector<BoundaryPoint>& b
   verdict.support = outline_support(sectors, fit.offsets, ball.blur_px, view_.colored, camera, ball.cone);
   verdict.quality = verdict.support.quality();
   const auto& [match, straight] = verdict.support.shape;
-  const bool behind_something = verdict.support.hidden > max_hidden && fit.has_edges() &&
+  const double hidden = verdict.support.hidden;
+  const bool behind_something = hidden > max_hidden && hidden < 1 && fit.has_edges() &&
                                 ball.outline.radius_px >= least_hidden_radius_px &&
                                 match * (1 - straight) >= least_round &&
                                 is_behind_straight_edge(view_.bgr, view_.colored, ball.outline);
   // Of what can be seen of it.
-  if (behind_something) verdict.quality /= std::sqrt(1 - verdict.support.hidden);
+  if (behind_something) verdict.quality /= std::sqrt(1 - hidden);
   verdict.reason = rejection(fit, verdict, behind_something);
   return verdict;
 }
