@@ -181,7 +181,8 @@ SurfaceColor PictureSamples::change_since(const PictureSamples& then) const {
   if (empty() || size_ != then.size_) return change;
   const std::array<float, 256>& logs = log_levels();
   for (std::size_t c = 0; c < 3; ++c) {
-    // The median by counting ratios in steps of 2 %, then the mean of what lies near it.
+    // The median by counting ratios in steps of 2 %, then the mean of what lies near it. Bins lie evenly
+    // about no change and the median between their edges: off by half a step, the mean would drift in noise.
     constexpr int steps = 512;
     constexpr float step = 0.02f, near = 0.2f;
     std::array<std::uint16_t, steps> counts{};
@@ -191,13 +192,16 @@ SurfaceColor PictureSamples::change_since(const PictureSamples& then) const {
       const std::uint8_t now = bgr_[k][c], before = then.bgr_[k][c];
       if (std::min(now, before) < dark || std::max(now, before) > clipped) continue;
       const float ratio = logs[now] - logs[before];
-      ++counts[static_cast<std::size_t>(ratio / step + 0.5f * steps)];
+      ++counts[static_cast<std::size_t>(ratio / step + 0.5f * steps + 0.5f)];
       ratios[total++] = ratio;
     }
     if (total < ratios.size() / 10) continue;
-    std::size_t below = 0, bin = 0;
-    while (2 * (below + counts[bin]) < total) below += counts[bin++];
-    const float median = step * (static_cast<float>(bin) + 0.5f - 0.5f * steps);
+    const float half = 0.5f * static_cast<float>(total);
+    float below = 0;
+    std::size_t bin = 0;
+    while (below + counts[bin] < half) below += counts[bin++];
+    const float into_bin = (half - below) / counts[bin];
+    const float median = step * (static_cast<float>(bin) - 0.5f + into_bin - 0.5f * steps);
     float sum = 0, taken = 0;
     for (std::size_t k = 0; k < total; ++k) {
       const float is_near = std::abs(ratios[k] - median) < near ? 1.0f : 0.0f;

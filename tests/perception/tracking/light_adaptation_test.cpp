@@ -117,6 +117,27 @@ TEST(PictureSamples, TellTheLightFromThings) {
   EXPECT_LT((other_light.change_since(before).log_bgr - light).abs().maxCoeff(), 0.03);
 }
 
+/// In a dark picture much of what changes is noise: a share of it, summed over a minute, would be a light.
+TEST(PictureSamples, NoiseIsNoChangeHoweverOften) {
+  RandomEngine engine = random_stream(6, "light_test");
+  cv::Mat noisy(120, 200, CV_8UC3);
+  PictureSamples then, now;
+  LogGain sum = LogGain::Zero();
+  for (int i = 0; i <= 300; ++i) {
+    for (auto pixel = noisy.begin<cv::Vec3b>(); pixel != noisy.end<cv::Vec3b>(); ++pixel) {
+      for (int c = 0; c < 3; ++c)
+        (*pixel)[c] = cv::saturate_cast<std::uint8_t>(45 + 5 * standard_normal(engine));
+    }
+    std::swap(then, now);
+    now.take(noisy);
+    if (i == 0) continue;
+    const SurfaceColor change = now.change_since(then);
+    ASSERT_TRUE(change.known.all());
+    sum += change.log_bgr;
+  }
+  EXPECT_LT(sum.abs().maxCoeff(), 0.05);
+}
+
 TEST(LightAdaptation, FollowsASlowChangeThatLosesTheFixedColours) {
   Tracker adapting = make_tracker(), fixed = make_tracker(true);
   int kept = 0, kept_fixed = 0;
