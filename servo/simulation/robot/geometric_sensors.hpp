@@ -20,16 +20,16 @@ class OptionVisitor;
 
 /// The sigmas are those of an outline of 20 px radius; of another, r px, they are 20 / r times as large:
 /// small outlines err more. A part of the error stays throughout a run: light, shadow and background go on
-/// pulling the same way. Law and defaults are measured: root mean square errors of 8.7 thousand frames of 20
-/// runs at level image (static_ball.yaml, seeds 201 to 208; obstacles.yaml, 201 to 204; clutter.yaml, 205 to
-/// 207; moving_ball.yaml, 201 to 203; occlusion.yaml, 201 and 202; whole balls of 6 to 43 px). Times r / 20
-/// they are 0.050 to 0.055 px of the centre up to 12 px, 0.037 from 12 to 20 px, 0.041 beyond; of the radius
-/// 0.046 to 0.050, 0.034 and 0.033. Errors of frames 1, 10 and 30 apart correlate by 0.45, 0.35 and 0.32
-/// on average. Left out are the 0.4 % of frames that err by more than 8 / r px.
+/// pulling the same way. Law and defaults are measured: root mean square errors of 21 thousand frames, the
+/// first 7 s of 120 runs at level image (64 of static_ball.yaml, 24 of obstacles.yaml, 16 of clutter.yaml and
+/// of moving_ball.yaml, a quarter of each from seed 101, 201, 401 and 501; whole balls). Times r / 20 they
+/// are 0.048 px of the centre from 7 to 12 px, 0.031 to 20 px, 0.036 to 40 px; of the radius 0.038, 0.024 and
+/// 0.028. Errors of frames 10 apart correlate by 0.36. Left out are the 0.1 % of frames that err by more than
+/// 8 / r px.
 struct GeometricSensorOptions {
   bool exact = false;              ///< level `truth`: no noise
-  double center_sigma_px = 0.045;  ///< of the outline's centre, along each axis, at 20 px
-  double radius_sigma_px = 0.038;  ///< of the outline's radius, at 20 px
+  double center_sigma_px = 0.038;  ///< of the outline's centre, along each axis, at 20 px
+  double radius_sigma_px = 0.030;  ///< of the outline's radius, at 20 px
   double bias_share = 0.4;         ///< of the variance: what stays the same throughout a run
   double min_visible_fraction = 0.5;
   double min_radius_px = 3.0;  ///< smaller outlines are not found
