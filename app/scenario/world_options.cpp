@@ -298,18 +298,21 @@ void declare_light(OptionVisitor& v, World& world, double white_balance_k) {
   }
 }
 
-/// Where a scenario names no lights: two lamps under the ceiling.
+/// Where a scenario names no lights: two lamps under the ceiling, in a hall of each stretch of 8 m or more.
 void add_usual_lights(World& world) {
   const Room& room = world.room;
-  const double middle_y = (room.y_min_m + room.y_max_m) / 2, width = room.x_max_m - room.x_min_m;
+  const double middle_y = (room.y_min_m + room.y_max_m) / 2, length = room.x_max_m - room.x_min_m;
+  const int stretches = std::max(1, static_cast<int>(length / 8));
   const auto add = [&](double along, double aside) {
-    world.lights.push_back(
-        {{room.x_min_m + along * width, middle_y + aside * (room.y_max_m - middle_y), room.height_m - 0.1},
-         warm,
-         0.2});
+    world.lights.push_back({{room.x_min_m + along * length / stretches,
+                             middle_y + aside * (room.y_max_m - middle_y), room.height_m - 0.1},
+                            warm,
+                            0.2});
   };
-  add(0.3, 0.2);
-  add(0.7, -0.2);
+  for (int i = 0; i < stretches; ++i) {
+    add(i + 0.3, 0.2);
+    add(i + 0.7, -0.2);
+  }
   world.ambient = dim;
 }
 
