@@ -53,6 +53,14 @@ std::string light_text(const AssumedLight& light) {
 
 }  // namespace
 
+void warn_of_other_light(const AssumedLight& light, const std::string& before, const std::string& after) {
+  spdlog::warn(
+      "a ball showed only in another light than the taught one, which was assumed ({}{}{}); if that is no "
+      "ball "
+      "of yours, teach the colours in this light",
+      before, light_text(light), after);
+}
+
 nlohmann::json light_json(const AssumedLight& light) {
   const LogGain factor = light.gain.exp();
   return {{"factor_bgr", {factor[0], factor[1], factor[2]}}, {"power", light.power}};
@@ -113,7 +121,9 @@ void BallSearch::left_out(const LeftOut& left_out, const Frame& frame) {
 }
 
 void BallSearch::assumed_light(const AssumedLight& light, const std::string& where) {
-  if (other_lights_++ == 0) first_light_ = fmt::format("{}: {}", where, light_text(light));
+  if (other_lights_++ > 0) return;
+  first_light_ = light;
+  first_light_where_ = where + ": ";
 }
 
 void BallSearch::add_row(const Frame& frame, std::optional<int> track_id, ClassIndex color_class,
@@ -136,10 +146,8 @@ void BallSearch::end() {
         "been missed (left out in {}): colours that the background has too? Teach them with --background",
         counted(left_out_pictures_, "picture"), left_out_example_);
   if (other_lights_ > 0)
-    spdlog::warn(
-        "a ball showed only in another light than the taught one, which was assumed ({}{}); if that is no "
-        "ball of yours, teach the colours in this light",
-        first_light_, other_lights_ > 1 ? fmt::format(", and {} more", other_lights_ - 1) : "");
+    warn_of_other_light(first_light_, first_light_where_,
+                        other_lights_ > 1 ? fmt::format(", and {} more", other_lights_ - 1) : "");
   options_.common.files->commit(stages_);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "app/commands/ball_search.hpp"
 #include "app/commands/command.hpp"
 #include "app/commands/work_options.hpp"
 #include "app/experiment/peer_run.hpp"
@@ -221,6 +222,7 @@ int run_servo(const ServoOptions& options) {
                                               : run_closed_loop(scenario, run_options);
   if (socket && run.summary.outcome == Outcome::fault) spdlog::error(run.summary.outcome_text);
   if (const std::string late = lateness(scenario, run); !late.empty()) spdlog::warn(late);
+  if (run.assumed_light) warn_of_other_light(*run.assumed_light);
 
   if (film) film->finish();
   write_run(folder, run, scenario,

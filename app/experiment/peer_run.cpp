@@ -31,6 +31,7 @@ RunRecord drive_peer(const Scenario& scenario, const RunOptions& options, Lockst
   robot.leave(run.summary.outcome_text);
   if (gone && run.steps.empty()) throw PeerGone(*gone);
   run.tracks_csv = perception->tracks_csv();
+  run.assumed_light = perception->assumed_light();
   run.key_frames = keeper.finish();
   return run;
 }

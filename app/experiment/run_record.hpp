@@ -9,6 +9,7 @@
 
 #include "calibration/base/statistics.hpp"
 #include "calibration/camera/sphere_outline.hpp"
+#include "perception/tracking/light_adaptation.hpp"
 #include "servo/control/controller.hpp"
 #include "servo/simulation/rendering/camera_view.hpp"
 
@@ -103,6 +104,7 @@ struct RunRecord {
   std::vector<StepRecord> steps;
   std::vector<FrameRecord> frames;
   std::string tracks_csv;
+  std::optional<AssumedLight> assumed_light;  ///< in which the ball showed, if not in the taught one
   std::vector<KeyFrame> key_frames;
   RunSummary summary;
   RunTiming timing;

@@ -85,6 +85,7 @@ class SimulatedRun {
     if (gone != nullptr) end_by(*gone, run.summary);
     if (peer_ != nullptr) peer_->leave(run.summary);
     run.tracks_csv = perception_->tracks_csv();
+    run.assumed_light = perception_->assumed_light();
     run.key_frames = pictures_.finish();
     return run;
   }

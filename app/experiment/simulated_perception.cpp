@@ -71,6 +71,7 @@ class RenderedPerception final : public SimulatedPerception {
     stamp_as_believed(scenario_, percept);
     return percept;
   }
+  std::optional<AssumedLight> assumed_light() const override { return perception_.tracker().assumed_light(); }
 
  private:
   static std::optional<FloorDetection> floor_detection(const Scenario& scenario) {
@@ -179,7 +180,6 @@ std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scena
   detector.radii[*target_class - 1u].radius_m = believed_radius_m(scenario);
   TrackerOptions tracker;
   tracker.fixed_colors = scenario.fixed_colors;
-  tracker.seek_light = false;  // a robot searches for its ball rather than drive to what may be one
   const ServoGoal goal = scenario.goal();
   const TargetOptions selected{*target_class, goal.mount, goal.desired_p_RB().z(),
                                target.heights_m().second - target.position_m.z(),

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/experiment/simulated_camera.hpp"
 #include "app/loop/ports.hpp"
 #include "app/scenario/scenario.hpp"
 #include "calibration/color/color_table.hpp"
+#include "perception/tracking/light_adaptation.hpp"
 
 namespace ballservo {
 
@@ -31,6 +33,8 @@ class SimulatedPerception : public BallPerception {
  public:
   const std::string& tracks_csv() const { return tracks_csv_; }
   void forget() { tracks_csv_.clear(); }
+  /// See Tracker.
+  virtual std::optional<AssumedLight> assumed_light() const { return std::nullopt; }
   /// The scenario's world or noise is another from now on.
   virtual void look_around() {}
 
