@@ -261,7 +261,8 @@ void add_servo_command(CLI::App& program, Action& action) {
 
 Writes manifest.json, log.csv (one row a control step), tracks.csv (what was seen), summary.json,
 report.html and, with --video, video.mp4. A run that reaches a resting ball ends half a second after
-it has stood at the goal for a second. The colours follow the light; --set fixed_colors=true keeps them as taught.
+it has stood at the goal for a second. In rendered frames the ball is sought in other lights than the taught one, too, and
+its colours follow the light; --set fixed_colors=true keeps them as taught.
 
   ballservo servo data/scenarios/static_ball.yaml --teach -o target.yaml
 puts the robot at the goal, looks at the ball, and writes what it saw; with target: {ball: target, taught:
