@@ -180,6 +180,7 @@ std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scena
   detector.radii[*target_class - 1u].radius_m = believed_radius_m(scenario);
   TrackerOptions tracker;
   tracker.fixed_colors = scenario.fixed_colors;
+  tracker.seek_light_at_once = false;  // small balls are sure in the taught light only after some pictures
   const ServoGoal goal = scenario.goal();
   const TargetOptions selected{*target_class, goal.mount, goal.desired_p_RB().z(),
                                target.heights_m().second - target.position_m.z(),

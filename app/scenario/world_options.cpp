@@ -298,7 +298,7 @@ void declare_light(OptionVisitor& v, World& world, double white_balance_k) {
   }
 }
 
-/// Where a scenario names no lights: two lamps under the ceiling, in a hall of each stretch of 8 m or more.
+/// Where a scenario names no lights: two lamps under the ceiling, in a hall for each 8 m of its length.
 void add_usual_lights(World& world) {
   const Room& room = world.room;
   const double middle_y = (room.y_min_m + room.y_max_m) / 2, length = room.x_max_m - room.x_min_m;
