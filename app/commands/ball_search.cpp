@@ -42,6 +42,8 @@ bool is_grey(const cv::Mat& bgr) {
   return static_cast<double>(colored) < most_colored * static_cast<double>(bgr.total());
 }
 
+}  // namespace
+
 std::string light_text(const AssumedLight& light) {
   const LogGain factor = light.gain.exp();
   return fmt::format("grey levels x{:.2f} in blue, x{:.2f} in green, x{:.2f} in red{}", factor[0], factor[1],
@@ -51,13 +53,12 @@ std::string light_text(const AssumedLight& light) {
                                        : "");
 }
 
-}  // namespace
-
-void warn_of_other_light(const AssumedLight& light, const std::string& before, const std::string& after) {
+void warn_of_other_light(const std::string& lights) {
   spdlog::warn(
-      "a ball showed only in another light than the taught one, which was assumed ({}{}{}); if that is no "
-      "ball of yours, teach the colours in this light",
-      before, light_text(light), after);
+      "a ball showed only in another light than the taught one, which was assumed ({}); if that is no ball "
+      "of "
+      "yours, teach the colours in this light",
+      lights);
 }
 
 nlohmann::json light_json(const AssumedLight& light) {
@@ -120,9 +121,7 @@ void BallSearch::left_out(const LeftOut& left_out, const Frame& frame) {
 }
 
 void BallSearch::assumed_light(const AssumedLight& light, const std::string& where) {
-  if (other_lights_++ > 0) return;
-  first_light_ = light;
-  first_light_where_ = where + ": ";
+  if (other_lights_++ == 0) first_light_ = fmt::format("{}: {}", where, light_text(light));
 }
 
 void BallSearch::add_row(const Frame& frame, std::optional<int> track_id, ClassIndex color_class,
@@ -145,8 +144,8 @@ void BallSearch::end() {
         "been missed (left out in {}): colours that the background has too? Teach them with --background",
         counted(left_out_pictures_, "picture"), left_out_example_);
   if (other_lights_ > 0)
-    warn_of_other_light(first_light_, first_light_where_,
-                        other_lights_ > 1 ? fmt::format(", and {} more", other_lights_ - 1) : "");
+    warn_of_other_light(first_light_ +
+                        (other_lights_ > 1 ? fmt::format(", and {} more", other_lights_ - 1) : ""));
   options_.common.files->commit(stages_);
 }
 

@@ -31,9 +31,8 @@ void add_ball_search_options(CLI::App& command, BallSearchOptions& options, cons
                              const std::string& output_help, const std::string& stages_help);
 
 nlohmann::json light_json(const AssumedLight& light);
-/// With what is to be said before and after the light.
-void warn_of_other_light(const AssumedLight& light, const std::string& before = "",
-                         const std::string& after = "");
+std::string light_text(const AssumedLight& light);
+void warn_of_other_light(const std::string& lights);
 
 class BallSearch {
  public:
@@ -78,8 +77,7 @@ class BallSearch {
   std::optional<OutputFile> csv_file_;
   std::optional<OutputFolder> stages_;
   std::unique_ptr<Progress> progress_;
-  std::string csv_ = ball_rows_header(), left_out_example_, first_light_where_;
-  AssumedLight first_light_;
+  std::string csv_ = ball_rows_header(), left_out_example_, first_light_;
   long pictures_ = 0, left_out_pictures_ = 0, other_lights_ = 0;
   bool interrupted_ = false, all_grey_ = true;
 };

@@ -222,7 +222,7 @@ int run_servo(const ServoOptions& options) {
                                               : run_closed_loop(scenario, run_options);
   if (socket && run.summary.outcome == Outcome::fault) spdlog::error(run.summary.outcome_text);
   if (const std::string late = lateness(scenario, run); !late.empty()) spdlog::warn(late);
-  if (run.assumed_light) warn_of_other_light(*run.assumed_light);
+  if (run.assumed_light) warn_of_other_light(light_text(*run.assumed_light));
 
   if (film) film->finish();
   write_run(folder, run, scenario,
