@@ -21,12 +21,18 @@ bool has_face(const SceneSolid& solid, int face) {
 
 }  // namespace
 
-LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
+LightMap::LightMap(const World& world) {
   World still = world;
   still.balls.clear();
   const Scene scene(still, 0);
   grids_.resize(8 * (1 + scene.solids().size()));
-  if (lamps_ == 0) return;
+  std::vector<std::size_t> course_of_lamp;
+  for (const Light& lamp : world.lights) {
+    const auto known = std::find(courses_.begin(), courses_.end(), lamp.course);
+    course_of_lamp.push_back(static_cast<std::size_t>(known - courses_.begin()));
+    if (known == courses_.end()) courses_.push_back(lamp.course);
+  }
+  if (courses_.empty()) return;
   // `place` gives the point and the normal there, in world axes, of surface coordinates within `extent_m`.
   const auto light_up = [&](int surface, const Eigen::AlignedBox2d& extent_m, int least_columns,
                             const auto& place) {
@@ -39,14 +45,16 @@ LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
     };
     const int columns = count(sides_m.x(), least_columns), rows = count(sides_m.y(), 1);
     grid.cells_per_m = {(columns - 1) / sides_m.x(), (rows - 1) / sides_m.y()};
-    grid.shares.assign((lamps_ + 3) / 4, QuadGrid(columns, rows));
+    grid.lights.assign(courses_.size(), QuadGrid(columns, rows));
     tbb::parallel_for(0, rows, [&](int row) {
       for (int column = 0; column < columns; ++column) {
         const auto [p, normal] =
             place(grid.origin_m + Eigen::Vector2d(column, row).cwiseQuotient(grid.cells_per_m));
-        for (std::size_t k = 0; k < lamps_; ++k) {
-          grid.shares[k / 4].cell(column, row)[k % 4] =
-              static_cast<float>(scene.lamp_share(k, p, normal, solid_of(surface)));
+        for (std::size_t k = 0; k < world.lights.size(); ++k) {
+          const Light& lamp = world.lights[k];
+          const double share = scene.lamp_share(lamp, p, normal, solid_of(surface));
+          float* const light = grid.lights[course_of_lamp[k]].cell(column, row);
+          for (int c = 0; c < 3; ++c) light[c] += static_cast<float>(share * lamp.intensity[c]);
         }
       }
     });
@@ -75,27 +83,30 @@ LightMap::LightMap(const World& world) : lamps_(world.lights.size()) {
   }
 }
 
-BALLSERVO_WIDE Triples LightMap::light(int surface, const Pairs& uv_m,
-                                       const std::vector<Light>& lights) const {
+std::vector<Rgb> LightMap::gains(double time_s) const {
+  std::vector<Rgb> gains;
+  for (const LightCourse& course : courses_) gains.push_back(course.gain(time_s));
+  return gains;
+}
+
+BALLSERVO_WIDE Triples LightMap::light(int surface, const Pairs& uv_m, const std::vector<Rgb>& gains) const {
   const Grid& grid = grids_[static_cast<std::size_t>(surface)];
   Triples sum{spread(0.0f), spread(0.0f), spread(0.0f)};
-  if (grid.shares.empty()) return sum;
+  if (grid.lights.empty()) return sum;
   // Inside the grid wherever it is asked for, and what is no number too: lanes may hold anything.
   const auto place = [](Floats at_m, double origin_m, double cells_per_m, int count) {
     const Floats cell = (at_m - static_cast<float>(origin_m)) * static_cast<float>(cells_per_m);
     return min(max(cell, spread(0.0f)), spread(count - 1.0001));
   };
-  const QuadGrid& first = grid.shares.front();
+  const QuadGrid& first = grid.lights.front();
   const Floats x = place(uv_m.u, grid.origin_m.x(), grid.cells_per_m.x(), first.columns());
   const Floats y = place(uv_m.v, grid.origin_m.y(), grid.cells_per_m.y(), first.rows());
   const Ints column = floor_index(x), row = floor_index(y);
-  for (std::size_t k = 0; k < lamps_; k += 4) {
-    const Quads shares = grid.shares[k / 4].between(column, row, x - to_float(column), y - to_float(row));
-    for (std::size_t i = k; i < std::min(k + 4, lamps_); ++i) {
-      sum.x += shares[i - k] * static_cast<float>(lights[i].intensity[0]);
-      sum.y += shares[i - k] * static_cast<float>(lights[i].intensity[1]);
-      sum.z += shares[i - k] * static_cast<float>(lights[i].intensity[2]);
-    }
+  for (std::size_t k = 0; k < gains.size(); ++k) {
+    const Quads light = grid.lights[k].between(column, row, x - to_float(column), y - to_float(row));
+    sum.x += light[0] * static_cast<float>(gains[k][0]);
+    sum.y += light[1] * static_cast<float>(gains[k][1]);
+    sum.z += light[2] * static_cast<float>(gains[k][2]);
   }
   return sum;
 }

@@ -14,14 +14,18 @@ constexpr double openness_radii = 8;  // within which a ball keeps off light fro
 constexpr std::size_t shadow_samples = 24;  // of a lamp's disc, for shadows of solids
 
 /// Fraction of a disc of radius a that a disc of radius b at a distance covers (all small angles).
-double covered_fraction(double a, double b, double distance) {
-  if (distance >= a + b) return 0.0;
-  if (distance <= std::abs(b - a)) return b >= a ? 1.0 : b * b / (a * a);
-  const double a2 = a * a, b2 = b * b, d2 = distance * distance;
-  const double alpha = std::acos(std::clamp((d2 + a2 - b2) / (2 * distance * a), -1.0, 1.0));
-  const double beta = std::acos(std::clamp((d2 + b2 - a2) / (2 * distance * b), -1.0, 1.0));
-  const double area = a2 * (alpha - std::sin(2 * alpha) / 2) + b2 * (beta - std::sin(2 * beta) / 2);
-  return std::clamp(area / (M_PI * a2), 0.0, 1.0);
+Floats covered_fraction(Floats a, Floats b, Floats distance) {
+  const Floats a2 = a * a, b2 = b * b, d2 = distance * distance;
+  // What an arc cuts off a disc: half the angle at its middle less the triangle, by that angle's cosine.
+  const auto segment = [](Floats cosine) {
+    const Floats x = max(min(cosine, spread(1.0f)), spread(-1.0f));
+    const Floats y = square_root(1.0f - x * x);
+    return angle_of(y, x) - x * y;
+  };
+  const Floats least = spread(1e-9f), apart = max(distance, least);
+  const Floats area =
+      a2 * segment((d2 + a2 - b2) / (2 * apart * a)) + b2 * segment((d2 + b2 - a2) / (2 * apart * b));
+  return distance <= abs(b - a) ? min(b2 / a2, spread(1.0f)) : min(area / (3.14159265f * a2), spread(1.0f));
 }
 
 SceneSolid scene_solid(const Obstacle& obstacle) {
@@ -75,6 +79,7 @@ Pairs seen_patches(Floats across_m, Floats along_normal, Floats along_u, Floats 
 
 Scene::Scene(const World& world, double time_s, const LightMap* light_map)
     : room_(world.room), lights_(world.lights), ambient_(world.ambient), light_map_(light_map) {
+  if (light_map != nullptr) course_gains_ = light_map->gains(time_s);
   for (Light& light : lights_) light.intensity = light.intensity.cwiseProduct(light.course.gain(time_s));
   for (const AmbientLight& light : world.changing_ambient)
     ambient_ += light.intensity.cwiseProduct(light.course.gain(time_s));
@@ -133,24 +138,33 @@ double Scene::hit_solids(const Eigen::Vector3d& origin, const Eigen::Vector3d& d
   return nearest;
 }
 
-double Scene::visible_fraction(const Light& light, const Eigen::Vector3d& p, const Eigen::Vector3d& to_light,
-                               double distance, int own_ball, int own_solid) const {
-  double visible = 1.0;
+Floats Scene::share_past_balls(const Light& light, const Triples& p, int own_ball) const {
+  const Triples to_lamp = difference(spread(light.position_m), p);
+  const Floats square = max(dot(to_lamp, to_lamp), spread(1e-4f)), distance = square_root(square);
+  const auto lamp_radius = static_cast<float>(light.radius_m);
+  Floats visible = spread(1.0f);
   for (std::size_t k = 0; k < balls_.size(); ++k) {
     if (static_cast<int>(k) == own_ball) continue;
-    const SceneBall& ball = balls_[k];
-    const Eigen::Vector3d away = ball.center - p;
-    const double along = away.dot(to_light);
-    if (along <= -ball.radius || along > distance) continue;
-    const double square = away.squaredNorm(), across2 = square - along * along;
-    const double reach = ball.radius + light.radius_m * std::max(along, 0.0) / distance;
-    if (across2 >= 4.0 * reach * reach) continue;  // the disc's size grows near the ball: a wide bound
-    const double length = std::sqrt(square);
-    const double ball_angle = length <= ball.radius ? M_PI / 2 : std::asin(ball.radius / length);
-    const double light_angle = std::max(std::atan2(light.radius_m, distance), 1e-4);
-    visible *=
-        1.0 - covered_fraction(light_angle, ball_angle, std::atan2(std::sqrt(std::max(across2, 0.0)), along));
+    const auto radius = static_cast<float>(balls_[k].radius);
+    const Triples away = difference(spread(balls_[k].center), p);
+    const Floats away2 = dot(away, away), along = dot(away, to_lamp) / distance;
+    const Floats across2 = max(away2 - along * along, spread(0.0f));
+    // The ball touches a ray to the lamp's rim.
+    const Floats reach = radius * square_root(square + lamp_radius * lamp_radius) + along * lamp_radius;
+    const Ints before = (along > -radius) & (along <= distance) & (across2 * square < reach * reach);
+    if (!any(before)) continue;
+    const Floats covered =
+        covered_fraction(max(angle_of(spread(lamp_radius), distance), spread(1e-4f)),
+                         angle_of(spread(radius), square_root(max(away2 - radius * radius, spread(0.0f)))),
+                         angle_of(square_root(across2), along));
+    visible *= before ? 1.0f - covered : spread(1.0f);
   }
+  return visible;
+}
+
+double Scene::share_past_solids(const Light& light, const Eigen::Vector3d& p, const Eigen::Vector3d& to_light,
+                                double distance, int own_solid) const {
+  double visible = 1.0;
   for (std::size_t k = 0; k < solids_.size() && visible > 0.0; ++k) {
     if (static_cast<int>(k) == own_solid) continue;
     const SceneSolid& solid = solids_[k];
@@ -185,8 +199,10 @@ std::optional<Scene::LampLight> Scene::lamp_light(const Light& light, const Eige
   const Eigen::Vector3d to_light = offset / distance;
   const double facing = normal.dot(to_light);
   if (facing <= 0.0) return std::nullopt;
-  const double visible = visible_fraction(light, p, to_light, distance, own_ball, own_solid);
-  return visible <= 0.0 ? std::nullopt : std::make_optional(LampLight{to_light, facing, visible, square});
+  const double past_solids = share_past_solids(light, p, to_light, distance, own_solid);
+  if (past_solids <= 0.0) return std::nullopt;
+  return LampLight{to_light, facing, past_solids,
+                   static_cast<double>(share_past_balls(light, spread(p), own_ball)[0]), square};
 }
 
 Rgb Scene::reflected(const Material& material, const Rgb& albedo, const Eigen::Vector3d& p,
@@ -196,7 +212,7 @@ Rgb Scene::reflected(const Material& material, const Rgb& albedo, const Eigen::V
   for (const Light& light : lights_) {
     const auto lamp = lamp_light(light, p, normal, own_ball, own_solid);
     if (!lamp) continue;
-    const Rgb arriving = light.intensity * (lamp->visible / lamp->square_m2);
+    const Rgb arriving = light.intensity * (lamp->past_solids * lamp->past_balls / lamp->square_m2);
     diffuse += arriving * lamp->facing;
     if (material.specular > 0.0) {
       const double half = normal.dot((lamp->to_light + to_viewer).normalized());
@@ -206,22 +222,36 @@ Rgb Scene::reflected(const Material& material, const Rgb& albedo, const Eigen::V
   return albedo.cwiseProduct(diffuse) + material.specular * highlight;
 }
 
-double Scene::lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
+double Scene::lamp_share(const Light& lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
                          int own_solid) const {
-  const auto light = lamp_light(lights_[lamp], p, normal, -1, own_solid);
-  return light ? light->facing * light->visible / light->square_m2 : 0.0;
+  const auto light = lamp_light(lamp, p, normal, -1, own_solid);
+  return light ? light->facing * light->past_solids * light->past_balls / light->square_m2 : 0.0;
 }
 
-/// Whether a ball could keep light of some lamp from points: they lie in its cone of half shadow.
-Ints Scene::shaded_by_ball(const Triples& p) const {
-  Ints shaded{};
-  for (const ShadeCone& cone : shade_cones_) {
-    const Triples to_p = difference(p, spread(cone.lamp));
-    const Floats along = dot(to_p, spread(cone.axis));
-    const Floats reach = cone.radius + max(along - cone.ball_m, spread(0.0f)) * cone.growth;
-    shaded |= (along >= cone.from_m) & (dot(to_p, to_p) - along * along < reach * reach);
+Triples Scene::lamp_light_kept_off(int surface, const Ints& points_on_it, const Triples& p,
+                                   const Triples& normal) const {
+  Triples kept_off{spread(0.0f), spread(0.0f), spread(0.0f)};
+  for (const Light& light : lights_) {
+    const Floats past_balls = share_past_balls(light, p, -1);
+    const Ints shaded = (past_balls < 1.0f) & points_on_it;
+    if (!any(shaded)) continue;
+    const Triples to_lamp = difference(spread(light.position_m), p);
+    const Floats square = max(dot(to_lamp, to_lamp), spread(1e-4f)), distance = square_root(square);
+    const Floats facing = dot(normal, to_lamp) / distance;
+    Floats share = max(facing, spread(0.0f)) * (1.0f - past_balls) / square;
+    for (int k = 0; k < lanes; ++k) {
+      share[k] *= shaded[k] == 0
+                      ? 0.0f
+                      : static_cast<float>(share_past_solids(
+                            light, {p.x[k], p.y[k], p.z[k]},
+                            Eigen::Vector3d(to_lamp.x[k], to_lamp.y[k], to_lamp.z[k]) / distance[k],
+                            distance[k], solid_of(surface)));
+    }
+    kept_off.x += share * static_cast<float>(light.intensity[0]);
+    kept_off.y += share * static_cast<float>(light.intensity[1]);
+    kept_off.z += share * static_cast<float>(light.intensity[2]);
   }
-  return shaded;
+  return kept_off;
 }
 
 bool Scene::ball_may_shade(const Eigen::AlignedBox3f& box) const {
@@ -294,16 +324,22 @@ SurfacePoints Scene::points_of(int surface, const Floats& t, const Eigen::Vector
   return {{place(plane.u), place(plane.v)}, ways[plane.axis], ways[plane.u], ways[plane.v], spread(normal)};
 }
 
-Triples Scene::shade_mapped(int surface, const Floats& t, const Eigen::Vector3d& origin,
-                            const Triples& directions, const Triples& p, double pixel_rad,
-                            bool beside_ball) const {
+Triples Scene::shade_mapped(int surface, const Ints& points_on_it, const Floats& t,
+                            const Eigen::Vector3d& origin, const Triples& directions, const Triples& p,
+                            double pixel_rad, bool beside_ball) const {
   const SurfacePoints points = points_of(surface, t, origin, directions);
   const Pairs patch_m =
       seen_patches(t * static_cast<float>(pixel_rad), points.along_normal, points.along_u, points.along_v);
   const Triples albedo = texture_colors(material_of(surface).texture, points.uv_m, patch_m);
-  const Triples lamps = light_map_->light(surface, points.uv_m, lights_), ambient = spread(ambient_);
+  const Triples ambient = spread(ambient_);
+  Triples lamps = light_map_->light(surface, points.uv_m, course_gains_);
   Floats openness = surface < 8 ? room_openness(room_, surface, p) : spread(1.0f);
-  if (beside_ball) openness *= openness_beside_balls(p, points.normal);
+  if (beside_ball) {
+    openness *= openness_beside_balls(p, points.normal);
+    // The map lies between its points: what is kept off may be a little more than it knows of.
+    const Triples dark = difference(lamps, lamp_light_kept_off(surface, points_on_it, p, points.normal));
+    lamps = {max(dark.x, spread(0.0f)), max(dark.y, spread(0.0f)), max(dark.z, spread(0.0f))};
+  }
   return {albedo.x * (ambient.x * openness + lamps.x), albedo.y * (ambient.y * openness + lamps.y),
           albedo.z * (ambient.z * openness + lamps.z)};
 }
@@ -314,7 +350,6 @@ BALLSERVO_WIDE void Scene::shade_surfaces(const SurfaceHits& hits, const Eigen::
   const Triples o = spread(origin);
   const Triples p{o.x + hits.t * directions.x, o.y + hits.t * directions.y, o.z + hits.t * directions.z};
   Ints rest = hits.t < std::numeric_limits<float>::max();
-  if (beside_ball) rest &= ~shaded_by_ball(p);
   shaded = rest;
   while (any(rest)) {
     int first = 0;
@@ -326,7 +361,7 @@ BALLSERVO_WIDE void Scene::shade_surfaces(const SurfaceHits& hits, const Eigen::
       shaded &= ~same;
       continue;
     }
-    const Triples shown = shade_mapped(surface, hits.t, origin, directions, p, pixel_rad, beside_ball);
+    const Triples shown = shade_mapped(surface, same, hits.t, origin, directions, p, pixel_rad, beside_ball);
     colors = {same ? shown.x : colors.x, same ? shown.y : colors.y, same ? shown.z : colors.z};
   }
 }

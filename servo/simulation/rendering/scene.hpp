@@ -121,24 +121,26 @@ inline bool is_plainly_lit(const Material& material) {
   return material.specular == 0.0 && !material.luminous;
 }
 
-/// Lamps and solids stand still, so this is worked out once: what every plainly lit surface gets of each
-/// lamp, in the shade of the solids but not of the balls, on a grid of 4 cm (coarser where a surface is
-/// longer than 16 m, finer around a cylinder), interpolated in between.
+/// Lamps and solids stand still, so this is worked out once: what every plainly lit surface gets of the lamps
+/// that change alike, in the shade of the solids but not of the balls, on a grid of 4 cm (coarser where a
+/// surface is longer than 16 m, finer around a cylinder), interpolated in between.
 class LightMap {
  public:
   explicit LightMap(const World& world);
 
-  /// The light of all lamps on points, each lamp as bright as `lights` says (the world's, in its order).
-  /// `surface` and `uv_m` as in SurfaceHit.
-  Triples light(int surface, const Pairs& uv_m, const std::vector<Light>& lights) const;
+  /// By how much the lamps of each course shine brighter than the world says.
+  std::vector<Rgb> gains(double time_s) const;
+
+  /// The light of all lamps on points, with those gains. `surface` and `uv_m` as in SurfaceHit.
+  Triples light(int surface, const Pairs& uv_m, const std::vector<Rgb>& gains) const;
 
  private:
   struct Grid {
     Eigen::Vector2d origin_m{0, 0};
     Eigen::Vector2d cells_per_m{1, 1};
-    std::vector<QuadGrid> shares;  // of four lamps each; none: nothing to be lit
+    std::vector<QuadGrid> lights;  // of each course: red, green, blue; none: nothing to be lit
   };
-  std::size_t lamps_ = 0;
+  std::vector<LightCourse> courses_;
   std::vector<Grid> grids_;  // by surface
 };
 
@@ -171,8 +173,8 @@ class Scene {
   /// Whether a ball may keep light off somewhere in the box.
   bool ball_may_shade(const Eigen::AlignedBox3f& box) const;
 
-  /// The same of many points; only of those whose light is mapped and no ball keeps off: `shaded` tells which
-  /// they are. `beside_ball`: whether a ball may keep light off any of them.
+  /// The same of many points; only of those whose light is mapped: `shaded` tells which they are.
+  /// `beside_ball`: whether a ball may keep light off any of them.
   void shade_surfaces(const SurfaceHits& hits, const Eigen::Vector3d& origin, const Triples& directions,
                       double pixel_rad, bool beside_ball, Triples& colors, Ints& shaded) const;
 
@@ -181,7 +183,7 @@ class Scene {
   Rgb shade_ball(int ball, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 
   /// What a point of the room (own_solid -1) or of a solid gets of a lamp, as a share of its intensity.
-  double lamp_share(std::size_t lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
+  double lamp_share(const Light& lamp, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
                     int own_solid) const;
 
  private:
@@ -189,23 +191,29 @@ class Scene {
                           const Triples& directions) const;
   /// Whether the light map knows all the light on a surface, but for the balls' shadows.
   bool light_is_mapped(int surface) const;
-  Triples shade_mapped(int surface, const Floats& t, const Eigen::Vector3d& origin, const Triples& directions,
-                       const Triples& p, double pixel_rad, bool beside_ball) const;
-  Ints shaded_by_ball(const Triples& p) const;
+  /// What is said of `points_on_it` alone.
+  Triples shade_mapped(int surface, const Ints& points_on_it, const Floats& t, const Eigen::Vector3d& origin,
+                       const Triples& directions, const Triples& p, double pixel_rad, bool beside_ball) const;
+  /// The light of the lamps that balls keep off points of a surface.
+  Triples lamp_light_kept_off(int surface, const Ints& points_on_it, const Triples& p,
+                              const Triples& normal) const;
   Floats openness_beside_balls(const Triples& p, const Triples& normal) const;
   /// What of a lamp's light comes to a point of a surface.
   struct LampLight {
     Eigen::Vector3d to_light;
-    double facing, visible;  // the cosine; the share of the lamp that is not hidden
-    double square_m2;        // of the distance
+    double facing;                   // the cosine
+    double past_solids, past_balls;  // the shares of the lamp that they do not hide
+    double square_m2;                // of the distance
   };
   std::optional<LampLight> lamp_light(const Light& light, const Eigen::Vector3d& p,
                                       const Eigen::Vector3d& normal, int own_ball, int own_solid) const;
   Rgb reflected(const Material& material, const Rgb& albedo, const Eigen::Vector3d& p,
                 const Eigen::Vector3d& normal, const Eigen::Vector3d& to_viewer, const Rgb& ambient,
                 int own_ball, int own_solid) const;
-  double visible_fraction(const Light& light, const Eigen::Vector3d& p, const Eigen::Vector3d& to_light,
-                          double distance, int own_ball, int own_solid) const;
+  /// At points that own_ball, if any, does not hide the lamp from.
+  Floats share_past_balls(const Light& light, const Triples& p, int own_ball) const;
+  double share_past_solids(const Light& light, const Eigen::Vector3d& p, const Eigen::Vector3d& to_light,
+                           double distance, int own_solid) const;
 
   /// Where a ball may keep a lamp's light off: behind `from_m` along the axis from the lamp, within a radius
   /// that grows from the ball on.
@@ -216,11 +224,12 @@ class Scene {
 
   Room room_;
   std::vector<SceneBall> balls_;
-  std::vector<ShadeCone> shade_cones_;
+  std::vector<ShadeCone> shade_cones_;  // of each lamp, of each ball
   std::vector<SceneSolid> solids_;
   std::vector<Light> lights_;  // as bright as they are now
   Rgb ambient_;
   const LightMap* light_map_;
+  std::vector<Rgb> course_gains_;  // of the light map, now
 };
 
 }  // namespace ballservo

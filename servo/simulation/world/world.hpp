@@ -120,6 +120,9 @@ struct LightKey {
   double time_s = 0;
   double temperature_k = 6500;
   double level = 1;  ///< factor on its intensity
+  bool operator==(const LightKey& other) const {
+    return time_s == other.time_s && temperature_k == other.temperature_k && level == other.level;
+  }
 };
 
 /// How a light changes: linearly in temperature and level from one key to the next, at once where two keys
@@ -130,6 +133,9 @@ struct LightCourse {
 
   /// Factors on the light's intensity at a time: (1, 1, 1) at the white balance's temperature and level 1.
   Rgb gain(double time_s) const;
+  bool operator==(const LightCourse& other) const {
+    return white_balance_k == other.white_balance_k && keys == other.keys;
+  }
 };
 
 /// A lamp: a sphere that shines alike in all directions. `intensity` is what a surface of reflectance 1 shows
