@@ -69,11 +69,10 @@ Verdict BallJudge::of(const OutlineFit& fit, const std::vector<BoundaryPoint>& b
   Verdict verdict;
   verdict.support = outline_support(sectors, fit.offsets, ball.blur_px, view_.colored, camera, ball.cone);
   verdict.quality = verdict.support.quality();
-  const auto& [match, straight] = verdict.support.shape;
   const double hidden = verdict.support.hidden;
   const bool behind_something = hidden > max_hidden && hidden < 1 && fit.has_edges() &&
                                 ball.outline.radius_px >= least_hidden_radius_px &&
-                                match * (1 - straight) >= least_round &&
+                                verdict.support.shape.roundness() >= least_round &&
                                 is_behind_straight_edge(view_.bgr, view_.colored, ball.outline);
   // Of what can be seen of it.
   if (behind_something) verdict.quality /= std::sqrt(1 - hidden);
@@ -139,12 +138,11 @@ double BallJudge::half_hidden_log_odds(const OutlineFit& fit, const OutlineSuppo
     return -std::numeric_limits<double>::infinity();
   const OutlineEllipse& outline = fit.ball.outline;
   const double seen = support.arc / std::max(0.2, 1 - support.hidden);
-  const double round = support.shape.match * (1 - support.shape.straight);
   const double behind = is_behind_straight_edge(view_.bgr, view_.colored, outline) ? 1 : 0;
   const double contrast = std::log(std::max(1.0, look.edge) / 12);
-  return 2.7 * seen + 2 * round + 2.2 * behind + contrast + 2.4 * std::clamp(look.contour, -0.5, 1.2) +
-         0.5 * look.sphere - 0.8 * view_.prior.log_look_alikes - log_look_alikes_by_size(outline.radius_px) -
-         6.4;
+  return 2.7 * seen + 2 * support.shape.roundness() + 2.2 * behind + contrast +
+         2.4 * std::clamp(look.contour, -0.5, 1.2) + 0.5 * look.sphere - 0.8 * view_.prior.log_look_alikes -
+         log_look_alikes_by_size(outline.radius_px) - 6.4;
 }
 
 double share_on_outline(const OutlineFit& fit) {

@@ -140,7 +140,7 @@ OutlineShape outline_shape(const EdgeOffsets& offsets, const SectorColors& color
 
 double OutlineSupport::quality() const {
   // An edge that mostly leaves the outline, or leaves it as a straight line, is another thing's.
-  const double round = std::min(1.0, 1.3 * shape.match * (1 - shape.straight));
+  const double round = std::min(1.0, 1.3 * shape.roundness());
   // So is one that is met in short arcs only, as where a circle crosses a box's sides.
   const double connected = arc_in_runs > 0 ? 1 : 0.6;
   return std::sqrt(std::clamp(arc, 0.0, 1.0) * std::clamp(fill, 0.0, 1.0)) * (1 - leak) * (1 - leak) * round *

@@ -36,6 +36,7 @@ struct OutlineShape {
   double match = 1;
   /// Of the sectors where the edge's curvature can be told: those where it is straight.
   double straight = 0;
+  double roundness() const { return match * (1 - straight); }
 };
 
 /// Whether an edge at that offset lies on the outline, as a ball's does.
