@@ -112,12 +112,13 @@ struct BallPixels {
     return static_cast<double>(response.light[c[0]] + response.light[c[1]] + response.light[c[2]]);
   }
 
-  /// Calls see(normal, u, v); the normal to the camera is (0, 0, 1).
+  /// Calls see(normal, u, v) for some `per_radius` pixels along a radius; the normal to the camera is (0, 0,
+  /// 1).
   template <typename See>
-  void for_each(const See& see) const {
+  void for_each(const See& see, double per_radius = 20) const {
     const Eigen::Matrix<double, 3, 2> basis = perpendicular_basis(cone.axis);
     const cv::Rect box = box_around(outline, bgr.size()) & cv::Rect(colored.window, colored.pixels.size());
-    const int step = std::max(1, static_cast<int>(outline.radius_px / 20));
+    const int step = std::max(1, static_cast<int>(outline.radius_px / per_radius));
     // Within the blur of the outline the background shines in.
     const double sine = std::sin(cone.alpha_rad), reach = sine * (1 - std::min(0.4, 1.5 / outline.radius_px));
     for (int v = box.y + 1; v < box.br().y - 1; v += step) {
@@ -195,10 +196,13 @@ BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, con
 double shading_strength(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
                         const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline) {
   const BallPixels ball{bgr, response, colored, rays, cone, outline};
+  constexpr double per_radius = 10;  // enough for three numbers
   LambertFit all;
-  ball.for_each([&](const Eigen::Vector3d& n, int u, int v) {
-    all.add({1, n.x(), n.y(), n.z()}, ball.brightness(u, v));
-  });
+  ball.for_each(
+      [&](const Eigen::Vector3d& n, int u, int v) {
+        all.add({1, n.x(), n.y(), n.z()}, ball.brightness(u, v));
+      },
+      per_radius);
   return all.strength();
 }
 

@@ -29,7 +29,7 @@ struct BallShading {
 BallShading ball_shading(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
                          const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline);
 
-/// `BallShading::strength` alone, in an eighth of the time.
+/// `BallShading::strength` alone, of fewer pixels: to about 0.05, in a thirtieth of the time.
 double shading_strength(const cv::Mat& bgr, const CameraResponse& response, const ColoredPixels& colored,
                         const RayTable& rays, const TangentCone& cone, const OutlineEllipse& outline);
 
