@@ -7,6 +7,7 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "perception/judgement/ball_shading.hpp"
+#include "perception/outline/noise_response.hpp"
 
 namespace ballservo {
 namespace {
@@ -260,7 +261,7 @@ void Detector::check(const cv::Mat& bgr) const {
 }
 
 const CameraResponse& Detector::response() const {
-  const bool srgb = options_.response == ResponseChoice::by_edges ? response_belief_.srgb()
+  const bool srgb = options_.response == ResponseChoice::by_picture ? response_belief_.srgb()
                                                                   : options_.response == ResponseChoice::srgb;
   const bool coarse_chroma = response_belief_.coarse_chroma();
   return srgb ? CameraResponse::srgb(coarse_chroma) : CameraResponse::linear(coarse_chroma);
@@ -272,6 +273,7 @@ bool Detector::learn_response(const cv::Mat& bgr) {
   if (options_.fit != BallFit::sphere || balls_.empty() || !response_belief_.open()) return false;
   const CameraResponse& before = response();
   ResponseEvidence evidence;
+  if (!response_belief_.coarse_chroma()) evidence.srgb_by_noise = srgb_log_odds_by_noise(bgr);
   const auto is_large = [](const BallObservation& ball) { return ball.outline.radius_px >= small_ball_px; };
   const bool any_large = std::any_of(balls_.begin(), balls_.end(), is_large);
   for (const BallObservation& ball : balls_) {
@@ -284,10 +286,10 @@ bool Detector::learn_response(const cv::Mat& bgr) {
   return &response() != &before;
 }
 
-// What the edges leave open of the camera, they leave open of the balls.
+// What edges and noise leave open of the camera, they leave open of the balls.
 void Detector::admit_other_responses(const cv::Mat& bgr) {
   constexpr double least_probability = 1e-3;
-  if (options_.fit != BallFit::sphere || options_.response != ResponseChoice::by_edges) return;
+  if (options_.fit != BallFit::sphere || options_.response != ResponseChoice::by_picture) return;
   for (const auto& [response, probability] : response_belief_.alternatives()) {
     if (probability < least_probability) continue;
     for (BallObservation& ball : balls_)

@@ -10,11 +10,11 @@
 namespace ballservo {
 
 /// How the camera's grey levels follow the light: stated, or told by how the balls' edges look.
-enum class ResponseChoice { by_edges, linear, srgb };
+enum class ResponseChoice { by_picture, linear, srgb };
 
 struct DetectorOptions {
   BallFit fit = BallFit::sphere;
-  ResponseChoice response = ResponseChoice::by_edges;
+  ResponseChoice response = ResponseChoice::by_picture;
   /// The pictures come from where colours are stored at half the resolution of brightness: a video, a JPEG
   /// file. Otherwise the edges of balls tell whether they once did.
   bool coarse_chroma = false;

@@ -204,7 +204,7 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
   options_.fit = options.fit == "paper" ? BallFit::paper : BallFit::sphere;
   options_.response = options.response == "linear" ? ResponseChoice::linear
                       : options.response == "srgb" ? ResponseChoice::srgb
-                                                   : ResponseChoice::by_edges;
+                                                   : ResponseChoice::by_picture;
   options_.seed = common.seed;
   options_.threads = std::clamp(common.threads, 1, DetectorOptions::most_threads);
 }

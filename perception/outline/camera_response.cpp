@@ -26,7 +26,7 @@ CameraResponse response_of(bool srgb, bool coarse_chroma) {
   return made;
 }
 
-constexpr double most_of_one_picture = 20;  // counts no more than that
+constexpr double most_of_one_picture = 20;  // edges count no more than that
 constexpr int most_looks = 64;
 
 }  // namespace
@@ -54,7 +54,7 @@ GreyLevel CameraResponse::shown(double of_light) const {
 void ResponseBelief::add(const ResponseEvidence& evidence) {
   const auto capped = [](double x) { return std::clamp(x, -most_of_one_picture, most_of_one_picture); };
   coarse_chroma_ += capped(evidence.coarse_chroma);
-  if (!coarse_chroma()) srgb_ += capped(evidence.srgb);
+  if (!coarse_chroma()) srgb_ += capped(evidence.srgb) + evidence.srgb_by_noise;
   ++looks_;
 }
 

@@ -37,21 +37,22 @@ struct CameraResponse {
   static const CameraResponse& srgb(bool coarse_chroma = false);
 };
 
-/// What edges say of the camera.
+/// What a picture says of the camera.
 struct ResponseEvidence {
-  double srgb = 0;           ///< ln of the likelihoods' ratio of sRGB and linear response
+  double srgb = 0;           ///< of edges: ln of the likelihoods' ratio of sRGB and linear response
   double coarse_chroma = 0;  ///< edges whose colours are blurred more than their brightness, less the others
+  double srgb_by_noise = 0;  ///< see noise_response.hpp
 };
 
-/// What is believed of one camera, from what balls' edges say. A picture that people look at is sRGB unless
-/// strong evidence is against it. The edges of one picture may leave it open, and a video that was resampled
-/// as grey levels may leave it open for ever, so looks are counted.
+/// What is believed of one camera, from what balls' edges and the pictures' noise say. A picture that people
+/// look at is sRGB unless strong evidence is against it. The edges of one picture may leave it open, and a
+/// video that was resampled as grey levels may leave it open for ever, so looks are counted.
 class ResponseBelief {
  public:
   /// `coarse_chroma`: that the colours are coarse is known.
   explicit ResponseBelief(bool coarse_chroma = false)
       : coarse_chroma_(coarse_chroma ? settled_chroma : prior_chroma) {}
-  /// Of one picture's balls together.
+  /// Of one picture and its balls together.
   void add(const ResponseEvidence& evidence);
   /// Is it worth while to look at more edges?
   bool open() const;

@@ -110,14 +110,46 @@ double radius_error_px(const cv::Mat& bgr, ResponseChoice choice) {
   return balls.empty() ? NAN : balls[0].outline.radius_px - truth->radius_px;
 }
 
+/// A picture whose noise is a sensor's: it grows with the light, and grey levels are proportional to it.
+cv::Mat sensed(const cv::Mat& light, std::uint64_t seed) {
+  RandomEngine engine = random_stream(seed, "camera_response_test.sensed");
+  cv::Mat blurred, bgr(light.size(), CV_8UC3);
+  light.convertTo(blurred, CV_32FC3);
+  cv::GaussianBlur(blurred, blurred, {}, 0.8);
+  for (int v = 0; v < bgr.rows; ++v) {
+    for (int u = 0; u < bgr.cols; ++u) {
+      const cv::Vec3f& lit = blurred.at<cv::Vec3f>(v, u);
+      for (int c = 0; c < 3; ++c) {
+        bgr.at<cv::Vec3b>(v, u)[c] =
+            cv::saturate_cast<std::uint8_t>(lit[c] + std::sqrt(0.2 + 0.2 * lit[c]) * standard_normal(engine));
+      }
+    }
+  }
+  return bgr;
+}
+
+TEST(CameraResponse, IsToldByNoiseWhereTheEdgesOfABallLeaveItOpen) {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    cv::Mat light(120, 120, CV_8UC3);
+    light.forEach<cv::Vec3b>([](cv::Vec3b& pixel, const int* at) {
+      const bool beside_ball = at[0] > 20 && at[0] < 100;
+      pixel = beside_ball ? cv::Vec3b(40, 45, 120)
+                          : cv::Vec3b::all(static_cast<std::uint8_t>(30 + 210 * at[1] / 120));
+    });
+    test::paint_ball(light, test::pinhole({120, 120}, 500), {0.004, 0.002, 0.6}, 0.035, {40, 45, 160});
+    const cv::Mat bgr = sensed(light, seed);
+    EXPECT_EQ(radius_error_px(bgr, ResponseChoice::by_picture), radius_error_px(bgr, ResponseChoice::linear));
+  }
+}
+
 TEST(CameraResponse, IsToldByTheEdgesOfABall) {
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     cv::Mat light(120, 120, CV_8UC3, cv::Scalar(20.0 + 10 * static_cast<double>(seed), 50, 25));
     test::paint_ball(light, test::pinhole({120, 120}, 500), {0.004, 0.002, 0.6}, 0.035, {12, 15, 160});
     const cv::Mat linear = taken(light, CameraResponse::linear(), seed),
                   srgb = taken(light, CameraResponse::srgb(), seed);
-    EXPECT_NEAR(radius_error_px(linear, ResponseChoice::by_edges), 0, 0.02);
-    EXPECT_NEAR(radius_error_px(srgb, ResponseChoice::by_edges), 0, 0.02);
+    EXPECT_NEAR(radius_error_px(linear, ResponseChoice::by_picture), 0, 0.02);
+    EXPECT_NEAR(radius_error_px(srgb, ResponseChoice::by_picture), 0, 0.02);
     // Taken for the other, it is not: the pictures can tell.
     EXPECT_GT(std::abs(radius_error_px(srgb, ResponseChoice::linear)), 0.05);
     EXPECT_GT(std::abs(radius_error_px(linear, ResponseChoice::srgb)), 0.05);
@@ -291,7 +323,7 @@ TEST(CameraResponse, WhereColoursAreCoarseTheEdgeIsThatOfLuma) {
     cv::Mat light(120, 120, CV_8UC3, cv::Scalar(90.0 + 10 * static_cast<double>(seed), 100, 80));
     test::paint_ball(light, test::pinhole({120, 120}, 500), {0.004, 0.002, 0.6}, 0.035, {12, 15, 160});
     const cv::Mat coarse = with_coarse_chroma(taken(light, CameraResponse::srgb(), seed));
-    const double error_px = radius_error_px(coarse, ResponseChoice::by_edges);
+    const double error_px = radius_error_px(coarse, ResponseChoice::by_picture);
     EXPECT_NEAR(error_px, 0, 0.06);
     sum_px += error_px;
   }
