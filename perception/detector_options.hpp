@@ -9,7 +9,7 @@
 
 namespace ballservo {
 
-/// How the camera's grey levels follow the light: stated, or told by how the balls' edges look.
+/// How the camera's grey levels follow the light: stated, or told by noise and by how the balls' edges look.
 enum class ResponseChoice { by_picture, linear, srgb };
 
 struct DetectorOptions {

@@ -108,7 +108,7 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
   command
       .add_option("--response", options.response,
                   "How grey levels follow the light: linear, srgb (as of pictures made to be looked at), or "
-                  "auto: told by the balls' edges")
+                  "auto: told by noise and the balls' edges")
       ->check(CLI::IsMember({"auto", "linear", "srgb"}))
       ->capture_default_str();
 }
