@@ -261,8 +261,9 @@ void Detector::check(const cv::Mat& bgr) const {
 }
 
 const CameraResponse& Detector::response() const {
-  const bool srgb = options_.response == ResponseChoice::by_picture ? response_belief_.srgb()
-                                                                  : options_.response == ResponseChoice::srgb;
+  const bool srgb = options_.response == ResponseChoice::by_picture
+                        ? response_belief_.srgb()
+                        : options_.response == ResponseChoice::srgb;
   const bool coarse_chroma = response_belief_.coarse_chroma();
   return srgb ? CameraResponse::srgb(coarse_chroma) : CameraResponse::linear(coarse_chroma);
 }
