@@ -274,7 +274,8 @@ bool Detector::learn_response(const cv::Mat& bgr) {
   if (options_.fit != BallFit::sphere || balls_.empty() || !response_belief_.open()) return false;
   const CameraResponse& before = response();
   ResponseEvidence evidence;
-  if (!response_belief_.coarse_chroma()) evidence.srgb_by_noise = srgb_log_odds_by_noise(bgr);
+  if (options_.response == ResponseChoice::by_picture && response_belief_.asks_noise())
+    evidence.srgb_by_noise = srgb_log_odds_by_noise(bgr);
   const auto is_large = [](const BallObservation& ball) { return ball.outline.radius_px >= small_ball_px; };
   const bool any_large = std::any_of(balls_.begin(), balls_.end(), is_large);
   for (const BallObservation& ball : balls_) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -56,6 +57,8 @@ class ResponseBelief {
   void add(const ResponseEvidence& evidence);
   /// Is it worth while to look at more edges?
   bool open() const;
+  /// And at its noise?
+  bool asks_noise() const { return !coarse_chroma() && std::abs(srgb_) < settled_response; }
 
   bool srgb() const { return coarse_chroma() || srgb_ > 0; }
   bool coarse_chroma() const { return coarse_chroma_ > 0; }

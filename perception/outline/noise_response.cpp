@@ -37,12 +37,12 @@ class LaplacianHistogram {
   double noise_variance() const {
     constexpr double quarter_of_normal = 0.31864;  // |x| of a standard normal is below in one of four
     const double wanted = 0.25 * seen_;
-    double below = 0, size = 0;
-    while (below + counts_[static_cast<std::size_t>(size)] < wanted)
-      below += counts_[static_cast<std::size_t>(size++)];
+    std::size_t size = 0;
+    int below = 0;
+    while (below + counts_[size] < wanted) below += counts_[size++];
     // Whole numbers stand for half a step to either side, 0 for half a step.
-    const double share = (wanted - below) / counts_[static_cast<std::size_t>(size)];
-    const double quantile = size == 0 ? 0.5 * share : size - 0.5 + share;
+    const double share = (wanted - below) / counts_[size];
+    const double quantile = size == 0 ? 0.5 * share : static_cast<double>(size) - 0.5 + share;
     return std::pow(quantile / quarter_of_normal, 2) / 36;
   }
 
@@ -56,7 +56,7 @@ using Bands = Eigen::Array<double, Eigen::Dynamic, 1, 0, bands, 1>;
 using Terms = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, bands, 3>;
 
 // The non-negative sum of terms that comes nearest to the variances; what is left, in sigmas squared.
-double squares_left(const Bands& variances, const Terms& terms) {
+double misfit(const Bands& variances, const Terms& terms) {
   double least = std::numeric_limits<double>::infinity();
   for (int chosen = 1; chosen < 8; ++chosen) {
     Bands model = variances;
@@ -124,8 +124,8 @@ double srgb_log_odds_by_noise(const cv::Mat& bgr) {
   }
   if (told < least_bands) return 0;
   const Bands known = variances.head(told);
-  const double by_proportional = squares_left(known, proportional.topRows(told)),
-               by_srgb = squares_left(known, srgb.topRows(told));
+  const double by_proportional = misfit(known, proportional.topRows(told)),
+               by_srgb = misfit(known, srgb.topRows(told));
   if (std::min(by_proportional, by_srgb) > most_misfit * told) return 0;
   return std::clamp(0.5 * (by_proportional - by_srgb), -most_log_odds, most_log_odds);
 }

@@ -224,7 +224,7 @@ class Scene {
 
   Room room_;
   std::vector<SceneBall> balls_;
-  std::vector<ShadeCone> shade_cones_;  // of each lamp, of each ball
+  std::vector<ShadeCone> shade_cones_;
   std::vector<SceneSolid> solids_;
   std::vector<Light> lights_;  // as bright as they are now
   Rgb ambient_;
