@@ -8,11 +8,13 @@
 #include "calibration/base/numbers.hpp"
 #include "perception/judgement/ball_shading.hpp"
 #include "perception/outline/noise_response.hpp"
+#include "perception/outline/picture_noise.hpp"
 
 namespace ballservo {
 namespace {
 
 constexpr int worth_sharing_px = 100000;  // below, threads cost more to wake than they save
+constexpr double most_noise = 7;          // grey levels; beyond, colours are told from a smoother picture
 constexpr int max_regions = 256;          // that are looked at for balls; the largest
 
 const DetectorOptions& valid(const DetectorOptions& options) {
@@ -108,6 +110,7 @@ const std::vector<BallObservation>& Detector::detect(const cv::Mat& bgr, const c
   if (seen.empty()) return balls_;
 
   looked_at_ = {seen, window.empty()};
+  if (window.empty()) learn_noise(bgr);
   segment(bgr, seen);
   if (stages) {
     const auto numbers = [&](const ClassPictures& classes) { return class_numbers(classes, seen.size()); };
@@ -244,10 +247,17 @@ bool Detector::fit_sphere(const cv::Mat& bgr, const UndistortedCircle& circle,
   return verifier.fit_sphere(verifier.fitter(), bgr, response(), voted, rough, boundary, {}, fit);
 }
 
+void Detector::learn_noise(const cv::Mat& bgr) {
+  noise_sigma_ = noise_sigma(bgr);
+  search_.verifier().second_look().set_noise(noise_sigma_);
+}
+
 // Stages 1 and 2.
 void Detector::segment(const cv::Mat& bgr, const cv::Rect& window) {
   const int threads = window.area() >= worth_sharing_px ? options_.threads : 1;
-  classify(bgr(window), colors_, segmented_.classified, threads);
+  const cv::Mat seen = bgr(window);
+  classify(noise_sigma_ > most_noise ? smoothing_.smoothed(seen) : seen, colors_, segmented_.classified,
+           threads);
   morphology_.open(segmented_.classified, segmented_.opened);
   morphology_.close(segmented_.opened, segmented_.closed);
 }

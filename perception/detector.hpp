@@ -18,6 +18,7 @@
 #include "perception/segmentation/classification.hpp"
 #include "perception/segmentation/morphology.hpp"
 #include "perception/segmentation/regions.hpp"
+#include "perception/segmentation/smoothing.hpp"
 
 namespace ballservo {
 
@@ -107,6 +108,7 @@ class Detector {
                                                      DetectionStages* stages);
   void find_balls(const cv::Mat& bgr, RegionPrior prior, DetectionStages* stages);
   void compare_with_clear_balls(const cv::Mat& bgr, DetectionStages* stages);
+  void learn_noise(const cv::Mat& bgr);
   void segment(const cv::Mat& bgr, const cv::Rect& window);
   bool learn_response(const cv::Mat& bgr);
   void admit_other_responses(const cv::Mat& bgr);
@@ -114,6 +116,8 @@ class Detector {
   std::shared_ptr<const RayTable> rays_;
   DetectorOptions options_;
   ColorLookup colors_;
+  double noise_sigma_ = 0;  // of the last picture that was searched everywhere, grey levels
+  Smoothing smoothing_;
   ClassMorphology morphology_;
   Segmented segmented_;
   RegionMap regions_;

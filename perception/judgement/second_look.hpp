@@ -27,12 +27,16 @@ class SecondLook {
   /// their contrast is judged by what it is in a picture of ordinary brightness.
   void set_light(const LightCells& light);
 
+  /// How much noise pictures have (sigma, grey levels). Where it is much, a ball is looked at more coarsely.
+  void set_noise(double sigma) { noise_sigma_ = sigma; }
+
   /// Odds of 0, no answer, where hardly any pixel inside the outline has the ball's colour or lies in the
   /// picture.
   Look look(const cv::Mat& bgr, const ColoredPixels& colored, const OutlineEllipse& outline);
 
  private:
-  double brightening_ = 1;      // factor on grey levels
+  double brightening_ = 1;  // factor on grey levels
+  double noise_sigma_ = 0;
   std::vector<cv::Vec3f> lab_;  // of the ball and what is around it
 };
 

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "perception/outline/camera_response.hpp"
+#include "perception/outline/picture_noise.hpp"
 
 namespace ballservo {
 namespace {
@@ -25,32 +25,6 @@ constexpr double band_sigma = 0.2;
 // Where the better model errs by so much more than that (mean square), it is no noise that is seen.
 constexpr double most_misfit = 2;
 constexpr double most_log_odds = 25;  // more than what edges may say against it
-
-// How often the Laplacian of Immerkaer (Computer Vision and Image Understanding 64(2), 1996) has each size:
-// slopes do not show in it, and noise has 36 times its variance.
-class LaplacianHistogram {
- public:
-  void add(int size) { ++counts_[static_cast<std::size_t>(std::min(size, largest))], ++seen_; }
-  int seen() const { return seen_; }
-
-  /// By the smallest quarter: most of a texture lies above.
-  double noise_variance() const {
-    constexpr double quarter_of_normal = 0.31864;  // |x| of a standard normal is below in one of four
-    const double wanted = 0.25 * seen_;
-    std::size_t size = 0;
-    int below = 0;
-    while (below + counts_[size] < wanted) below += counts_[size++];
-    // Whole numbers stand for half a step to either side, 0 for half a step.
-    const double share = (wanted - below) / counts_[size];
-    const double quantile = size == 0 ? 0.5 * share : static_cast<double>(size) - 0.5 + share;
-    return std::pow(quantile / quarter_of_normal, 2) / 36;
-  }
-
- private:
-  static constexpr int largest = 255;
-  std::array<int, largest + 1> counts_{};
-  int seen_ = 0;
-};
 
 using Bands = Eigen::Array<double, Eigen::Dynamic, 1, 0, bands, 1>;
 using Terms = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, bands, 3>;
@@ -104,7 +78,7 @@ double srgb_log_odds_by_noise(const cv::Mat& bgr) {
           }
         }
         if (low >= darkest && high <= brightest)
-          seen[static_cast<std::size_t>(sum / 9 / band_levels)].add(std::abs(laplacian));
+          seen[static_cast<std::size_t>(sum / 9 / band_levels)].add(laplacian);
       }
     }
   }

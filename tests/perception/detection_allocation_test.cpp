@@ -11,7 +11,7 @@ namespace {
 const ImageSize size{320, 240};
 
 /// Pictures with balls of two colours, alone, touching, cut by the border and half covered, clutter of their
-/// colour, and with none.
+/// colour, and with none; some in much noise.
 std::vector<cv::Mat> pictures() {
   std::vector<cv::Mat> result;
   for (int k = 0; k < 24; ++k) {
@@ -27,6 +27,8 @@ std::vector<cv::Mat> pictures() {
       if (k % 4 == 2)
         cv::rectangle(bgr, cv::Rect(50 + 7 * k, 90, 14, 40), cv::Scalar(test::grey), cv::FILLED);
     }
+    RandomEngine engine = random_stream(static_cast<std::uint64_t>(k), "detection_allocation_test");
+    if (k % 5 == 4) test::add_noise(bgr, 10, engine);
     result.push_back(bgr);
   }
   return result;

@@ -38,6 +38,24 @@ TEST(Detector, PlacesAFlatBallToAMillimetre) {
   }
 }
 
+// A third of its pixels leave the class.
+TEST(Detector, FindsAPaleBallInMuchNoise) {
+  Detector detector = test::detector_for(test::pinhole(size, 400));
+  int found = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    RandomEngine engine = random_stream(seed, "detector_test");
+    cv::Mat bgr = test::grey_picture();
+    test::paint_shaded_disc(bgr, {160, 120}, 30, {55, 55, 150});
+    test::add_noise(bgr, 12, engine);
+    const auto& balls = detector.detect(bgr);
+    if (balls.empty()) continue;
+    ++found;
+    EXPECT_EQ(balls.size(), 1u);
+    EXPECT_LT((balls[0].outline.center_px - Eigen::Vector2d(160, 120)).norm(), 1) << seed;
+  }
+  EXPECT_EQ(found, 10);
+}
+
 TEST(Detector, ThePapersFitIsNearOnTheAxis) {
   const Camera camera = test::pinhole(size, 400);
   cv::Mat bgr = test::grey_picture();

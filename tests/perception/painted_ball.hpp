@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "calibration/base/random.hpp"
 #include "calibration/camera/ray_table.hpp"
 #include "calibration/color/color_table.hpp"
 #include "perception/detector.hpp"
@@ -70,6 +71,13 @@ inline void paint_disc(cv::Mat& bgr, const Eigen::Vector2d& center_px, double ra
   cv::Mat around = bgr(box);
   const Eigen::Vector2d middle = center_px - Eigen::Vector2d(box.x, box.y);
   paint(around, color, [&](const Eigen::Vector2d& p) { return (p - middle).norm() <= radius_px; });
+}
+
+inline void add_noise(cv::Mat& bgr, double sigma, RandomEngine& engine) {
+  cv::Mat noise(bgr.size(), CV_16SC3);
+  cv::RNG(static_cast<std::uint64_t>(uniform(engine, 1, 1e9)))
+      .fill(noise, cv::RNG::NORMAL, cv::Scalar::all(0), cv::Scalar::all(sigma));
+  cv::add(bgr, noise, bgr, cv::noArray(), CV_8U);
 }
 
 /// A sphere in a far camera's eye, lit from the left above.

@@ -85,13 +85,6 @@ inline void paint_shaded_ball(cv::Mat& bgr, const Camera& camera, const Eigen::V
   }
 }
 
-inline void add_noise(cv::Mat& bgr, double sigma, RandomEngine& engine) {
-  cv::Mat noise(bgr.size(), CV_16SC3);
-  cv::RNG(static_cast<std::uint64_t>(uniform(engine, 1, 1e9)))
-      .fill(noise, cv::RNG::NORMAL, cv::Scalar::all(0), cv::Scalar::all(sigma));
-  cv::add(bgr, noise, bgr, cv::noArray(), CV_8U);
-}
-
 /// The picture of balls at that time, the nearer ones in front.
 inline cv::Mat picture_of(const Camera& camera, const std::array<MovingBall, 2>& balls, double time_s,
                           double radius_m, RandomEngine& engine) {
