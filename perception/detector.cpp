@@ -14,12 +14,30 @@ namespace ballservo {
 namespace {
 
 constexpr int worth_sharing_px = 100000;  // below, threads cost more to wake than they save
-constexpr double most_noise = 7;          // grey levels; beyond, colours are told from a smoother picture
 constexpr int max_regions = 256;          // that are looked at for balls; the largest
 
 const DetectorOptions& valid(const DetectorOptions& options) {
   options.validate();
   return options;
+}
+
+// The noise (sigma, grey levels) beyond which a smoother picture tells the classes better.
+double most_noise(const ColorTable& colors) {
+  constexpr double ordinary = 7, of_chroma = 0.25;
+  double most = ordinary;
+  for (const ColorClass& color : colors.classes) {
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < color.histogram.counts.size(); ++i) {
+      const auto middle = [](std::size_t cell) {
+        return (static_cast<double>(cell) + 0.5) * ChromaHistogram::cell - 128;
+      };
+      const double pixels = color.histogram.counts[i];
+      sum += pixels * std::hypot(middle(i % ChromaHistogram::side), middle(i / ChromaHistogram::side));
+      count += pixels;
+    }
+    if (count > 0) most = std::min(most, of_chroma * sum / count);
+  }
+  return most;
 }
 
 // Rings of starts around an expected ball, so that each place within the spread is in reach of one.
@@ -95,6 +113,7 @@ Detector::Detector(std::shared_ptr<const RayTable> rays, std::shared_ptr<const C
                    const DetectorOptions& options)
     : rays_(std::move(rays)),
       options_(valid(options)),
+      most_noise_(most_noise(*colors)),
       colors_(std::move(colors)),
       search_(rays_, options),
       response_belief_(options.coarse_chroma) {}
@@ -256,7 +275,7 @@ void Detector::learn_noise(const cv::Mat& bgr) {
 void Detector::segment(const cv::Mat& bgr, const cv::Rect& window) {
   const int threads = window.area() >= worth_sharing_px ? options_.threads : 1;
   const cv::Mat seen = bgr(window);
-  classify(noise_sigma_ > most_noise ? smoothing_.smoothed(seen) : seen, colors_, segmented_.classified,
+  classify(noise_sigma_ > most_noise_ ? smoothing_.smoothed(seen) : seen, colors_, segmented_.classified,
            threads);
   morphology_.open(segmented_.classified, segmented_.opened);
   morphology_.close(segmented_.opened, segmented_.closed);

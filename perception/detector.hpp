@@ -115,8 +115,9 @@ class Detector {
 
   std::shared_ptr<const RayTable> rays_;
   DetectorOptions options_;
+  double most_noise_;  // (sigma, grey levels) in which colours are told from the picture itself
   ColorLookup colors_;
-  double noise_sigma_ = 0;  // of the last picture that was searched everywhere, grey levels
+  double noise_sigma_ = 0;  // of the last picture that was searched everywhere
   Smoothing smoothing_;
   ClassMorphology morphology_;
   Segmented segmented_;

@@ -11,7 +11,7 @@ namespace {
 
 // Larger balls are looked at as if they were about that large; noisy ones in blocks of so many pixels that
 // less noise than this is left, down to a radius.
-constexpr double fine_radius_px = 24, most_noise = 1.7, least_radius_px = 8;
+constexpr double fine_radius_px = 16, most_noise = 1.7, least_radius_px = 8;
 constexpr double window_radii = 1.7, margin_px = 4;
 constexpr int least_pixels = 6, least_side_px = 4;
 constexpr double most_brightening = 4;
