@@ -7,7 +7,7 @@
 namespace ballservo {
 namespace {
 
-constexpr double radius_px = 34;
+constexpr double radius_px = 26;
 const Eigen::Vector2d center_px(161.3, 118.6);
 
 /// At a disc's own outline, all of which has its class.
