@@ -275,8 +275,8 @@ void Detector::learn_noise(const cv::Mat& bgr) {
 void Detector::segment(const cv::Mat& bgr, const cv::Rect& window) {
   const int threads = window.area() >= worth_sharing_px ? options_.threads : 1;
   const cv::Mat seen = bgr(window);
-  classify(noise_sigma_ > most_noise_ ? smoothing_.smoothed(seen) : seen, colors_, segmented_.classified,
-           threads);
+  const bool noisy = options_.fit == BallFit::sphere && noise_sigma_ > most_noise_;
+  classify(noisy ? smoothing_.smoothed(seen) : seen, colors_, segmented_.classified, threads);
   morphology_.open(segmented_.classified, segmented_.opened);
   morphology_.close(segmented_.opened, segmented_.closed);
 }

@@ -58,12 +58,14 @@ TEST(Detector, FindsAPaleBallInMuchNoise) {
 
 // Of the pixels of a disc, in noise that is nothing to a vivid class.
 TEST(Detector, TellsThePixelsOfAPaleClassInLessNoise) {
-  const auto told = [](double chroma) {
+  const auto told = [](double chroma, BallFit fit) {
+    DetectorOptions options;
+    options.fit = fit;
     ColorTable colors = *test::red_and_green();
     const auto cell = static_cast<std::size_t>(chroma / ChromaHistogram::cell) + ChromaHistogram::side / 2;
     colors.classes[0].histogram.counts[ChromaHistogram::side / 2 * ChromaHistogram::side + cell] = 1000;
     Detector detector(std::make_shared<const RayTable>(test::pinhole(size, 400)),
-                      std::make_shared<const ColorTable>(colors), {});
+                      std::make_shared<const ColorTable>(colors), options);
     RandomEngine engine = random_stream(1, "detector_test");
     cv::Mat bgr = test::grey_picture();
     test::paint_disc(bgr, {160, 120}, 30, {68, 68, 146});
@@ -72,7 +74,9 @@ TEST(Detector, TellsThePixelsOfAPaleClassInLessNoise) {
     detector.detect(bgr, {}, &stages);
     return cv::countNonZero(stages.classified) / (M_PI * 30 * 30);
   };
-  EXPECT_GT(told(15), told(60) + 0.1);
+  const double vivid = told(60, BallFit::sphere);
+  EXPECT_GT(told(15, BallFit::sphere), vivid + 0.1);
+  EXPECT_EQ(told(15, BallFit::paper), vivid);  // whose circle is voted from the boundary as it is
 }
 
 TEST(Detector, LooksAtBallsInTheNoiseOfTheWholePicture) {
