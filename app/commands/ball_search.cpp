@@ -134,7 +134,7 @@ void BallSearch::add_row(const Frame& frame, std::optional<int> track_id, ClassI
 void BallSearch::write_stages(const std::string& name, const Frame& frame, const DetectionStages& stages,
                               const Detector& detector) const {
   const cv::Mat grid = labelled_grid(stage_pictures(frame.bgr, stages, detector));
-  stages_->write(name + "_stages.png", picture_bytes(grid, PictureFormat::png));
+  stages_->write(name + "_stages.png", picture_bytes(grid, ".png"));
 }
 
 void BallSearch::end() {

@@ -119,9 +119,9 @@ nlohmann::ordered_json write_panels(const OutputFolder& folder, const std::strin
   for (const PreviewPanel& panel : panels) {
     listed.push_back(
         {{"name", panel.name}, {"file", prefix + panel.name + ".png"}, {"caption", panel.caption}});
-    folder.write(listed.back()["file"], picture_bytes(panel.picture, PictureFormat::png));
+    folder.write(listed.back()["file"], picture_bytes(panel.picture, ".png"));
   }
-  folder.write(prefix + "figure.png", picture_bytes(preview_figure(panels), PictureFormat::png));
+  folder.write(prefix + "figure.png", picture_bytes(preview_figure(panels), ".png"));
   return listed;
 }
 

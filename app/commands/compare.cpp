@@ -111,16 +111,21 @@ void say_answer(const std::filesystem::path& output, bool quiet) {
                  std::filesystem::absolute(output / "report.html").lexically_normal().string());
 }
 
+ShowFrame pictures_of(const PictureSource& source) {
+  return [&](std::size_t condition, int frame) { return source.picture(condition, frame); };
+}
+
 // Adds up what the folder's journal holds and writes the results; a part keeps its journal.
 void write_results(const ComparisonSetting& setting, const ShowFrame& show, const Shard& shard,
                    const CommonOptions& common, const std::filesystem::path& output, WorkFolder& folder) {
-  const ComparisonResults results = collect_results(
-      setting.conditions, setting.methods, comparison_units(setting.conditions, shard), folder.journal(),
-      setting.seed, [&](const std::string& name, std::string_view rows) { folder.write(name, rows); });
-  for (const auto& [name, contents] : results.files) folder.write(name, contents);
+  const RowSink rows = [&](const std::string& name, std::string_view piece) {
+    name == "timing.csv" ? folder.write_varying(name, piece) : folder.write(name, piece);
+  };
+  const ComparisonResults results =
+      collect_results(setting.conditions, setting.methods, comparison_units(setting.conditions, shard),
+                      folder.journal(), setting.seed, rows);
   folder.write(setting_name, comparison_setting_text(setting));
   folder.write(summary_name, comparison_json(results).dump(2) + "\n");
-  for (const auto& [name, contents] : results.timing_files) folder.write_varying(name, contents);
   const WriteFile write = [&](const std::string& name, std::string_view bytes) {
     folder.write_varying(name, bytes);
   };
@@ -170,11 +175,7 @@ int run_job(PictureSource& source, const nlohmann::json& description, Comparison
                  options.work.output.string());
     throw;
   }
-  const ShowFrame show = [&](std::size_t condition, int frame) {
-    const ComparisonPicture picture = source.picture(condition, frame);
-    return ShownPicture{picture.bgr, picture.truth.outline};
-  };
-  write_results(setting, show, shard, options.common, options.work.output, folder);
+  write_results(setting, pictures_of(source), shard, options.common, options.work.output, folder);
   return exit_done;
 }
 
@@ -258,9 +259,10 @@ int run_comparison_merge(const MergeOptions& options) {
                     notes_of(setting, {}));
   for (const std::filesystem::path& part : parts.folders) folder.journal().add_part(part / notes_name);
   const std::optional<ComparisonPlan> plan = plan_of(setting);
-  ShowFrame show;
-  if (plan) show = [&](std::size_t condition, int frame) { return show_frame(*plan, condition, frame); };
-  write_results(setting, show, {}, options.common, options.output, folder);
+  std::optional<PlanPictures> pictures;  // not prepared: they are only looked at
+  if (plan) pictures.emplace(*plan);
+  write_results(setting, pictures ? pictures_of(*pictures) : nullptr, {}, options.common, options.output,
+                folder);
   return exit_done;
 }
 

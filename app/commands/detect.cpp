@@ -125,7 +125,7 @@ int run_detect(const DetectOptions& options) {
       if (overlay_folder) {
         cv::Mat picture = frame->bgr.clone();
         draw_balls(picture, balls, detector);
-        overlay_folder->write(name + ".png", picture_bytes(picture, PictureFormat::png));
+        overlay_folder->write(name + ".png", picture_bytes(picture, ".png"));
       }
       if (search.shows_stages()) search.write_stages(name, *frame, stages, detector);
       balls_found += static_cast<long>(balls.size());

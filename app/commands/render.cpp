@@ -82,7 +82,7 @@ int run_render(const RenderOptions& options) {
     progress.step(camera.next_frame());
     if (!frame) continue;
     const std::string source = fmt::format("frame_{:04}.png", frame->number);
-    folder.write(source, picture_bytes(frame->bgr, PictureFormat::png));
+    folder.write(source, picture_bytes(frame->bgr, ".png"));
     for (const BallTruth& truth : ball_truth(scenario.camera.camera, scenario.world, camera.truth().view))
       rows += truth_row(source, truth, frame->time_s);
     ++pictures;

@@ -21,7 +21,7 @@ constexpr int notable_of_condition = 2;
 std::string run_unit(const PictureSource& source, const MethodList& methods, const ComparisonUnit& unit) {
   nlohmann::json records = nlohmann::json::array();
   for (int k = 0; k < unit.frames; ++k)
-    records.push_back(to_json(measure(source.picture(unit.condition, unit.first_frame + k), methods)));
+    records.push_back(json_of(measure(source.picture(unit.condition, unit.first_frame + k), methods)));
   return records.dump();
 }
 
@@ -83,7 +83,7 @@ std::vector<ComparisonRecord> records_of(const ComparisonUnit& unit, const std::
   std::vector<ComparisonRecord> records;
   try {
     for (const nlohmann::json& json : nlohmann::json::parse(text)) {
-      records.push_back(comparison_record_from_json(json));
+      records.push_back(record_from_json(json));
       if (records.back().fits.size() != methods.size()) throw std::out_of_range("methods");
     }
     if (records.size() != static_cast<std::size_t>(unit.frames)) throw std::out_of_range("frames");
@@ -149,13 +149,7 @@ ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, 
   results.methods = methods;
   results.conditions = conditions;
   const auto write = [&](const RowsByFile& pieces) {
-    for (const auto& [name, piece] : pieces) {
-      if (name == "fits.csv" || name == "frames.csv") {
-        rows(name, piece);
-      } else {
-        (name == "timing.csv" ? results.timing_files : results.files)[name] += piece;
-      }
-    }
+    for (const auto& [name, piece] : pieces) rows(name, piece);
   };
   write(comparison_headings());
   const NotableFrames notable(methods);
@@ -182,7 +176,7 @@ ComparisonResults collect_results(const std::vector<ConditionInfo>& conditions, 
     results.summaries.push_back(std::move(summary));
   }
   results.certificates = study.certificates();
-  results.files["certificate.csv"] = certificate_csv(results.certificates);
+  rows("certificate.csv", certificate_csv(results.certificates));
   return results;
 }
 

@@ -7,7 +7,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -58,11 +57,9 @@ struct ComparisonResults {
   std::vector<Certificate> certificates;
   std::vector<NotableFrame> worst;  ///< where what runs on line errs most, or else the first method that fits
   std::vector<NotableFrame> most_apart;  ///< where one step is furthest from the converged fit
-  /// Contents of the CSV files by name that have a row a condition or so, and of those with times in them.
-  std::map<std::string, std::string> files, timing_files;
 };
 
-/// Takes the next rows of a CSV file that has some for every frame: fits.csv, frames.csv.
+/// Takes the next rows of a CSV file.
 using RowSink = std::function<void(const std::string& name, std::string_view rows)>;
 
 /// Adds up what is noted of the units, one at a time. Units that are missing are left out (a shard); damaged

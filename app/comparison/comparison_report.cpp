@@ -54,11 +54,10 @@ ordered_json step_pairs(const ComparisonResults& results) {
 }
 
 /// Writes a picture as "worst_1.jpg", and lists it with what is said of it.
-void add_picture(ordered_json& list, const std::string& prefix, const cv::Mat& picture, PictureFormat format,
-                 ordered_json said, const WriteFile& write) {
-  const char* ending = format == PictureFormat::png ? "png" : "jpg";
-  said["file"] = fmt::format("{}_{}.{}", prefix, list.size() + 1, ending);
-  write(said["file"], picture_bytes(picture, format));
+void add_picture(ordered_json& list, const std::string& prefix, const cv::Mat& picture,
+                 const std::string& ending, ordered_json said, const WriteFile& write) {
+  said["file"] = fmt::format("{}_{}{}", prefix, list.size() + 1, ending);
+  write(said["file"], picture_bytes(picture, ending));
   list.push_back(std::move(said));
 }
 
@@ -67,8 +66,7 @@ ordered_json examples(const ComparisonResults& results, const ShowFrame& show, c
   for (std::size_t c = 0; c < results.conditions.size() && list.size() < most_examples; ++c) {
     const ConditionInfo& info = results.conditions[c];
     if (info.swept_key.empty())
-      add_picture(list, "example", example_photo(show(c, 0)), PictureFormat::png, {{"condition", info.name}},
-                  write);
+      add_picture(list, "example", example_photo(show(c, 0)), ".png", {{"condition", info.name}}, write);
   }
   return list;
 }
@@ -80,7 +78,7 @@ ordered_json notable(const ComparisonResults& results, const std::vector<Notable
     const FrameTruth& truth = frame.record.truth;
     const cv::Mat photo = outlines_photo(show(frame.condition, frame.index), frame.record, results.methods);
     add_picture(
-        list, name, photo, PictureFormat::jpeg,
+        list, name, photo, ".jpg",
         {{"condition", results.conditions[frame.condition].name},
          {"frame", truth.frame},
          {"source", truth.source},

@@ -12,7 +12,6 @@
 namespace ballservo {
 namespace {
 
-constexpr std::size_t kept_differences = 400;
 constexpr double chi2_95_of_3 = 7.815;  // of 3 degrees of freedom
 
 double largest_or_nan(const std::vector<double>& values) {
@@ -23,15 +22,6 @@ void add_pair(const MethodList& methods, std::string_view a, std::string_view b,
               std::vector<MethodPair>& pairs) {
   const auto place_a = place_of(methods, a), place_b = place_of(methods, b);
   if (place_a && place_b) pairs.push_back({*place_a, *place_b});
-}
-
-// Every n-th, so that a long condition is kept as a short one is.
-std::vector<double> thinned(const std::vector<double>& values) {
-  const std::size_t stride =
-      std::max<std::size_t>(1, (values.size() + kept_differences - 1) / kept_differences);
-  std::vector<double> kept;
-  for (std::size_t i = 0; i < values.size(); i += stride) kept.push_back(values[i]);
-  return kept;
 }
 
 }  // namespace
@@ -269,7 +259,7 @@ ConditionSummary ConditionStatistics::summary() const {
   }
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     summary.pairs.push_back(differences_[k].figures(seed_, purpose_of(pairs_[k])));
-    summary.centers_apart_px.push_back(thinned(differences_[k].centers_px()));
+    summary.centers_apart_px.push_back(differences_[k].centers_px());
   }
   std::vector<double> p;
   for (const Duel& duel : duels_) {

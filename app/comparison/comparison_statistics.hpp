@@ -34,7 +34,7 @@ struct ConditionSummary {
   std::vector<Figures> methods;
   std::vector<double> times_us;  ///< medians, by method
   std::vector<Figures> pairs;    ///< of pairs.csv, in the order of converged_pairs
-  /// Of the same, the distances between the centres (px), thinned to at most 400 frames.
+  /// Of the same, the distances between the centres (px).
   std::vector<std::vector<double>> centers_apart_px;
   std::vector<Figures> tests;  ///< of tests.csv, in the order of tested_pairs
 };

@@ -6,84 +6,43 @@
 #include "app/comparison/found.hpp"
 #include "calibration/base/statistics.hpp"
 
+namespace nlohmann {
+
+template <class T>
+struct adl_serializer<std::optional<T>> {
+  static void to_json(json& to, const std::optional<T>& value) { to = value ? json(*value) : json(); }
+  static void from_json(const json& from, std::optional<T>& value) {
+    if (!from.is_null()) from.get_to(value.emplace());
+  }
+};
+
+// Column by column; what is not finite becomes null.
+template <int rows, int columns>
+struct adl_serializer<Eigen::Matrix<double, rows, columns>> {
+  static void to_json(json& to, const Eigen::Matrix<double, rows, columns>& matrix) {
+    to = json::array();
+    for (const double value : matrix.reshaped()) to.push_back(std::isfinite(value) ? json(value) : json());
+  }
+  static void from_json(const json& from, Eigen::Matrix<double, rows, columns>& matrix) {
+    std::size_t place = 0;
+    for (double& value : matrix.reshaped()) {
+      const json& number = from.at(place++);
+      value = number.is_null() ? ballservo::not_known : number.get<double>();
+    }
+  }
+};
+
+}  // namespace nlohmann
+
 namespace ballservo {
-namespace {
 
-using nlohmann::json;
-
-// The fields of what is noted, in the order of its array.
-template <class Outline, class Use>
-void fields(Outline& outline, const OutlineEllipse&, Use use) {
-  use(outline.center_px.x(), outline.center_px.y(), outline.radius_px);
-}
-template <class Matrix, class Kind, class Use>
-void fields(Matrix& matrix, const Eigen::MatrixBase<Kind>&, Use use) {
-  for (auto&& value : matrix.reshaped()) use(value);
-}
-template <class Fit, class Use>
-void fields(Fit& fit, const MethodFit&, Use use) {
-  use(fit.outline, fit.p_C, fit.iterations, fit.residual_px, fit.step_px, fit.arc, fit.condition,
-      fit.converged, fit.time_us, fit.next_step_px, fit.others, fit.covariance_m2);
-}
-template <class Truth, class Use>
-void fields(Truth& truth, const FrameTruth&, Use use) {
-  use(truth.source, truth.frame, truth.has_ball, truth.outline, truth.p_CB, truth.visible_fraction,
-      truth.bound_m, truth.bound_depth_m);
-}
-template <class Facts, class Use>
-void fields(Facts& facts, const VoteFacts&, Use use) {
-  use(facts.votes, facts.points, facts.quality);
-}
-template <class Record, class Use>
-void fields(Record& record, const ComparisonRecord&, Use use) {
-  use(record.truth, record.facts, record.passes, record.fits);
-}
-
-// NaN and nothing both become null: neither is a number.
-json noted(double value) { return std::isfinite(value) ? json(value) : json(); }
-json noted(int value) { return value; }
-json noted(bool value) { return value; }
-json noted(const std::string& value) { return value; }
-template <class T>
-json noted(const T& record);
-template <class T>
-json noted(const std::optional<T>& value) {
-  return value ? noted(*value) : json();
-}
-template <class T>
-json noted(const std::vector<T>& values) {
-  json list = json::array();
-  for (const T& value : values) list.push_back(noted(value));
-  return list;
-}
-template <class T>
-json noted(const T& record) {
-  json list = json::array();
-  fields(record, record, [&](const auto&... field) { (list.push_back(noted(field)), ...); });
-  return list;
-}
-
-void read_value(const json& from, double& value) { value = from.is_null() ? not_known : from.get<double>(); }
-void read_value(const json& from, int& value) { from.get_to(value); }
-void read_value(const json& from, bool& value) { from.get_to(value); }
-void read_value(const json& from, std::string& value) { from.get_to(value); }
-template <class T>
-void read_value(const json& from, T& record);
-template <class T>
-void read_value(const json& from, std::optional<T>& value) {
-  if (!from.is_null()) read_value(from, value.emplace());
-}
-template <class T>
-void read_value(const json& from, std::vector<T>& values) {
-  for (const json& item : from) read_value(item, values.emplace_back());
-}
-template <class T>
-void read_value(const json& from, T& record) {
-  std::size_t place = 0;
-  fields(record, record, [&](auto&... field) { (read_value(from.at(place++), field), ...); });
-}
-
-}  // namespace
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(OutlineEllipse, center_px, radius_px)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MethodFit, outline, p_C, iterations, residual_px, step_px, next_step_px,
+                                   arc, condition, converged, covariance_m2, others, time_us)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FrameTruth, source, frame, has_ball, outline, p_CB, visible_fraction,
+                                   bound_m, bound_depth_m)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(VoteFacts, votes, points, quality)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ComparisonRecord, truth, facts, passes, fits)
 
 bool at_the_ball(const MethodFit& fit, const FrameTruth& truth) {
   return truth.outline ? is_found(fit.outline, *truth.outline) : truth.has_ball;
@@ -94,12 +53,8 @@ double apart_px(const MethodFit& a, const MethodFit& b) {
                   std::abs(a.outline.radius_px - b.outline.radius_px));
 }
 
-json to_json(const ComparisonRecord& record) { return noted(record); }
+nlohmann::json json_of(const ComparisonRecord& record) { return record; }
 
-ComparisonRecord comparison_record_from_json(const json& value) {
-  ComparisonRecord record;
-  read_value(value, record);
-  return record;
-}
+ComparisonRecord record_from_json(const nlohmann::json& json) { return json.get<ComparisonRecord>(); }
 
 }  // namespace ballservo

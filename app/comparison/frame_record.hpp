@@ -46,7 +46,7 @@ double apart_px(const MethodFit& a, const MethodFit& b);
 inline constexpr double break_px = 0.05;
 
 /// Compact JSON, every number as it was; and back. Throws nlohmann's exceptions for anything else.
-nlohmann::json to_json(const ComparisonRecord& record);
-ComparisonRecord comparison_record_from_json(const nlohmann::json& json);
+nlohmann::json json_of(const ComparisonRecord& record);
+ComparisonRecord record_from_json(const nlohmann::json& json);
 
 }  // namespace ballservo

@@ -147,7 +147,7 @@ ordered_json key_frames(const std::vector<KeyFrame>& frames, const OutputFolder&
   ordered_json list = ordered_json::array();
   for (const KeyFrame& frame : frames) {
     const std::string name = fmt::format("{}{}.jpg", picture_prefix, list.size() + 1);
-    folder.write(name, picture_bytes(frame.picture, PictureFormat::jpeg));
+    folder.write(name, picture_bytes(frame.picture, ".jpg"));
     list.push_back({{"file", name}, {"caption", frame.caption}});
   }
   return list;

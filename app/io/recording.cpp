@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <opencv2/imgcodecs.hpp>
 #include <utility>
 
 #include "app/io/ball_rows.hpp"
+#include "app/report/picture.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/system_file.hpp"
@@ -17,6 +17,7 @@ namespace ballservo {
 namespace {
 
 constexpr std::size_t most_waiting_bytes = std::size_t{256} << 20;
+const std::vector<int> fast_png{cv::IMWRITE_PNG_COMPRESSION, 1};
 constexpr const char* rows_table = "tracks.csv";
 constexpr const char* recording_columns = "source,time_s,captured_unix_s\n";
 constexpr CsvLimits recording_limits{std::size_t{256} << 20, 4000000, 3};
@@ -31,12 +32,6 @@ void write_whole(const fs::path& file, std::string_view contents) {
   const fs::path hidden = file.parent_path() / ("." + file.filename().string());
   write_bytes(hidden, contents, file.string());
   rename_path(hidden, file, true);
-}
-
-std::string png_of(const cv::Mat& bgr) {
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
-  return {png.begin(), png.end()};
 }
 
 std::string picture_name(long number) { return fmt::format("frame_{:07}.png", number); }
@@ -68,7 +63,8 @@ void RecentPictures::put(const cv::Mat& bgr, double time_s, double captured_unix
     pictures_.pop_front();
   }
   compressed_ = std::async(std::launch::async, [bgr, time_s, captured_unix_s] {
-    return CompressedPicture{std::make_shared<const std::string>(png_of(bgr)), time_s, captured_unix_s};
+    return CompressedPicture{std::make_shared<const std::string>(picture_bytes(bgr, ".png", fast_png)),
+                             time_s, captured_unix_s};
   });
 }
 
@@ -214,7 +210,7 @@ void RecordingWriter::write_all() {
 }
 
 void RecordingWriter::write(const Item& item) {
-  write_whole(folder_ / item.name, png_of(item.bgr));
+  write_whole(folder_ / item.name, picture_bytes(item.bgr, ".png", fast_png));
   if (!item.rows.empty()) append_bytes(folder_ / rows_table, item.rows, folder_.string());
   append_bytes(folder_ / recording_table, item.line, folder_.string());
 }

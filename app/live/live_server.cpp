@@ -448,7 +448,7 @@ std::shared_ptr<const std::string> LiveServer::Impl::message(const std::shared_p
       const double scale = static_cast<double>(widest_picture_px) / picture.cols;
       cv::resize(picture, picture, {}, scale, scale, cv::INTER_AREA);
     }
-    if (!picture.empty()) jpeg = picture_bytes(picture, PictureFormat::jpeg, jpeg_quality);
+    if (!picture.empty()) jpeg = picture_bytes(picture, ".jpg", {cv::IMWRITE_JPEG_QUALITY, jpeg_quality});
   } catch (const std::exception& error) {  // the page says so, and the next moment is tried again
     fault = error.what();
   }

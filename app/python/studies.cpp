@@ -151,11 +151,8 @@ std::map<std::string, py::object> compare(const std::optional<Path>& plan_file, 
     Notes notes;
     run_units(*source, plan.methods, units, notes.journal, threads, [](long) { throw_if_interrupted(); });
     std::map<std::string, std::string> files;
-    ComparisonResults results =
-        collect_results(source->conditions(), plan.methods, units, notes.journal, plan.seed,
-                        [&](const std::string& name, std::string_view rows) { files[name] += rows; });
-    files.merge(results.files);
-    files.merge(results.timing_files);
+    collect_results(source->conditions(), plan.methods, units, notes.journal, plan.seed,
+                    [&](const std::string& name, std::string_view rows) { files[name] += rows; });
     return files;
   });
   std::map<std::string, py::object> columns;

@@ -68,11 +68,11 @@ ordered_json boards_json(const CameraReportInput& input, const OutputFolder& fol
   for (std::size_t v = 0; v < input.views.size(); ++v) {
     const CornerResiduals& corners = input.calibration->corners[v];
     cv::Mat overlay = input.overlay(v);
-    folder.write(fmt::format("board_{:02}.png", v + 1), picture_bytes(overlay, PictureFormat::png));
+    folder.write(fmt::format("board_{:02}.png", v + 1), picture_bytes(overlay, ".png"));
     const double shrink = static_cast<double>(page_width_px) / overlay.cols;
     if (shrink < 1) cv::resize(overlay, overlay, {}, shrink, shrink, cv::INTER_AREA);
     const std::string name = fmt::format("board_{:02}_page.jpg", v + 1);
-    folder.write(name, picture_bytes(overlay, PictureFormat::jpeg));
+    folder.write(name, picture_bytes(overlay, ".jpg"));
     list.push_back({{"name", input.views[v].name},
                     {"file", name},
                     {"rms_px", corners.rms_px()},

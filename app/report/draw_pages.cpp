@@ -2,18 +2,21 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <spdlog/spdlog.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
+#include <algorithm>
+#include <chrono>
 #include <cstring>
+#include <thread>
 
 #include "app/io/interrupt.hpp"
 #include "app/io/messages.hpp"
+#include "calibration/base/system_file.hpp"
 
 namespace ballservo {
 namespace {
@@ -34,22 +37,16 @@ fs::path package_folder() {
   return {};
 }
 
-/// Python at work, with a pipe from its stderr.
-struct Child {
-  pid_t id = 0;
-  int messages = -1;
-};
-
 /// Python runs in the package's folder and in a process group of its own: nothing that lies in the user's
-/// folder is imported, and Ctrl-C reaches this program alone, which then ends the child.
-int spawn(const fs::path& package, const std::vector<fs::path>& results, bool figures, Child& child) {
-  std::array<int, 2> pipe_ends{};
-  if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) return errno;
+/// folder is imported, and Ctrl-C reaches this program alone, which then ends the child. What it says goes
+/// into the file `said`. The system's error, or 0.
+int spawn(const fs::path& package, const std::vector<fs::path>& results, bool figures, int said,
+          pid_t& child) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], STDERR_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], STDOUT_FILENO);
+  for (const int stream : {STDERR_FILENO, STDOUT_FILENO})
+    posix_spawn_file_actions_adddup2(&actions, said, stream);
   posix_spawn_file_actions_addchdir_np(&actions, package.c_str());
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
@@ -61,36 +58,24 @@ int spawn(const fs::path& package, const std::vector<fs::path>& results, bool fi
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  const int error = posix_spawn(&child.id, python, &actions, &attributes, arguments.data(), environ);
+  const int error = posix_spawn(&child, python, &actions, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
-  close(pipe_ends[1]);
-  child.messages = pipe_ends[0];
-  if (error != 0) close(child.messages);
   return error;
 }
 
-/// What the child says until it ends, or "interrupted".
-std::string listen(const Child& child, bool quiet) {
-  constexpr int poll_ms = 100, said_after_looks = 20;  // another thread may take the signal: poll would go on
-  constexpr std::size_t most_bytes = 100000;
-  std::string text;
-  int looks = 0;
-  while (true) {
-    if (interrupt_requested()) {
-      kill(child.id, SIGKILL);
-      return "interrupted";
-    }
-    pollfd ready{child.messages, POLLIN, 0};
-    if (poll(&ready, 1, poll_ms) <= 0) {
-      if (++looks == said_after_looks && !quiet) print_message("ballservo: drawing the page\n");
-      continue;
-    }
-    std::array<char, 4096> piece{};
-    const ssize_t count = read(child.messages, piece.data(), piece.size());
-    if (count <= 0) return text;
-    if (text.size() < most_bytes) text.append(piece.data(), static_cast<std::size_t>(count));
+/// Until the child ends, which it does too when the user interrupts; its status.
+int wait_for(pid_t child, bool quiet) {
+  using namespace std::chrono_literals;
+  constexpr auto look = 20ms;
+  constexpr int said_after_looks = 100;
+  int status = 0;
+  for (int looks = 0; waitpid(child, &status, WNOHANG) == 0; ++looks) {
+    if (interrupt_requested()) kill(child, SIGKILL);
+    if (looks == said_after_looks && !quiet) print_message("ballservo: drawing the page\n");
+    std::this_thread::sleep_for(look);
   }
+  return status;
 }
 
 std::string last_line(std::string text) {
@@ -104,17 +89,18 @@ std::string draw_pages(const std::vector<fs::path>& results, bool quiet, bool fi
   if (interrupt_requested()) return "interrupted";
   const fs::path package = package_folder();
   if (package.empty()) return "the Python package ballservo does not lie beside the program";
-  Child child;
-  if (const int error = spawn(package, results, figures, child); error != 0) {
+  const Descriptor said(memfd_create("said", MFD_CLOEXEC));
+  pid_t child = 0;
+  if (const int error = spawn(package, results, figures, said.number(), child); error != 0) {
     return fmt::format("{}: {}; install python3-matplotlib python3-jinja2", python, std::strerror(error));
   }
-  const std::string said = listen(child, quiet);
-  close(child.messages);
-  int status = 0;
-  while (waitpid(child.id, &status, 0) < 0 && errno == EINTR) {
-  }
+  const int status = wait_for(child, quiet);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
-  return said.empty() ? "Python ended without a word" : last_line(said);
+  if (interrupt_requested()) return "interrupted";
+  std::string text(100000, '\0');
+  text.resize(
+      static_cast<std::size_t>(std::max<ssize_t>(0, pread(said.number(), text.data(), text.size(), 0))));
+  return text.empty() ? "Python ended without a word" : last_line(text);
 }
 
 void draw_page_or_warn(const fs::path& folder, const std::string& name, bool quiet) {

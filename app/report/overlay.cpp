@@ -89,25 +89,17 @@ void draw_text_apart(cv::Mat& bgr, const std::string& text, const cv::Point& at,
 
 double label_scale(int width_px) { return std::clamp(width_px / 1600.0, 0.4, 1.0); }
 
-void draw_label(cv::Mat& bgr, const std::string& label, const Eigen::Vector2d& center_px, double radius_px) {
-  if (label.empty()) return;
-  const double scale = label_scale(bgr.cols);
-  int baseline = 0;
-  const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline);
-  const double x =
-      std::clamp(center_px.x() - size.width / 2.0, 2.0, std::max(2.0, bgr.cols - size.width - 2.0));
-  const double y = std::clamp(center_px.y() - radius_px - 6, size.height + 2.0,
-                              std::max(size.height + 2.0, bgr.rows - 4.0));
-  draw_text(bgr, label, {static_cast<int>(x), static_cast<int>(y)}, scale);
-}
-
 void draw_ball(cv::Mat& bgr, const Camera& camera, const BallObservation& ball, const std::string& label,
                const cv::Scalar& color) {
   const auto outline = project_outline(camera, ball.cone.axis, std::sin(ball.cone.alpha_rad), 128);
   draw_polyline(bgr, outline, true, {0, 0, 0}, 3);
   draw_polyline(bgr, outline, true, color, 1);
   draw_cross(bgr, ball.outline.center_px, color);
-  draw_label(bgr, label, ball.outline.center_px, ball.outline.radius_px);
+  if (label.empty()) return;
+  const double scale = label_scale(bgr.cols), above_px = ball.outline.radius_px + 8 + 10 * scale;
+  std::vector<cv::Rect> alone;
+  draw_text_apart(bgr, label, cv::Point2d(ball.outline.center_px.x(), ball.outline.center_px.y() - above_px),
+                  scale, alone);
 }
 
 }  // namespace ballservo

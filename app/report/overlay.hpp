@@ -36,8 +36,6 @@ void draw_text_apart(cv::Mat& bgr, const std::string& text, const cv::Point& at,
                      std::vector<cv::Rect>& others);
 /// The scale of labels in a picture of that width.
 double label_scale(int width_px);
-/// Text over a circle; kept inside the picture.
-void draw_label(cv::Mat& bgr, const std::string& label, const Eigen::Vector2d& center_px, double radius_px);
 
 /// The ball's outline, its centre as a cross, and a label beside it.
 void draw_ball(cv::Mat& bgr, const Camera& camera, const BallObservation& ball, const std::string& label,

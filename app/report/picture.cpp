@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
@@ -21,13 +20,11 @@ std::string ascii(const std::string& text) {
 
 }  // namespace
 
-std::string picture_bytes(const cv::Mat& picture, PictureFormat format, int jpeg_quality) {
+std::string picture_bytes(const cv::Mat& picture, const std::string& ending,
+                          const std::vector<int>& parameters) {
   if (picture.empty()) throw std::invalid_argument("an empty picture has no file");
-  const bool jpeg = format == PictureFormat::jpeg;
-  std::vector<int> parameters;
-  if (jpeg) parameters = {cv::IMWRITE_JPEG_QUALITY, jpeg_quality};
   std::vector<std::uint8_t> bytes;
-  cv::imencode(jpeg ? ".jpg" : ".png", picture, bytes, parameters);
+  cv::imencode(ending, picture, bytes, parameters);
   return {bytes.begin(), bytes.end()};
 }
 

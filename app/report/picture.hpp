@@ -2,16 +2,17 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace ballservo {
 
-enum class PictureFormat { png, jpeg };
-
-/// The contents of a file of a picture (8-bit BGR). Throws std::invalid_argument for an empty one.
-std::string picture_bytes(const cv::Mat& picture, PictureFormat format, int jpeg_quality = 88);
+/// The contents of a file of a picture (8-bit BGR), whose name ends in `.png` or `.jpg`; `parameters` as
+/// OpenCV's imencode has them. Throws std::invalid_argument for an empty picture.
+std::string picture_bytes(const cv::Mat& picture, const std::string& ending,
+                          const std::vector<int>& parameters = {cv::IMWRITE_JPEG_QUALITY, 88});
 
 /// Pictures (8-bit BGR) in rows of three, each below its name. Cells are as large as the largest picture;
 /// smaller ones are enlarged to fit, by nearest neighbour (so that single pixels stay visible); empty ones

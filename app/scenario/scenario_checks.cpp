@@ -109,19 +109,11 @@ std::string intervals_text(const std::vector<DistanceInterval>& intervals) {
   return text + " (the ball whole in the picture, clear of the robot)";
 }
 
-bool seen_whole(const Camera& camera, const Eigen::Vector3d& p_CB, double radius_m) {
-  const std::vector<Eigen::Vector2d> outline = project_outline(camera, p_CB, radius_m, 72);
-  return !outline.empty() && std::all_of(outline.begin(), outline.end(), [&](const Eigen::Vector2d& p) {
-    return p.x() >= 0 && p.y() >= 0 && p.x() <= camera.size().width_px - 1 &&
-           p.y() <= camera.size().height_px - 1;
-  });
-}
-
 bool usable_distance(const Camera& camera, const CameraMount& mount, const Footprint& footprint,
                      double distance_m, double ball_height_m, double ball_radius_m) {
+  const Eigen::Vector3d p_CB = mount.X_RC().inverse() * Eigen::Vector3d(distance_m, 0, ball_height_m);
   return distance_m > footprint.front_m + ball_radius_m &&
-         seen_whole(camera, mount.X_RC().inverse() * Eigen::Vector3d(distance_m, 0, ball_height_m),
-                    ball_radius_m);
+         is_inside_picture(project_outline(camera, p_CB, ball_radius_m, 72), camera.size(), 0.5);
 }
 
 }  // namespace

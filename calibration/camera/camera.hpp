@@ -48,10 +48,11 @@ struct LensDomain {
   double max_radius = 0;
 };
 
-/// Whether a pixel position lies in a picture of that size.
-inline bool is_inside_picture(const Eigen::Vector2d& pixel_px, ImageSize size) {
-  return pixel_px.x() >= -0.5 && pixel_px.y() >= -0.5 && pixel_px.x() <= size.width_px - 0.5 &&
-         pixel_px.y() <= size.height_px - 0.5;
+/// Whether a pixel position lies in a picture of that size, at least so far from its border.
+inline bool is_inside_picture(const Eigen::Vector2d& pixel_px, ImageSize size, double margin_px = 0) {
+  const double least_px = margin_px - 0.5;
+  return pixel_px.x() >= least_px && pixel_px.y() >= least_px &&
+         pixel_px.x() <= size.width_px - 1 - least_px && pixel_px.y() <= size.height_px - 1 - least_px;
 }
 
 /// A camera with valid parameters. Immutable and cheap to copy.

@@ -151,10 +151,10 @@ std::optional<Eigen::Vector3d> sphere_from_outline(const Camera& camera,
   return sphere_from_rays(rays, radius_m);
 }
 
-bool is_inside_picture(const std::vector<Eigen::Vector2d>& outline_px, ImageSize size) {
+bool is_inside_picture(const std::vector<Eigen::Vector2d>& outline_px, ImageSize size, double margin_px) {
   return !outline_px.empty() &&
          std::all_of(outline_px.begin(), outline_px.end(),
-                     [size](const Eigen::Vector2d& p) { return is_inside_picture(p, size); });
+                     [&](const Eigen::Vector2d& p) { return is_inside_picture(p, size, margin_px); });
 }
 
 }  // namespace ballservo

@@ -51,7 +51,7 @@ std::optional<Eigen::Vector3d> sphere_from_outline(const Camera& camera,
                                                    const std::vector<Eigen::Vector2d>& outline_px,
                                                    double radius_m);
 
-/// Whether an outline is wholly in a picture of that size; false for an empty one.
-bool is_inside_picture(const std::vector<Eigen::Vector2d>& outline_px, ImageSize size);
+/// Whether an outline is wholly so far inside a picture of that size; false for an empty one.
+bool is_inside_picture(const std::vector<Eigen::Vector2d>& outline_px, ImageSize size, double margin_px = 0);
 
 }  // namespace ballservo

@@ -25,11 +25,8 @@ FloorFan::FloorFan(const Camera& camera, const CameraMount& mount, double reach_
 std::optional<Eigen::Vector2d> FloorFan::pixel(double bearing_rad, double range_m) const {
   const Eigen::Vector3d p_R(mount_.forward_m + range_m * std::cos(bearing_rad),
                             range_m * std::sin(bearing_rad), 0.0);
-  auto pixel = camera_.project(X_CR_ * p_R);
-  const ImageSize size = camera_.size();
-  const bool inside = pixel && pixel->x() >= 0.0 && pixel->y() >= 0.0 && pixel->x() <= size.width_px - 1 &&
-                      pixel->y() <= size.height_px - 1;
-  return inside ? pixel : std::nullopt;
+  const auto pixel = camera_.project(X_CR_ * p_R);
+  return pixel && is_inside_picture(*pixel, camera_.size(), 0.5) ? pixel : std::nullopt;
 }
 
 double FloorFan::metres_per_pixel(double range_m) const {

@@ -40,24 +40,28 @@ struct Notebook {
                   [](const std::string&, const std::string&) { return true; }};
 };
 
-ComparisonResults run(Notebook& book, int threads, const Shard& shard = {}) {
+struct Run : ComparisonResults {
+  std::map<std::string, std::string> files;  // by name, those without times
+};
+
+Run run(Notebook& book, int threads, const Shard& shard = {}) {
   PlanPictures source(plan());
   const auto units = comparison_units(source.conditions(), shard);
   run_units(source, plan().methods, units, book.journal, threads, [](long) {});
-  std::map<std::string, std::string> rows;
-  ComparisonResults results =
+  std::map<std::string, std::string> files;
+  const ComparisonResults results =
       collect_results(source.conditions(), plan().methods, units, book.journal, plan().seed,
-                      [&](const std::string& name, std::string_view more) { rows[name] += more; });
-  results.files.merge(rows);
-  return results;
+                      [&](const std::string& name, std::string_view rows) { files[name] += rows; });
+  files.erase("timing.csv");
+  return {results, files};
 }
 
-const ComparisonResults& tiny(int threads) {
+const Run& tiny(int threads) {
   const auto made = [](int count) {
     Notebook book;
     return run(book, count);
   };
-  static const ComparisonResults one = made(1), two = made(2);
+  static const Run one = made(1), two = made(2);
   return threads == 1 ? one : two;
 }
 
@@ -253,8 +257,8 @@ TEST(ComparisonRecord, ComesBackAsItWas) {
   record.fits[0]->others = 3;
   record.fits[0]->covariance_m2 = Eigen::Matrix3d::Identity() * 1e-6;
   record.fits[0]->p_C.x() = std::nan("");
-  const ComparisonRecord back = comparison_record_from_json(nlohmann::json::parse(to_json(record).dump()));
-  EXPECT_EQ(to_json(back), to_json(record));
+  const ComparisonRecord back = record_from_json(nlohmann::json::parse(json_of(record).dump()));
+  EXPECT_EQ(json_of(back), json_of(record));
   EXPECT_EQ(back.fits[0]->others, 3);
   EXPECT_EQ(*back.fits[0]->covariance_m2, *record.fits[0]->covariance_m2);
   EXPECT_EQ(*back.fits[0]->arc, 0.1 + 0.2);
@@ -323,9 +327,8 @@ TEST(Comparison, ShardsTogetherAreTheWhole) {
 }
 
 TEST(Comparison, TheReportHoldsCurvesAndNamesEachPictureThatItWrites) {
-  const ShowFrame show = [](std::size_t condition, int frame) {
-    return show_frame(plan(), condition, frame);
-  };
+  const PlanPictures source(plan());
+  const ShowFrame show = [&](std::size_t condition, int frame) { return source.picture(condition, frame); };
   std::map<std::string, std::string> pictures;
   const WriteFile write = [&](const std::string& name, std::string_view bytes) {
     pictures.emplace(name, bytes);
@@ -380,7 +383,7 @@ TEST(Comparison, TheWorstFramesAreNamedByTheirNumbers) {
       MethodFit fit;
       fit.outline = {{100 + 0.1 * (k % 13), 100}, 30};  // frame 12 is the worst, then 11
       frame.fits = {std::nullopt, fit};
-      records.push_back(to_json(frame));
+      records.push_back(json_of(frame));
     }
     book.journal.add(unit.key, records.dump());
   }

@@ -44,13 +44,7 @@ cv::Mat enlarged(const cv::Mat& picture, const Crop& crop) {
 void draw_outline(cv::Mat& large, const Crop& crop, const OutlineEllipse& outline, const cv::Scalar& color,
                   int thickness) {
   if (!outline.center_px.allFinite() || !(outline.radius_px < 1e5)) return;
-  std::vector<Eigen::Vector2d> points;
-  for (int k = 0; k < 128; ++k) {
-    const double angle = 2 * M_PI * k / 128;
-    points.push_back(
-        crop.at(outline.center_px + outline.radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle))));
-  }
-  draw_polyline(large, points, true, color, thickness);
+  draw_circle(large, crop.at(outline.center_px), crop.scale * outline.radius_px, color, thickness);
 }
 
 cv::Scalar color_of(const FitMethod& method) {
@@ -62,11 +56,11 @@ cv::Scalar color_of(const FitMethod& method) {
 
 }  // namespace
 
-cv::Mat example_photo(const ShownPicture& picture) {
-  return enlarged(picture.bgr, crop_around(picture.bgr, picture.ball, 220));
+cv::Mat example_photo(const ComparisonPicture& picture) {
+  return enlarged(picture.bgr, crop_around(picture.bgr, picture.truth.outline, 220));
 }
 
-cv::Mat outlines_photo(const ShownPicture& picture, const ComparisonRecord& record,
+cv::Mat outlines_photo(const ComparisonPicture& picture, const ComparisonRecord& record,
                        const MethodList& methods) {
   std::optional<OutlineEllipse> ball = record.truth.outline;
   for (const auto& fit : record.fits) {

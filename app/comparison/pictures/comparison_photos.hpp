@@ -9,20 +9,15 @@
 
 namespace ballservo {
 
-/// The picture of a frame and where the ball is in it, if that is known.
-struct ShownPicture {
-  cv::Mat bgr;
-  std::optional<OutlineEllipse> ball;
-};
 /// Shows frame `frame` of a condition again.
-using ShowFrame = std::function<ShownPicture(std::size_t condition, int frame)>;
+using ShowFrame = std::function<ComparisonPicture(std::size_t condition, int frame)>;
 
 /// The surroundings of the ball, enlarged.
-cv::Mat example_photo(const ShownPicture& picture);
+cv::Mat example_photo(const ComparisonPicture& picture);
 
 /// The same with every method's outline: white the truth, grey the votes, orange the paper's fits, blue the
 /// exact ones, green the algebraic, magenta the peers.
-cv::Mat outlines_photo(const ShownPicture& picture, const ComparisonRecord& record,
+cv::Mat outlines_photo(const ComparisonPicture& picture, const ComparisonRecord& record,
                        const MethodList& methods);
 
 }  // namespace ballservo

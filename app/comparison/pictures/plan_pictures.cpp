@@ -228,11 +228,6 @@ ComparisonPicture PlanPictures::picture(std::size_t index, int frame) const {
   return picture;
 }
 
-ShownPicture show_frame(const ComparisonPlan& plan, std::size_t condition, int frame) {
-  const RenderedFrame rendered = render_comparison_frame(plan.conditions[condition], plan.seed, frame);
-  return {rendered.bgr, rendered.truth.outline};
-}
-
 std::string PlanPictures::peer_words(std::size_t condition) const {
   if (!peers_asked_ || !setups_[condition].detector.rays) return "";
   return "the best of a small grid on three other frames: " + in_words(setups_[condition].peers);

@@ -4,7 +4,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "app/comparison/pictures/comparison_photos.hpp"
 #include "app/comparison/pictures/picture_source.hpp"
 #include "app/comparison/pictures/plan.hpp"
 
@@ -46,8 +45,5 @@ ComparisonCondition usual_scene(const std::string& name, const std::string& ball
 /// be learnt.
 std::shared_ptr<const ColorTable> learn_rendered(const std::vector<ComparisonCondition>& balls, int frames,
                                                  std::uint64_t seed);
-
-/// A frame's picture alone, which needs nothing learnt.
-ShownPicture show_frame(const ComparisonPlan& plan, std::size_t condition, int frame);
 
 }  // namespace ballservo

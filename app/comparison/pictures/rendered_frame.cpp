@@ -54,11 +54,7 @@ std::string not_shown(const ComparisonCondition& c) {
 // The whole outline lies at least `margin_px` inside the picture.
 bool inside_picture(const ComparisonCondition& condition, const Eigen::Vector3d& p_CB, double margin_px) {
   const auto outline = project_outline(condition.camera, p_CB, condition.radius_m(), 64);
-  const ImageSize size = condition.camera.size();
-  return !outline.empty() && std::all_of(outline.begin(), outline.end(), [&](const Eigen::Vector2d& p) {
-    return p.x() >= margin_px && p.y() >= margin_px && p.x() <= size.width_px - 1 - margin_px &&
-           p.y() <= size.height_px - 1 - margin_px;
-  });
+  return is_inside_picture(outline, condition.camera.size(), margin_px + 0.5);
 }
 
 }  // namespace
