@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <boost/asio/post.hpp>
 #include <chrono>
 #include <utility>
 
@@ -143,17 +144,9 @@ std::vector<double> times_in_truth(const fs::path& folder, const std::vector<fs:
 
 RecordingWriter::RecordingWriter(fs::path folder, Overwrite overwrite) : folder_(std::move(folder)) {
   begin_folder(folder_, overwrite);
-  thread_ = std::thread([this] { write_all(); });
 }
 
-RecordingWriter::~RecordingWriter() {
-  {
-    const std::lock_guard lock(mutex_);
-    stop_ = true;
-  }
-  changed_.notify_all();
-  thread_.join();
-}
+RecordingWriter::~RecordingWriter() { thread_.join(); }
 
 std::string RecordingWriter::next_name() const { return picture_name(kept_); }
 
@@ -165,9 +158,9 @@ bool RecordingWriter::put(const cv::Mat& bgr, double time_s, double captured_uni
     return false;
   }
   bytes_ += bytes;
-  items_.push_back({bgr, next_name(), csv_row(next_name(), time_s, captured_unix_s), std::move(rows)});
+  boost::asio::post(thread_, [this, item = Item{bgr, next_name(), csv_row(next_name(), time_s, captured_unix_s),
+                                                std::move(rows)}] { write(item); });
   ++kept_;
-  changed_.notify_all();
   return true;
 }
 
@@ -185,34 +178,22 @@ std::string RecordingWriter::fault() const {
   return fault_;
 }
 
-void RecordingWriter::write_all() {
-  std::unique_lock lock(mutex_);
-  while (true) {
-    changed_.wait(lock, [&] { return stop_ || !items_.empty(); });
-    if (items_.empty()) return;
-    const Item item = std::move(items_.front());
-    items_.pop_front();
-    lock.unlock();
-    std::string fault;
-    try {
-      write(item);
-    } catch (const std::exception& error) {
-      fault = error.what();
-    }
-    lock.lock();
-    bytes_ -= item.bgr.total() * item.bgr.elemSize();
-    if (fault.empty()) continue;
-    fault_ = fault;
-    lost_ += 1 + static_cast<long>(items_.size());
-    items_.clear();
-    bytes_ = 0;
-  }
-}
-
+/// After a fault no more is written, only counted.
 void RecordingWriter::write(const Item& item) {
-  write_whole(folder_ / item.name, picture_bytes(item.bgr, ".png", fast_png));
-  if (!item.rows.empty()) append_bytes(folder_ / rows_table, item.rows, folder_.string());
-  append_bytes(folder_ / recording_table, item.line, folder_.string());
+  std::string why = fault();
+  try {
+    if (why.empty()) {
+      write_whole(folder_ / item.name, picture_bytes(item.bgr, ".png", fast_png));
+      if (!item.rows.empty()) append_bytes(folder_ / rows_table, item.rows, folder_.string());
+      append_bytes(folder_ / recording_table, item.line, folder_.string());
+    }
+  } catch (const std::exception& error) {
+    why = error.what();
+  }
+  const std::lock_guard lock(mutex_);
+  bytes_ -= item.bgr.total() * item.bgr.elemSize();
+  fault_ = why;
+  lost_ += !why.empty();
 }
 
 }  // namespace ballservo

@@ -2,7 +2,7 @@
 // finished picture.
 #pragma once
 
-#include <condition_variable>
+#include <boost/asio/thread_pool.hpp>
 #include <deque>
 #include <filesystem>
 #include <future>
@@ -11,7 +11,6 @@
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -93,18 +92,14 @@ class RecordingWriter {
     cv::Mat bgr;
     std::string name, line, rows;
   };
-  void write_all();
   void write(const Item& item);
 
   std::filesystem::path folder_;
   mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<Item> items_;
   std::size_t bytes_ = 0;
   std::string fault_;
   long kept_ = 0, lost_ = 0;
-  bool stop_ = false;
-  std::thread thread_;
+  boost::asio::thread_pool thread_{1};
 };
 
 }  // namespace ballservo

@@ -1,6 +1,7 @@
 #include "app/live/client_words.hpp"
 
 #include <fmt/format.h>
+#include <openssl/evp.h>
 
 #include <algorithm>
 #include <cmath>
@@ -42,6 +43,30 @@ nlohmann::json points_px_json(const std::vector<Eigen::Vector2d>& points_px) {
   for (const Eigen::Vector2d& p : points_px)
     listed.push_back({std::round(10 * p.x()) / 10, std::round(10 * p.y()) / 10});
   return listed;
+}
+
+std::string base64(const std::string& bytes) {
+  std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');  // with the end that OpenSSL writes
+  const int size =
+      EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
+                      reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
+  text.resize(static_cast<std::size_t>(size));
+  return text;
+}
+
+std::optional<std::string> from_base64(const std::string& text) {
+  std::string bytes(3 * (text.size() / 4) + 3, '\0');
+  const int size =
+      EVP_DecodeBlock(reinterpret_cast<unsigned char*>(bytes.data()),
+                      reinterpret_cast<const unsigned char*>(text.data()), static_cast<int>(text.size()));
+  if (size < 0 || text.size() % 4 != 0) return std::nullopt;
+  bytes.resize(static_cast<std::size_t>(size));
+  for (std::size_t i = 1; i <= 2 && i <= text.size() && text[text.size() - i] == '='; ++i) bytes.pop_back();
+  return bytes;
+}
+
+nlohmann::json download_json(const std::string& name, const std::string& bytes) {
+  return {{"download", name}, {"base64", base64(bytes)}};
 }
 
 std::string words_of(const InputError& error) {

@@ -27,6 +27,12 @@ std::string text_at(const nlohmann::json& what, const char* key);
 /// Points of a picture, to a tenth of a pixel.
 nlohmann::json points_px_json(const std::vector<Eigen::Vector2d>& points_px);
 
+/// Bytes in JSON (RFC 4648), and what they were; nothing for a text that is none.
+std::string base64(const std::string& bytes);
+std::optional<std::string> from_base64(const std::string& text);
+/// A file that the browser is to save.
+nlohmann::json download_json(const std::string& name, const std::string& bytes);
+
 /// All faults in a line.
 std::string words_of(const InputError& error);
 

@@ -9,7 +9,6 @@
 
 #include "app/io/ball_rows.hpp"
 #include "app/io/interrupt.hpp"
-#include "app/live/base64.hpp"
 #include "app/live/client_words.hpp"
 #include "app/live/picture_questions.hpp"
 #include "app/live/remedies.hpp"
@@ -523,7 +522,7 @@ FootageSession::Json FootageSession::save() {
     options_.overwrite_colors = Overwrite::allow;  // its own file
     return {{"saved", options_.colors_output.string()}};
   }
-  return {{"download", "taught.colors"}, {"base64", base64(bytes)}};
+  return download_json("taught.colors", bytes);
 }
 
 FootageSession::Json FootageSession::load(const Json& what) {
@@ -549,8 +548,7 @@ FootageSession::Json FootageSession::save_camera() {
   look_again();
   if (options_.camera_output.empty())
     return {{"files",
-             {{{"download", file.string()}, {"base64", base64(text)}},
-              {{"download", covariance_file_name(file.string())}, {"base64", base64(beside)}}}}};
+             {download_json(file.string(), text), download_json(covariance_file_name(file.string()), beside)}}};
   write_file(file, text, options_.overwrite_camera);
   write_file(covariance_file_name(file.string()), beside, options_.overwrite_camera);
   options_.overwrite_camera = Overwrite::allow;  // its own file

@@ -7,7 +7,6 @@
 #include <openssl/crypto.h>
 #include <sys/random.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/asio/ip/host_name.hpp>
@@ -19,7 +18,6 @@
 #include <boost/beast/websocket.hpp>
 #include <deque>
 #include <map>
-#include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <thread>
 #include <utility>
@@ -44,7 +42,8 @@ using namespace std::chrono_literals;
 
 constexpr std::uint32_t most_request_bytes = 8192;
 constexpr std::size_t most_message_bytes = 1 << 20;  // a colours file is the largest
-constexpr std::size_t most_connections = 64, most_answers = 64, latencies_kept = 200;
+constexpr std::size_t most_answers = 64, latencies_kept = 200;
+constexpr long most_connections = 64;
 constexpr int widest_picture_px = 1280, jpeg_quality = 80;
 constexpr auto silence = 30s;  // of a client, before it is asked whether it is still there, and then let go
 
@@ -54,11 +53,6 @@ std::string new_secret() {
   if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
     throw std::runtime_error("the system gives no random numbers");
   return fmt::format("{:02x}", fmt::join(bytes, ""));
-}
-
-/// Equal or not, in a time that tells nothing of where they differ.
-bool same_secret(std::string_view a, std::string_view b) {
-  return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
 /// An address of this machine that others can reach, for who listens on all of them.
@@ -103,28 +97,18 @@ class LiveServer::Impl {
   std::shared_ptr<const std::string> message(const std::shared_ptr<const LiveMoment>& moment,
                                              const std::string& view);
 
-  /// Through which answers come in, as long as the server is there.
-  struct Door {
-    std::mutex mutex;
-    asio::io_context* io = nullptr;
-  };
-
   LiveServerOptions options_;
   LiveExchange& exchange_;
-  std::size_t connections_ = 0;  // outlives them, which io_ may hold
-  asio::io_context io_{1};
-  const std::shared_ptr<Door> door_ = std::make_shared<Door>();
-  tcp::acceptor acceptor_{io_};
-  asio::steady_timer pause_{io_};
+  const std::shared_ptr<const void> present_ = std::make_shared<char>();  // each connection has a share
+  const std::shared_ptr<asio::io_context> io_ = std::make_shared<asio::io_context>(1);  // and each answer
+  tcp::acceptor acceptor_{*io_};
+  asio::steady_timer pause_{*io_};
   std::string secret_, url_;
-  std::vector<std::weak_ptr<Client>> clients_;
+  std::set<Client*> clients_;  // that are open
   std::deque<double> latencies_ms_;
   std::atomic<bool> told_{false};
-  struct Encoded {
-    std::uint64_t serial = 0;
-    std::shared_ptr<const std::string> message;
-  };
-  std::map<std::string, Encoded> encoded_;  // by view; once for all clients
+  std::map<std::string, std::shared_ptr<const std::string>> encoded_;  // by view; once for all clients
+  std::uint64_t encoded_serial_ = 0;
   std::thread thread_;
 };
 
@@ -136,10 +120,7 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
       : server_(server),
         socket_(std::move(stream)),
         reads_stream_(reads_stream),
-        view_(reads_stream ? stream_view : "") {
-    ++server_.connections_;
-  }
-  ~Client() { --server_.connections_; }
+        view_(reads_stream ? stream_view : "") {}
 
   void start(const Request& request) {
     beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has times of its own
@@ -149,13 +130,12 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
     socket_.async_accept(request, [self = shared_from_this()](Error error) {
       if (error) return;
       self->open_ = true;
-      self->server_.clients_.push_back(self);
+      self->server_.clients_.insert(self.get());
       self->server_.note_views();
       self->read();
     });
   }
 
-  bool looks() const { return open_; }
   const std::string& view() const { return view_; }
 
   /// Sends what is due: an answer, or the newest moment, if the client has painted what it had.
@@ -216,10 +196,8 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
       return pump();
     }
     // The session answers on a thread of its own; the client, or the server, may have gone by then.
-    auto answer = [door = server_.door_, weak = weak_from_this()](nlohmann::json text_json) {
-      const std::lock_guard lock(door->mutex);
-      if (door->io == nullptr) return;
-      asio::post(*door->io, [weak, said = std::move(text_json)] {
+    auto answer = [io = server_.io_, weak = weak_from_this()](nlohmann::json text_json) {
+      asio::post(*io, [weak, said = std::move(text_json)] {
         if (const auto client = weak.lock()) client->reply(said);
       });
     };
@@ -241,6 +219,7 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
   void close() {
     if (!open_) return;
     open_ = false;
+    server_.clients_.erase(this);
     Error ignored;
     beast::get_lowest_layer(socket_).socket().shutdown(tcp::socket::shutdown_both, ignored);
     beast::get_lowest_layer(socket_).close();
@@ -248,6 +227,7 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
   }
 
   Impl& server_;
+  const std::shared_ptr<const void> present_ = server_.present_;
   websocket::stream<beast::tcp_stream> socket_;
   beast::flat_buffer buffer_;
   std::deque<std::string> answers_;
@@ -261,10 +241,7 @@ class LiveServer::Impl::Client : public std::enable_shared_from_this<Client> {
 /// A connection that asks for the page's files, until it becomes a client.
 class LiveServer::Impl::Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(Impl& server, tcp::socket&& socket) : server_(server), stream_(std::move(socket)) {
-    ++server_.connections_;
-  }
-  ~Connection() { --server_.connections_; }
+  Connection(Impl& server, tcp::socket&& socket) : server_(server), stream_(std::move(socket)) {}
 
   void read() {
     parser_.emplace();
@@ -285,9 +262,9 @@ class LiveServer::Impl::Connection : public std::enable_shared_from_this<Connect
     if (!server_.is_from_page(request))
       return say(request, http::status::forbidden, "the Origin is another's\n");
     if (!server_.secret_.empty()) {
-      const bool knows = path.size() > server_.secret_.size() + 1 &&
-                         path[server_.secret_.size() + 1] == '/' &&
-                         same_secret(path.substr(1, server_.secret_.size()), server_.secret_);
+      const std::string& secret = server_.secret_;  // compared in a time that tells nothing of where they differ
+      const bool knows = path.size() > secret.size() + 1 && path[secret.size() + 1] == '/' &&
+                         CRYPTO_memcmp(path.data() + 1, secret.data(), secret.size()) == 0;
       if (!knows) return say(request, http::status::not_found, "no such page\n");
       path.remove_prefix(server_.secret_.size() + 1);
     }
@@ -327,6 +304,7 @@ class LiveServer::Impl::Connection : public std::enable_shared_from_this<Connect
   }
 
   Impl& server_;
+  const std::shared_ptr<const void> present_ = server_.present_;
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_{most_request_bytes + 4096};
   std::optional<http::request_parser<http::empty_body>> parser_;
@@ -348,35 +326,29 @@ LiveServer::Impl::Impl(const LiveServerOptions& options, LiveExchange& exchange)
                      "an address of this machine and a port that is free (0: any)");
   options_.port = acceptor_.local_endpoint().port();
   if (!address.is_loopback()) secret_ = new_secret();
-  door_->io = &io_;
   url_ = fmt::format("http://{}:{}/", address.is_unspecified() ? reachable_address() : quoted(address),
                      options_.port);
   if (!secret_.empty()) url_ += secret_ + "/";
   exchange_.set_on_publish([this] {
     if (told_.exchange(true)) return;
-    asio::post(io_, [this] {
+    asio::post(*io_, [this] {
       told_ = false;
-      for (const auto& weak : clients_)
-        if (const auto client = weak.lock()) client->pump();
+      for (Client* client : clients_) client->pump();
     });
   });
   accept();
-  thread_ = std::thread([this] { io_.run(); });
+  thread_ = std::thread([this] { io_->run(); });
 }
 
 LiveServer::Impl::~Impl() {
   exchange_.set_on_publish({});
-  {
-    const std::lock_guard lock(door_->mutex);
-    door_->io = nullptr;
-  }
-  io_.stop();
+  io_->stop();
   thread_.join();
 }
 
 void LiveServer::Impl::accept() {
   acceptor_.async_accept([this](Error error, tcp::socket socket) {
-    if (!error && connections_ < most_connections) {
+    if (!error && present_.use_count() <= most_connections) {
       socket.set_option(tcp::no_delay(true), error);
       std::make_shared<Connection>(*this, std::move(socket))->read();
     } else if (error) {  // no more files may be opened: that passes
@@ -389,15 +361,7 @@ void LiveServer::Impl::accept() {
 
 void LiveServer::Impl::note_views() {
   std::set<std::string> views;
-  const auto gone = [&](const std::weak_ptr<Client>& weak) {
-    const auto client = weak.lock();
-    if (!client || !client->looks()) return true;
-    views.insert(client->view());
-    return false;
-  };
-  clients_.erase(std::remove_if(clients_.begin(), clients_.end(), gone), clients_.end());
-  for (auto entry = encoded_.begin(); entry != encoded_.end();)
-    entry = views.count(entry->first) ? std::next(entry) : encoded_.erase(entry);
+  for (const Client* client : clients_) views.insert(client->view());
   exchange_.set_views(std::move(views));
 }
 
@@ -436,8 +400,9 @@ double LiveServer::Impl::latency_p95_ms() const {
 /// The length of the state (4 bytes, the least first), the state, and the picture as JPEG.
 std::shared_ptr<const std::string> LiveServer::Impl::message(const std::shared_ptr<const LiveMoment>& moment,
                                                              const std::string& view) {
-  Encoded& encoded = encoded_[view];
-  if (encoded.message && encoded.serial == moment->serial) return encoded.message;
+  if (std::exchange(encoded_serial_, moment->serial) != moment->serial) encoded_.clear();
+  std::shared_ptr<const std::string>& encoded = encoded_[view];
+  if (encoded) return encoded;
   const auto quoted_text = [](const std::string& text) {
     return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
   };
@@ -459,8 +424,7 @@ std::shared_ptr<const std::string> LiveServer::Impl::message(const std::shared_p
   for (int shift = 0; shift < 32; shift += 8)
     message->push_back(static_cast<char>((state.size() >> shift) & 0xFF));
   *message += state + jpeg;
-  encoded = {moment->serial, message};
-  return encoded.message;
+  return encoded = message;
 }
 
 LiveServer::LiveServer(const LiveServerOptions& options, LiveExchange& exchange)

@@ -1,10 +1,9 @@
 // A thread for what is wanted of the newest state alone.
 #pragma once
 
-#include <condition_variable>
+#include <boost/asio/thread_pool.hpp>
 #include <functional>
 #include <mutex>
-#include <thread>
 
 namespace ballservo {
 
@@ -12,20 +11,12 @@ namespace ballservo {
 /// yet the last alone is done.
 class NewestJob {
  public:
-  NewestJob() = default;
-  /// Waits for the job under way.
-  ~NewestJob();
-
   void ask(std::function<void()> job);
 
  private:
-  void work();
-
   std::mutex mutex_;
-  std::condition_variable changed_;
   std::function<void()> next_;
-  bool ended_ = false;
-  std::thread thread_{[this] { work(); }};
+  boost::asio::thread_pool thread_{1};  // its end waits for the job under way, and does no other
 };
 
 }  // namespace ballservo

@@ -14,7 +14,6 @@
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/io/interrupt.hpp"
-#include "app/live/base64.hpp"
 #include "app/live/client_words.hpp"
 #include "app/live/newest_job.hpp"
 #include "servo/simulation/rendering/camera_renderer.hpp"
@@ -262,7 +261,7 @@ ScenarioSession::Json ScenarioSession::done(const Json& what, const RunView* now
     ended_ = true;
   } else if (verb == "save") {
     if (now != nullptr) touches_.steps = now->record.steps.back().step + 1;
-    return {{"download", "touches.yaml"}, {"base64", base64(touches_yaml(touches_))}};
+    return download_json("touches.yaml", touches_yaml(touches_));
   } else if (now == nullptr) {
     throw Refusal("the run is over: press Reset");
   } else if (verb == "touch") {

@@ -97,7 +97,7 @@ class PyRun {
   }
 
   std::optional<PyStep> step() {
-    const Turn turn(busy_);
+    const auto mine = turn();
     if (!goes_on_) return std::nullopt;
     SteppedRun& run = *goes_on_->run;
     PyStep step;
@@ -119,7 +119,7 @@ class PyRun {
   }
 
   void stop() {
-    const Turn turn(busy_);
+    const auto mine = turn();
     if (goes_on_) end();
   }
 
@@ -136,19 +136,10 @@ class PyRun {
     std::optional<SteppedRun> run;
   };
   /// One step at a time, whoever asks: another thread or a law of the run. Under the interpreter's lock.
-  class Turn {
-   public:
-    explicit Turn(bool& busy) : busy_(busy) {
-      if (busy) throw Refusal("the run is in a step already");
-      busy = true;
-    }
-    ~Turn() { busy_ = false; }
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
-
-   private:
-    bool& busy_;
-  };
+  std::shared_ptr<void> turn() {
+    if (std::exchange(busy_, true)) throw Refusal("the run is in a step already");
+    return {nullptr, [this](void*) { busy_ = false; }};
+  }
   const std::string& result(const std::string& text) const {
     if (goes_on_) throw Refusal("the run goes on: step it to its end, or stop it");
     return text;

@@ -31,18 +31,12 @@ py::array_t<double> each_row(const Points3& points, const char* name, Function&&
     throw InputError(name, py::str("an array of shape {}").format(points.attr("shape")).cast<std::string>(),
                      "shape (N, " + std::to_string(In) + ")");
   py::array_t<double> result({points.shape(0), py::ssize_t{Out}});
-  const double* const in = points.data();
-  double* const out = result.mutable_data();
-  const py::ssize_t count = points.shape(0);
+  const Eigen::Map<const Eigen::Matrix<double, In, Eigen::Dynamic>> in(points.data(), In, points.shape(0));
+  Eigen::Map<Eigen::Matrix<double, Out, Eigen::Dynamic>> out(result.mutable_data(), Out, in.cols());
   const py::gil_scoped_release released;
-  for (py::ssize_t i = 0; i < count; ++i) {
-    const auto answer = function(Eigen::Map<const Eigen::Matrix<double, In, 1>>(in + In * i));
-    Eigen::Map<Eigen::Matrix<double, Out, 1>> row(out + Out * i);
-    if (answer)
-      row = *answer;
-    else
-      row.setConstant(std::numeric_limits<double>::quiet_NaN());
-  }
+  out.setConstant(std::numeric_limits<double>::quiet_NaN());
+  for (Eigen::Index i = 0; i < in.cols(); ++i)
+    if (const auto answer = function(in.col(i))) out.col(i) = *answer;
   return result;
 }
 

@@ -3,7 +3,6 @@
 #include <sstream>
 
 #include "app/experiment/touches.hpp"
-#include "app/live/base64.hpp"
 #include "app/live/client_words.hpp"
 #include "calibration/boards/board.hpp"
 #include "calibration/color/color_file.hpp"

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "app/experiment/run_log.hpp"
-#include "app/live/base64.hpp"
+#include "app/live/client_words.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace ballservo {

@@ -1,5 +1,6 @@
 // The camera is calibrated: a board is held before it, and the page says where to hold it next.
-const at = (id) => document.getElementById(id);
+import {at, build, element, linkTo} from './live.js';
+
 const good_mm = 1, bad_mm = 10; // of the map's colours
 let state = null, ask = null, proposed = false, counted = 0;
 
@@ -39,25 +40,21 @@ function say(text, bad = false) {
   at('calibrated').classList.toggle('bad', bad);
 }
 
-export function calibrationAnswered(answer, download) {
+export function calibrationAnswered(answer) {
   if (answer.refused) return say(answer.refused, true);
   if (answer.answer === 'calibrate' || answer.answer === 'calibrate_go_on') return say('');
   if (answer.answer === 'diameter') return say(`Distances are of balls ${at('diameter').value} mm across.`);
   if (answer.answer === 'calibrate_undo') return say('Taken back.');
   if (answer.answer !== 'save_camera') return;
-  answer.files?.forEach(download);
+  answer.files?.forEach((file) => linkTo(file).click());
   const good = state.fit?.enough;
   say('');
   const words = answer.saved ? [answer.saved] : answer.files.flatMap((file, place) => [place ? ' and ' : '', linkTo(file)]);
   at('calibrated').append('Saved as ', ...words, answer.saved ? '' : ', where the browser puts downloads. They belong side by side; click on one that it kept back',
     `. From now on the balls are placed with this camera. Next: click on a ball${at('diameter').value || at('diameter').placeholder ? '' : ', and enter its diameter'}.`);
   if (good) return;
-  at('calibrated').append(Object.assign(document.createElement('span'), {className: 'bad', textContent: ' It is not known well enough yet: ' +
-    `where it is known least, a ball at 1 m is uncertain by ${millimetres(state.fit?.ball_sigma_mm ?? null)}. Go on takes more pictures.`}));
-}
-
-function linkTo(file) {
-  return Object.assign(document.createElement('a'), {href: `data:application/octet-stream;base64,${file.base64}`, download: file.download, textContent: file.download});
+  at('calibrated').append(element('span', ' It is not known well enough yet: where it is known least, a ball at 1 m is uncertain by ' +
+    `${millimetres(state.fit?.ball_sigma_mm ?? null)}. Go on takes more pictures.`, {className: 'bad'}));
 }
 
 const millimetres = (value) => value === null ? 'unknown' : `${value.toFixed(value < 10 ? 1 : 0)} mm`;
@@ -102,11 +99,7 @@ export function showCalibration(now) {
   at('legend').hidden = !(on && fit?.map);
   at('better').hidden = !fit?.lacks?.length;
   at('better').textContent = fit?.enough ? 'Better still:' : 'What it lacks:';
-  const lines = [...fit?.lacks ?? [], ...fit?.warnings ?? []], list = at('lacking');
-  if (list.dataset.lines !== JSON.stringify(lines)) {
-    list.dataset.lines = JSON.stringify(lines);
-    list.replaceChildren(...lines.map((line) => Object.assign(document.createElement('li'), {textContent: line[0].toUpperCase() + line.slice(1)})));
-  }
+  build('lacking', [...fit?.lacks ?? [], ...fit?.warnings ?? []], (lines) => lines.map((line) => element('li', line[0].toUpperCase() + line.slice(1))));
 }
 
 // ---- over the picture

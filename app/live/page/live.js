@@ -2,7 +2,7 @@
 import {calibrationAnswered, connectCalibration, drawCalibration, showCalibration} from './calibrate.js';
 import {connectRoom, drop, showRoom} from './room.js';
 
-const at = (id) => document.getElementById(id);
+export const at = (id) => document.getElementById(id);
 const canvas = at('picture'), pen = canvas.getContext('2d');
 let socket, state = null, bitmap = null, view = '', mark = null, drag = null, teaching = null, asked = null, countdown = null, controlled = false, recording = false, ended = false, unsaved = false;
 
@@ -49,7 +49,7 @@ function answered(answer) {
   if (answer.controls) return showControls(answer.controls);
   if (answer.answer.startsWith('calibrate') || answer.answer === 'save_camera' || answer.answer === 'diameter') {
     if (answer.answer === 'save_camera' && !answer.refused && !state.classes.length) setTeaching(true);
-    return calibrationAnswered(answer, download);
+    return calibrationAnswered(answer);
   }
   if (answer.answer === 'teach') mark = null;
   if (answer.refused) return say(answer.refused, true);
@@ -68,7 +68,7 @@ function answered(answer) {
   } else if (answer.answer === 'rename') {
     say(`It is called ${answer.class} now.`);
   } else if (answer.answer === 'save') {
-    if (answer.download) download(answer);
+    if (answer.download) linkTo(answer).click();
     say(answer.download ? `Saved as ${answer.download}, where the browser puts downloads.` : `Saved as ${answer.saved}`);
   } else if (answer.answer === 'keep') {
     say(`${answer.pictures} pictures are kept in ${answer.folder}`);
@@ -80,11 +80,8 @@ function answered(answer) {
   }
 }
 
-function download(answer) {
-  const bytes = Uint8Array.from(atob(answer.base64), (c) => c.charCodeAt(0));
-  const link = element('a', '', {href: URL.createObjectURL(new Blob([bytes])), download: answer.download});
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+export function linkTo({base64, download}) {
+  return element('a', download, {href: `data:application/octet-stream;base64,${base64}`, download});
 }
 
 // ---- the picture
@@ -229,13 +226,11 @@ at('end').onclick = () => {
 };
 at('teach').onclick = () => setTeaching(!teaching);
 at('view').onchange = look;
-at('load').onchange = async (event) => {
-  const [file] = event.target.files;
-  if (!file) return;
-  let text = '';
-  for (const byte of new Uint8Array(await file.arrayBuffer())) text += String.fromCharCode(byte);
-  send({do: 'load', base64: btoa(text)});
-  event.target.value = '';
+const reader = new FileReader();
+reader.onload = () => send({do: 'load', base64: reader.result.split(',')[1]});
+at('load').onchange = ({target}) => {
+  if (target.files.length) reader.readAsDataURL(target.files[0]);
+  target.value = '';
 };
 
 function setTeaching(on) {
@@ -250,7 +245,7 @@ function setTeaching(on) {
 
 // ---- what is shown
 
-function element(tag, textContent, more = {}) {
+export function element(tag, textContent, more = {}) {
   return Object.assign(document.createElement(tag), {textContent, ...more});
 }
 
@@ -266,7 +261,7 @@ function complain(text) {
 
 // Builds a part of the page anew only where what it shows has changed, so that nothing loses its focus.
 const built = {};
-function build(id, what, make) {
+export function build(id, what, make) {
   const now = JSON.stringify(what);
   if (built[id] === now) return;
   built[id] = now;

@@ -8,7 +8,7 @@ import numpy as np
 
 from .comparison_answers import answers, certificate_worth
 from .comparison_results import Comparison, median
-from .page import COLORS, INK, Drawing, axes, curve, drawable, figure_text, goal_line, legend, number, percent, photo, text_of
+from .page import COLORS, INK, Drawing, axes, curve, drawable, figure_text, goal_line, legend, number, numbers, percent, photo, text_of
 from .paper_claims import OF_TIMES, claims
 
 # What a plot has room for; a converged fit has its one step's colour, dashed, a whole detector its fit's, dash-dotted.
@@ -260,7 +260,7 @@ def costs(data):
     """Times of each method, and what a frame takes in all: our methods', the peers'."""
     time_ms, error_mm = {}, {}
     for method in data.methods:
-        time_ms[method] = median(np.array([data.times_us[name, method] for name in data.names])) / 1000
+        time_ms[method] = median(numbers([data.times[name, method] for name in data.names], "time_us_median")) / 1000
         error_mm[method] = median(data.column(method, "position_median_mm"))
     def total(peers):
         return np.nansum([time_ms[m["name"]] for m in data.facts["methods"] if m["is_peer"] == peers])

@@ -23,13 +23,10 @@ class Comparison:
         self.by_name = {condition["name"]: condition for condition in self.conditions}
         self.names = list(self.by_name)
         self.named = [condition["name"] for condition in self.conditions if not condition["swept_key"]]
-        self.rows = {(row["condition"], row["method"]): row for row in read_rows(folder / "compare.csv")}
-        self.times_us = {(row["condition"], row["method"]): number(row["time_us_median"])
-                         for row in read_rows(folder / "timing.csv")}
-        self.pairs = {(row["condition"], row["method_a"], row["method_b"]): row
-                      for row in read_rows(folder / "pairs.csv")}
-        self.tests = {(row["condition"], row["method_a"], row["method_b"]): row
-                      for row in read_rows(folder / "tests.csv")}
+        of_one, of_two = ("condition", "method"), ("condition", "method_a", "method_b")
+        self.rows, self.times, self.pairs, self.tests = (
+            {tuple(row[key] for key in keys): row for row in read_rows(folder / f"{table}.csv")}
+            for table, keys in (("compare", of_one), ("timing", of_one), ("pairs", of_two), ("tests", of_two)))
         self.certificates = read_rows(folder / "certificate.csv")
         self.frames = {name: [] for name in self.names}
         for row in read_rows(folder / "frames.csv"):
@@ -68,13 +65,9 @@ class Comparison:
 
     def sweeps(self):
         """Conditions that vary one number, two or more, in its order: their names, and the number's."""
-        sweeps = {}
-        for condition in self.conditions:
-            if condition["swept_key"]:
-                sweeps.setdefault(condition["swept_key"], []).append(condition)
         found = []
-        for key, conditions in sweeps.items():
-            conditions.sort(key=lambda condition: condition["swept_value"])
+        for key in dict.fromkeys(condition["swept_key"] for condition in self.conditions if condition["swept_key"]):
+            conditions = sorted((c for c in self.conditions if c["swept_key"] == key), key=lambda c: c["swept_value"])
             first = conditions[0]
             if len(conditions) > 1:
                 found.append(SimpleNamespace(key=key, label=first["swept_label"], names=[c["name"] for c in conditions],

@@ -256,7 +256,8 @@ def render(module, results):
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
                                      autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
-    return environment.get_template(Path(module.__file__).stem + ".html").render(module.page(results))
+    parts = environment.get_template("parts.html").module
+    return environment.get_template("page.html").render(module.page(results), parts=parts, body=Path(module.__file__).stem + ".html")
 
 
 def write(files):

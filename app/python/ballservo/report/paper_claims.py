@@ -36,6 +36,10 @@ def claim(says, shown_by, verdict="not measured", measured=""):
     return SimpleNamespace(says=says, measured=measured, verdict=verdict, shown_by=shown_by)
 
 
+def judged(holds, nearly, condition, otherwise="does not hold"):
+    return "holds" if holds else f"holds if {condition}" if nearly else otherwise
+
+
 def one_millimetre(data):
     says = "the position deviates typically by at most 1 mm: a whole ball of 7 cm at 1 m, 640x480"
     shown_by = "Where the errors lie: base"
@@ -67,22 +71,15 @@ def votes(data, m):
     if medians:
         measured += ("; the detector (which draws half of them from neighbours): medians by condition "
                      f"{min(medians):.0f} to {max(medians):.0f}")
-    verdict = "does not hold: fewer are needed"
-    if 150 <= usual <= 600:
-        verdict = "holds"
-    elif max([usual, *medians]) >= 150:
-        verdict = "holds if part of the ball is hidden or disturbed; a whole one needs fewer"
-    return claim(says, shown_by, verdict, measured)
+    return claim(says, shown_by, judged(150 <= usual <= 600, max([usual, *medians]) >= 150, "part of the ball is hidden or "
+                 "disturbed; a whole one needs fewer", "does not hold: fewer are needed"), measured)
 
 
 def quality(says, ball, other, wanted):
     ratio = number(ball) / (number(other) or math.nan)
     if not math.isfinite(ratio):
         return claim(says, "this row")
-    verdict = "does not hold"
-    if ratio >= 0.5 * wanted:
-        verdict = "holds" if ratio >= wanted else f"holds if {ratio:.1f} times will do"
-    return claim(says, "this row", verdict,
+    return claim(says, "this row", judged(ratio >= wanted, ratio >= 0.5 * wanted, f"{ratio:.1f} times will do"),
                  f"median Q_c {figure_text(ball)} against {figure_text(other)}: {ratio:.1f} times")
 
 
@@ -167,19 +164,16 @@ def four_classes(m):
     measured = "; ".join(
         f"{count} classes: {100 * number(right):.1f} % of the balls' pixels told right, {100 * number(wrong):.1f} % wrong"
         for count, right, wrong in zip(counts, m["class_right"], m["class_wrong"]))
-    verdict, wrong = f"does not hold: {counts[-1]} are told apart in this light", number(m["class_wrong"][-1])
-    if wrong > 0.01:
-        verdict = "holds" if wrong > 0.05 else "holds if a pixel in a hundred must not be told wrong"
-    return claim(says, "this row", verdict, measured)
+    wrong = number(m["class_wrong"][-1])
+    return claim(says, "this row", judged(wrong > 0.05, wrong > 0.01, "a pixel in a hundred must not be told wrong",
+                 f"does not hold: {counts[-1]} are told apart in this light"), measured)
 
 
 def time_ratio(says, what, us, paper_us, read_us):
     us, read_us = number(us), number(read_us)
     if not (us > 0 and read_us > 0):
         return claim(says, OF_TIMES)
-    verdict = "does not hold here"
-    if us <= 2 * paper_us:
-        verdict = "holds" if us <= paper_us else "holds if the machine is not shared"
+    verdict = judged(us <= paper_us, us <= 2 * paper_us, "the machine is not shared", "does not hold here")
     return claim(says, OF_TIMES, verdict, f"{what} {us / 1000:.2f} ms: {us / read_us:.1f} times reading the frame once "
                  f"({read_us / 1000:.2f} ms)")
 
@@ -189,9 +183,7 @@ def boundary(m):
     edge, boundary_px = number(m["edge_px"]), number(m["boundary_px"])
     if not edge > 0:
         return claim(says, "this row")
-    verdict = "does not hold"
-    if edge > boundary_px:
-        verdict = "holds" if edge > 2 * boundary_px else "holds if fewer will do"
+    verdict = judged(edge > 2 * boundary_px, edge > boundary_px, "fewer will do")
     times = edge / boundary_px if boundary_px else math.inf
     return claim(says, "this row", verdict, f"{boundary_px:.0f} boundary pixels of the ball's colour (four other things of it "
                  f"in view) against {edge:.0f} edge pixels (Canny): {times:.1f} times fewer")

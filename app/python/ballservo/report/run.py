@@ -3,6 +3,7 @@ import json
 import math
 
 import numpy as np
+from matplotlib.patches import Circle
 
 from .page import (COLORS, Drawing, axes, curve, goal_line, legend, map_axes, numbers, photo, read_json, read_rows,
                   text_of)
@@ -74,7 +75,8 @@ def top_view(facts, log):
             k = (len(log) - 1) * moment // (MOMENTS - 1)
             draw_robot(plot, facts["footprint_m"], path[k], yaw[k], ROBOT, dashed=0 < moment < MOMENTS - 1,
                        arrow=moment == MOMENTS - 1)
-        draw_ball(plot, ball[-1], facts["ball"]["radius_m"], facts["distance_m"])
+        plot.add_patch(Circle(ball[-1], facts["ball"]["radius_m"], color=BALL, alpha=0.8))
+        plot.add_patch(Circle(ball[-1], facts["distance_m"], fill=False, color=GOAL, linewidth=1.2, linestyle="--", zorder=2))
         plot.annotate("start", path[0], (0, 22), textcoords="offset points", ha="center")
     return Drawing(plot, "Robot path (with its footprint at seven moments), ball, and the circle of the desired distance "
                    "around it (dashed).")
@@ -86,13 +88,6 @@ def shown_floor(room, points, margin_m=0.8):
     if len(points) == 0:
         return walls
     return np.maximum(points.min(axis=0) - margin_m, walls[0]), np.minimum(points.max(axis=0) + margin_m, walls[1])
-
-
-def draw_ball(plot, center, radius_m, distance_m):
-    angle = np.linspace(0, 2 * np.pi, 73)
-    circle = np.array([np.cos(angle), np.sin(angle)])
-    plot.fill(*(center[:, None] + radius_m * circle), color=BALL, alpha=0.8)
-    plot.plot(*(center[:, None] + distance_m * circle), color=GOAL, linewidth=1.2, linestyle="--")
 
 
 def image_trace(facts):

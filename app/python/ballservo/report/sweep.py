@@ -3,6 +3,7 @@ import itertools
 import json
 
 import numpy as np
+from matplotlib.patches import Circle
 
 from .floor import draw_obstacles, draw_robot, draw_room
 from .page import COLORS, Drawing, axes, curve, legend, map_axes, number, numbers, percent, read_json, read_rows, read_text
@@ -147,9 +148,7 @@ def worst_trial(trial, trace, facts):
         plot.plot(*path.T, color=REACHED, linewidth=1.5)
         plot.plot(*path[0], "o", color=REACHED, markersize=5)
         draw_robot(plot, facts["footprint_m"], path[-1], trace["yaw_rad"], REACHED, arrow=True)
-        angle = np.linspace(0, 2 * np.pi, 73)
-        plot.plot(ball[-1, 0] + facts["distance_m"] * np.cos(angle), ball[-1, 1] + facts["distance_m"] * np.sin(angle),
-                  "--", color=BALL, linewidth=1)
+        plot.add_patch(Circle(ball[-1], facts["distance_m"], fill=False, color=BALL, linewidth=1, linestyle="--", zorder=2))
         plot.plot(*ball[-1], "o", color=BALL, markersize=6)
     return Drawing(plot, f"Seed {trial['seed']}: {trial['outcome']}: {trial['why']}.")
 
