@@ -77,29 +77,23 @@ void add_ball_options(CLI::App& command, BallOptions& options) {
   const auto not_empty = [](const std::string& text) {
     return std::string(text.empty() ? "found an empty value" : "");
   };
-  command.add_option("--colors", options.colors, "The colours file that `calibrate colors` wrote")
-      ->required(options.taught)
-      ->type_name("FILE");
-  command
-      .add_option(
-          "--camera", options.camera,
-          "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several; "
-          "FILE@WxH for its pictures scaled to that size)")
-      ->check(not_empty)
-      ->type_name("FILE");
-  command
-      .add_option(
-          "--fov", options.fov,
-          "Without --camera: the angle that a picture's width spans, with its sigma (default a tenth): "
-          "directions and ranges are approximate")
-      ->check(not_empty)
-      ->type_name("DEG[+-SIGMA]");
-  command
-      .add_option(
-          "--diameter", options.diameter,
-          "The balls' diameter, METRES[+-SIGMA] or NAME=METRES,...: with --camera it gives positions in 3-D")
-      ->check(not_empty)
-      ->type_name("METRES");
+  add_typed_option(command, "--colors", options.colors, "FILE",
+                   "The colours file that `calibrate colors` wrote")
+      ->required(options.taught);
+  add_typed_option(
+      command, "--camera", options.camera, "FILE",
+      "The camera's file (ViSP XML; ROS, OpenCV or Kalibr YAML; FILE:NAME where it holds several; "
+      "FILE@WxH for its pictures scaled to that size)")
+      ->check(not_empty);
+  add_typed_option(
+      command, "--fov", options.fov, "DEG[+-SIGMA]",
+      "Without --camera: the angle that a picture's width spans, with its sigma (default a tenth): "
+      "directions and ranges are approximate")
+      ->check(not_empty);
+  add_typed_option(
+      command, "--diameter", options.diameter, "METRES",
+      "The balls' diameter, METRES[+-SIGMA] or NAME=METRES,...: with --camera it gives positions in 3-D")
+      ->check(not_empty);
   command
       .add_option("--fit", options.fit,
                   "sphere: the exact outline of a ball; paper: a circle and the paper's formula")

@@ -36,17 +36,17 @@ int calibrate_board(const CalibrateBoardOptions& options) {
 }  // namespace
 
 void add_calibrate_board_command(CLI::App& calibrate, Action& action) {
-  CLI::App& command = *calibrate.add_subcommand("board", "A board to print, at exact scale (PDF)");
-  const auto options = std::make_shared<CalibrateBoardOptions>();
+  const auto [command, options] = add_command<CalibrateBoardOptions>(
+      calibrate, action, "board", "A board to print, at exact scale (PDF)", calibrate_board);
   command
-      .add_option("--board", options->board,
+      .add_option("--board", options.board,
                   "chessboard:9x6 (inner corners), circles:6x6 or acircles:4x11 (centres)")
       ->required();
-  add_number_option(command, "--square", options->square_m, NumberRange::above(0, "m"),
+  add_number_option(command, "--square", options.square_m, NumberRange::above(0, "m"),
                     "The side of a square, or the step between circles, in metres")
       ->required();
-  add_output_option(command, "-o,--output", options->output, "FILE", "The sheet (PDF)")->required();
-  add_common_options(command, options->common);
+  add_output_option(command, "-o,--output", options.output, "FILE", "The sheet (PDF)")->required();
+  add_common_options(command, options.common);
   command.footer(
       R"(The sheet is the smallest of A4 to A0 that holds the board with a white margin, landscape before portrait, or
 has a size of its own. Print it at 100 %, measure the line below the board, and fix the sheet to something flat.
@@ -54,7 +54,6 @@ Exit: 0 done, 2 bad input.
 Example:
   ballservo calibrate board --board chessboard:9x6 --square 0.025 -o board.pdf
   ballservo calibrate camera camera:0 --board chessboard:9x6 --square 0.025 -o camera.yaml)");
-  command.callback([&action, options] { action = [options] { return calibrate_board(*options); }; });
 }
 
 }  // namespace ballservo

@@ -204,44 +204,34 @@ nlohmann::json results_json(const CameraCalibration& calibration) {
 }
 
 void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
-  CLI::App& command = *calibrate.add_subcommand("camera", "Calibrate a camera from pictures of a flat board");
-  const auto options = std::make_shared<CalibrateCameraOptions>();
-  command
-      .add_option("source", options->sources,
-                  "Pictures of the board, folders of them, videos of it, or camera:N")
-      ->required()
-      ->type_name("SOURCE...");
-  command
-      .add_option("--board", options->board_text,
-                  "chessboard:9x6 (inner corners), circles:6x6 or acircles:4x11 (centres)")
-      ->required()
-      ->type_name("BOARD");
-  add_number_option(command, "--square", options->square_m, NumberRange::above(0, "m"),
+  const auto [command, options] = add_command<CalibrateCameraOptions>(
+      calibrate, action, "camera", "Calibrate a camera from pictures of a flat board", run_calibrate_camera);
+  add_typed_option(command, "source", options.sources, "SOURCE...",
+                   "Pictures of the board, folders of them, videos of it, or camera:N")
+      ->required();
+  add_typed_option(command, "--board", options.board_text, "BOARD",
+                   "chessboard:9x6 (inner corners), circles:6x6 or acircles:4x11 (centres)")
+      ->required();
+  add_number_option(command, "--square", options.square_m, NumberRange::above(0, "m"),
                     "Side of a square, or distance of circles, in metres")
       ->required();
-  command
-      .add_option(
-          "--model", options->model,
-          "Lens model: auto (default: the simplest that predicts boards it has not seen as well as any, "
-          "among those that the file format holds), pinhole, visp, brown, brown8, kannala_brandt")
-      ->type_name("MODEL");
-  add_output_option(command, "-o,--output", options->output, "FILE",
-                    "Camera file: .xml is ViSP's, .yaml ROS'")
+  add_typed_option(
+      command, "--model", options.model, "MODEL",
+      "Lens model: auto (default: the simplest that predicts boards it has not seen as well as any, "
+      "among those that the file format holds), pinhole, visp, brown, brown8, kannala_brandt");
+  add_output_option(command, "-o,--output", options.output, "FILE", "Camera file: .xml is ViSP's, .yaml ROS'")
       ->required();
-  command
-      .add_option("--format", options->format,
-                  "Format of the camera file, whatever its name: visp, ros, opencv, kalibr")
-      ->type_name("FORMAT");
+  add_typed_option(command, "--format", options.format, "FORMAT",
+                   "Format of the camera file, whatever its name: visp, ros, opencv, kalibr");
   add_output_option(
-      command, "--report", options->report, "DIR",
+      command, "--report", options.report, "DIR",
       "Write report.html into this folder: residuals, coverage, millimetres at the ball, what to do next");
-  add_common_options(command, options->common);
+  add_common_options(command, options.common);
   command.footer(R"(Beside FILE, FILE.covariance.json says how well the parameters are known.
 Of a video or camera:N pictures are taken where the board stands elsewhere: move it, or the camera, to
 different places; 40 of them, or two minutes of a camera, are enough.
 Example:
   ballservo calibrate camera left01.jpg left02.jpg left03.jpg --board chessboard:9x6 --square 0.025 --model brown -o left.yaml)");
-  command.callback([&action, options] { action = [options] { return run_calibrate_camera(*options); }; });
 }
 
 }  // namespace ballservo

@@ -316,9 +316,9 @@ int run_calibrate_colors(const ColorsOptions& options) {
 }  // namespace
 
 void add_calibrate_colors_command(CLI::App& calibrate, Action& action) {
-  auto options = std::make_shared<ColorsOptions>();
-  CLI::App* command = calibrate.add_subcommand("colors", "Learn the colours of balls from pictures of them");
-  command->footer(R"(Examples:
+  const auto [command, options] = add_command<ColorsOptions>(
+      calibrate, action, "colors", "Learn the colours of balls from pictures of them", run_calibrate_colors);
+  command.footer(R"(Examples:
   ballservo calibrate colors smarties.png -o sweets.colors --preview preview/
   ballservo calibrate colors --class green=hand.png --at green=645,312,58 -o green.colors
   ballservo calibrate colors --from camera:0 --box green=320,240,60 -o green.colors --preview preview/
@@ -336,32 +336,30 @@ Dark and nearly grey pixels (L below 10, chroma below 8 or, in the dark, (L + 16
 deep shade, glare) have no class.
 Exit: 0 learnt; 1 nothing round and coloured found, not clear which, a grey picture, two classes of one colour,
 or a class taught on background; 2 bad input.)");
-  command->add_option("IMAGE", options->sources, "Pictures of balls, or folders of them");
-  command->add_option("--class", options->classes, "Learn one class from these pictures; may be repeated")
-      ->type_name("NAME=IMAGE[,IMAGE...]")
+  command.add_option("IMAGE", options.sources, "Pictures of balls, or folders of them");
+  add_typed_option(command, "--class", options.classes, "NAME=IMAGE[,IMAGE...]",
+                   "Learn one class from these pictures; may be repeated")
       ->allow_extra_args(false);
-  command->add_option("--at", options->at, "Where the ball is in that class's first picture (px)")
-      ->type_name("NAME=CX,CY,R")
+  add_typed_option(command, "--at", options.at, "NAME=CX,CY,R",
+                   "Where the ball is in that class's first picture (px)")
       ->allow_extra_args(false);
-  command
-      ->add_option("--background", options->background, "Pictures without any ball: what is not to be a ball")
-      ->type_name("IMAGE,...")
+  add_typed_option(command, "--background", options.background, "IMAGE,...",
+                   "Pictures without any ball: what is not to be a ball")
       ->delimiter(',')
       ->allow_extra_args(false);
-  command->add_option("--add", options->add, "A colours file to learn on top of; several are merged")
-      ->type_name("FILE")
+  add_typed_option(command, "--add", options.add, "FILE",
+                   "A colours file to learn on top of; several are merged")
       ->allow_extra_args(false);
-  command->add_option("--from", options->from, "Live material to learn one class from")
-      ->type_name("VIDEO|camera:N");
-  command->add_option("--box", options->box, "Where the ball is held in it (px), and the class's name")
-      ->type_name("NAME=CX,CY,R");
-  add_output_option(*command, "-o,--output", options->output, "FILE.colors", "The colours file");
-  add_output_option(*command, "--preview", options->preview, "DIR",
+  add_typed_option(command, "--from", options.from, "VIDEO|camera:N",
+                   "Live material to learn one class from");
+  add_typed_option(command, "--box", options.box, "NAME=CX,CY,R",
+                   "Where the ball is held in it (px), and the class's name");
+  add_output_option(command, "-o,--output", options.output, "FILE.colors", "The colours file");
+  add_output_option(command, "--preview", options.preview, "DIR",
                     "How it was learnt, picture by picture, and what the classes bear: DIR/report.html");
-  command->add_option("--show", options->show, "Say what a colours file holds, learning nothing")
-      ->type_name("FILE");
-  add_common_options(*command, options->common);
-  command->callback([options, &action] { action = [options] { return run_calibrate_colors(*options); }; });
+  add_typed_option(command, "--show", options.show, "FILE",
+                   "Say what a colours file holds, learning nothing");
+  add_common_options(command, options.common);
 }
 
 }  // namespace ballservo

@@ -149,19 +149,19 @@ int calibrate_diff(const CalibrateDiffOptions& options) {
 }  // namespace
 
 void add_calibrate_diff_command(CLI::App& calibrate, Action& action) {
-  CLI::App& command = *calibrate.add_subcommand(
-      "diff", "How two calibrations of one camera disagree, in pixels and in millimetres at a ball");
-  const auto options = std::make_shared<CalibrateDiffOptions>();
-  command.add_option("A", options->a, "A camera file (any format; FILE:NAME where it holds several)")
+  const auto [command, options] = add_command<CalibrateDiffOptions>(
+      calibrate, action, "diff",
+      "How two calibrations of one camera disagree, in pixels and in millimetres at a ball", calibrate_diff);
+  command.add_option("A", options.a, "A camera file (any format; FILE:NAME where it holds several)")
       ->required();
-  command.add_option("B", options->b, "Another, of the same camera")->required();
-  add_number_option(command, "--diameter", options->comparison.diameter_m, NumberRange::above(0, "m"),
+  command.add_option("B", options.b, "Another, of the same camera")->required();
+  add_number_option(command, "--diameter", options.comparison.diameter_m, NumberRange::above(0, "m"),
                     "The ball's diameter in metres (default 0.07)");
-  add_number_option(command, "--range", options->comparison.range_m, NumberRange::above(0, "m"),
+  add_number_option(command, "--range", options.comparison.range_m, NumberRange::above(0, "m"),
                     "How far away the ball is, in metres (default 1)");
-  add_output_option(command, "--report", options->report, "DIR",
+  add_output_option(command, "--report", options.report, "DIR",
                     "A page with a map of the millimetres and pixels, DIR/report.html");
-  add_common_options(command, options->common);
+  add_common_options(command, options.common);
   command.footer(
       R"(A calibration cannot tell where its camera frame points: a frame turned a little, with the principal point
 moved to make up for it, fits the same boards as well. So the rotation that brings the two cameras' rays
@@ -171,7 +171,6 @@ allow (for calibrations from different pictures: from the same ones their errors
 Exit: 0 compared, whatever the difference; 2 bad input, such as different picture sizes.
 Example:
   ballservo calibrate diff monday.yaml friday.yaml --diameter 0.07 --range 1 --report difference)");
-  command.callback([&action, options] { action = [options] { return calibrate_diff(*options); }; });
 }
 
 }  // namespace ballservo

@@ -269,38 +269,31 @@ int calibrate_radius(const CalibrateRadiusOptions& options) {
 }  // namespace
 
 void add_calibrate_radius_command(CLI::App& calibrate, Action& action) {
-  CLI::App& command = *calibrate.add_subcommand(
-      "radius", "Measure a ball's diameter in pictures at known distances, or on a board's plane");
-  const auto options = std::make_shared<CalibrateRadiusOptions>();
-  command
-      .add_option("source", options->sources,
-                  "Pictures of the ball, or folders of pictures; no videos, no camera:N")
-      ->required()
-      ->type_name("SOURCE...");
-  command.add_option("--colors", options->colors, "The colours file that `calibrate colors` wrote")
-      ->required()
-      ->type_name("FILE");
-  command.add_option("--camera", options->camera, "The camera's file (FILE:NAME where it holds several)")
-      ->required()
-      ->type_name("FILE");
-  command
-      .add_option("--class", options->class_name, "The ball's class, where the pictures show several balls")
-      ->type_name("NAME");
-  command
-      .add_option("--distances", options->distances,
-                  "CSV source,distance_m[,sigma_m]: picture by picture (names without folders), how far the "
-                  "ball's centre is from the camera's centre of projection, and how sure that is")
-      ->type_name("FILE.csv");
-  command
-      .add_option("--board", options->board_text,
-                  "chessboard:9x6, circles:6x6 or acircles:4x11: the ball lies on this board")
-      ->type_name("BOARD");
-  add_number_option(command, "--square", options->square_m, NumberRange::above(0, "m"),
+  const auto [command, options] = add_command<CalibrateRadiusOptions>(
+      calibrate, action, "radius",
+      "Measure a ball's diameter in pictures at known distances, or on a board's plane", calibrate_radius);
+  add_typed_option(command, "source", options.sources, "SOURCE...",
+                   "Pictures of the ball, or folders of pictures; no videos, no camera:N")
+      ->required();
+  add_typed_option(command, "--colors", options.colors, "FILE",
+                   "The colours file that `calibrate colors` wrote")
+      ->required();
+  add_typed_option(command, "--camera", options.camera, "FILE",
+                   "The camera's file (FILE:NAME where it holds several)")
+      ->required();
+  add_typed_option(command, "--class", options.class_name, "NAME",
+                   "The ball's class, where the pictures show several balls");
+  add_typed_option(command, "--distances", options.distances, "FILE.csv",
+                   "CSV source,distance_m[,sigma_m]: picture by picture (names without folders), how far the "
+                   "ball's centre is from the camera's centre of projection, and how sure that is");
+  add_typed_option(command, "--board", options.board_text, "BOARD",
+                   "chessboard:9x6, circles:6x6 or acircles:4x11: the ball lies on this board");
+  add_number_option(command, "--square", options.square_m, NumberRange::above(0, "m"),
                     "Side of the board's squares, or distance of its circles, in metres");
   add_number_option(
-      command, "--thickness", options->depth_m, NumberRange::within(0, 1, "m"),
+      command, "--thickness", options.depth_m, NumberRange::within(0, 1, "m"),
       "Of the board, in metres, where the ball lies beside it on the same table (default 0: on its face)");
-  add_common_options(command, options->common);
+  add_common_options(command, options.common);
   command.footer(
       R"(With --board: lay the board on a table, printed face up, and the ball on its white margin, or on the table
 beside it (with --thickness where it is thicker than paper); all inner corners and the whole ball must be in
@@ -312,7 +305,6 @@ Exit: 0 measured, 1 no picture tells, or they contradict each other (all figures
 Examples:
   ballservo calibrate radius table/ --colors my.colors --camera camera.yaml --board chessboard:9x6 --square 0.025
   ballservo calibrate radius at_1m.png at_2m.png --colors my.colors --camera camera.yaml --distances tape.csv)");
-  command.callback([&action, options] { action = [options] { return calibrate_radius(*options); }; });
 }
 
 }  // namespace ballservo

@@ -108,7 +108,7 @@ std::string unused_name(std::set<std::string>& used, const std::string& name) {
 
 CLI::Option* add_output_option(CLI::App& command, const std::string& name, std::filesystem::path& value,
                                const std::string& type, const std::string& help) {
-  return command.add_option(name, value, help)->type_name(type)->group(outputs_group);
+  return add_typed_option(command, name, value, type, help)->group(outputs_group);
 }
 
 CLI::Option* add_number_option(CLI::App& command, const std::string& name, double& value,

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/io/messages.hpp"
@@ -86,6 +87,25 @@ std::string unused_name(std::set<std::string>& used, const std::string& name);
 /// What main runs once the command line is parsed; returns an exit code, throws InputError, Refusal or
 /// Interrupted.
 using Action = std::function<int()>;
+
+/// An option whose help names its type.
+template <class Value>
+CLI::Option* add_typed_option(CLI::App& command, const std::string& name, Value& value,
+                              const std::string& type, const std::string& help) {
+  return command.add_option(name, value, help)->type_name(type);
+}
+
+/// Adds a command that runs `run` on its options, unless one of its own commands was asked for.
+template <class Options, class Run>
+std::pair<CLI::App&, Options&> add_command(CLI::App& parent, Action& action, const std::string& name,
+                                           const std::string& what, Run run) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* const command = parent.add_subcommand(name, what);
+  command->callback([=, &action] {
+    if (command->get_subcommands().empty()) action = [=] { return run(*options); };
+  });
+  return {*command, *options};
+}
 
 /// Writes `results` at `options.json`, if that was asked for (two-space indentation, keys sorted, NaN as
 /// null).

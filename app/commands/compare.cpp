@@ -269,8 +269,9 @@ int run_comparison_merge(const MergeOptions& options) {
 }  // namespace
 
 void add_compare_command(CLI::App& program, Action& action) {
-  CLI::App* command = program.add_subcommand("compare", "Run every estimator on the same pictures");
-  command->footer(R"(Examples:
+  const auto [command, options] = add_command<CompareOptions>(
+      program, action, "compare", "Run every estimator on the same pictures", run_compare);
+  command.footer(R"(Examples:
   ballservo compare data/comparisons/basic.yaml -o comparison
   ballservo compare data/comparisons/paper.yaml -o paper              the paper's claims, one by one
   ballservo compare --images pictures --truth truth.csv --start truth -o own    on your own pictures
@@ -281,31 +282,25 @@ void add_compare_command(CLI::App& program, Action& action) {
 Writes compare.csv (each method in each condition), fits.csv (every fit), frames.csv (every truth), pairs.csv
 (one step against converged), tests.csv (paired tests), certificate.csv, timing.csv, tables.tex, report.html.
 --seed is added to the plan's own seed.)");
-  auto options = std::make_shared<CompareOptions>();
-  command->add_option("PLAN", options->plan, "What to render and run (YAML)")->type_name("PLAN");
-  command->add_option("--images", options->pictures.folder, "Your own pictures, instead of a plan")
-      ->type_name("DIR");
-  command->add_option("--truth", options->pictures.truth, "What is known of the balls in them")
-      ->type_name("FILE");
-  command->add_option("--colors", options->pictures.colors, "Colours that tell a ball")->type_name("FILE");
-  command->add_option("--camera", options->pictures.camera, "The pictures' camera")->type_name("FILE");
-  add_number_option(*command, "--diameter", options->pictures.diameter_m, NumberRange::above(0, 10, "m"),
+  add_typed_option(command, "PLAN", options.plan, "PLAN", "What to render and run (YAML)");
+  add_typed_option(command, "--images", options.pictures.folder, "DIR",
+                   "Your own pictures, instead of a plan");
+  add_typed_option(command, "--truth", options.pictures.truth, "FILE", "What is known of the balls in them");
+  add_typed_option(command, "--colors", options.pictures.colors, "FILE", "Colours that tell a ball");
+  add_typed_option(command, "--camera", options.pictures.camera, "FILE", "The pictures' camera");
+  add_number_option(command, "--diameter", options.pictures.diameter_m, NumberRange::above(0, 10, "m"),
                     "The balls' diameter in metres: with --camera, places in space are compared too");
   command
-      ->add_option("--start", options->start,
-                   "Where the fits start: vote (needs --colors), or truth, displaced as votes err")
+      .add_option("--start", options.start,
+                  "Where the fits start: vote (needs --colors), or truth, displaced as votes err")
       ->capture_default_str();
-  add_work_options(*command, options->work);
-  add_keys_flag(*command, "plan", plan_keys);
-  add_common_options(*command, options->common);
-  CLI::App* merge = add_merge_command(*command, action, run_comparison_merge, false);
+  add_work_options(command, options.work);
+  add_keys_flag(command, "plan", plan_keys);
+  add_common_options(command, options.common);
+  CLI::App* merge = add_merge_command(command, action, run_comparison_merge, false);
   merge->description("Put the parts of a comparison together");
   merge->footer(R"(Example: ballservo compare merge part_1 part_2 part_3 -o whole
 gives the tables of the whole, the same bytes as in one run.)");
-  command->callback([&action, options, command] {
-    if (!command->get_subcommands().empty()) return;
-    action = [options] { return run_compare(*options); };
-  });
 }
 
 }  // namespace ballservo

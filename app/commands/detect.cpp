@@ -145,9 +145,9 @@ int run_detect(const DetectOptions& options) {
 }  // namespace
 
 void add_detect_command(CLI::App& program, Action& action) {
-  auto options = std::make_shared<DetectOptions>();
-  CLI::App* command = program.add_subcommand("detect", "Find the balls in pictures");
-  command->footer(R"(Example:
+  const auto [command, options] =
+      add_command<DetectOptions>(program, action, "detect", "Find the balls in pictures", run_detect);
+  command.footer(R"(Example:
   ballservo detect left.png right.png --colors my.colors --camera camera.yaml --diameter 0.07 -o detections.csv --overlay found/
 
 Each still is judged by itself, whatever else is asked with it; the frames of a video are one camera's.
@@ -156,12 +156,11 @@ Where the light in which the colours were taught shows no ball, one is sought in
 cameras make; which was assumed is said on stderr and, as `light`, in --json.
 Without -o the rows go to stdout. Without --camera or --diameter the columns in metres stay empty.
 Exit: 0 found at least one ball, 1 found none, 2 bad input.)");
-  add_ball_search_options(*command, *options, "Image files, a folder of images, a video file, or camera:N",
+  add_ball_search_options(command, options, "Image files, a folder of images, a video file, or camera:N",
                           "Rows of all balls (CSV)", "One picture of all stages for each picture");
-  add_output_option(*command, "--overlay", options->overlay, "DIR",
+  add_output_option(command, "--overlay", options.overlay, "DIR",
                     "The pictures with what was found drawn into them");
-  add_common_options(*command, options->common);
-  command->callback([options, &action] { action = [options] { return run_detect(*options); }; });
+  add_common_options(command, options.common);
 }
 
 }  // namespace ballservo

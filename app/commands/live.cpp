@@ -114,11 +114,11 @@ int run_live(LiveOptions& options) {
 }  // namespace
 
 void add_live_command(CLI::App& program, Action& action) {
-  auto options = std::make_shared<LiveOptions>();
-  options->balls.taught = false;
-  CLI::App* command = program.add_subcommand(
-      "live", "A page in the browser: teach colours by clicking, follow balls, see why; touch a run");
-  command->footer(R"(Examples:
+  const auto [command, options] = add_command<LiveOptions>(
+      program, action, "live",
+      "A page in the browser: teach colours by clicking, follow balls, see why; touch a run", run_live);
+  options.balls.taught = false;
+  command.footer(R"(Examples:
   ballservo live camera:0 -o my.colors
   ballservo live camera:0 --board chessboard:9x6 --square 0.025 --diameter 0.07 --save-camera camera.yaml
   ballservo live throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 --record throw
@@ -138,47 +138,37 @@ A scenario runs at the wall's pace: drag its ball, its obstacles and the robot, 
 and avoidance. --record keeps each run with what was done to it: servo --touches, with the same --set, --seed and
 --perception, does it again: the same log.csv and tracks.csv, to the last byte.)");
   command
-      ->add_option("SOURCE", options->footage.source,
-                   "A video, a folder of images or a recording, an image, camera:N, or a scenario (YAML)")
+      .add_option("SOURCE", options.footage.source,
+                  "A video, a folder of images or a recording, an image, camera:N, or a scenario (YAML)")
       ->required();
-  add_ball_options(*command, options->balls);
-  command->add_flag("--fixed-colors", options->footage.fixed_colors,
-                    "Do not let the colours follow the light");
-  add_number_option(*command, "--fps", options->footage.fps, fps_range(),
+  add_ball_options(command, options.balls);
+  command.add_flag("--fixed-colors", options.footage.fixed_colors, "Do not let the colours follow the light");
+  add_number_option(command, "--fps", options.footage.fps, fps_range(),
                     "Times pictures that carry no time of their own (default 30 Hz)");
-  add_integer_option(*command, "--port", options->server.port, 0, 65535,
+  add_integer_option(command, "--port", options.server.port, 0, 65535,
                      "The page's port (default 0: any free one)");
-  command
-      ->add_option("--listen", options->server.address,
+  add_typed_option(command, "--listen", options.server.address, "ADDRESS",
                    "The page's IP address; 0.0.0.0: all that this machine has")
-      ->type_name("ADDRESS")
       ->capture_default_str();
-  add_output_option(*command, "-o,--output", options->footage.colors_output, "FILE.colors",
+  add_output_option(command, "-o,--output", options.footage.colors_output, "FILE.colors",
                     "Where the page's Save writes the colours; without it, it downloads them");
-  command
-      ->add_option("--board", options->board,
-                   "The board that the page proposes to calibrate with: chessboard:9x6, circles:6x6 ...")
-      ->type_name("BOARD");
-  add_number_option(*command, "--square", options->square_m, NumberRange::above(0, "m"),
+  add_typed_option(command, "--board", options.board, "BOARD",
+                   "The board that the page proposes to calibrate with: chessboard:9x6, circles:6x6 ...");
+  add_number_option(command, "--square", options.square_m, NumberRange::above(0, "m"),
                     "Side of its squares, or distance of its circles, in metres");
-  add_output_option(*command, "--save-camera", options->footage.camera_output, "FILE",
+  add_output_option(command, "--save-camera", options.footage.camera_output, "FILE",
                     "Where the page's Save camera writes (.xml: ViSP, .yaml: ROS); without it, it downloads");
-  add_output_option(*command, "--record", options->footage.record, "DIR",
+  add_output_option(command, "--record", options.footage.record, "DIR",
                     "Keep pictures, times and tracks here; what is recorded after that in DIR_2, DIR_3 ..., "
                     "whichever is free");
-  command
-      ->add_option(
-          "--last", options->footage.last_s,
-          "Records nothing until the page asks for it, and keeps the last SECONDS at hand (256 MB at most)")
-      ->type_name("SECONDS");
-  command
-      ->add_option("--stream", options->footage.stream,
-                   "Sends the tracks as `track` does; with - the address is printed on stderr")
-      ->type_name("-|udp:HOST:PORT");
-  add_set_option(*command, options->sets);
-  add_perception_option(*command, options->perception);
-  add_common_options(*command, options->common);
-  command->callback([options, &action] { action = [options] { return run_live(*options); }; });
+  add_typed_option(
+      command, "--last", options.footage.last_s, "SECONDS",
+      "Records nothing until the page asks for it, and keeps the last SECONDS at hand (256 MB at most)");
+  add_typed_option(command, "--stream", options.footage.stream, "-|udp:HOST:PORT",
+                   "Sends the tracks as `track` does; with - the address is printed on stderr");
+  add_set_option(command, options.sets);
+  add_perception_option(command, options.perception);
+  add_common_options(command, options.common);
 }
 
 }  // namespace ballservo

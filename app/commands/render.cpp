@@ -107,9 +107,9 @@ int run_render(const RenderOptions& options) {
 }  // namespace
 
 void add_render_command(CLI::App& program, Action& action) {
-  auto options = std::make_shared<RenderOptions>();
-  CLI::App* command = program.add_subcommand("render", "Render pictures of a scenario, with exact truth");
-  command->footer(R"(Example:
+  const auto [command, options] = add_command<RenderOptions>(
+      program, action, "render", "Render pictures of a scenario, with exact truth", run_render);
+  command.footer(R"(Example:
   ballservo render data/scenarios/static_ball.yaml -o pictures --frames 10
 
 The robot stands at its start; frames follow each other at the camera's rate, and balls move by
@@ -117,12 +117,11 @@ their own motion. They are the frames of servo with the same seed as long as its
 camera.faults darken them, or drop some, which leaves gaps in the numbers.
 DIR holds frame_0000.png and so on, truth.csv (a row for each ball and picture) and the camera's
 file (camera.yaml; camera.xml for a ViSP model).)");
-  command->add_option("SCENARIO", options->scenario, "A scenario (YAML)")->required();
-  add_output_option(*command, "-o,--output", options->output, "DIR", "Folder for the pictures")->required();
-  add_integer_option(*command, "--frames", options->frames, 1, 1000000, "How many frames (default 30)");
-  add_set_option(*command, options->sets);
-  add_common_options(*command, options->common);
-  command->callback([options, &action] { action = [options] { return run_render(*options); }; });
+  command.add_option("SCENARIO", options.scenario, "A scenario (YAML)")->required();
+  add_output_option(command, "-o,--output", options.output, "DIR", "Folder for the pictures")->required();
+  add_integer_option(command, "--frames", options.frames, 1, 1000000, "How many frames (default 30)");
+  add_set_option(command, options.sets);
+  add_common_options(command, options.common);
 }
 
 }  // namespace ballservo

@@ -27,7 +27,7 @@ Drawn drawn(const std::filesystem::path& results) {
   return {stem.string() + ".html", stem.string() + "_figures"};
 }
 
-int run_report(const ReportOptions& options) {
+int draw_reports(const ReportOptions& options) {
   FaultList faults;
   for (const std::filesystem::path& results : options.results) {
     if (!std::filesystem::is_regular_file(results) &&
@@ -58,9 +58,9 @@ int run_report(const ReportOptions& options) {
 }  // namespace
 
 void add_report_command(CLI::App& program, Action& action) {
-  auto options = std::make_shared<ReportOptions>();
-  CLI::App* command = program.add_subcommand("report", "Draw the pages of results again, or of tracks");
-  command->footer(R"(Example:
+  const auto [command, options] = add_command<ReportOptions>(
+      program, action, "report", "Draw the pages of results again, or of tracks", draw_reports);
+  command.footer(R"(Example:
   ballservo report run sweep
   ballservo report run --figures && python3 run/figures/clearance.py
   ballservo report tracks.csv
@@ -71,11 +71,10 @@ states. Needs Debian's python3-matplotlib and python3-jinja2. --figures puts int
 figure of the page for a paper: NAME.svg and NAME.pdf, 85 mm wide, and NAME.py, the short script that draws both, to
 be changed.
 Exit: 0 drawn, 2 no results of this program, or nothing to draw with.)");
-  command->add_option("DIR|FILE", options->results, "Folders of results, files of tracks")->required();
-  command->add_flag("--figures", options->figures,
-                    "Each figure as SVG and PDF for a paper, too, with its script");
-  add_common_options(*command, options->common);
-  command->callback([options, &action] { action = [options] { return run_report(*options); }; });
+  command.add_option("DIR|FILE", options.results, "Folders of results, files of tracks")->required();
+  command.add_flag("--figures", options.figures,
+                   "Each figure as SVG and PDF for a paper, too, with its script");
+  add_common_options(command, options.common);
 }
 
 }  // namespace ballservo

@@ -253,10 +253,9 @@ int run_servo(const ServoOptions& options) {
 }  // namespace
 
 void add_servo_command(CLI::App& program, Action& action) {
-  auto options = std::make_shared<ServoOptions>();
-  CLI::App* command =
-      program.add_subcommand("servo", "Drive a simulated robot to a ball that it sees, in closed loop");
-  command->footer(R"(Example:
+  const auto [command, options] = add_command<ServoOptions>(
+      program, action, "servo", "Drive a simulated robot to a ball that it sees, in closed loop", run_servo);
+  command.footer(R"(Example:
   ballservo servo data/scenarios/static_ball.yaml -o run --video
 
 Writes manifest.json, log.csv (one row a control step), tracks.csv (what was seen), summary.json,
@@ -282,30 +281,28 @@ measures another program's controller in this scenario: python3 app/examples/loc
 told pictures with --perception image, the ball with geometric. app/peer/README.md has the messages.
 Exit: 0 the robot reached the ball, 1 it did not (the outcome says why), 2 bad input, 130 interrupted
 (the run so far is written without a page, its outcome is interrupted; an earlier result stays instead).)");
-  command->add_option("SCENARIO", options->scenario, "Scenario (YAML)")->required();
-  add_output_option(*command, "-o,--output", options->output, "DIR",
+  command.add_option("SCENARIO", options.scenario, "Scenario (YAML)")->required();
+  add_output_option(command, "-o,--output", options.output, "DIR",
                     "Folder for the results; with --teach the file to write")
       ->required();
-  command->add_flag("--teach", options->teach, "Stand at the goal, look, and write what is seen there");
-  add_set_option(*command, options->sets);
-  add_perception_option(*command, options->perception);
-  command->add_flag("--video", options->video,
-                    "Write video.mp4: camera view and top view side by side; three times as slow where the "
-                    "robot moves within 0.2 m of something");
-  command->add_flag("--realtime", options->realtime,
-                    "On the wall clock, camera, control and guard in threads of their own");
-  command->add_option("--peer", options->peer, "Drive the robot that is served there: tcp://HOST:PORT")
-      ->type_name("ADDRESS");
-  command
-      ->add_option("--serve", options->serve, "Let a controller drive that comes there: tcp://127.0.0.1:PORT")
-      ->type_name("ADDRESS");
-  add_number_option(*command, "--deadline", options->deadline_s, NumberRange::within(0.001, 3600, "s"),
+  command.add_flag("--teach", options.teach, "Stand at the goal, look, and write what is seen there");
+  add_set_option(command, options.sets);
+  add_perception_option(command, options.perception);
+  command.add_flag("--video", options.video,
+                   "Write video.mp4: camera view and top view side by side; three times as slow where the "
+                   "robot moves within 0.2 m of something");
+  command.add_flag("--realtime", options.realtime,
+                   "On the wall clock, camera, control and guard in threads of their own");
+  add_typed_option(command, "--peer", options.peer, "ADDRESS",
+                   "Drive the robot that is served there: tcp://HOST:PORT");
+  add_typed_option(command, "--serve", options.serve, "ADDRESS",
+                   "Let a controller drive that comes there: tcp://127.0.0.1:PORT");
+  add_number_option(command, "--deadline", options.deadline_s, NumberRange::within(0.001, 3600, "s"),
                     "A peer that is silent for so long ends the run (default 1)");
-  command->add_option("--touches", options->touches, "What is done to the run while it goes on (YAML)")
-      ->type_name("FILE");
-  add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
-  add_common_options(*command, options->common);
-  command->callback([options, &action] { action = [options] { return run_servo(*options); }; });
+  add_typed_option(command, "--touches", options.touches, "FILE",
+                   "What is done to the run while it goes on (YAML)");
+  add_keys_flag(command, "scenario", [] { return scenario_keys(); });
+  add_common_options(command, options.common);
 }
 
 }  // namespace ballservo

@@ -180,9 +180,9 @@ int run_sweep_merge(const MergeOptions& options) {
 }  // namespace
 
 void add_sweep_command(CLI::App& program, Action& action) {
-  auto options = std::make_shared<SweepCommandOptions>();
-  CLI::App* command = program.add_subcommand("sweep", "Run scenarios many times, a seed each, and count");
-  command->footer(R"(Examples:
+  const auto [command, options] = add_command<SweepCommandOptions>(
+      program, action, "sweep", "Run scenarios many times, a seed each, and count", run_sweep_command);
+  command.footer(R"(Examples:
   ballservo sweep data/scenarios/static_ball.yaml -o sweep --trials 300
   ballservo sweep data/scenarios/static_ball.yaml -o visp --trials 300 --set law.name=visp --against sweep
 
@@ -206,33 +206,27 @@ grid of them, with or without --vary; stdout is a table with a row a scenario an
   ballservo sweep data/suites/hard.yaml -o laws --trials 100 --vary law.name=cone,visp --vary avoidance.type=full,none
 
 Exit: 0 done (whatever was found), 2 bad input, 130 interrupted (what was finished is written; --resume).)");
-  command->add_option("SCENARIO", options->scenario, "Scenario, or suite of them (YAML); required")
-      ->type_name("SCENARIO");
-  add_work_options(*command, options->work);
-  add_integer_option(*command, "--trials", options->trials, 1, SweepOptions::max_trials,
+  add_typed_option(command, "SCENARIO", options.scenario, "SCENARIO",
+                   "Scenario, or suite of them (YAML); required");
+  add_work_options(command, options.work);
+  add_integer_option(command, "--trials", options.trials, 1, SweepOptions::max_trials,
                      "How many runs, over all parts; required");
-  add_set_option(*command, options->sets);
-  command
-      ->add_option("--vary", options->vary,
+  add_set_option(command, options.sets);
+  add_typed_option(command, "--vary", options.vary, "KEY.PATH=V1,V2,...",
                    "Runs every value of a key of the scenario, e.g. law.name=cone,visp (may be repeated)")
-      ->type_name("KEY.PATH=V1,V2,...")
       ->take_all()
       ->allow_extra_args(false);
-  add_perception_option(*command, options->perception);
-  add_against_option(*command, options->against);
-  add_keys_flag(*command, "scenario", [] { return scenario_keys(); });
-  add_common_options(*command, options->common);
-  CLI::App* merge = add_merge_command(*command, action, run_sweep_merge, true);
+  add_perception_option(command, options.perception);
+  add_against_option(command, options.against);
+  add_keys_flag(command, "scenario", [] { return scenario_keys(); });
+  add_common_options(command, options.common);
+  CLI::App* merge = add_merge_command(command, action, run_sweep_merge, true);
   merge->description("Join the parts of a sweep (--shard) into one");
   merge->footer(R"(Example:
   ballservo sweep merge part_1 part_2 part_3 part_4 -o whole
 
 The result is what one run without --shard would have written, byte for byte. Parts of different sweeps are
 refused, missing ones named. A whole sweep may be given alone, to compare it --against another.)");
-  command->callback([options, command, &action] {
-    if (!command->get_subcommands().empty()) return;
-    action = [options] { return run_sweep_command(*options); };
-  });
 }
 
 }  // namespace ballservo

@@ -132,10 +132,9 @@ int run_track(const TrackOptions& options) {
 }  // namespace
 
 void add_track_command(CLI::App& program, Action& action) {
-  auto options = std::make_shared<TrackOptions>();
-  CLI::App* command =
-      program.add_subcommand("track", "Follow balls through videos, folders of pictures or a camera");
-  command->footer(R"(Example:
+  const auto [command, options] = add_command<TrackOptions>(
+      program, action, "track", "Follow balls through videos, folders of pictures or a camera", run_track);
+  command.footer(R"(Example:
   ballservo track throw.mp4 --colors my.colors --camera camera.yaml --diameter 0.07 -o tracks.csv --video throw_tracked.mp4
 
 Each video, folder or camera is a sequence of its own; single image files together form one, in the order given.
@@ -153,25 +152,22 @@ work as Ctrl-C does. Datagrams wait for nobody and need no receiver.
 Row states: tentative and confirmed claim a ball in this picture, coasting rows are predictions.
 Exit: 0 saw at least one ball, 1 saw none, 2 bad input.)");
   add_ball_search_options(
-      *command, *options, "Video files, folders of images, image files, or camera:N",
+      command, options, "Video files, folders of images, image files, or camera:N",
       "Rows of all tracks (CSV)",
       fmt::format("A picture of all stages for every {}th picture", pictures_between_stages));
-  command->add_flag("--fixed-colors", options->fixed_colors, "Do not let the colours follow the light");
-  add_number_option(*command, "--fps", options->fps, fps_range(),
+  command.add_flag("--fixed-colors", options.fixed_colors, "Do not let the colours follow the light");
+  add_number_option(command, "--fps", options.fps, fps_range(),
                     "Times pictures that carry no time of their own (default 30 Hz)");
-  add_output_option(*command, "--video", options->video, "FILE",
+  add_output_option(command, "--video", options.video, "FILE",
                     "The pictures with the tracks drawn: .mp4 (H.264) or .mkv (exact)");
-  command
-      ->add_option(
-          "--stream", options->stream,
-          "Sends the tracks as they are followed: a line of JSON a picture to stdout or a UDP socket")
-      ->type_name("-|udp:HOST:PORT");
-  command->add_flag(
-      "--display", options->display,
+  add_typed_option(
+      command, "--stream", options.stream, "-|udp:HOST:PORT",
+      "Sends the tracks as they are followed: a line of JSON a picture to stdout or a UDP socket");
+  command.add_flag(
+      "--display", options.display,
       "Shows the pictures with the tracks drawn, in their own size and at their own pace; q, Esc or closing "
       "the window ends");
-  add_common_options(*command, options->common);
-  command->callback([options, &action] { action = [options] { return run_track(*options); }; });
+  add_common_options(command, options.common);
 }
 
 }  // namespace ballservo

@@ -14,35 +14,30 @@ namespace ballservo {
 
 void add_work_options(CLI::App& command, WorkOptions& options) {
   add_output_option(command, "-o,--output", options.output, "DIR", "Folder for the results; required");
-  command.add_option("--shard", options.shard, "Run only part I of N (I from 1)")
-      ->type_name("I/N")
+  add_typed_option(command, "--shard", options.shard, "I/N", "Run only part I of N (I from 1)")
       ->capture_default_str();
   command.add_flag("--resume", options.resume, "Go on with what an earlier run left in the folder");
 }
 
 CLI::App* add_merge_command(CLI::App& command, Action& action, int (*merge)(const MergeOptions&),
                             bool with_against) {
-  auto options = std::make_shared<MergeOptions>();
-  CLI::App* subcommand = command.add_subcommand("merge");
-  subcommand->add_option("DIR", options->folders, "Folders of all parts (--shard I/N), in any order")
+  const auto [subcommand, options] = add_command<MergeOptions>(command, action, "merge", "", merge);
+  subcommand.add_option("DIR", options.folders, "Folders of all parts (--shard I/N), in any order")
       ->required();
-  add_output_option(*subcommand, "-o,--output", options->output, "DIR", "Folder for the results")->required();
-  if (with_against) add_against_option(*subcommand, options->against);
-  add_common_options(*subcommand, options->common);
-  subcommand->callback([&action, options, merge] { action = [options, merge] { return merge(*options); }; });
-  return subcommand;
+  add_output_option(subcommand, "-o,--output", options.output, "DIR", "Folder for the results")->required();
+  if (with_against) add_against_option(subcommand, options.against);
+  add_common_options(subcommand, options.common);
+  return &subcommand;
 }
 
 void add_against_option(CLI::App& command, std::filesystem::path& against) {
-  command.add_option("--against", against, "Folder of another sweep to compare with, seed by seed")
-      ->type_name("DIR");
+  add_typed_option(command, "--against", against, "DIR",
+                   "Folder of another sweep to compare with, seed by seed");
 }
 
 void add_set_option(CLI::App& command, std::vector<std::string>& sets) {
-  command
-      .add_option("--set", sets,
-                  "Sets a value of the scenario before it is read, e.g. law.name=visp (may be repeated)")
-      ->type_name("KEY.PATH=VALUE")
+  add_typed_option(command, "--set", sets, "KEY.PATH=VALUE",
+                   "Sets a value of the scenario before it is read, e.g. law.name=visp (may be repeated)")
       ->take_all()
       ->allow_extra_args(false);
 }
