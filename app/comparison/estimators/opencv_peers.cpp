@@ -42,6 +42,9 @@ std::vector<OutlineEllipse> HsvContour::find(const cv::Mat& bgr) {
     cv::minEnclosingCircle(contour, center, radius);
     if (radius >= 3) found.push_back({{center.x, center.y}, radius});
   }
+  std::stable_sort(found.begin(), found.end(), [](const OutlineEllipse& a, const OutlineEllipse& b) {
+    return a.radius_px > b.radius_px;
+  });
   return found;
 }
 

@@ -40,6 +40,7 @@ class HsvContour {
  public:
   /// `hue` of the balls as OpenCV counts it, 0 to 180.
   explicit HsvContour(int hue, const HsvSettings& settings = {}) : hue_(hue), settings_(settings) {}
+  /// The largest first.
   std::vector<OutlineEllipse> find(const cv::Mat& bgr);
   /// The pixels whose hue and saturation are a ball's, opened and closed; until the next call.
   const cv::Mat& mask(const cv::Mat& bgr);

@@ -49,13 +49,6 @@ Answer first_outline(const std::vector<OutlineEllipse>& found) {
   return found.empty() ? Answer() : Answer(found.front());
 }
 
-Answer largest_outline(const std::vector<OutlineEllipse>& found) {
-  const auto it = std::max_element(
-      found.begin(), found.end(),
-      [](const OutlineEllipse& a, const OutlineEllipse& b) { return a.radius_px < b.radius_px; });
-  return it == found.end() ? Answer() : Answer(*it);
-}
-
 }  // namespace
 
 PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const MethodList& methods) {
@@ -68,7 +61,7 @@ PeerSettings tuned_peers(const std::vector<TuningPicture>& pictures, const Metho
   if (asked("hough_gradient_alt")) chosen.hough_alt = best(pictures, hough_alt_grid, hough);
   if (asked("hsv_contour"))
     chosen.hsv = best(pictures, hsv_grid, [](const TuningPicture& p, const HsvSettings& s) {
-      return largest_outline(HsvContour(p.task.hue, s).find(p.bgr));
+      return first_outline(HsvContour(p.task.hue, s).find(p.bgr));
     });
   if (asked("vpdot2"))
     chosen.vpdot2 = best(pictures, vpdot2_grid, [](const TuningPicture& p, const VpDot2Settings& s) {

@@ -13,18 +13,15 @@
 namespace ballservo {
 namespace {
 
-// The one of least cost, or the one that is meant.
-template <class Cost>
-std::optional<MethodFit> chosen(const MethodScene& scene, const std::vector<OutlineEllipse>& found,
-                                Cost cost) {
+// The first, which is the best, or the one that is meant.
+std::optional<MethodFit> chosen(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
   if (found.empty()) return std::nullopt;
   const auto& near_px = scene.task().near_px;
-  const auto cost_of = [&](const OutlineEllipse& circle) {
-    return near_px ? (circle.center_px - *near_px).norm() : cost(circle);
-  };
-  return scene.answer(*std::min_element(
-      found.begin(), found.end(),
-      [&](const OutlineEllipse& a, const OutlineEllipse& b) { return cost_of(a) < cost_of(b); }));
+  if (!near_px) return scene.answer(found.front());
+  return scene.answer(
+      *std::min_element(found.begin(), found.end(), [&](const OutlineEllipse& a, const OutlineEllipse& b) {
+        return (a.center_px - *near_px).norm() < (b.center_px - *near_px).norm();
+      }));
 }
 
 std::vector<MethodFit> all_of(const MethodScene& scene, const std::vector<OutlineEllipse>& found) {
@@ -40,13 +37,11 @@ std::vector<MethodFit> all_of(const MethodScene& scene, const std::vector<Outlin
 std::optional<MethodFit> fit_hough_circles(MethodScene& scene, const HoughSettings& settings) {
   const auto& radius_px = scene.task().expected_radius_px;
   if (!radius_px) return std::nullopt;
-  return chosen(scene, HoughGradient(*radius_px, settings).find(scene.bgr()),
-                [](const OutlineEllipse&) { return 0.0; });  // the first
+  return chosen(scene, HoughGradient(*radius_px, settings).find(scene.bgr()));
 }
 
 std::optional<MethodFit> fit_hsv_contour(MethodScene& scene) {
-  return chosen(scene, HsvContour(scene.task().hue, scene.task().peers.hsv).find(scene.bgr()),
-                [](const OutlineEllipse& circle) { return -circle.radius_px; });  // the largest
+  return chosen(scene, HsvContour(scene.task().hue, scene.task().peers.hsv).find(scene.bgr()));
 }
 
 std::optional<MethodFit> fit_vpdot2(MethodScene& scene) {
