@@ -53,7 +53,7 @@ void keep_run(const LiveOptions& options, const Scenario& scenario, const RunRec
   const std::filesystem::path& first = options.footage.record;
   OutputFolder folder(number > 1 ? unused_path(first) : first,
                       number > 1 ? Overwrite::refuse : options.common.overwrite(first));
-  write_run(folder, run, scenario, {options.perception, options.common.seed, false});
+  write_run(folder, run, scenario, options.perception);
   Scenario touched = scenario;
   for (const Touch& touch : touches.list) touch_scenario(touch, scenario, touched);
   folder.write(report_json_name, report_text(run_report(run, touched, options.perception, folder)));
@@ -75,7 +75,7 @@ int run_scenario(const LiveOptions& options) {
   admit(scenario, options.common, 1);
   if (!options.footage.record.empty())  // said now, if it can't be
     OutputFolder(options.footage.record, options.common.overwrite(options.footage.record));
-  ScenarioSessionOptions session_options{level, options.common.seed, colors_of(scenario, level), {}};
+  ScenarioSessionOptions session_options{level, colors_of(scenario, level), {}};
   if (!options.footage.record.empty()) {
     session_options.keep = [&, number = 0L](const RunRecord& run, const Touches& touches) mutable {
       keep_run(options, scenario, run, touches, ++number);

@@ -68,7 +68,7 @@ int run_render(const RenderOptions& options) {
   folder.supersede([earlier = pictures_in(options.output / "truth.csv")](const std::string& name) {
     return earlier.count(name) > 0;
   });
-  SimulatedCamera camera(scenario, options.common.seed, true, [&scenario](double time_s) {
+  SimulatedCamera camera(scenario, true, [&scenario](double time_s) {
     return RobotTruth{time_s, scenario.robot.pose, {}};
   });
   write_camera(folder, scenario.camera.camera);

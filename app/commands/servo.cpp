@@ -93,7 +93,6 @@ int run_teach(const ServoOptions& options) {
   OutputFile file(options.output, options.common.overwrite(options.output));
   TeachOptions teach;
   teach.perception = level;
-  teach.seed = options.common.seed;
   teach.colors = colors_of(scenario, level);
   Progress progress("frames", teach.frames, options.common.quiet);
   teach.progress = [&progress](int done) {
@@ -189,7 +188,6 @@ int run_servo(const ServoOptions& options) {
     scenario.avoidance.type = AvoidanceOptions::Type::none;  // which is the controller's own affair
   }
   run_options.perception = level;
-  run_options.seed = options.common.seed;
   run_options.colors = colors_of(scenario, level);
   const std::string gain = gain_warning(scenario);
   if (!gain.empty() && options.serve.empty()) spdlog::warn(gain);
@@ -225,11 +223,8 @@ int run_servo(const ServoOptions& options) {
   if (run.assumed_light) warn_of_other_light(light_text(*run.assumed_light));
 
   if (film) film->finish();
-  write_run(folder, run, scenario,
-            {options.perception, options.common.seed, options.realtime,
-             !options.peer.empty()    ? "robot"
-             : !options.serve.empty() ? "controller"
-                                      : ""});
+  const char* peer = !options.peer.empty() ? "robot" : !options.serve.empty() ? "controller" : "";
+  write_run(folder, run, scenario, options.perception, peer);
   nlohmann::ordered_json report = run_report(run, scenario, options.perception, folder);
   if (!options.serve.empty()) report["law"] = "of a peer";
   report["command"] = command_again(options);

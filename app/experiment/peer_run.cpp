@@ -12,7 +12,7 @@ RunRecord drive_peer(const Scenario& scenario, const RunOptions& options, Lockst
   const ControllerOptions settings = controller_options(scenario);
   Controller controller(settings, options.laws.make(scenario.law, settings.goal));
   std::unique_ptr<SimulatedPerception> perception;
-  if (pictures) perception = make_image_perception(scenario, options.seed, options.colors);
+  if (pictures) perception = make_image_perception(scenario, options.colors);
   PeerRobot robot(socket, scenario, pictures);
   PeerCamera camera(robot);
   if (!pictures) perception = std::make_unique<PeerPerception>(scenario, camera);

@@ -36,8 +36,8 @@ std::string log_csv(const std::vector<StepRecord>& steps) {
 
 namespace {
 
-nlohmann::ordered_json manifest(const Scenario& scenario, const RunMaking& making, const std::string& log,
-                                const RunRecord& run) {
+nlohmann::ordered_json manifest(const RunRecord& run, const Scenario& scenario, const std::string& perception,
+                                const std::string& peer, const std::string& log) {
   nlohmann::ordered_json hashes;
   hashes["scenario"] = sha256_hex(scenario.resolved_json);
   hashes["camera_file"] = sha256_hex(read_file_bytes(scenario.camera.file, 16u << 20));
@@ -54,24 +54,24 @@ nlohmann::ordered_json manifest(const Scenario& scenario, const RunMaking& makin
         {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)}}},
       {"command", "servo"},
       {"scenario_file", scenario.file.filename().string()},
-      {"perception", making.perception},
-      {"realtime", making.realtime},
-      {"seed", making.seed},
+      {"perception", perception},
+      {"realtime", run.timing.realtime.has_value()},
+      {"seed", scenario.seed},
       {"sha256", hashes},
       {"scenario", nlohmann::ordered_json::parse(scenario.resolved_json)}};
-  if (!making.peer.empty()) made["peer"] = making.peer;
+  if (!peer.empty()) made["peer"] = peer;
   return made;
 }
 
 }  // namespace
 
 void write_run(const OutputFolder& folder, const RunRecord& run, const Scenario& scenario,
-               const RunMaking& making) {
+               const std::string& perception, const std::string& peer) {
   const std::string log = log_csv(run.steps);
   folder.write("log.csv", log);
   folder.write("tracks.csv", run.tracks_csv);
   folder.write("summary.json", summary_json(run.summary, run.timing).dump(2) + "\n");
-  folder.write("manifest.json", manifest(scenario, making, log, run).dump(2) + "\n");
+  folder.write("manifest.json", manifest(run, scenario, perception, peer, log).dump(2) + "\n");
 }
 
 nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& timing) {

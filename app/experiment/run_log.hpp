@@ -20,17 +20,10 @@ std::string log_csv(const std::vector<StepRecord>& steps);
 /// `timing` alone.
 nlohmann::ordered_json summary_json(const RunSummary& summary, const RunTiming& timing);
 
-/// How a run was made of its scenario.
-struct RunMaking {
-  std::string perception;
-  std::uint64_t seed = 0;
-  bool realtime = false;
-  std::string peer{};  ///< what somebody else had: robot, controller; empty: neither
-};
-
 /// Writes log.csv, tracks.csv, summary.json and manifest.json.
+///   peer   what somebody else had: robot, controller; empty: neither
 void write_run(const OutputFolder& folder, const RunRecord& run, const Scenario& scenario,
-               const RunMaking& making);
+               const std::string& perception, const std::string& peer = "");
 
 /// Writes the key frames' pictures into the folder, and returns the contents of report.json: the floor, the
 /// ball's way over it and through the picture.

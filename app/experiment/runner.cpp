@@ -48,9 +48,9 @@ class SimulatedRun {
       : options_(options),
         untouched_(scenario),
         scenario_(scenario),
-        robot_(scenario_.world, scenario.robot, options.seed, options.body, scenario.camera.mount.pan),
+        robot_(scenario_.world, scenario.robot, scenario.seed, options.body, scenario.camera.mount.pan),
         camera_(
-            scenario_, options.seed, options.perception == PerceptionLevel::image || options.on_picture,
+            scenario_, options.perception == PerceptionLevel::image || options.on_picture,
             [this](double time_s) { return robot_.at(time_s); }, options.take_picture),
         perception_(make_eyes()),
         controller_(make_controller(controller)),
@@ -101,7 +101,7 @@ class SimulatedRun {
   std::unique_ptr<SimulatedPerception> make_eyes() {
     if (options_.controller != nullptr && options_.perception == PerceptionLevel::image)
       return std::make_unique<BlindPerception>();
-    return make_perception(scenario_, options_.perception, options_.seed, options_.colors, camera_);
+    return make_perception(scenario_, options_.perception, options_.colors, camera_);
   }
 
   std::unique_ptr<Controller> make_controller(const ControllerOptions& options) {
@@ -230,11 +230,10 @@ void check_clear(const Scenario& there) {
 TaughtTarget teach_target(const Scenario& scenario, const TeachOptions& options) {
   const Scenario there = at_the_goal(scenario);
   check_clear(there);
-  SimulatedCamera camera(there, options.seed, options.perception == PerceptionLevel::image,
-                         [&there](double time_s) {
-                           return RobotTruth{time_s, there.robot.pose, {}};
-                         });
-  const auto perception = make_perception(there, options.perception, options.seed, options.colors, camera);
+  SimulatedCamera camera(there, options.perception == PerceptionLevel::image, [&there](double time_s) {
+    return RobotTruth{time_s, there.robot.pose, {}};
+  });
+  const auto perception = make_perception(there, options.perception, options.colors, camera);
   SteppedClock clock;
   std::vector<Eigen::Vector3d> seen;
   for (int frame = 0; frame < options.frames;) {

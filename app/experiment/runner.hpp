@@ -2,7 +2,6 @@
 // and teaching by showing: the robot stands at the goal, looks, and remembers what it saw.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -37,7 +36,6 @@ struct RunView {
 
 struct RunOptions {
   PerceptionLevel perception = PerceptionLevel::image;
-  std::uint64_t seed = 0;
   std::shared_ptr<const ColorTable> colors;  ///< the scenario's, for level image; may be empty at the others
   LawCatalog laws = builtin_laws();          ///< among which the scenario's law is
   std::shared_ptr<RobotBody> body;           ///< instead of the scenario's drive; may be empty
@@ -65,10 +63,10 @@ ControllerOptions controller_options(const Scenario& scenario);
 std::function<std::vector<Touch>(const RunView& now)> replay(Touches touches);
 
 /// Runs in simulated time to the end: the judge's word, or `go_on`. A reached run ends `hold_s` of the
-/// ReachedRule after it settled, plus a tail of `tail_s`. The record is the same for the same scenario and
-/// seed, `timing` apart, at any number of threads. Throws InputError where the options do not fit the
-/// scenario (level image without colours, or without the target's class among them), and PeerGone where a
-/// controller elsewhere never came; one that goes later ends the run as a fault.
+/// ReachedRule after it settled, plus a tail of `tail_s`. The record is the same for the same scenario,
+/// `timing` apart, at any number of threads. Throws InputError where the options do not fit the scenario
+/// (level image without colours, or without the target's class among them), and PeerGone where a controller
+/// elsewhere never came; one that goes later ends the run as a fault.
 RunRecord run_closed_loop(const Scenario& scenario, const RunOptions& options);
 
 /// The same, a control step at a time.
@@ -98,7 +96,6 @@ RunRecord run_realtime(const Scenario& scenario, const RunOptions& options);
 
 struct TeachOptions {
   PerceptionLevel perception = PerceptionLevel::image;
-  std::uint64_t seed = 0;
   std::shared_ptr<const ColorTable> colors;  ///< for level image
   int frames = 60;                           ///< looked at; the tracker takes the first to confirm the ball
   std::function<void(int done)> progress;    ///< called before each frame; what it throws ends the teaching

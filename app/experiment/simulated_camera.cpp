@@ -6,9 +6,9 @@
 
 namespace ballservo {
 
-SimulatedCamera::SimulatedCamera(const Scenario& scenario, std::uint64_t seed, bool with_pictures,
-                                 RobotAt robot, TakePicture take_picture)
-    : scenario_(scenario), seed_(seed), robot_(std::move(robot)), faults_(scenario.camera.faults, seed) {
+SimulatedCamera::SimulatedCamera(const Scenario& scenario, bool with_pictures, RobotAt robot,
+                                 TakePicture take_picture)
+    : scenario_(scenario), robot_(std::move(robot)), faults_(scenario.camera.faults, scenario.seed) {
   if (with_pictures && take_picture) {
     take_picture_ = std::move(take_picture);
   } else if (with_pictures) {
@@ -62,7 +62,7 @@ std::optional<CameraFrame> SimulatedCamera::expose(const RobotTruth& robot) {
       SensorOptions sensor = camera.sensor;
       sensor.gain *= truth_.level;
       render_light();
-      frame.bgr = ballservo::expose(light_, sensor, seed_, static_cast<std::uint64_t>(frame_));
+      frame.bgr = ballservo::expose(light_, sensor, scenario_.seed, static_cast<std::uint64_t>(frame_));
     }
   }
   views_.clear();

@@ -2,7 +2,6 @@
 // is true of them.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -28,7 +27,7 @@ struct ExposureTruth {
 /// The picture that a camera takes of what it sees in the middle of the exposure, of the camera's size.
 using TakePicture = std::function<cv::Mat(const CameraView& view)>;
 
-/// Frame k is exposed from k / rate on. The same scenario, seed and poses give the same frames. On the wall
+/// Frame k is exposed from k / rate on. The same scenario and poses give the same frames. On the wall
 /// clock, frames that should have begun while the one before was still being rendered are left out.
 class SimulatedCamera final : public FrameSource {
  public:
@@ -36,8 +35,7 @@ class SimulatedCamera final : public FrameSource {
   using RobotAt = std::function<RobotTruth(double time_s)>;
 
   /// `scenario` must outlive the camera. Pictures are rendered unless `take_picture` takes them.
-  SimulatedCamera(const Scenario& scenario, std::uint64_t seed, bool with_pictures, RobotAt robot,
-                  TakePicture take_picture = {});
+  SimulatedCamera(const Scenario& scenario, bool with_pictures, RobotAt robot, TakePicture take_picture = {});
 
   std::optional<CameraFrame> take(Clock& clock, double until_s) override;
 
@@ -67,7 +65,6 @@ class SimulatedCamera final : public FrameSource {
   void render_light();
 
   const Scenario& scenario_;
-  std::uint64_t seed_;
   RobotAt robot_;
   TakePicture take_picture_;                  // where pictures are needed and not rendered
   std::unique_ptr<CameraRenderer> renderer_;  // where they are rendered

@@ -90,19 +90,18 @@ class RenderedPerception final : public SimulatedPerception {
 
 class GeometricPerception final : public SimulatedPerception {
  public:
-  GeometricPerception(const Scenario& scenario, bool exact, std::uint64_t seed, const SimulatedCamera& camera)
+  GeometricPerception(const Scenario& scenario, bool exact, const SimulatedCamera& camera)
       : scenario_(scenario),
         camera_(camera),
         believed_camera_(scenario.believed.camera(scenario.camera.camera)),
-        exact_(exact),
-        seed_(seed) {
+        exact_(exact) {
     GeometricPerception::look_around();
   }
 
   void look_around() override {
     GeometricSensorOptions sensor = scenario_.geometric;
     sensor.exact = exact_;
-    sensor_.emplace(scenario_.camera.camera, sensor, seed_);
+    sensor_.emplace(scenario_.camera.camera, sensor, scenario_.seed);
     constexpr double edge_sigma_px = 1.5;
     if (floor_ || looks_at_floor(scenario_)) {
       floor_.emplace(scenario_.world, scenario_.camera.camera, scenario_.camera.mount, floor_reach_m,
@@ -122,8 +121,8 @@ class GeometricPerception final : public SimulatedPerception {
     if (percept.ball.state != TrackState::none) believe(percept);
     if (percept.ball.state != TrackState::none) note(scenario_, frame, percept, target.visible_fraction);
     if (floor_ && shows_colors) {
-      percept.floor = floor_->scan(truth.robot, frame.time_s, seed_, static_cast<std::uint64_t>(frame.number),
-                                   frame.pan_rad);
+      percept.floor = floor_->scan(truth.robot, frame.time_s, scenario_.seed,
+                                   static_cast<std::uint64_t>(frame.number), frame.pan_rad);
     }
     stamp_as_believed(scenario_, percept);
     return percept;
@@ -149,14 +148,13 @@ class GeometricPerception final : public SimulatedPerception {
   const SimulatedCamera& camera_;
   Camera believed_camera_;
   bool exact_;
-  std::uint64_t seed_;
   std::optional<GeometricBallSensor> sensor_;
   std::optional<FloorSensor> floor_;
 };
 
 }  // namespace
 
-std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scenario, std::uint64_t seed,
+std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scenario,
                                                            std::shared_ptr<const ColorTable> colors) {
   const Ball& target = scenario.target_ball();
   if (!colors) {
@@ -170,7 +168,7 @@ std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scena
     throw InputError("balls: class of " + target.name, target.class_name, known);
   }
   DetectorOptions detector;
-  detector.seed = seed;
+  detector.seed = scenario.seed;
   if (scenario.camera.sensor.gamma == 1) detector.response = ResponseChoice::linear;
   detector.radii.resize(colors->classes.size());
   for (const Ball& ball : scenario.world.balls) {
@@ -191,11 +189,10 @@ std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scena
 }
 
 std::unique_ptr<SimulatedPerception> make_perception(const Scenario& scenario, PerceptionLevel level,
-                                                     std::uint64_t seed,
                                                      std::shared_ptr<const ColorTable> colors,
                                                      const SimulatedCamera& camera) {
-  if (level == PerceptionLevel::image) return make_image_perception(scenario, seed, std::move(colors));
-  return std::make_unique<GeometricPerception>(scenario, level == PerceptionLevel::truth, seed, camera);
+  if (level == PerceptionLevel::image) return make_image_perception(scenario, std::move(colors));
+  return std::make_unique<GeometricPerception>(scenario, level == PerceptionLevel::truth, camera);
 }
 
 }  // namespace ballservo

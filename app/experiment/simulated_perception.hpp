@@ -1,7 +1,6 @@
 // The three levels at which a run sees its ball.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,7 +49,7 @@ void stamp_as_believed(const Scenario& scenario, Percept& percept);
 
 /// Detector and tracker for the scenario's balls, with the believed camera and diameter. Throws as
 /// make_perception does.
-std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scenario, std::uint64_t seed,
+std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scenario,
                                                            std::shared_ptr<const ColorTable> colors);
 
 /// What the run's options and the scenario ask for, as the robot believes camera, ball and latency to be:
@@ -60,7 +59,6 @@ std::unique_ptr<SimulatedPerception> make_image_perception(const Scenario& scena
 /// Throws InputError for level image without colours, or with colours that do not hold the target's class (it
 /// names those that are there). `scenario` and `camera` must outlive it.
 std::unique_ptr<SimulatedPerception> make_perception(const Scenario& scenario, PerceptionLevel level,
-                                                     std::uint64_t seed,
                                                      std::shared_ptr<const ColorTable> colors,
                                                      const SimulatedCamera& camera);
 

@@ -204,7 +204,6 @@ void ScenarioSession::run_once() {
   ++runs_;
   RunOptions options;
   options.perception = options_.perception;
-  options.seed = options_.seed;
   options.colors = options_.colors;
   if (options_.perception == PerceptionLevel::image) {
     options.on_picture = [this](const cv::Mat& picture, const RunRecord&, const std::vector<SonarFiring>&) {
@@ -309,7 +308,7 @@ void ScenarioSession::draw_later(const RunView& now) {
   if (!world_ && due_.empty()) world_ = std::make_shared<const World>(now.scenario.world);
   if (!world_) return;
   const FrameRecord& frame = now.record.frames.back();
-  eye_->look([world = world_, frame, camera = now.scenario.camera, seed = options_.seed,
+  eye_->look([world = world_, frame, camera = now.scenario.camera, seed = scenario_.seed,
               believed = now.scenario.believed.camera(now.scenario.camera.camera),
               radius_m = now.scenario.goal().ball_radius_m](auto& renderer, auto& drawn) {
     if (drawn != world) {
@@ -353,7 +352,7 @@ ScenarioSession::Json ScenarioSession::state(const RunView& now) const {
   Json said = {{"kind", "scenario"},
                {"source", scenario.file.string()},
                {"perception", perception_level_name(options_.perception)},
-               {"seed", options_.seed},
+               {"seed", scenario_.seed},
                {"step", step.step},
                {"time_s", step.time_s},
                {"width_px", size.width_px},

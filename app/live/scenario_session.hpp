@@ -1,7 +1,6 @@
 // A session over a scenario: its run at the wall's pace, and what is done to it.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,7 +15,6 @@ namespace ballservo {
 
 struct ScenarioSessionOptions {
   PerceptionLevel perception = PerceptionLevel::image;
-  std::uint64_t seed = 0;
   std::shared_ptr<const ColorTable> colors;  ///< for level image
   /// Receives each run that has ended, and what was done to it; may be empty.
   std::function<void(const RunRecord& run, const Touches& touches)> keep;

@@ -75,7 +75,6 @@ class PyRun {
     Parts& parts = *goes_on_;
     RunOptions& options = parts.options;
     options.perception = parse_perception_level(perception);
-    options.seed = scenario.seed;
     if (!parts.law.is_none())
       options.laws.add(scenario.law.name, [&](const LawOptions&, const ServoGoal&) {
         return std::make_unique<PyLaw>(parts.law);

@@ -22,9 +22,7 @@ py::array_t<std::uint8_t> look(const Scenario& scenario, const std::optional<Eig
                      fmt::format("x_m, y_m, yaw_rad, each from {} to {}", -reach_m, reach_m));
   const Pose2 there = pose ? Pose2{pose->x(), pose->y(), pose->z()} : scenario.robot.pose;
   const CameraFrame frame = hearing_ctrl_c([&] {
-    SimulatedCamera camera(scenario, scenario.seed, true, [&](double time_s) {
-      return RobotTruth{time_s, there, {}};
-    });
+    SimulatedCamera camera(scenario, true, [&](double time_s) { return RobotTruth{time_s, there, {}}; });
     SteppedClock clock;
     for (;;)
       if (auto taken = camera.take(clock, camera.next_start_s() + scenario.camera.exposure_s)) return *taken;

@@ -102,7 +102,6 @@ std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann
   }
   RunOptions run_options;
   run_options.perception = options.perception;
-  run_options.seed = seed;
   run_options.colors = colors;
   run_options.go_on = [&go_on](double) { return go_on(); };
   const RunRecord run = run_closed_loop(*scenario, run_options);

@@ -8,9 +8,9 @@ namespace {
 
 /// What level image takes for the target in the thirtieth picture from the start, by a robot that stands.
 BallMeasurement seen_target(const Scenario& scenario) {
-  SimulatedCamera camera(scenario, 0, true, [](double time_s) { return RobotTruth{time_s, {}, {}}; });
+  SimulatedCamera camera(scenario, true, [](double time_s) { return RobotTruth{time_s, {}, {}}; });
   const auto colors = std::make_shared<ColorTable>(read_color_file(scenario.colors));
-  const auto perception = make_perception(scenario, PerceptionLevel::image, 0, colors, camera);
+  const auto perception = make_perception(scenario, PerceptionLevel::image, colors, camera);
   SteppedClock clock;
   BallMeasurement ball;
   for (int frame = 0; frame < 30; ++frame) ball = perception->look(camera.take(clock, 10).value()).ball;

@@ -25,7 +25,7 @@ TEST(CameraFaultsInTheLoop, WithoutFramesTheRobotStandsInTimeAndThenGoesOn) {
     const Scenario scenario =
         test::static_ball(seed, {"camera.faults=[{type: dropped, from_s: " + std::to_string(from_s) +
                                  ", until_s: " + std::to_string(from_s + 1.5) + "}]"});
-    const RunRecord run = test::run(scenario, PerceptionLevel::geometric, seed);
+    const RunRecord run = test::run(scenario, PerceptionLevel::geometric);
     double last_frame_s = 0;
     for (const FrameRecord& frame : run.frames) {
       EXPECT_FALSE(frame.time_s >= from_s && frame.time_s < from_s + 1.5);
@@ -41,7 +41,7 @@ TEST(CameraFaultsInTheLoop, WithoutFramesTheRobotStandsInTimeAndThenGoesOn) {
 TEST(CameraFaultsInTheLoop, BurstsOfLostFramesCostTimeOnly) {
   const Scenario scenario =
       test::static_ball(3, {"camera.faults=[{type: dropped, rate: 0.4, burst_frames: 6}]"});
-  const RunRecord run = test::run(scenario, PerceptionLevel::geometric, 3);
+  const RunRecord run = test::run(scenario, PerceptionLevel::geometric);
   const double expected = run.steps.back().time_s * scenario.camera.rate_hz;
   EXPECT_LT(static_cast<double>(run.frames.size()), 0.8 * expected);
   EXPECT_EQ(run.summary.outcome, Outcome::reached) << run.summary.outcome_text;
@@ -51,7 +51,7 @@ TEST(CameraFaultsInTheLoop, InPicturesTooDarkTheBallIsNotSeenAndTheRobotStops) {
   for (const PerceptionLevel level : {PerceptionLevel::geometric, PerceptionLevel::image}) {
     const Scenario scenario = test::static_ball(
         5, {"duration_s=3.2", "camera.faults=[{type: exposure, level: 0.02, from_s: 1.5, until_s: 9}]"});
-    const RunRecord run = test::run(scenario, level, 5);
+    const RunRecord run = test::run(scenario, level);
     EXPECT_GT(command_at(run, 1.5).v_mps, 0.1);
     int claimed = 0;
     for (const FrameRecord& frame : run.frames) {

@@ -17,10 +17,9 @@ inline Scenario static_ball(std::uint64_t seed, const std::vector<std::string>& 
   return load_scenario(project_data_dir() / "scenarios" / "static_ball.yaml", sets, seed);
 }
 
-inline RunRecord run(const Scenario& scenario, PerceptionLevel level, std::uint64_t seed) {
+inline RunRecord run(const Scenario& scenario, PerceptionLevel level) {
   RunOptions options;
   options.perception = level;
-  options.seed = seed;
   if (level == PerceptionLevel::image) {
     options.colors = std::make_shared<ColorTable>(read_color_file(scenario.colors));
   }

@@ -21,7 +21,7 @@ Scenario plain(const std::string& obstacles, std::vector<std::string> sets = {})
 }
 
 RunSummary run_plain(const Scenario& scenario) {
-  return test::run(scenario, PerceptionLevel::geometric, 0).summary;
+  return test::run(scenario, PerceptionLevel::geometric).summary;
 }
 
 /// A post that the law alone drives into, the ball beside it in sight.
@@ -80,7 +80,7 @@ TEST(CollisionCause, A6ADriveThatHardlyBrakes) {
     const Scenario scenario =
         load_scenario(test::project_data_dir() / "scenarios" / "obstacles.yaml",
                       {"robot.acceleration_share=0.15", dropouts, "duration_s=40"}, seed);
-    const RunSummary s = test::run(scenario, PerceptionLevel::geometric, seed).summary;
+    const RunSummary s = test::run(scenario, PerceptionLevel::geometric).summary;
     if (s.outcome != Outcome::collision) continue;
     ++collisions;
     EXPECT_EQ(s.collision_cause, "A6_drive") << seed << ": " << s.outcome_text;

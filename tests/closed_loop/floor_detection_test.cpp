@@ -81,7 +81,7 @@ TEST(FloorDetection, ALowStepThatNoSonarHearsIsNotDrivenInto) {
       "balls.0.position.x_m=4", "balls.0.position.y_m=0", "robot.pose.yaw_rad=0", "duration_s=4"};
   const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / "obstacles.yaml", sets, 0);
   for (const PerceptionLevel level : {PerceptionLevel::geometric, PerceptionLevel::image}) {
-    const RunSummary s = test::run(scenario, level, 0).summary;
+    const RunSummary s = test::run(scenario, level).summary;
     EXPECT_NE(s.outcome, Outcome::collision) << s.outcome_text;
     EXPECT_GT(s.min_clearance_m, 0.0);
     EXPECT_LT(s.min_clearance_m, 0.9) << "it drives up to it";

@@ -16,7 +16,7 @@ std::vector<RunSummary> runs_of(const std::string& name, const std::vector<std::
   std::vector<RunSummary> runs;
   for (std::uint64_t seed = first_seed; seed < first_seed + seeds; ++seed) {
     const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / name, sets, seed);
-    runs.push_back(test::run(scenario, PerceptionLevel::geometric, seed).summary);
+    runs.push_back(test::run(scenario, PerceptionLevel::geometric).summary);
   }
   return runs;
 }

@@ -12,16 +12,14 @@ Scenario obstacles(std::uint64_t seed, const std::vector<std::string>& sets = {}
   return load_scenario(test::project_data_dir() / "scenarios" / "obstacles.yaml", sets, seed);
 }
 
-RunRecord run_geometric(const Scenario& scenario, std::uint64_t seed) {
-  return test::run(scenario, PerceptionLevel::geometric, seed);
-}
+RunRecord run_geometric(const Scenario& scenario) { return test::run(scenario, PerceptionLevel::geometric); }
 
 TEST(Obstacles, AreDrivenAroundAndNeverTouched) {
   int reached = 0;
   for (std::uint64_t seed = 100; seed < 112; ++seed) {
     const Scenario scenario = obstacles(seed);
     ASSERT_TRUE(check_feasible(scenario).feasible) << check_feasible(scenario).reason;
-    const RunSummary s = run_geometric(scenario, seed).summary;
+    const RunSummary s = run_geometric(scenario).summary;
     EXPECT_NE(s.outcome, Outcome::collision) << seed << ": " << s.outcome_text;
     EXPECT_GT(s.min_clearance_m, 0.0) << seed;
     EXPECT_EQ(s.collision_cause, "") << seed;
@@ -34,7 +32,7 @@ TEST(Obstacles, ThingsThatMoveArePassedWhereTheyWillNotBe) {
   int reached = 0;
   for (std::uint64_t seed = 7000; seed < 7016; ++seed) {
     const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / "movers.yaml", {}, seed);
-    const RunSummary s = run_geometric(scenario, seed).summary;
+    const RunSummary s = run_geometric(scenario).summary;
     EXPECT_NE(s.outcome, Outcome::collision) << seed << ": " << s.outcome_text;
     reached += s.outcome == Outcome::reached ? 1 : 0;
   }
@@ -47,7 +45,7 @@ TEST(Obstacles, ABallBehindADeadEndOrAroundACornerIsFound) {
     for (std::uint64_t seed = 1; seed < 5; ++seed) {
       const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / file, {}, seed);
       ASSERT_TRUE(check_feasible(scenario).feasible) << file;
-      const RunSummary s = run_geometric(scenario, seed).summary;
+      const RunSummary s = run_geometric(scenario).summary;
       EXPECT_NE(s.outcome, Outcome::collision) << file << " " << seed;
       EXPECT_NE(s.outcome, Outcome::lost) << file << " " << seed << ": " << s.outcome_text;
       reached += s.outcome == Outcome::reached ? 1 : 0;
@@ -59,7 +57,7 @@ TEST(Obstacles, ABallBehindADeadEndOrAroundACornerIsFound) {
 TEST(Obstacles, AWayEndsAtRestAtItsGoal) {
   double nearest_m = 9;
   for (std::uint64_t seed = 1; seed < 9; ++seed) {
-    const RunRecord run = run_geometric(obstacles(seed, {"law.name=visp"}), seed);
+    const RunRecord run = run_geometric(obstacles(seed, {"law.name=visp"}));
     for (const StepRecord& step : run.steps) nearest_m = std::min(nearest_m, 0.8 + step.range_error_m);
   }
   EXPECT_GT(nearest_m, 0.7) << "0.8 m is wanted";
@@ -71,7 +69,7 @@ TEST(Obstacles, CorridorsAndDoorsAreDrivenThrough) {
     for (std::uint64_t seed = 1; seed < 5; ++seed) {
       const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / file, {}, seed);
       ASSERT_TRUE(check_feasible(scenario).feasible) << file;
-      const RunSummary s = run_geometric(scenario, seed).summary;
+      const RunSummary s = run_geometric(scenario).summary;
       EXPECT_NE(s.outcome, Outcome::collision) << file << " " << seed;
       reached += s.outcome == Outcome::reached ? 1 : 0;
     }
@@ -95,7 +93,7 @@ TEST(Obstacles, WhereTheShieldRefusedOneWayAnotherIsTried) {
     const Scenario scenario = obstacles(world.seed, {fmt::format("robot.pose.yaw_rad={}", world.yaw_rad),
                                                      fmt::format("balls.0.position.x_m={}", world.x_m),
                                                      fmt::format("balls.0.position.y_m={}", world.y_m)});
-    reached += run_geometric(scenario, world.seed).summary.outcome == Outcome::reached ? 1 : 0;
+    reached += run_geometric(scenario).summary.outcome == Outcome::reached ? 1 : 0;
   }
   EXPECT_GE(reached, 4);
 }
@@ -103,7 +101,7 @@ TEST(Obstacles, WhereTheShieldRefusedOneWayAnotherIsTried) {
 TEST(Obstacles, TheLawAloneRunsIntoThem) {
   int collisions = 0;
   for (std::uint64_t seed = 100; seed < 140; ++seed) {
-    const RunSummary s = run_geometric(obstacles(seed, {"avoidance.type=none"}), seed).summary;
+    const RunSummary s = run_geometric(obstacles(seed, {"avoidance.type=none"})).summary;
     if (s.outcome != Outcome::collision) continue;
     ++collisions;
     EXPECT_EQ(s.collision_cause, "A1_shield");
@@ -115,14 +113,14 @@ TEST(Obstacles, ABlindRobotDoesNotMove) {
   for (const char* faults :
        {"robot.faults=[{type: dead, array: front}]", "robot.faults=[{type: late, array: front, by_s: 0.5}]",
         "robot.faults=[{type: dead, sonar: 3}]"}) {
-    const RunRecord record = run_geometric(obstacles(100, {faults, "duration_s=10"}), 100);
+    const RunRecord record = run_geometric(obstacles(100, {faults, "duration_s=10"}));
     for (const StepRecord& step : record.steps) EXPECT_LE(step.twist.v_mps, 1e-9) << faults << step.time_s;
   }
 }
 
 TEST(Obstacles, AnArrayThatFallsSilentStopsTheRobot) {
-  const RunRecord record = run_geometric(
-      obstacles(100, {"robot.faults=[{type: dead, array: front, from_s: 3}]", "duration_s=8"}), 100);
+  const RunRecord record =
+      run_geometric(obstacles(100, {"robot.faults=[{type: dead, array: front, from_s: 3}]", "duration_s=8"}));
   bool drove = false;
   for (const StepRecord& step : record.steps) {
     drove = drove || step.twist.v_mps > 0.2;
@@ -138,8 +136,7 @@ TEST(Obstacles, LowThingsAreOutsideTheArgumentAndSaidToBe) {
       run_geometric(
           obstacles(0, {"obstacles=[{type: box, name: step, position: {x_m: 1.6, y_m: 0}, size: {x_m: 0.2, "
                         "y_m: 3.0, z_m: 0.05}}]",
-                        "balls.0.position.y_m=0", "robot.pose.yaw_rad=0", "avoidance.floor=false"}),
-          0)
+                        "balls.0.position.y_m=0", "robot.pose.yaw_rad=0", "avoidance.floor=false"}))
           .summary;
   EXPECT_EQ(s.outcome, Outcome::collision);
   EXPECT_EQ(s.collision_cause, "A3_echo");
@@ -188,7 +185,7 @@ TEST(Feasibility, APedestalDoesNotHideItsOwnBallButAWallAroundDoes) {
 }
 
 TEST(Obstacles, TheSameSeedGivesTheSameBytes) {
-  EXPECT_EQ(test::bytes_of(run_geometric(obstacles(7), 7)), test::bytes_of(run_geometric(obstacles(7), 7)));
+  EXPECT_EQ(test::bytes_of(run_geometric(obstacles(7))), test::bytes_of(run_geometric(obstacles(7))));
 }
 
 }  // namespace

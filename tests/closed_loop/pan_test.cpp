@@ -57,7 +57,7 @@ TEST(Pan, ShowsTheBallToARobotThatDrivesAroundThings) {
       const std::string max_rad = out_of_view_s == &fixed_s ? "0" : "1.57";
       const Scenario scenario = load_scenario(test::project_data_dir() / "scenarios" / "obstacles.yaml",
                                               {"camera.mount.pan.max_rad=" + max_rad}, seed);
-      const RunSummary s = test::run(scenario, PerceptionLevel::geometric, seed).summary;
+      const RunSummary s = test::run(scenario, PerceptionLevel::geometric).summary;
       EXPECT_EQ(s.outcome, Outcome::reached) << seed << " " << max_rad << ": " << s.outcome_text;
       *out_of_view_s += s.out_of_view_s;
     }
@@ -68,7 +68,7 @@ TEST(Pan, ShowsTheBallToARobotThatDrivesAroundThings) {
 TEST(Pan, PicturesOfATurnedCameraPutTheBallWhereItIs) {
   const Scenario scenario = test::static_ball(1, {"camera.mount.pan.max_rad=1.57", "robot.pose.yaw_rad=-0.8",
                                                   "robot.limits.w_max_radps=0.2", "duration_s=3"});
-  const RunRecord run = test::run(scenario, PerceptionLevel::image, 1);
+  const RunRecord run = test::run(scenario, PerceptionLevel::image);
   int aside = 0;
   for (const FrameRecord& frame : run.frames) {
     if (frame.measurement.state != TrackState::confirmed) continue;

@@ -71,8 +71,8 @@ TEST(PerceptionLevels, GeometricErrsAsImageDoes) {
     for (std::uint64_t seed = first; seed < first + 4 * count; ++seed) {
       const Scenario scenario =
           load_scenario(test::project_data_dir() / "scenarios" / name, {"duration_s=7"}, seed);
-      if (seed < first + count) image.add(test::run(scenario, PerceptionLevel::image, seed), scenario);
-      geometric.add(test::run(scenario, PerceptionLevel::geometric, seed), scenario);
+      if (seed < first + count) image.add(test::run(scenario, PerceptionLevel::image), scenario);
+      geometric.add(test::run(scenario, PerceptionLevel::geometric), scenario);
     }
   };
   add("static_ball.yaml", 301, 16);

@@ -52,7 +52,6 @@ NotedRun run_with_camera_until(double stop_s, std::uint64_t seed) {
   scenario.camera.faults.push_back({CameraFault::Kind::dropped, stop_s});
   RunOptions options;
   options.perception = PerceptionLevel::geometric;
-  options.seed = seed;
   options.go_on = [stop_s](double time_s) { return time_s < stop_s + 0.45; };
   return noted_run(scenario, options);
 }
@@ -105,7 +104,6 @@ TEST(Realtime, ADeadControllerIsStoppedByTheGuard) {
   const Scenario scenario = scenario_of(100);
   RunOptions options;
   options.perception = PerceptionLevel::geometric;
-  options.seed = 100;
   options.go_on = [](double time_s) {
     if (time_s > 1.5) std::this_thread::sleep_for(std::chrono::milliseconds(400));
     return time_s <= 1.5;
@@ -129,7 +127,6 @@ TEST(Realtime, PicturesAreRenderedAndLookedAtBesideControlAndGuard) {
   const Scenario scenario = scenario_of(100);
   RunOptions options;
   options.perception = PerceptionLevel::image;
-  options.seed = 100;
   options.colors = std::make_shared<ColorTable>(read_color_file(scenario.colors));
   options.go_on = [](double time_s) { return time_s < 1.5; };
   const RunRecord run = run_realtime(scenario, options);
@@ -144,7 +141,6 @@ TEST(Realtime, TheBallIsReachedAsInSimulatedTime) {
                                           {"balls.0.position.x_m=1.4", "balls.0.position.y_m=0.1"}, 4);
   RunOptions options;
   options.perception = PerceptionLevel::geometric;
-  options.seed = 4;
   const RunRecord run = run_realtime(scenario, options);
   EXPECT_EQ(run.summary.outcome, Outcome::reached) << run.summary.outcome_text;
   EXPECT_LT(std::abs(run.summary.range_error_m), 0.005);

@@ -12,7 +12,7 @@ namespace {
 class StaticBallSeed : public testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(StaticBallSeed, IsReachedThroughRenderedFrames) {
-  const RunRecord record = test::run(test::static_ball(GetParam()), PerceptionLevel::image, GetParam());
+  const RunRecord record = test::run(test::static_ball(GetParam()), PerceptionLevel::image);
   EXPECT_EQ(record.summary.outcome, Outcome::reached) << record.summary.outcome_text;
   EXPECT_LE(std::abs(record.summary.range_error_m), 0.005);
   EXPECT_LE(std::abs(record.summary.bearing_error_rad), 0.2 * 0.017453292519943295);
@@ -24,7 +24,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, StaticBallSeed, testing::Range<std::uint64_t>(0,
 TEST(MovingBall, IsFollowedThroughRenderedFrames) {
   const Scenario scenario =
       load_scenario(test::project_data_dir() / "scenarios" / "moving_ball.yaml", {}, 83009);
-  const RunSummary run = test::run(scenario, PerceptionLevel::image, 83009).summary;
+  const RunSummary run = test::run(scenario, PerceptionLevel::image).summary;
   EXPECT_EQ(run.outcome, Outcome::reached) << run.outcome_text;
 }
 
@@ -34,7 +34,7 @@ TEST(RenderedFrames, ShowTheBallOfEveryScenarioInTheTaughtLight) {
     const Scenario scenario = load_scenario(entry.path(), {"duration_s=1"}, 0);
     if (scenario.colors.empty()) continue;  // it teaches them
     int in_sight = 0, seen = 0;
-    const RunRecord record = test::run(scenario, PerceptionLevel::image, 0);
+    const RunRecord record = test::run(scenario, PerceptionLevel::image);
     for (const FrameRecord& frame : record.frames) {
       if (frame.visible_fraction < 0.98) continue;
       ++in_sight;

@@ -32,7 +32,7 @@ class Perception : public testing::TestWithParam<PerceptionLevel> {};
 TEST_P(Perception, EveryLawReachesTheBallFromEverySeed) {
   for (const std::string& law : builtin_laws().names()) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      const RunRecord record = run(static_ball(seed, {"law.name=" + law}), GetParam(), seed);
+      const RunRecord record = run(static_ball(seed, {"law.name=" + law}), GetParam());
       expect_reached(record, 0.001, 0.05 * degree, law + ", seed " + std::to_string(seed));
     }
   }
@@ -43,11 +43,11 @@ INSTANTIATE_TEST_SUITE_P(WithoutPictures, Perception,
                          [](const auto& tested) { return std::string(perception_level_name(tested.param)); });
 
 TEST(StaticBall, IsReachedThroughRenderedFrames) {
-  expect_reached(run(static_ball(0), PerceptionLevel::image, 0), 0.005, 0.2 * degree, "seed 0");
+  expect_reached(run(static_ball(0), PerceptionLevel::image), 0.005, 0.2 * degree, "seed 0");
 }
 
 TEST(StaticBall, IsReachedInALightThatItsColorsWereNotTaughtIn) {
-  const RunRecord record = run(static_ball(0, {"light_level=0.4"}), PerceptionLevel::image, 0);
+  const RunRecord record = run(static_ball(0, {"light_level=0.4"}), PerceptionLevel::image);
   EXPECT_EQ(record.summary.outcome, Outcome::reached) << record.summary.outcome_text;
   EXPECT_TRUE(record.assumed_light);
 }
@@ -57,7 +57,7 @@ TEST(StaticBall, TheFirstFramesMeasureTheRadiusToo) {
   int count = 0;
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     const Scenario scenario = static_ball(seed, {"duration_s=0.4"});
-    const RunRecord record = run(scenario, PerceptionLevel::image, seed);
+    const RunRecord record = run(scenario, PerceptionLevel::image);
     for (const FrameRecord& frame : record.frames) {
       if (frame.measurement.state != TrackState::confirmed) continue;
       const double truth_m = frame.truth_p_CB->norm(), error_m = frame.measurement.p_CB.norm() - truth_m;
@@ -72,8 +72,8 @@ TEST(StaticBall, TheFirstFramesMeasureTheRadiusToo) {
 }
 
 TEST(StaticBall, LawsStopAtTheSamePlace) {
-  const RunRecord cone = run(static_ball(3, {"law.name=cone"}), PerceptionLevel::truth, 3);
-  const RunRecord visp = run(static_ball(3, {"law.name=visp"}), PerceptionLevel::truth, 3);
+  const RunRecord cone = run(static_ball(3, {"law.name=cone"}), PerceptionLevel::truth);
+  const RunRecord visp = run(static_ball(3, {"law.name=visp"}), PerceptionLevel::truth);
   const Pose2 a = cone.steps.back().pose, b = visp.steps.back().pose;
   EXPECT_NEAR(a.x_m, b.x_m, 0.002);
   EXPECT_NEAR(a.y_m, b.y_m, 0.002);
@@ -83,7 +83,7 @@ TEST(StaticBall, SlowCameraAndLongDelaysAreBrakedFor) {
   for (const std::string latency : {"0.0", "0.1", "0.2"}) {
     const RunRecord record = run(
         static_ball(1, {"camera.latency_s=" + latency, "camera.rate_hz=15", "robot.actuation_delay_s=0.15"}),
-        PerceptionLevel::geometric, 1);
+        PerceptionLevel::geometric);
     EXPECT_EQ(record.summary.outcome, Outcome::reached) << latency;
     for (const StepRecord& step : record.steps) EXPECT_GT(step.range_error_m, -0.005) << latency;
   }
@@ -91,13 +91,13 @@ TEST(StaticBall, SlowCameraAndLongDelaysAreBrakedFor) {
 
 TEST(StaticBall, ABallBehindTheRobotIsSearchedFor) {
   const RunRecord record =
-      run(static_ball(0, {"robot.pose.yaw_rad=2.8", "robot.pose.x_m=1.0"}), PerceptionLevel::geometric, 0);
+      run(static_ball(0, {"robot.pose.yaw_rad=2.8", "robot.pose.x_m=1.0"}), PerceptionLevel::geometric);
   EXPECT_EQ(record.summary.outcome, Outcome::reached) << record.summary.outcome_text;
   EXPECT_GT(record.summary.out_of_view_s, 1.0);
 }
 
 TEST(StaticBall, ARunWithoutTimeEndsInTimeout) {
-  const RunRecord record = run(static_ball(0, {"duration_s=2"}), PerceptionLevel::truth, 0);
+  const RunRecord record = run(static_ball(0, {"duration_s=2"}), PerceptionLevel::truth);
   EXPECT_EQ(record.summary.outcome, Outcome::timeout);
   EXPECT_NEAR(record.steps.back().time_s, 2.0, 1e-9);
   EXPECT_TRUE(std::isnan(record.summary.settled_s));
@@ -109,7 +109,7 @@ TEST(StaticBall, AnObstacleOnTheWayIsACollision) {
               0, {"balls.0.position.x_m=3.0", "balls.0.position.y_m=0.0", "robot.pose.yaw_rad=0",
                   "obstacles=[{type: box, name: step, position: {x_m: 1.2, y_m: 0.0}, size: {x_m: 0.2, y_m: "
                   "0.4, z_m: 0.05}}]"}),
-          PerceptionLevel::truth, 0);
+          PerceptionLevel::truth);
   EXPECT_EQ(record.summary.outcome, Outcome::collision) << record.summary.outcome_text;
   EXPECT_EQ(record.summary.collision_cause, "A1_shield");
   EXPECT_EQ(record.summary.min_clearance_m, 0);
@@ -125,9 +125,9 @@ TEST(StaticBall, AnInterruptedRunSaysSo) {
 }
 
 TEST(Replay, TheSameSeedGivesTheSameBytesAndAnotherDoesNot) {
-  const std::string once = bytes_of(run(static_ball(5), PerceptionLevel::geometric, 5));
-  EXPECT_EQ(once, bytes_of(run(static_ball(5), PerceptionLevel::geometric, 5)));
-  EXPECT_NE(once, bytes_of(run(static_ball(6), PerceptionLevel::geometric, 6)));
+  const std::string once = bytes_of(run(static_ball(5), PerceptionLevel::geometric));
+  EXPECT_EQ(once, bytes_of(run(static_ball(5), PerceptionLevel::geometric)));
+  EXPECT_NE(once, bytes_of(run(static_ball(6), PerceptionLevel::geometric)));
 }
 
 /// A German locale for the scope of a test: numbers have a decimal comma there.
@@ -144,13 +144,13 @@ class GermanLocale {
 };
 
 TEST(Replay, AGermanLocaleChangesNothing) {
-  const std::string plain = bytes_of(run(static_ball(7), PerceptionLevel::geometric, 7));
+  const std::string plain = bytes_of(run(static_ball(7), PerceptionLevel::geometric));
   std::string german;
   {
     const GermanLocale locale;
     ASSERT_TRUE(locale.taken()) << "de_DE.UTF-8 is missing: localedef -i de_DE -f UTF-8 de_DE.UTF-8";
     ASSERT_STREQ(std::localeconv()->decimal_point, ",");
-    german = bytes_of(run(static_ball(7), PerceptionLevel::geometric, 7));
+    german = bytes_of(run(static_ball(7), PerceptionLevel::geometric));
   }
   EXPECT_EQ(plain, german);
 }
@@ -159,13 +159,13 @@ TEST(Replay, PicturesGiveTheSameBytesAtOneAndTwoThreadsAndInAGermanLocale) {
   const Scenario scenario = static_ball(2, {"duration_s=1.5"});
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
-  const std::string one = bytes_of(run(scenario, PerceptionLevel::image, 2));
+  const std::string one = bytes_of(run(scenario, PerceptionLevel::image));
   cv::setNumThreads(2);
   std::string two;
   {
     const GermanLocale locale;
     ASSERT_TRUE(locale.taken()) << "de_DE.UTF-8 is missing: localedef -i de_DE -f UTF-8 de_DE.UTF-8";
-    two = bytes_of(run(static_ball(2, {"duration_s=1.5"}), PerceptionLevel::image, 2));
+    two = bytes_of(run(static_ball(2, {"duration_s=1.5"}), PerceptionLevel::image));
   }
   cv::setNumThreads(threads);
   EXPECT_EQ(one, two);

@@ -29,7 +29,6 @@ class Taught : public testing::Test {
     const Scenario scenario = static_ball(77, sets);
     TeachOptions options;
     options.perception = level;
-    options.seed = 77;
     options.colors = std::make_shared<ColorTable>(read_color_file(scenario.colors));
     const std::filesystem::path file = folder.path() / "target.yaml";
     std::ofstream(file) << taught_target_yaml(teach_target(scenario, options));
@@ -45,7 +44,7 @@ TEST_F(Taught, EveryLawStopsWhereItWasShownWithAWrongDiameterAndFocalLength) {
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
       std::vector<std::string> with_law = sets;
       with_law.push_back("law.name=" + law);
-      const RunSummary s = run(static_ball(seed, with_law), PerceptionLevel::geometric, seed).summary;
+      const RunSummary s = run(static_ball(seed, with_law), PerceptionLevel::geometric).summary;
       EXPECT_EQ(s.outcome, Outcome::reached) << law << ", seed " << seed << ": " << s.outcome_text;
       EXPECT_LE(std::abs(s.range_error_m), 0.002) << law;
     }
@@ -53,13 +52,12 @@ TEST_F(Taught, EveryLawStopsWhereItWasShownWithAWrongDiameterAndFocalLength) {
 }
 
 TEST_F(Taught, CoarselyWrongBeliefsHardlyDelayIt) {
-  const double right_s = run(static_ball(4, teach({})), PerceptionLevel::geometric, 4).summary.settled_s;
+  const double right_s = run(static_ball(4, teach({})), PerceptionLevel::geometric).summary.settled_s;
   for (const char* belief :
        {"diameter_scale=0.4", "diameter_scale=3", "focal_scale=0.5", "focal_scale=2", "pitch_error_rad=-0.2",
         "pitch_error_rad=0.2", "forward_error_m=0.2", "up_error_m=0.15", "latency_error_s=0.03"}) {
     const RunSummary s =
-        run(static_ball(4, teach({std::string("believed.") + belief})), PerceptionLevel::geometric, 4)
-            .summary;
+        run(static_ball(4, teach({std::string("believed.") + belief})), PerceptionLevel::geometric).summary;
     EXPECT_EQ(s.outcome, Outcome::reached) << belief << ": " << s.outcome_text;
     EXPECT_LT(s.settled_s, right_s + 0.6) << belief;
     EXPECT_EQ(s.ball_contacts, 0) << belief;
@@ -69,7 +67,7 @@ TEST_F(Taught, CoarselyWrongBeliefsHardlyDelayIt) {
 // It seems to lie 0.4 m below the floor.
 TEST_F(Taught, ABallThatIsBelievedThriceAsLargeIsReachedThroughPictures) {
   const Scenario scenario = static_ball(4, teach({"believed.diameter_scale=3"}, PerceptionLevel::image));
-  const RunRecord record = run(scenario, PerceptionLevel::image, 4);
+  const RunRecord record = run(scenario, PerceptionLevel::image);
   EXPECT_EQ(record.summary.outcome, Outcome::reached) << record.summary.outcome_text;
 
   const OutputFolder page(folder.path() / "page", Overwrite::allow);
@@ -81,7 +79,7 @@ TEST_F(Taught, ABallThatIsBelievedThriceAsLargeIsReachedThroughPictures) {
 }
 
 TEST_F(Taught, WithoutTeachingTheSameBeliefsMissByCentimetres) {
-  const RunSummary s = run(static_ball(0, wrong_beliefs), PerceptionLevel::truth, 0).summary;
+  const RunSummary s = run(static_ball(0, wrong_beliefs), PerceptionLevel::truth).summary;
   EXPECT_EQ(s.outcome, Outcome::timeout);
   // 7 % nearer than believed, of the way from camera to ball.
   EXPECT_NEAR(s.range_error_m, -0.05, 0.01);
@@ -154,9 +152,9 @@ TEST_F(Taught, ARobotThatCouldNotStandAtTheGoalRefuses) {
 
 TEST(Beliefs, AWrongLatencyIsSurvived) {
   for (const char* error_s : {"-0.03", "0.03"}) {
-    const RunSummary s = run(static_ball(2, {std::string("believed.latency_error_s=") + error_s}),
-                             PerceptionLevel::geometric, 2)
-                             .summary;
+    const RunSummary s =
+        run(static_ball(2, {std::string("believed.latency_error_s=") + error_s}), PerceptionLevel::geometric)
+            .summary;
     EXPECT_EQ(s.outcome, Outcome::reached) << error_s << ": " << s.outcome_text;
   }
 }

@@ -67,7 +67,6 @@ class TouchedRun : public testing::Test {
     Scenario scenario = load_scenario(file, {}, 3);
     RunOptions options;
     options.perception = level;
-    options.seed = 3;
     if (level == PerceptionLevel::image)
       options.colors = std::make_shared<ColorTable>(read_color_file(scenario.colors));
     Touches touches{steps, {}};
@@ -136,7 +135,6 @@ TEST_F(TouchedRun, NothingDoneIsTheRunItself) {
   Scenario scenario = test::static_ball(1);
   RunOptions options;
   options.perception = PerceptionLevel::geometric;
-  options.seed = 1;
   const RunRecord alone = run_closed_loop(scenario, options);
   scenario.duration_s = alone.steps.back().time_s;
   options.touch = replay({static_cast<long>(alone.steps.size()), {}});

@@ -30,7 +30,7 @@ TEST_F(Render, PicturesAreTheFramesOfARunWhoseRobotStands) {
   ASSERT_EQ(ending.code, 0) << ending.messages;
 
   const Scenario scenario = load_scenario(file, sets, seed);
-  SimulatedCamera camera(scenario, seed, true, [&](double time_s) {
+  SimulatedCamera camera(scenario, true, [&](double time_s) {
     return RobotTruth{time_s, scenario.robot.pose, {}};
   });
   SteppedClock clock;
