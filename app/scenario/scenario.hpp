@@ -102,13 +102,4 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
 /// Every key of a scenario.
 std::vector<OptionRow> scenario_keys(const LawCatalog& laws = builtin_laws());
 
-/// Distances from the axle (m, in the floor plane, to 1 cm) at which a ball straight ahead is seen whole and
-/// does not touch the robot, as intervals; none beyond 20 m are looked for.
-struct DistanceInterval {
-  double from_m = 0, to_m = 0;
-};
-std::vector<DistanceInterval> usable_target_distances(const Camera& camera, const CameraMount& mount,
-                                                      const Footprint& footprint, double ball_height_m,
-                                                      double ball_radius_m);
-
 }  // namespace ballservo

@@ -100,38 +100,31 @@ void check_obstacle(YamlNode node, const Obstacle& obstacle, const Scenario& sce
   }
 }
 
-std::string intervals_text(const std::vector<DistanceInterval>& intervals) {
-  if (intervals.empty()) return "no distance would do with this camera, mount and ball: change one of them";
-  std::string text;
-  for (const DistanceInterval& interval : intervals) {
-    text += (text.empty() ? "" : ", or ") + fmt::format("{:.2f} to {:.2f} m", interval.from_m, interval.to_m);
-  }
-  return text + " (the ball whole in the picture, clear of the robot)";
+/// Whether the target straight ahead, so far from the axle, is seen whole and does not touch the robot.
+bool usable_distance(const Scenario& scenario, double distance_m) {
+  const Camera& camera = scenario.camera.camera;
+  const double radius_m = scenario.target_ball().radius_m();
+  const Eigen::Vector3d p_RB(distance_m, 0, scenario.target_ball().position_m.z());
+  const Eigen::Vector3d p_CB = scenario.camera.mount.X_RC().inverse() * p_RB;
+  return distance_m > scenario.robot.footprint.front_m + radius_m &&
+         is_inside_picture(project_outline(camera, p_CB, radius_m, 72), camera.size(), 0.5);
 }
 
-bool usable_distance(const Camera& camera, const CameraMount& mount, const Footprint& footprint,
-                     double distance_m, double ball_height_m, double ball_radius_m) {
-  const Eigen::Vector3d p_CB = mount.X_RC().inverse() * Eigen::Vector3d(distance_m, 0, ball_height_m);
-  return distance_m > footprint.front_m + ball_radius_m &&
-         is_inside_picture(project_outline(camera, p_CB, ball_radius_m, 72), camera.size(), 0.5);
+/// All such distances, to 1 cm, in words; none beyond 20 m are looked for.
+std::string usable_distances(const Scenario& scenario) {
+  std::string text;
+  for (int from_cm = 5, cm = 5; cm <= 2001; ++cm) {
+    if (cm <= 2000 && usable_distance(scenario, cm / 100.0)) continue;
+    if (cm > from_cm)
+      text +=
+          fmt::format("{}{:.2f} to {:.2f} m", text.empty() ? "" : ", or ", from_cm / 100.0, (cm - 1) / 100.0);
+    from_cm = cm + 1;
+  }
+  return text.empty() ? "no distance would do with this camera, mount and ball: change one of them"
+                      : text + " (the ball whole in the picture, clear of the robot)";
 }
 
 }  // namespace
-
-std::vector<DistanceInterval> usable_target_distances(const Camera& camera, const CameraMount& mount,
-                                                      const Footprint& footprint, double ball_height_m,
-                                                      double ball_radius_m) {
-  std::vector<DistanceInterval> intervals;
-  bool open = false;
-  for (int centimetres = 5; centimetres <= 2000; ++centimetres) {
-    const double distance_m = centimetres / 100.0;
-    const bool usable = usable_distance(camera, mount, footprint, distance_m, ball_height_m, ball_radius_m);
-    if (usable && !open) intervals.push_back({distance_m, distance_m});
-    if (usable) intervals.back().to_m = distance_m;
-    open = usable;
-  }
-  return intervals;
-}
 
 void check_scenario(StrictYaml& yaml, const Scenario& scenario, const WorldOptions& reading,
                     const ScenarioReading& parts) {
@@ -161,18 +154,13 @@ void check_scenario(StrictYaml& yaml, const Scenario& scenario, const WorldOptio
                  "lights inside the room");
     }
   }
-  if (parts.camera_ok && parts.mount_ok && parts.target_ok && reading.ball_ok[scenario.target]) {
-    const Ball& ball = scenario.target_ball();
-    if (!usable_distance(scenario.camera.camera, scenario.camera.mount, scenario.robot.footprint,
-                         scenario.target_distance_m, ball.position_m.z(), ball.radius_m())) {
-      root.map("target").fault(
-          "distance_m",
-          fmt::format("{} m, where the ball is not whole in the picture or touches the robot",
-                      scenario.target_distance_m),
-          intervals_text(usable_target_distances(scenario.camera.camera, scenario.camera.mount,
-                                                 scenario.robot.footprint, ball.position_m.z(),
-                                                 ball.radius_m())));
-    }
+  if (parts.camera_ok && parts.mount_ok && parts.target_ok && reading.ball_ok[scenario.target] &&
+      !usable_distance(scenario, scenario.target_distance_m)) {
+    root.map("target").fault(
+        "distance_m",
+        fmt::format("{} m, where the ball is not whole in the picture or touches the robot",
+                    scenario.target_distance_m),
+        usable_distances(scenario));
   }
 }
 
