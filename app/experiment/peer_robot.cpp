@@ -42,11 +42,13 @@ void PeerRobot::listen(const std::function<void(const SonarReading&)>& hear) {
   for (const SonarReading& reading : std::exchange(readings_, {})) hear(reading);
 }
 
-std::optional<LockstepFrame> PeerRobot::take_frame() {
+std::optional<CameraFrame> PeerRobot::take(Clock&, double until_s) {
+  advance_to(until_s);
   if (frames_.empty()) return std::nullopt;
-  LockstepFrame frame = std::move(frames_.front());
+  LockstepFrame arrived = std::move(frames_.front());
   frames_.pop_front();
-  return frame;
+  ball_ = arrived.ball;
+  return std::move(arrived.frame);
 }
 
 void PeerRobot::leave(const std::string& why) noexcept {
@@ -57,16 +59,8 @@ void PeerRobot::leave(const std::string& why) noexcept {
   }
 }
 
-std::optional<CameraFrame> PeerCamera::take(Clock&, double until_s) {
-  robot_.advance_to(until_s);
-  auto arrived = robot_.take_frame();
-  if (!arrived) return std::nullopt;
-  ball_ = arrived->ball;
-  return std::move(arrived->frame);
-}
-
 Percept PeerPerception::look(const CameraFrame& frame) {
-  Percept percept{camera_.ball()};
+  Percept percept{robot_.ball()};
   if (percept.ball.state != TrackState::none) {
     percept.outline =
         project_sphere(scenario_.camera.camera, percept.ball.p_CB, scenario_.target_ball().radius_m());

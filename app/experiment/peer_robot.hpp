@@ -1,4 +1,4 @@
-// A robot that somebody else has, simulates or only claims, in place of ours: its ports of the loop.
+// A robot that somebody else has, simulates or only claims, with its camera: their ports of the loop.
 #pragma once
 
 #include <deque>
@@ -15,7 +15,7 @@
 namespace ballservo {
 
 /// Moves the peer on whenever a later time is asked for, by the newest command. All of it throws PeerGone.
-class PeerRobot final : public WatchedRobot {
+class PeerRobot final : public WatchedRobot, public FrameSource {
  public:
   /// Asks the peer for its beginning. Both must outlive the robot.
   PeerRobot(LockstepSocket& socket, const Scenario& scenario, bool pictures);
@@ -30,13 +30,16 @@ class PeerRobot final : public WatchedRobot {
   std::optional<RobotTruth> when_read() const override { return when_read_; }
   const std::vector<SonarFiring>& firings() const override { return firings_; }
 
-  void advance_to(double time_s);
-  /// The oldest frame that has arrived and was not taken.
-  std::optional<LockstepFrame> take_frame();
+  std::optional<CameraFrame> take(Clock& clock, double until_s) override;
+  /// What the peer said of the ball in the frame last taken.
+  const BallMeasurement& ball() const { return ball_; }
+
   /// Tells the peer to rest, and why; once.
   void leave(const std::string& why) noexcept;
 
  private:
+  void advance_to(double time_s);
+
   LockstepSocket& socket_;
   const Scenario& scenario_;
   AnswerBounds bounds_;
@@ -47,30 +50,19 @@ class PeerRobot final : public WatchedRobot {
   std::optional<RobotTruth> truth_, when_read_;
   std::vector<SonarReading> readings_;
   std::deque<LockstepFrame> frames_;
-  std::vector<SonarFiring> firings_;  // none: where the robot was is not known
-};
-
-class PeerCamera final : public FrameSource {
- public:
-  explicit PeerCamera(PeerRobot& robot) : robot_(robot) {}
-  std::optional<CameraFrame> take(Clock& clock, double until_s) override;
-  /// What the peer said of the ball in the frame last taken.
-  const BallMeasurement& ball() const { return ball_; }
-
- private:
-  PeerRobot& robot_;
   BallMeasurement ball_;
+  std::vector<SonarFiring> firings_;  // none: where the robot was is not known
 };
 
 /// Believes what the peer says of the ball.
 class PeerPerception final : public SimulatedPerception {
  public:
-  PeerPerception(const Scenario& scenario, const PeerCamera& camera) : scenario_(scenario), camera_(camera) {}
+  PeerPerception(const Scenario& scenario, const PeerRobot& robot) : scenario_(scenario), robot_(robot) {}
   Percept look(const CameraFrame& frame) override;
 
  private:
   const Scenario& scenario_;
-  const PeerCamera& camera_;
+  const PeerRobot& robot_;
 };
 
 }  // namespace ballservo

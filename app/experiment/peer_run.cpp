@@ -14,14 +14,13 @@ RunRecord drive_peer(const Scenario& scenario, const RunOptions& options, Lockst
   std::unique_ptr<SimulatedPerception> perception;
   if (pictures) perception = make_image_perception(scenario, options.colors);
   PeerRobot robot(socket, scenario, pictures);
-  PeerCamera camera(robot);
-  if (!pictures) perception = std::make_unique<PeerPerception>(scenario, camera);
+  if (!pictures) perception = std::make_unique<PeerPerception>(scenario, robot);
   RunRecorder recorder(scenario, robot, nullptr, false);
   PictureKeeper keeper(scenario);
   SteppedClock clock;
   std::optional<PeerGone> gone;
   try {
-    run_loop({camera, *perception, robot, controller, {&recorder, &keeper}}, clock,
+    run_loop({robot, *perception, robot, controller, {&recorder, &keeper}}, clock,
              [&](double time_s) { return (!options.go_on || options.go_on(time_s)) && !recorder.over(); });
   } catch (const PeerGone& error) {
     gone = error;
