@@ -8,7 +8,6 @@
 #include "app/commands/ball_search.hpp"
 #include "app/commands/command.hpp"
 #include "app/commands/work_options.hpp"
-#include "app/experiment/peer_run.hpp"
 #include "app/experiment/run_log.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/experiment/runner.hpp"

@@ -15,11 +15,6 @@ std::optional<Outcome> outcome_from_name(std::string_view name) {
   return static_cast<Outcome>(found - std::begin(outcome_names));
 }
 
-void end_by(const PeerGone& gone, RunSummary& summary) {
-  summary.outcome = outcome_from_name(gone.outcome()).value_or(Outcome::fault);
-  summary.outcome_text = gone.what();
-}
-
 bool OutcomeJudge::within(const StepRecord& step) const {
   if (!step.known) return step.control.state == ControlState::hold;
   if (ball_moves_) {

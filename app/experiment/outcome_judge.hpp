@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "app/experiment/run_record.hpp"
-#include "app/peer/lockstep_messages.hpp"
 
 namespace ballservo {
 
@@ -21,9 +20,6 @@ struct ReachedRule {
   static constexpr double tail_s = 0.5;   ///< a run goes on so long after it has reached a resting ball
   static constexpr double fault_s = 1.0;  ///< a controller that stays in its fault state so long has failed
 };
-
-/// The run was ended by a peer that is gone.
-void end_by(const PeerGone& gone, RunSummary& summary);
 
 class OutcomeJudge {
  public:

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/experiment/peer_controller.hpp"
+#include "app/experiment/peer_robot.hpp"
 #include "app/experiment/run_recorder.hpp"
 #include "app/experiment/run_video.hpp"
 #include "app/loop/threaded_loop.hpp"
@@ -40,6 +41,24 @@ ControllerOptions controller_options(const Scenario& scenario) {
   options.avoidance.half_view_rad = 0.9 * scenario.camera.half_view_rad();
   return options;
 }
+
+namespace {
+
+/// The record of a run that is over; `gone`: the peer that ended it, or null.
+RunRecord finished(RunRecorder& recorder, const SimulatedPerception& perception, PictureKeeper& pictures,
+                   bool realtime, const PeerGone* gone) {
+  RunRecord run = recorder.finish(realtime);
+  if (gone != nullptr) {
+    run.summary.outcome = outcome_from_name(gone->outcome()).value_or(Outcome::fault);
+    run.summary.outcome_text = gone->what();
+  }
+  run.tracks_csv = perception.tracks_csv();
+  run.assumed_light = perception.assumed_light();
+  run.key_frames = pictures.finish();
+  return run;
+}
+
+}  // namespace
 
 /// A scenario's ports and observers. Made in its place: they refer to each other.
 class SimulatedRun {
@@ -81,12 +100,8 @@ class SimulatedRun {
   }
 
   RunRecord finish(bool realtime, const PeerGone* gone = nullptr) {
-    RunRecord run = recorder_.finish(realtime);
-    if (gone != nullptr) end_by(*gone, run.summary);
+    RunRecord run = finished(recorder_, *perception_, pictures_, realtime, gone);
     if (peer_ != nullptr) peer_->leave(run.summary);
-    run.tracks_csv = perception_->tracks_csv();
-    run.assumed_light = perception_->assumed_light();
-    run.key_frames = pictures_.finish();
     return run;
   }
 
@@ -192,6 +207,30 @@ RunRecord run_realtime(const Scenario& scenario, const RunOptions& options) {
   WallClock clock;
   run_threaded_loop(run.ports(), clock, [&](double time_s) { return run.goes_on(time_s); });
   return run.finish(true);
+}
+
+RunRecord drive_peer(const Scenario& scenario, const RunOptions& options, LockstepSocket& socket) {
+  const bool pictures = options.perception == PerceptionLevel::image;
+  const ControllerOptions settings = controller_options(scenario);
+  Controller controller(settings, options.laws.make(scenario.law, settings.goal));
+  std::unique_ptr<SimulatedPerception> perception;
+  if (pictures) perception = make_image_perception(scenario, options.colors);
+  PeerRobot robot(socket, scenario, pictures);
+  if (!pictures) perception = std::make_unique<PeerPerception>(scenario, robot);
+  RunRecorder recorder(scenario, robot, nullptr, false);
+  PictureKeeper keeper(scenario);
+  SteppedClock clock;
+  std::optional<PeerGone> gone;
+  try {
+    run_loop({robot, *perception, robot, controller, {&recorder, &keeper}}, clock,
+             [&](double time_s) { return (!options.go_on || options.go_on(time_s)) && !recorder.over(); });
+  } catch (const PeerGone& error) {
+    gone = error;
+  }
+  RunRecord run = finished(recorder, *perception, keeper, false, gone ? &*gone : nullptr);
+  robot.leave(run.summary.outcome_text);
+  if (gone && run.steps.empty()) throw PeerGone(*gone);
+  return run;
 }
 
 namespace {

@@ -1,5 +1,5 @@
-// A closed-loop run of a scenario: the loop of app/loop around a simulated camera and a simulated robot;
-// and teaching by showing: the robot stands at the goal, looks, and remembers what it saw.
+// A closed-loop run of a scenario: the loop of app/loop around a simulated camera and a simulated robot, or a
+// peer's; and teaching by showing: the robot stands at the goal, looks, and remembers what it saw.
 #pragma once
 
 #include <functional>
@@ -93,6 +93,11 @@ class SteppedRun {
 /// Not the same twice; `timing.realtime` is filled in. Throws InputError for `on_picture` too, which is not
 /// to be had here, and Refusal where a thread cannot be started.
 RunRecord run_realtime(const Scenario& scenario, const RunOptions& options);
+
+/// The scenario's controller and perception drive the robot, camera and room of a peer to the end: the
+/// judge's word, the peer's, or `options.go_on`. What is true is known as far as the peer tells it. Throws as
+/// run_closed_loop does, for a robot that never came.
+RunRecord drive_peer(const Scenario& scenario, const RunOptions& options, LockstepSocket& socket);
 
 struct TeachOptions {
   PerceptionLevel perception = PerceptionLevel::image;
