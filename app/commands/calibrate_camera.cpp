@@ -12,7 +12,6 @@
 #include "app/commands/command.hpp"
 #include "app/io/board_pictures.hpp"
 #include "app/io/interrupt.hpp"
-#include "app/report/camera_report.hpp"
 #include "app/report/draw_pages.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/boards/board_calibration.hpp"
@@ -89,23 +88,6 @@ void print_camera(const BoardCalibration& result) {
   for (const std::string& advice : calibration_advice(result)) print_result("next: {}\n", advice);
 }
 
-CameraReportInput report_input(const CameraCalibration& calibration, double max_pixels) {
-  CameraReportInput input;
-  input.calibration = &calibration.result;
-  input.views = calibration.views;
-  input.overlay = [&calibration, max_pixels](std::size_t view) {
-    throw_if_interrupted();
-    return board_overlay(calibration.used[view]->picture(max_pixels), calibration.views[view],
-                         calibration.result.corners[view]);
-  };
-  input.looked_at = calibration.pictures.all.size();
-  for (const BoardPicture* picture : calibration.used)
-    if (!picture->remark.empty()) input.remarks.push_back(picture->name() + ": " + picture->remark);
-  for (const BoardPicture& picture : calibration.pictures.all)
-    if (!picture.rejected.empty()) input.rejected.emplace_back(picture.name(), picture.rejected);
-  return input;
-}
-
 int run_calibrate_camera(const CalibrateCameraOptions& options) {
   constexpr double large_square_m = 0.5;
   if (options.square_m > large_square_m)
@@ -124,7 +106,7 @@ int run_calibrate_camera(const CalibrateCameraOptions& options) {
   camera_file.write(camera_file_text(result.camera, format, options.output.stem().string()));
   covariance_file.write(camera_covariance_text(result.camera, result.covariance.parameters));
   if (report)
-    write_report(*report, camera_report(report_input(calibration, options.common.max_pixels), *report),
+    write_report(*report, camera_report(calibration, options.common.max_pixels, *report),
                  options.common.quiet);
   options.common.files->commit(camera_file, covariance_file, report);
   write_json_results(options.common, results_json(calibration));

@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "app/commands/command.hpp"
-#include "app/io/board_pictures.hpp"
-#include "calibration/boards/board_calibration.hpp"
+#include "app/report/camera_report.hpp"
 #include "calibration/camera/files/camera_file.hpp"
 
 namespace ballservo {
@@ -24,13 +23,6 @@ struct CalibrateCameraOptions {
   std::filesystem::path output;
   std::string format;
   std::filesystem::path report;
-};
-
-struct CameraCalibration {
-  BoardPictures pictures;
-  std::vector<const BoardPicture*> used;  ///< of the pictures
-  std::vector<BoardView> views;           ///< of the board in those
-  BoardCalibration result;
 };
 
 /// Looks for the board in the sources and fits a camera of a model that the format holds. Throws InputError,

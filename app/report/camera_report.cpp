@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/experiment/run_log.hpp"
+#include "app/io/interrupt.hpp"
 #include "app/report/overlay.hpp"
 #include "app/report/picture.hpp"
 #include "calibration/ball/ball_uncertainty.hpp"
@@ -63,20 +64,23 @@ ordered_json ball_maps(const BoardCalibration& calibration) {
 }
 
 /// Each board with its corners, and its overlay as a picture that is not too large for a page.
-ordered_json boards_json(const CameraReportInput& input, const OutputFolder& folder) {
+ordered_json boards_json(const CameraCalibration& calibration, double max_pixels,
+                         const OutputFolder& folder) {
   ordered_json list = ordered_json::array();
-  for (std::size_t v = 0; v < input.views.size(); ++v) {
-    const CornerResiduals& corners = input.calibration->corners[v];
-    cv::Mat overlay = input.overlay(v);
+  for (std::size_t v = 0; v < calibration.views.size(); ++v) {
+    throw_if_interrupted();
+    const BoardView& view = calibration.views[v];
+    const CornerResiduals& corners = calibration.result.corners[v];
+    cv::Mat overlay = board_overlay(calibration.used[v]->picture(max_pixels), view, corners);
     folder.write(fmt::format("board_{:02}.png", v + 1), picture_bytes(overlay, ".png"));
     const double shrink = static_cast<double>(page_width_px) / overlay.cols;
     if (shrink < 1) cv::resize(overlay, overlay, {}, shrink, shrink, cv::INTER_AREA);
     const std::string name = fmt::format("board_{:02}_page.jpg", v + 1);
     folder.write(name, picture_bytes(overlay, ".jpg"));
-    list.push_back({{"name", input.views[v].name},
+    list.push_back({{"name", view.name},
                     {"file", name},
                     {"rms_px", corners.rms_px()},
-                    {"corners_px", points_json(input.views[v].corners_px)},
+                    {"corners_px", points_json(view.corners_px)},
                     {"residuals_px", points_json(corners.residuals_px)},
                     {"set_aside", std::vector<int>(corners.set_aside.begin(), corners.set_aside.end())}});
   }
@@ -149,11 +153,17 @@ std::vector<std::string> calibration_advice(const BoardCalibration& calibration)
   return advice;
 }
 
-nlohmann::ordered_json camera_report(const CameraReportInput& input, const OutputFolder& folder) {
-  const BoardCalibration& result = *input.calibration;
+nlohmann::ordered_json camera_report(const CameraCalibration& calibration, double max_pixels,
+                                     const OutputFolder& folder) {
+  const auto& [pictures, used, views, result] = calibration;
+  ordered_json remarks = ordered_json::array(), rejected = ordered_json::array();
+  for (const BoardPicture* picture : used)
+    if (!picture->remark.empty()) remarks.push_back(picture->name() + ": " + picture->remark);
+  for (const BoardPicture& picture : pictures.all)
+    if (!picture.rejected.empty()) rejected.push_back({picture.name(), picture.rejected});
   const CameraParameters& camera = result.camera.parameters();
   return {{"page", "camera"},
-          {"looked_at", input.looked_at},
+          {"looked_at", pictures.all.size()},
           {"picture_px", {camera.size.width_px, camera.size.height_px}},
           {"principal_point_px", {camera.cx_px, camera.cy_px}},
           {"model", lens_model_name(camera.model)},
@@ -171,9 +181,9 @@ nlohmann::ordered_json camera_report(const CameraReportInput& input, const Outpu
           {"advice", calibration_advice(result)},
           {"ball_maps", ball_maps(result)},
           {"overlay_enlarged", overlay_enlarged},
-          {"boards", boards_json(input, folder)},
-          {"remarks", input.remarks},
-          {"rejected", input.rejected}};
+          {"boards", boards_json(calibration, max_pixels, folder)},
+          {"remarks", remarks},
+          {"rejected", rejected}};
 }
 
 }  // namespace ballservo

@@ -146,22 +146,30 @@ TEST_F(BoardFiles, AnotherBoardThanNamedIsRefusedWithItsSize) {
 }
 
 TEST(CameraReport, HoldsWhatThePageShows) {
-  CameraReportInput input;
-  input.views = test::random_views(brown_camera, 8, 0.1, 3);
-  const BoardCalibration calibration =
-      calibrate_from_boards({640, 480}, input.views, test::only(LensModel::brown));
-  input.calibration = &calibration;
-  input.overlay = [](std::size_t) { return cv::Mat(1200, 1600, CV_8UC3, cv::Scalar::all(128)); };
-  input.rejected = {{"<dark>.png", "the board was not found in it"}};
-  input.looked_at = 9;
+  const std::vector<BoardView> views = test::random_views(brown_camera, 8, 0.1, 3);
+  BoardPictures pictures;
+  pictures.all.resize(9);
+  for (std::size_t k = 0; k < 8; ++k) {
+    pictures.all[k].decoded = cv::Mat(1200, 1600, CV_8UC3, cv::Scalar::all(128));
+    pictures.all[k].view = views[k];
+  }
+  pictures.all[2].file = "large.png";
+  pictures.all[2].remark = "a pixel more";
+  pictures.all[8].file = "<dark>.png";
+  pictures.all[8].rejected = "the board was not found in it";
+  std::vector<const BoardPicture*> used = pictures.used();
+  const CameraCalibration calibration{std::move(pictures), std::move(used), views,
+                                      calibrate_from_boards({640, 480}, views, test::only(LensModel::brown))};
   const test::TemporaryFolder temporary;
   const OutputFolder folder(temporary.path() / "boards", Overwrite::refuse);
-  const auto report = camera_report(input, folder);
+  const auto report = camera_report(calibration, 1e7, folder);
   EXPECT_EQ(report["boards"].size(), 8u);
   EXPECT_EQ(report["looked_at"], 9);
-  EXPECT_EQ(report["rejected"][0][0], "<dark>.png");
+  EXPECT_EQ(report["rejected"],
+            nlohmann::ordered_json::parse(R"([["<dark>.png", "the board was not found in it"]])"));
+  EXPECT_EQ(report["remarks"], nlohmann::ordered_json::parse(R"(["large.png: a pixel more"])"));
   EXPECT_EQ(report["ball_maps"].size(), 3u);
-  EXPECT_EQ(report["boards"][0]["corners_px"].size(), input.views[0].size());
+  EXPECT_EQ(report["boards"][0]["corners_px"].size(), views[0].size());
   EXPECT_EQ(cv::imread((folder.path() / "board_08.png").string()).cols, 1600);
   EXPECT_EQ(cv::imread((folder.path() / report["boards"][7]["file"].get<std::string>()).string()).cols, 800)
       << "small enough for a page";
