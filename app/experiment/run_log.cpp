@@ -12,8 +12,6 @@
 #include "calibration/base/checksum.hpp"
 #include "calibration/base/csv_table.hpp"
 #include "calibration/base/statistics.hpp"
-#include "calibration/base/system_file.hpp"
-#include "calibration/color/color_file.hpp"
 
 namespace ballservo {
 
@@ -40,10 +38,9 @@ nlohmann::ordered_json manifest(const RunRecord& run, const Scenario& scenario, 
                                 const std::string& peer, const std::string& log) {
   nlohmann::ordered_json hashes;
   hashes["scenario"] = sha256_hex(scenario.resolved_json);
-  hashes["camera_file"] = sha256_hex(read_file_bytes(scenario.camera.file, 16u << 20));
-  if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors)) {
-    hashes["colors_file"] = sha256_hex(read_file_bytes(scenario.colors, color_file_max_bytes));
-  }
+  hashes["camera_file"] = sha256_of_file(scenario.camera.file);
+  if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors))
+    hashes["colors_file"] = sha256_of_file(scenario.colors);
   hashes["log.csv"] = sha256_hex(log);
   hashes["tracks.csv"] = sha256_hex(run.tracks_csv);
   nlohmann::ordered_json made = {

@@ -16,7 +16,6 @@
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/system_file.hpp"
-#include "calibration/color/color_file.hpp"
 
 namespace ballservo {
 namespace {
@@ -45,10 +44,6 @@ Scenario first_scenario(const SweepOptions& options) {
     }
   }
   return load_scenario(options.scenario, options.sets, options.first_seed);  // throws its faults
-}
-
-std::string file_hash(const std::filesystem::path& file, std::size_t max_bytes) {
-  return sha256_hex(read_file_bytes(file, max_bytes));
 }
 
 std::vector<std::string> drawn_keys(const nlohmann::json& description) {
@@ -115,16 +110,6 @@ std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann
   return TrialRecord{trial_row(trial), trace_line(*scenario, run) + "\n"};
 }
 
-std::shared_ptr<const ColorTable> colors_of(const SweepOptions& options) {
-  if (options.perception != PerceptionLevel::image) return nullptr;
-  const Scenario scenario = first_scenario(options);
-  if (scenario.colors.empty()) {
-    throw InputError(options.scenario.string() + ": colors", "nothing",
-                     "a colours file, which perception from images needs");
-  }
-  return std::make_shared<const ColorTable>(read_color_file(scenario.colors));
-}
-
 /// Whether a folder's job has all that a sweep's has, as `sweep_description` makes it.
 void check_sweep_description(const nlohmann::json& description, const std::filesystem::path& folder) {
   try {
@@ -156,11 +141,10 @@ std::vector<std::uint64_t> seeds_of(const SweepOptions& options) {
 nlohmann::json sweep_description(const SweepOptions& options) {
   const Scenario scenario = first_scenario(options);
   nlohmann::json hashes;
-  hashes["camera"] = file_hash(scenario.camera.file, 16u << 20);
-  if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors)) {
-    hashes["colors"] = file_hash(scenario.colors, color_file_max_bytes);
-  }
-  if (!scenario.taught.empty()) hashes["taught"] = file_hash(scenario.taught, 1u << 20);
+  hashes["camera"] = sha256_of_file(scenario.camera.file);
+  if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors))
+    hashes["colors"] = sha256_of_file(scenario.colors);
+  if (!scenario.taught.empty()) hashes["taught"] = sha256_of_file(scenario.taught);
   std::vector<std::string> drawn;
   for (const auto& entry : scenario.drawn) drawn.push_back(entry.first);
   const nlohmann::json document = nlohmann::json::parse(scenario.document_json);
@@ -215,7 +199,9 @@ std::vector<Sweep> run_sweeps(const std::vector<SweepWork>& works, Journal& jour
   };
   std::vector<Task> all, missing;
   for (const SweepWork& work : works) {
-    const auto colors = colors_of(work.options);
+    const PerceptionLevel level = work.options.perception;
+    const auto colors =
+        level == PerceptionLevel::image ? colors_of(first_scenario(work.options), level) : nullptr;
     for (const std::uint64_t seed : seeds_of(work.options)) all.push_back({&work, colors, seed});
   }
   std::copy_if(all.begin(), all.end(), std::back_inserter(missing),
