@@ -190,8 +190,8 @@ int run_servo(const ServoOptions& options) {
   run_options.colors = colors_of(scenario, level);
   const std::string gain = gain_warning(scenario);
   if (!gain.empty() && options.serve.empty()) spdlog::warn(gain);
-  if (const Feasibility can = check_feasible(scenario); !can.feasible)
-    spdlog::warn("the goal cannot be reached: {}", can.reason);
+  if (const std::string why = why_infeasible(scenario); !why.empty())
+    spdlog::warn("the goal cannot be reached: {}", why);
   OutputFolder folder(options.output, options.common.overwrite(options.output));
   // A film, a page and key frames beside another run's log are that run's.
   const bool ran_before = std::filesystem::exists(options.output / "log.csv");

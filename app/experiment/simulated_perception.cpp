@@ -63,9 +63,10 @@ class RenderedPerception final : public SimulatedPerception {
 
   Percept look(const CameraFrame& frame) override {
     Percept percept = perception_.look(frame);
+    const ColorTable& colors = perception_.tracker().detector().colors();
     for (const Track& track : perception_.tracks()) {
       tracks_csv_ += ball_row({source_name, static_cast<int>(frame.number), frame.time_s, track.id,
-                               class_name(track.color_class), track_state_name(track.state)},
+                               colors.name_of(track.color_class), track_state_name(track.state)},
                               track.ball);
     }
     stamp_as_believed(scenario_, percept);
@@ -78,10 +79,6 @@ class RenderedPerception final : public SimulatedPerception {
     if (!looks_at_floor(scenario)) return std::nullopt;
     return FloorDetection(scenario.believed.camera(scenario.camera.camera), scenario.goal().mount,
                           scenario.avoidance.grid.start_clear_m);
-  }
-  const std::string& class_name(ClassIndex color_class) const {
-    const ColorTable& colors = perception_.tracker().detector().colors();
-    return colors.classes.at(static_cast<std::size_t>(color_class) - 1).name;
   }
 
   const Scenario& scenario_;

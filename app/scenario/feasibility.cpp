@@ -9,7 +9,7 @@
 
 namespace ballservo {
 
-Feasibility check_feasible(const Scenario& scenario) {
+std::string why_infeasible(const Scenario& scenario) {
   const Ball& ball = scenario.target_ball();
   PathPlanner planner(scenario.world, scenario.robot.footprint, scenario.robot.pose);
   const bool moves = !std::holds_alternative<StaticMotion>(ball.motion);
@@ -18,12 +18,11 @@ Feasibility check_feasible(const Scenario& scenario) {
     if (planner.may_reach_view_of(ball.p_WB(time_s), ball.radius_m(), scenario.target_distance_m,
                                   scenario.camera.mount.up_m))
       continue;
-    return {
-        false,
-        fmt::format("no way that the robot fits from the start to a place {} m from the ball{} that sees it",
-                    scenario.target_distance_m, moves ? fmt::format(" at {:.0f} s", time_s) : "")};
+    return fmt::format(
+        "no way that the robot fits from the start to a place {} m from the ball{} that sees it",
+        scenario.target_distance_m, moves ? fmt::format(" at {:.0f} s", time_s) : "");
   }
-  return {};
+  return "";
 }
 
 double rest_to_rest_s(double way, double speed_limit, double acceleration_limit) {

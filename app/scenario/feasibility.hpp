@@ -9,14 +9,10 @@
 
 namespace ballservo {
 
-struct Feasibility {
-  bool feasible = true;
-  std::string reason;  ///< why not, for people; empty where it is
-};
-
-/// Infeasible: PathPlanner proves that the robot cannot get from its start to a place from which it sees the
-/// ball at the desired distance; for a ball that moves, at some full second of the run.
-Feasibility check_feasible(const Scenario& scenario);
+/// Why it cannot, for people: PathPlanner proves that the robot cannot get from its start to a place from
+/// which it sees the ball at the desired distance; for a ball that moves, at some full second of the run.
+/// Empty where there is no such proof.
+std::string why_infeasible(const Scenario& scenario);
 
 /// The shortest time (s) in which a speed-limited, acceleration-limited axis moves by `way` from rest to
 /// rest: up, level where the limit is reached, down (trapezoid; Biagiotti and Melchiorri, "Trajectory

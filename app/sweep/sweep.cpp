@@ -83,18 +83,14 @@ std::optional<TrialRecord> run_trial(const SweepOptions& options, const nlohmann
   trial.seed = seed;
   for (const std::string& key : drawn_keys(description)) trial.drawn.emplace_back(key, not_known);
   const auto scenario = load_trial(options, seed, trial.why);
-  if (!scenario) {
-    trial.feasible = false;
-    return TrialRecord{trial_row(trial), ""};
+  if (scenario) {
+    for (auto& [key, value] : trial.drawn)
+      for (const auto& [drawn_key, drawn_value] : scenario->drawn)
+        if (drawn_key == key) value = drawn_value;
+    trial.why = why_infeasible(*scenario);
   }
-  for (auto& [key, value] : trial.drawn)
-    for (const auto& [drawn_key, drawn_value] : scenario->drawn)
-      if (drawn_key == key) value = drawn_value;
-  if (const Feasibility can = check_feasible(*scenario); !can.feasible) {
-    trial.feasible = false;
-    trial.why = can.reason;
-    return TrialRecord{trial_row(trial), ""};
-  }
+  trial.feasible = scenario && trial.why.empty();
+  if (!trial.feasible) return TrialRecord{trial_row(trial), ""};
   RunOptions run_options;
   run_options.perception = options.perception;
   run_options.colors = colors;
