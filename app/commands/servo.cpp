@@ -50,7 +50,8 @@ class Film {
   Film(const std::filesystem::path& file, const Scenario& scenario)
       : video_(file, Overwrite::allow, scenario.camera.rate_hz),
         top_view_(scenario.world, scenario.robot.footprint, scenario.robot.pose, ball_floor(scenario),
-                  scenario.target_distance_m, scenario.camera.camera.size().height_px) {}
+                  scenario.target_distance_m, scenario.camera.camera.size().height_px,
+                  scenario.robot.sonar.value_or(SonarOptions{}).beam) {}
 
   void add(const cv::Mat& picture, const RunRecord& run, const std::vector<SonarFiring>& firings) {
     const cv::Mat both = side_by_side(picture, top_view_.draw(run.steps, firings));

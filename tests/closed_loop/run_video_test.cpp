@@ -59,6 +59,24 @@ TEST(TopView, ShowsWhereverTheBallComesAndTheOtherBalls) {
   EXPECT_GT(cv::norm(view.draw({step}), empty.draw({step}), cv::NORM_INF), 0);
 }
 
+TEST(TopView, DrawsTheSonarsConesAsWideAsTheyAre) {
+  const auto drawn = [](double half_angle_rad) {
+    SonarBeam beam;
+    beam.half_angle_rad = half_angle_rad;
+    const TopView view({}, pioneer_3dx_footprint, {}, Eigen::AlignedBox2d(Eigen::Vector2d(3, 0)), 0.8, 480,
+                       beam);
+    StepRecord step;
+    step.p_WB = {3, 0, 0.06};
+    SonarFiring ahead;
+    ahead.reading.transducer = 3;
+    ahead.reading.range_m = 2;
+    cv::Mat changed;
+    cv::absdiff(view.draw({step}, {ahead}), view.draw({step}), changed);
+    return cv::countNonZero(changed.reshape(1));
+  };
+  EXPECT_GT(drawn(0.4), 1.5 * drawn(0.2));
+}
+
 // Whether the ball is drawn into a picture that was black.
 bool is_drawn(const cv::Mat& picture) {
   cv::Mat magenta;
