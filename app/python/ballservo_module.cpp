@@ -1,6 +1,4 @@
 // What `import ballservo` brings: the library's parts over numpy arrays.
-#include <regex>
-
 #include "app/python/bindings.hpp"
 #include "calibration/base/fault.hpp"
 
@@ -34,9 +32,18 @@ py::object columns_of(const std::string& csv) {
 }
 
 /// A message of the command line, its options named as arguments of Python are.
-std::string as_arguments(const std::string& message) {
-  static const std::regex force("--force"), option("--(?=[a-z])");
-  return std::regex_replace(std::regex_replace(message, force, "overwrite=True"), option, "");
+std::string as_arguments(std::string message) {
+  const std::string force = "--force";
+  for (std::size_t at = 0; (at = message.find("--", at)) != std::string::npos;) {
+    const bool names = at + 2 < message.size() && std::islower(static_cast<unsigned char>(message[at + 2]));
+    if (message.compare(at, force.size(), force) == 0)
+      message.replace(at, force.size(), "overwrite=True");
+    else if (names)
+      message.erase(at, 2);
+    else
+      at += 2;
+  }
+  return message;
 }
 
 /// An object that `Class.__new__(Class)` made has no C++ object. Where one is asked for,
