@@ -1,8 +1,9 @@
-// Many rays at once against one at a time.
+// Many rays at once against one at a time in double precision.
 #include "servo/simulation/rendering/scene.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
@@ -67,11 +68,27 @@ struct ManyRays {
 
 const std::vector<int> all_solids{0, 1, 2};
 
+/// The coordinates of a point that a ray meets lead back to it, by the places that the light map has.
+void expect_on_face(const SceneSolid& solid, int face, const SurfacePoints& points, int k,
+                    const Eigen::Vector3d& p, const Eigen::Vector3d& direction) {
+  constexpr double step = 1e-3;
+  const Eigen::Vector2d uv_m(points.uv_m.u[k], points.uv_m.v[k]);
+  const Eigen::Vector2d along_m(points.along_u[k], points.along_v[k]);
+  const auto [place, normal] = place_on_face(solid, face, uv_m);
+  EXPECT_LT((place - p).norm(), 1e-4) << face;
+  EXPECT_LT((Eigen::Vector3d(points.normal.x[k], points.normal.y[k], points.normal.z[k]) - normal).norm(),
+            1e-4)
+      << face;
+  EXPECT_NEAR(std::abs(points.along_normal[k]), -normal.dot(direction), 1e-4) << face;
+  const Eigen::Vector3d step_on_it = (place_on_face(solid, face, uv_m + step * along_m).first - place) / step;
+  EXPECT_LT((step_on_it + normal.dot(direction) * normal - direction).norm(), 0.01) << face;
+}
+
 TEST(Scene, ManyRaysMeetWhatEachDoes) {
   const World world = furnished_room_of(Pattern::plain);
   const Scene scene(world, 0);
   RandomEngine engine = random_stream(1, "scene_test");
-  const Eigen::Vector3d origin(1.0, -0.5, 0.3);
+  const Eigen::Vector3d origin(1.0, -0.5, 0.3), low_m = world.room.low_m(), high_m = world.room.high_m();
   std::set<int> met;
   int beside_an_edge = 0;
   for (int n = 0; n < 4000; ++n) {
@@ -87,12 +104,32 @@ TEST(Scene, ManyRaysMeetWhatEachDoes) {
     }
     const SurfaceHits hits = scene.hit_surfaces(origin, rays.together, all_solids);
     for (int k = 0; k < lanes; ++k) {
-      const SurfaceHit hit = scene.hit_surface(origin, rays.each[static_cast<std::size_t>(k)], all_solids);
-      met.insert(hit.surface);
-      if (hits.surface[k] != hit.surface)
+      const Eigen::Vector3d& d = rays.each[static_cast<std::size_t>(k)];
+      const int surface = hits.surface[k];
+      double t = no_hit;
+      int nearest = -1;
+      for (int axis = 0; axis < 3; ++axis)
+        if (d[axis] != 0) t = std::min(t, ((d[axis] > 0 ? high_m : low_m)[axis] - origin[axis]) / d[axis]);
+      for (const int index : all_solids) {
+        const double to_solid = hit_solid(scene.solids()[static_cast<std::size_t>(index)], origin, d);
+        if (to_solid < t) nearest = index;
+        t = std::min(t, to_solid);
+      }
+      met.insert(surface);
+      if (solid_of(surface) != nearest) {
         ++beside_an_edge;
-      else
-        EXPECT_NEAR(hits.t[k], hit.t, 1e-5 * hit.t) << hit.surface;
+        continue;
+      }
+      EXPECT_NEAR(hits.t[k], t, 1e-5 * t) << surface;
+      const Eigen::Vector3d p = origin + t * d;
+      if (nearest >= 0) {
+        const SceneSolid& solid = scene.solids()[static_cast<std::size_t>(nearest)];
+        const int face = surface % 8;
+        expect_on_face(solid, face, points_of_face(solid, face, origin, hits.t, rays.together), k, p, d);
+      } else {
+        const FacePlane plane = face_plane(surface);
+        EXPECT_NEAR(p[plane.axis], (plane.sign > 0 ? high_m : low_m)[plane.axis], 1e-4) << surface;
+      }
     }
   }
   EXPECT_LT(beside_an_edge, 5);
@@ -121,7 +158,8 @@ TEST(Scene, ABallKeepsOffLightThatComesFromEverywhere) {
     const Eigen::Vector3d direction = (Eigen::Vector3d(2, beside_m, 0) - origin).normalized();
     const auto light = [&](const World& seen) {
       const Scene scene(seen, 0);
-      return scene.shade_surface(scene.hit_surface(origin, direction, {}), origin, direction, 0.002).sum();
+      const double t = -origin.z() / direction.z();
+      return scene.shade_surface(floor_face, static_cast<float>(t), origin, direction, 0.002).sum();
     };
     const double square = beside_m * beside_m + 0.06 * 0.06;
     const double covered = square > 0.48 * 0.48 ? 0 : 0.06 / std::sqrt(square) * 0.06 * 0.06 / square;
@@ -129,7 +167,7 @@ TEST(Scene, ABallKeepsOffLightThatComesFromEverywhere) {
   }
 }
 
-/// By the lamps themselves, without a light map, in double precision but for the texture.
+/// By the lamps themselves, without a light map, in double precision but for place and texture.
 TEST(Scene, ManyPointsAreShadedAsEachIsByTheLampsThemselves) {
   for (const Pattern pattern : all_patterns) {
     const World world = furnished_room_of(pattern);
@@ -154,15 +192,14 @@ TEST(Scene, ManyPointsAreShadedAsEachIsByTheLampsThemselves) {
       mapped.shade_surfaces(hits, origin, rays.together, 0.002, true, colors, shaded);
       for (int k = 0; k < lanes; ++k) {
         const Eigen::Vector3d& direction = rays.each[static_cast<std::size_t>(k)];
-        const SurfaceHit hit = plain.hit_surface(origin, direction, all_solids);
-        if (hit.surface != hits.surface[k]) continue;
-        ++(hit.surface < 8 ? on_room : on_solids);
-        const Rgb expected = plain.shade_surface(hit, origin, direction, 0.002);
-        if (expected.sum() < 0.9 * without.shade_surface(hit, origin, direction, 0.002).sum())
+        const int surface = hits.surface[k];
+        ++(surface < 8 ? on_room : on_solids);
+        const Rgb expected = plain.shade_surface(surface, hits.t[k], origin, direction, 0.002);
+        if (expected.sum() < 0.9 * without.shade_surface(surface, hits.t[k], origin, direction, 0.002).sum())
           ++behind_a_ball;
         const Rgb color(colors.x[k], colors.y[k], colors.z[k]);
         if ((color - expected).cwiseAbs().maxCoeff() > 0.012 * (0.1 + expected.maxCoeff()))
-          ++(hit.surface < 8 ? off_room : off_solids);
+          ++(surface < 8 ? off_room : off_solids);
       }
     }
     EXPECT_GT(on_room, 10000);

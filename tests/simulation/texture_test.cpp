@@ -7,6 +7,12 @@
 namespace ballservo {
 namespace {
 
+Rgb texture_color(const Texture& texture, const Eigen::Vector2d& uv_m, const Eigen::Vector2d& patch_m) {
+  const Triples colors = texture_colors(texture, {spread(uv_m.x()), spread(uv_m.y())},
+                                        {spread(patch_m.x()), spread(patch_m.y())});
+  return {colors.x[0], colors.y[0], colors.z[0]};
+}
+
 /// Mean colour over a patch by many point samples.
 Rgb sampled(const Texture& texture, const Eigen::Vector2d& uv, double side) {
   Rgb sum = Rgb::Zero();

@@ -45,15 +45,14 @@ void find_near_balls(const std::vector<BallCone>& cones, const PixelRays& rays, 
 /// pixel.
 class PixelSurfaces {
  public:
-  PixelSurfaces(const Viewpoint& view, const std::vector<int>& solids, double pixel_rad)
-      : view_(view), solids_(solids), pixel_rad_(pixel_rad) {}
+  PixelSurfaces(const Viewpoint& view, double pixel_rad) : view_(view), pixel_rad_(pixel_rad) {}
 
   const Rgb& color(int surface, float t, const Eigen::Vector3d& direction) {
     const auto end = shaded_.begin() + count_;
     const auto known =
         std::find_if(shaded_.begin(), end, [&](const Shaded& s) { return s.surface == surface; });
     if (known == end) {
-      *known = {surface, shade(surface, t, direction)};
+      *known = {surface, view_.scene.shade_surface(surface, t, view_.origin, direction, pixel_rad_)};
       ++count_;
     }
     return known->color;
@@ -65,18 +64,7 @@ class PixelSurfaces {
     Rgb color{0, 0, 0};
   };
 
-  Rgb shade(int surface, float t, const Eigen::Vector3d& direction) const {
-    Triples colors;
-    Ints shaded;
-    view_.scene.shade_surfaces({spread(t), Ints{} + surface}, view_.origin, spread(direction), pixel_rad_,
-                               true, colors, shaded);
-    if (any(shaded)) return {colors.x[0], colors.y[0], colors.z[0]};
-    const SurfaceHit hit = view_.scene.hit_surface(view_.origin, direction, solids_);
-    return view_.scene.shade_surface(hit, view_.origin, direction, pixel_rad_);
-  }
-
   const Viewpoint& view_;
-  const std::vector<int>& solids_;
   double pixel_rad_;
   std::array<Shaded, pixel_cells * pixel_cells> shaded_;
   std::ptrdiff_t count_ = 0;
@@ -139,7 +127,7 @@ Rgb edge_pixel(const Viewpoint& view, const PixelRays& rays, const std::vector<i
                double pixel_rad, std::vector<NearBall>& near_balls) {
   static_assert(pixel_cells * pixel_cells % lanes == 0);
   find_near_balls(view.cones, rays, reach_rad, near_balls);
-  PixelSurfaces surfaces(view, solids, pixel_rad);
+  PixelSurfaces surfaces(view, pixel_rad);
   Rgb sum = Rgb::Zero();
   for (int first = 0; first < pixel_cells * pixel_cells; first += lanes) {
     const Triples directions = sample_rays(rays, first);

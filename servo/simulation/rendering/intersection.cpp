@@ -193,35 +193,4 @@ double hit_solid(const SceneSolid& solid, const Eigen::Vector3d& origin, const E
   return no_hit;
 }
 
-int describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& direction,
-                 SurfaceHit& hit) {
-  const Eigen::Vector3d q = to_solid(solid, p - solid.center);
-  Eigen::Vector3d normal, u_axis, v_axis;
-  int face = 0;
-  const double radial = std::hypot(q.x(), q.y());
-  // On a cylinder's rim both are near zero; the nearer surface counts.
-  const bool end = solid.half.z() - std::abs(q.z()) < solid.half.x() - radial;
-  if (solid.kind == SceneSolid::Kind::cylinder && !end) {
-    normal = Eigen::Vector3d(q.x(), q.y(), 0) / std::max(radial, 1e-12);
-    u_axis = {-normal.y(), normal.x(), 0};
-    v_axis = {0, 0, 1};
-    hit.uv_m = {solid.half.x() * std::atan2(q.y(), q.x()), q.z()};
-  } else {
-    int axis = solid.kind == SceneSolid::Kind::disc ? 0 : 2;
-    if (solid.kind == SceneSolid::Kind::box) (solid.half - q.cwiseAbs()).minCoeff(&axis);
-    const bool positive =
-        solid.kind == SceneSolid::Kind::disc ? to_solid(solid, direction).x() <= 0 : q[axis] > 0;
-    face = 2 * axis + (positive ? 1 : 0);
-    const FacePlane plane = face_plane(face);
-    normal = plane.sign * Eigen::Vector3d::Unit(axis);
-    u_axis = Eigen::Vector3d::Unit(plane.u);
-    v_axis = Eigen::Vector3d::Unit(plane.v);
-    hit.uv_m = {q[plane.u], q[plane.v]};
-  }
-  hit.normal = from_solid(solid, normal);
-  hit.u_axis = from_solid(solid, u_axis);
-  hit.v_axis = from_solid(solid, v_axis);
-  return face;
-}
-
 }  // namespace ballservo

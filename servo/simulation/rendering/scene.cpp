@@ -97,40 +97,6 @@ Scene::Scene(const World& world, double time_s, const LightMap* light_map)
   }
 }
 
-SurfaceHit Scene::hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                              const std::vector<int>& candidates) const {
-  SurfaceHit hit;
-  // The room is convex and holds the viewer: its nearest plane ahead is the one that the ray leaves through.
-  const Eigen::Vector3d low = room_.low_m(), high = room_.high_m();
-  Eigen::Vector3d leaves;  // the planes ahead, by axis
-  for (int k = 0; k < 3; ++k)
-    leaves[k] =
-        direction[k] == 0.0 ? no_hit : ((direction[k] > 0 ? high : low)[k] - origin[k]) / direction[k];
-  hit.t = leaves.minCoeff();
-  int nearest = -1;
-  for (const int index : candidates) {
-    const double t = hit_solid(solids_[static_cast<std::size_t>(index)], origin, direction);
-    if (t < hit.t) {
-      hit.t = t;
-      nearest = index;
-    }
-  }
-  const Eigen::Vector3d p = origin + hit.t * direction;
-  if (nearest >= 0) {
-    hit.surface =
-        8 + 8 * nearest + describe_hit(solids_[static_cast<std::size_t>(nearest)], p, direction, hit);
-  } else {
-    const int axis = hit.t == leaves.z() ? 2 : hit.t == leaves.x() ? 0 : 1;
-    hit.surface = 2 * axis + (direction[axis] > 0 ? 1 : 0);
-    const FacePlane plane = face_plane(hit.surface);
-    hit.normal = -plane.sign * Eigen::Vector3d::Unit(axis);
-    hit.uv_m = {p[plane.u], p[plane.v]};
-    hit.u_axis = Eigen::Vector3d::Unit(plane.u);
-    hit.v_axis = Eigen::Vector3d::Unit(plane.v);
-  }
-  return hit;
-}
-
 double Scene::hit_solids(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                          double t_max) const {
   double nearest = t_max;
@@ -366,25 +332,27 @@ BALLSERVO_WIDE void Scene::shade_surfaces(const SurfaceHits& hits, const Eigen::
   }
 }
 
-Rgb Scene::shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin,
+Rgb Scene::shade_surface(int surface, float t, const Eigen::Vector3d& origin,
                          const Eigen::Vector3d& direction, double pixel_rad) const {
-  const Eigen::Vector3d p = origin + hit.t * direction;
+  const SurfaceHits hits{spread(t), Ints{} + surface};
+  const Triples directions = spread(direction);
+  const auto first = [](const Triples& v) { return Eigen::Vector3d(v.x[0], v.y[0], v.z[0]); };
   Triples colors;
   Ints shaded;
-  shade_surfaces({spread(hit.t), Ints{} + hit.surface}, origin, spread(direction), pixel_rad, true, colors,
-                 shaded);
-  if (any(shaded)) return {colors.x[0], colors.y[0], colors.z[0]};
-  const Material& material = material_of(hit.surface);
-  const Pairs patch_m = seen_patches(spread(pixel_rad * hit.t), spread(hit.normal.dot(direction)),
-                                     spread(direction.dot(hit.u_axis)), spread(direction.dot(hit.v_axis)));
-  const Rgb albedo = texture_color(material.texture, hit.uv_m, {patch_m.u[0], patch_m.v[0]});
+  shade_surfaces(hits, origin, directions, pixel_rad, true, colors, shaded);
+  if (any(shaded)) return first(colors);
+  const SurfacePoints points = points_of(surface, hits.t, origin, directions);
+  const Pairs patch_m = seen_patches(hits.t * static_cast<float>(pixel_rad), points.along_normal,
+                                     points.along_u, points.along_v);
+  const Material& material = material_of(surface);
+  const Rgb albedo = first(texture_colors(material.texture, points.uv_m, patch_m));
   if (material.luminous) return albedo;
 
-  const Floats corner = hit.surface < 8 ? room_openness(room_, hit.surface, spread(p)) : spread(1.0f);
-  const auto openness =
-      static_cast<double>((corner * openness_beside_balls(spread(p), spread(hit.normal)))[0]);
-  return reflected(material, albedo, p, hit.normal, -direction, ambient_ * openness, -1,
-                   solid_of(hit.surface));
+  const Eigen::Vector3d p = origin + static_cast<double>(t) * direction;
+  const Floats corner = surface < 8 ? room_openness(room_, surface, spread(p)) : spread(1.0f);
+  const auto openness = static_cast<double>((corner * openness_beside_balls(spread(p), points.normal))[0]);
+  return reflected(material, albedo, p, first(points.normal), -direction, ambient_ * openness, -1,
+                   solid_of(surface));
 }
 
 Rgb Scene::shade_ball(int index, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {

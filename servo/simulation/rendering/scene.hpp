@@ -34,24 +34,15 @@ struct SceneSolid {
   Material material;
 };
 
-/// Where a ray meets a surface.
-struct SurfaceHit {
-  double t = 0;
-  int surface = -1;  ///< 0-5: the room's faces; then 8 + 8 * solid + face. Negative: nothing
-  Eigen::Vector3d normal{0, 0, 1};
-  Eigen::Vector2d uv_m{0, 0};  ///< surface coordinates for the texture
-  Eigen::Vector3d u_axis{1, 0, 0}, v_axis{0, 1, 0};
-};
-
 /// Where rays meet the nearest surfaces, one a lane: `t` beyond every float where a ray has no direction.
 struct SurfaceHits {
   Floats t;
-  Ints surface;  ///< as in SurfaceHit
+  Ints surface;  ///< 0-5: the room's faces; then 8 + 8 * solid + face (of a cylinder 0 is the side)
 };
 
 /// Points of one surface as rays of unit length meet them.
 struct SurfacePoints {
-  Pairs uv_m;                             ///< as in SurfaceHit
+  Pairs uv_m;                             ///< surface coordinates for the texture
   Floats along_normal, along_u, along_v;  ///< the directions' parts
   Triples normal;
 };
@@ -97,11 +88,6 @@ inline constexpr double no_hit = std::numeric_limits<double>::infinity();
 /// Distance along the ray to a solid's surface, `no_hit` where it misses it or starts inside.
 double hit_solid(const SceneSolid& solid, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
 
-/// The face on which a point of the solid lies (of a cylinder 0 is the side); `hit` is told its normal and
-/// the surface coordinates.
-int describe_hit(const SceneSolid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& direction,
-                 SurfaceHit& hit);
-
 /// Of many rays: `nearest` becomes solid `index` where they meet it first.
 void hit_solid(const SceneSolid& solid, int index, const Eigen::Vector3d& origin, const Triples& directions,
                SurfaceHits& nearest);
@@ -131,7 +117,8 @@ class LightMap {
   /// By how much the lamps of each course shine brighter than the world says.
   std::vector<Rgb> gains(double time_s) const;
 
-  /// The light of all lamps on points, with those gains. `surface` and `uv_m` as in SurfaceHit.
+  /// The light of all lamps on points, with those gains. `surface` and `uv_m` as in SurfaceHits and
+  /// SurfacePoints.
   Triples light(int surface, const Pairs& uv_m, const std::vector<Rgb>& gains) const;
 
  private:
@@ -154,20 +141,17 @@ class Scene {
   const std::vector<SceneSolid>& solids() const { return solids_; }
   const Material& material_of(int surface) const;
 
-  /// The nearest surface of the room or of a solid among `candidates` (indices of solids), balls apart.
-  SurfaceHit hit_surface(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                         const std::vector<int>& candidates) const;
-
-  /// The same of many rays of unit length.
+  /// The nearest surfaces of the room or of solids among `candidates` (indices of solids), balls apart, that
+  /// rays of unit length meet.
   SurfaceHits hit_surfaces(const Eigen::Vector3d& origin, const Triples& directions,
                            const std::vector<int>& candidates) const;
 
   /// Distance to the first solid (room and balls apart) before t_max along the ray, or t_max.
   double hit_solids(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double t_max) const;
 
-  /// What a surface point sends towards the viewer. `pixel_rad` is the angle that a pixel spans, for the
-  /// texture.
-  Rgb shade_surface(const SurfaceHit& hit, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+  /// What a point of `surface` (as in SurfaceHits) sends towards the viewer, at t along a ray of unit length.
+  /// `pixel_rad` is the angle that a pixel spans, for the texture.
+  Rgb shade_surface(int surface, float t, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                     double pixel_rad) const;
 
   /// Whether a ball may keep light off somewhere in the box.

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double outline_reach_px = 0.75;  // a little more than half a pixel's diagonal
 
-/// What a pixel shows at its centre, besides the surfaces of SurfaceHit.
+/// What a pixel shows at its centre, besides the surfaces of SurfaceHits.
 constexpr int no_ray = -1;
 constexpr int outline_here = -2;  // a ball's outline may cross the pixel
 constexpr int first_ball = -3;    // ball k: first_ball - k
@@ -132,7 +132,7 @@ BALLSERVO_WIDE void ViewPainter::paint_centers(const Tile& tile) {
       for (int k = 0; k < std::min(lanes, tile.right - column); ++k) {
         Rgb color(shown.x[k], shown.y[k], shown.z[k]);
         surfaces[column + k] =
-            known[k] != 0 ? hits.surface[k] : show_center(row, column + k, tile.near_solids, color);
+            known[k] != 0 ? hits.surface[k] : show_center(row, column + k, hits.surface[k], hits.t[k], color);
         set_color(row, column + k, color);
       }
     }
@@ -202,17 +202,17 @@ void ViewPainter::look_into(Tile& tile) const {
   });
 }
 
-/// What a pixel shows at its centre; its colour, unless an outline crosses it.
-int ViewPainter::show_center(int row, int column, const std::vector<int>& near_solids, Rgb& color) const {
+/// What a pixel shows at its centre, balls or else the surface at t; its colour, unless an outline crosses
+/// it.
+int ViewPainter::show_center(int row, int column, int surface, float t, Rgb& color) const {
   const Eigen::Vector3d direction = center_ray(row, column);
   color = Rgb::Zero();
   if (!direction.allFinite()) return no_ray;
-  const SurfaceHit hit = scene_.hit_surface(view_.origin, direction, near_solids);
   int ball = -1;
   for (const BallCone& cone : view_.cones) {
     const double cosine = direction.dot(cone.axis);
     if (cosine < near_cosine(cone)) continue;
-    if (cone.tangent_distance >= hit.t) continue;
+    if (cone.tangent_distance >= static_cast<double>(t)) continue;
     const double sine = (direction - cosine * cone.axis).norm();
     const double inside = cone.inside(cosine, sine);
     if (std::abs(inside) < reach_rad_) return outline_here;
@@ -222,8 +222,8 @@ int ViewPainter::show_center(int row, int column, const std::vector<int>& near_s
     }
   }
   color = ball >= 0 ? scene_.shade_ball(ball, view_.origin, direction)
-                    : scene_.shade_surface(hit, view_.origin, direction, rays_.pixel_rad());
-  return ball >= 0 ? first_ball - ball : hit.surface;
+                    : scene_.shade_surface(surface, t, view_.origin, direction, rays_.pixel_rad());
+  return ball >= 0 ? first_ball - ball : surface;
 }
 
 double ViewPainter::near_cosine(const BallCone& cone) const {

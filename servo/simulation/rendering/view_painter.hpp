@@ -32,7 +32,7 @@ class ViewPainter {
   void cast_rays(Tile& tile) const;
   void paint_centers(const Tile& tile);
   void paint_edges(int row, std::vector<int>& near_solids, std::vector<NearBall>& near_balls);
-  int show_center(int row, int column, const std::vector<int>& near_solids, Rgb& color) const;
+  int show_center(int row, int column, int surface, float t, Rgb& color) const;
 
   Eigen::Vector3d corner(int row, int column) const;
   Eigen::Vector3d center_ray(int row, int column) const;

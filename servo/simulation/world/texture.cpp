@@ -226,12 +226,6 @@ BALLSERVO_WIDE Triples texture_colors(const Texture& texture, const Pairs& uv_m,
   return mixed(texture.color, texture.color_2, from_0_to_1(share));
 }
 
-Rgb texture_color(const Texture& texture, const Eigen::Vector2d& uv_m, const Eigen::Vector2d& patch_m) {
-  const Triples colors = texture_colors(texture, {spread(uv_m.x()), spread(uv_m.y())},
-                                        {spread(patch_m.x()), spread(patch_m.y())});
-  return {colors.x[0], colors.y[0], colors.z[0]};
-}
-
 std::optional<Rgb> color_from_word(std::string_view word) {
   const std::string_view base = word.substr(0, word.find('_'));
   struct Entry {

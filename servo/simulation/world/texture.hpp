@@ -39,9 +39,6 @@ struct Texture {
 /// that are larger than the pattern give its mean. Periodic noise of fixed seed.
 Triples texture_colors(const Texture& texture, const Pairs& uv_m, const Pairs& patch_m);
 
-/// The same of one patch.
-Rgb texture_color(const Texture& texture, const Eigen::Vector2d& uv_m, const Eigen::Vector2d& patch_m);
-
 /// The reflectance that stands for a basic colour word ("red", "orange", "yellow", "green", "cyan", "blue",
 /// "purple", "pink", "white", "black", "grey", "brown"); a suffix such as in "red_2" is ignored. Nothing for
 /// other words.
