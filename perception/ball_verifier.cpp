@@ -51,15 +51,16 @@ constexpr const char* disc_aslant = "flat and an oval, as a disc seen aslant";
 
 // How far the circle that a second look sees, if any, lies off the outline, radii.
 double radii_off(const SecondLook::Look& look, const OutlineEllipse& outline) {
-  if (!(look.radius_px > 0)) return 0;
-  return std::max((look.center_px - outline.center_px).norm(), std::abs(look.radius_px - outline.radius_px)) /
+  if (!(look.seen.radius_px > 0)) return 0;
+  return std::max((look.seen.center_px - outline.center_px).norm(),
+                  std::abs(look.seen.radius_px - outline.radius_px)) /
          outline.radius_px;
 }
 
 // Of what is half hidden nothing is said: it shows too little of a shading.
 bool is_flat(const SecondLook::Look& look) {
   constexpr double least_shaded = 0.22;
-  return look.sphere < least_shaded && look.filled >= half_filled;
+  return look.seen.sphere() < least_shaded && look.seen.filled >= half_filled;
 }
 
 // Asked only where nothing says that a ball is there, and of a large thing: a small ball's few edges may show
@@ -158,7 +159,7 @@ const VerifiedCandidate& BallVerifier::looked_at_again(const ClassView& view, Ve
   const SecondLook::Look look = second_look_.look(view.bgr, view.colored, outline);
   candidate.log_odds = look.log_odds;
   if (!small && fit_seen(view, look, candidate)) return candidate;
-  const bool half = candidate.verdict.support.hidden > half_hidden && look.filled < half_filled;
+  const bool half = candidate.verdict.support.hidden > half_hidden && look.seen.filled < half_filled;
   const double least =
       small ? least_small_log_odds + log_look_alikes_by_size(outline.radius_px)
             : std::max(half ? half_log_odds : 0,
@@ -177,10 +178,11 @@ bool BallVerifier::fit_seen(const ClassView& view, const SecondLook::Look& look,
                             VerifiedCandidate& candidate) {
   const FittedBall& fitted = candidate.fit.ball;
   if (look.log_odds < least_log_odds_alone || radii_off(look, fitted.outline) < elsewhere) return false;
-  const auto axis = rays_->camera().unproject(look.center_px);
+  const auto axis = rays_->camera().unproject(look.seen.center_px);
   if (!axis) return false;
-  const double alpha_rad = fitted.cone.alpha_rad * look.radius_px / fitted.outline.radius_px;
-  fit_near(view, {axis->normalized(), alpha_rad}, most_off_alone * look.radius_px, min_frayed_edge, seen_);
+  const double alpha_rad = fitted.cone.alpha_rad * look.seen.radius_px / fitted.outline.radius_px;
+  fit_near(view, {axis->normalized(), alpha_rad}, most_off_alone * look.seen.radius_px, min_frayed_edge,
+           seen_);
   if (!seen_.is_fitted || radii_off(look, seen_.fit.ball.outline) > elsewhere) return false;
   if (!seen_.is_ball() && !is_seen_ball(view, seen_)) return false;
   seen_.verdict.reason = nullptr;
@@ -259,7 +261,7 @@ std::optional<BallObservation> BallVerifier::verify_near(const ClassView& view, 
 void BallVerifier::fit_near(const ClassView& view, const TangentCone& start, double reach_px, double min_edge,
                             VerifiedCandidate& candidate, const KnownAngle& known) {
   forget(candidate);
-  const bool scouted = scout_outline(view.bgr, rays_->camera(), start, {reach_px, min_edge}, scouted_);
+  const bool scouted = scout_outline(view.bgr, rays_->camera(), start, reach_px, min_edge, scouted_);
   fit_and_judge(view, {}, candidate, [&](BallFitter& fitter, OutlineFit& fit) {
     return scouted && fitter.fit_sphere(view.bgr, view.response, scouted_.cone, radius(view), fit, known);
   });

@@ -295,10 +295,11 @@ void InnerCircles::fit_circle(Proposal& proposal) const {
 
 // Held against the picture.
 bool InnerCircles::is_supported(const cv::Mat& bgr, const Camera& camera, const Proposal& proposal) {
+  constexpr double reach_px = 5, min_support = 0.6;
   const double focal_px = camera.focal_px();
   const auto cone = cone_near_circle(
       {proposal.center_px.cast<double>(), static_cast<double>(proposal.radius_px)}, focal_px);
-  if (!cone || !scout_outline(bgr, camera, *cone, OutlineScoutOptions{}, found_.outline)) return false;
+  if (!cone || !scout_outline(bgr, camera, *cone, reach_px, min_support, found_.outline)) return false;
   const TangentCone& moved = found_.outline.cone;
   if (!(moved.alpha_rad * focal_px >= min_radius_px)) return false;
   CircleEstimate& circle = found_.circle;

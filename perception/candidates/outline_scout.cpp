@@ -139,8 +139,8 @@ Eigen::Vector3d common_move_px(const SeenSteps& steps, double floor_px) {
 
 }  // namespace
 
-bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& start,
-                   const OutlineScoutOptions& options, ScoutedOutline& found) {
+bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& start, double reach_px,
+                   double min_support, ScoutedOutline& found) {
   const double focal_px = camera.focal_px(), radius_px = start.alpha_rad * focal_px;
   // What a real ball departs from a sphere, and its outline from a cone's, grows with it.
   const double on_outline_px = 0.35 + 0.025 * radius_px;
@@ -148,7 +148,7 @@ bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& 
   const auto take = [&](const Pass& pass) {
     const ConeOutline outline(camera, found.cone);
     const SeenSteps steps = look_around(bgr, outline, pass);
-    const double least = options.min_support * steps.in_picture;
+    const double least = min_support * steps.in_picture;
     if (steps.in_picture < least_in_picture * pass.looks || steps.count < least) return false;
     const Eigen::Vector3d move_px = common_move_px(steps, 0.3 * pass.spacing_px);
     int agreeing = 0;
@@ -165,7 +165,7 @@ bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& 
     return found.cone.axis.z() > 0 && found.cone.alpha_rad > 0;
   };
   // From far with half of the sectors; nearer; and at last what lies on the outline counts.
-  for (double within_px = std::min(options.reach_px, radius_px); within_px > profile_reach; within_px /= 2)
+  for (double within_px = std::min(reach_px, radius_px); within_px > profile_reach; within_px /= 2)
     if (!take({within_px, within_px / profile_reach, sectors / 2, 0.7})) return false;
   return take({profile_reach, 1, sectors / 2, 0.7}) && take({0.5 * profile_reach, 1, sectors, 0.7}) &&
          take({on_outline_px, 1, sectors, 1});

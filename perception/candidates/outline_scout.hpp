@@ -11,11 +11,6 @@
 
 namespace ballservo {
 
-struct OutlineScoutOptions {
-  double reach_px = 5;       ///< how far from the supposed outline the edge may lie, at most its radius
-  double min_support = 0.6;  ///< of the sectors must have such a step on the outline
-};
-
 /// An outline with an edge on it.
 struct ScoutedOutline {
   TangentCone cone;                   ///< moved onto the edge
@@ -23,8 +18,9 @@ struct ScoutedOutline {
 };
 
 /// Moves the cone to the edges near its outline in the picture, coarse to fine, and says where they lie on it
-/// in the end. False, and `found` of no meaning, where fewer sectors than asked for have one.
-bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& start,
-                   const OutlineScoutOptions& options, ScoutedOutline& found);
+/// in the end. `reach_px`: how far from the supposed outline they may lie, at most its radius. False, and
+/// `found` of no meaning, where a smaller part of the sectors than `min_support` has one.
+bool scout_outline(const cv::Mat& bgr, const Camera& camera, const TangentCone& start, double reach_px,
+                   double min_support, ScoutedOutline& found);
 
 }  // namespace ballservo

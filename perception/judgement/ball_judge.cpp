@@ -134,15 +134,15 @@ bool BallJudge::suffices_where_expected(const OutlineFit& fit, const OutlineSupp
 double BallJudge::half_hidden_log_odds(const OutlineFit& fit, const OutlineSupport& support,
                                        const SecondLook::Look& look) const {
   constexpr double least_sphere = 0.1, least_hidden_by = 0.3;
-  if (look.sphere < least_sphere || look.hidden_by < least_hidden_by)
+  if (look.seen.sphere() < least_sphere || look.seen.hidden_by < least_hidden_by)
     return -std::numeric_limits<double>::infinity();
   const OutlineEllipse& outline = fit.ball.outline;
   const double seen = support.arc / std::max(0.2, 1 - support.hidden);
   const double behind = is_behind_straight_edge(view_.bgr, view_.colored, outline) ? 1 : 0;
-  const double contrast = std::log(std::max(1.0, look.edge) / 12);
+  const double contrast = std::log(std::max(1.0, look.seen.edge) / 12);
   return 2.7 * seen + 2 * support.shape.roundness() + 2.2 * behind + contrast +
-         2.4 * std::clamp(look.contour, -0.5, 1.2) + 0.5 * look.sphere - 0.8 * view_.prior.log_look_alikes -
-         log_look_alikes_by_size(outline.radius_px) - 6.4;
+         2.4 * std::clamp(look.seen.contour, -0.5, 1.2) + 0.5 * look.seen.sphere() -
+         0.8 * view_.prior.log_look_alikes - log_look_alikes_by_size(outline.radius_px) - 6.4;
 }
 
 double share_on_outline(const OutlineFit& fit) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "calibration/circles/circle_evidence.hpp"
 #include "calibration/color/color_space.hpp"
 
 namespace ballservo {
@@ -77,16 +76,11 @@ SecondLook::Look SecondLook::look(const cv::Mat& bgr, const ColoredPixels& color
   if (count < least_pixels) return {};
   const cv::Mat3f lab(size.height, size.width, lab_.data());
   const Eigen::Vector2d corner = Eigen::Vector2d(box.x, box.y).array() + middle;
-  const CircleEvidence seen =
-      circle_evidence(lab, {(center - corner) / stride, radius_px / stride}, sum / count);
-  return {seen.log_odds_of_known_color(),
-          stride * seen.center_px + corner,
-          stride * seen.radius_px,
-          seen.filled,
-          seen.sphere(),
-          seen.contour,
-          seen.edge,
-          seen.hidden_by};
+  CircleEvidence seen = circle_evidence(lab, {(center - corner) / stride, radius_px / stride}, sum / count);
+  const double log_odds = seen.log_odds_of_known_color();
+  seen.center_px = stride * seen.center_px + corner;
+  seen.radius_px *= stride;
+  return {seen, log_odds};
 }
 
 }  // namespace ballservo

@@ -2,11 +2,11 @@
 // leave in doubt, since it is slow.
 #pragma once
 
-#include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "calibration/camera/sphere_outline.hpp"
+#include "calibration/circles/circle_evidence.hpp"
 #include "perception/segmentation/bit_picture.hpp"
 #include "perception/segmentation/color_lookup.hpp"
 
@@ -15,12 +15,8 @@ namespace ballservo {
 class SecondLook {
  public:
   struct Look {
-    double log_odds = 0;              ///< that it is a ball (see CircleEvidence)
-    Eigen::Vector2d center_px{0, 0};  ///< of the circle through the edges that were seen
-    double radius_px = 0;
-    double filled = 0;  ///< part of the disc that has the ball's hue, in whatever light
-    double sphere = 0;  ///< how much it is shaded as a sphere, 0 to 1
-    double contour = 0, edge = 0, hidden_by = 1;  ///< see CircleEvidence
+    CircleEvidence seen;  ///< its place in px of the picture
+    double log_odds = 0;  ///< that it is a ball, of a known colour
   };
 
   /// In a dimmer light than the taught one, pixels are looked at as bright as that would have shown them:

@@ -102,7 +102,7 @@ TEST(OutlineScout, FollowsTheEdgeOfADiscAndNoOther) {
   near.alpha_rad = std::atan(33 / 400.0);
   near.axis = Eigen::Vector3d(2, -1, 400).normalized();
   ScoutedOutline found;
-  ASSERT_TRUE(scout_outline(disc, camera, near, {}, found));
+  ASSERT_TRUE(scout_outline(disc, camera, near, 5, 0.6, found));
   EXPECT_GE(found.points.size(), 39u) << "of 40 sectors";
   EXPECT_NEAR(std::tan(found.cone.alpha_rad) * 400, 30, 0.3);
   EXPECT_LT(found.cone.axis.head<2>().norm() * 400, 0.3);
@@ -110,11 +110,11 @@ TEST(OutlineScout, FollowsTheEdgeOfADiscAndNoOther) {
 
   cv::Mat box(size.height_px, size.width_px, CV_8UC3, cv::Scalar(dark_red));
   cv::rectangle(box, cv::Rect(130, 90, 60, 60), cv::Scalar(test::red), cv::FILLED);
-  EXPECT_FALSE(scout_outline(box, camera, near, {}, found));
+  EXPECT_FALSE(scout_outline(box, camera, near, 5, 0.6, found));
   cv::Mat flat(size.height_px, size.width_px, CV_8UC3, cv::Scalar(dark_red));
-  EXPECT_FALSE(scout_outline(flat, camera, near, {}, found));
+  EXPECT_FALSE(scout_outline(flat, camera, near, 5, 0.6, found));
   near.axis = Eigen::Vector3d(-160, -120, 400).normalized();  // three quarters of it outside the picture
-  EXPECT_FALSE(scout_outline(disc, camera, near, {}, found));
+  EXPECT_FALSE(scout_outline(disc, camera, near, 5, 0.6, found));
 }
 
 }  // namespace

@@ -42,10 +42,10 @@ TEST(SecondLook, SeesAPaleBallInNoiseThatItKnows) {
 
 TEST(SecondLook, SeesTheSameCircleInBlocksOfPixels) {
   for (const double known_noise : {0., 4., 6., 20.}) {
-    const SecondLook::Look seen = look(pale_ball(), known_noise);
-    EXPECT_LT((seen.center_px - center_px).norm(), 0.3) << known_noise;
-    EXPECT_NEAR(seen.radius_px, radius_px, 0.5) << known_noise;
-    EXPECT_GT(seen.log_odds, 15) << known_noise;
+    const SecondLook::Look found = look(pale_ball(), known_noise);
+    EXPECT_LT((found.seen.center_px - center_px).norm(), 0.3) << known_noise;
+    EXPECT_NEAR(found.seen.radius_px, radius_px, 0.5) << known_noise;
+    EXPECT_GT(found.log_odds, 15) << known_noise;
   }
 }
 
