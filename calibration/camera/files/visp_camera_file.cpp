@@ -22,39 +22,26 @@ namespace {
 // The little of XML that camera files need, read by libxml2: elements and text. Document types are refused,
 // and with them entities of a file's own (a small file could unfold without bound).
 
-struct XmlElement {
-  std::string name;
-  std::string text;  ///< of the element itself, entities replaced, surrounding blanks removed
-  int line = 0;      ///< of its start tag, from 1
-  std::vector<XmlElement> children;
-};
-
-constexpr int max_depth = 16;
-
 std::string line_of(const std::string& name, long line) { return name + ":" + std::to_string(line); }
 
-XmlElement element_of(xmlNode* node, const std::string& name, int depth) {
-  XmlElement result;
-  result.name = reinterpret_cast<const char*>(node->name);
-  result.line = static_cast<int>(xmlGetLineNo(node));
-  if (depth > max_depth)
-    throw InputError(line_of(name, result.line), "elements nested too deep",
-                     "at most " + std::to_string(max_depth));
-  for (xmlNode* child = node->children; child; child = child->next) {
-    if (child->type == XML_ELEMENT_NODE) result.children.push_back(element_of(child, name, depth + 1));
+std::string name_of(const xmlNode* element) { return reinterpret_cast<const char*>(element->name); }
+
+/// Of the element itself, entities replaced, surrounding blanks removed.
+std::string text_of(const xmlNode* element) {
+  std::string text;
+  for (const xmlNode* child = element->children; child; child = child->next)
     if (child->type == XML_TEXT_NODE || child->type == XML_CDATA_SECTION_NODE)
-      result.text += reinterpret_cast<const char*>(child->content);
-  }
-  result.text = std::string(trimmed(result.text));
-  return result;
+      text += reinterpret_cast<const char*>(child->content);
+  return std::string(trimmed(text));
 }
 
-/// The root element. InputError (with line) for what is not well-formed or nested too deep. `name` stands for
-/// the file. Attributes are passed over.
-XmlElement parse_xml(const std::string& text, const std::string& name) {
+using XmlDocument = std::unique_ptr<xmlDoc, void (*)(xmlDoc*)>;
+
+/// InputError (with line) for what is not well-formed. `name` stands for the file.
+XmlDocument parse_xml(const std::string& text, const std::string& name) {
   const std::unique_ptr<xmlParserCtxt, void (*)(xmlParserCtxt*)> parser(xmlNewParserCtxt(),
                                                                         xmlFreeParserCtxt);
-  const std::unique_ptr<xmlDoc, void (*)(xmlDoc*)> document(
+  XmlDocument document(
       xmlCtxtReadMemory(parser.get(), text.data(), static_cast<int>(text.size()), name.c_str(), nullptr,
                         XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING),
       xmlFreeDoc);
@@ -64,7 +51,7 @@ XmlElement parse_xml(const std::string& text, const std::string& name) {
     throw InputError(line_of(name, error ? error->line : 1), found, "a well-formed XML document");
   }
   if (document->intSubset) throw InputError(name, "a document type", "elements, text and comments only");
-  return element_of(xmlDocGetRootElement(document.get()), name, 1);
+  return document;
 }
 
 struct VispModel {
@@ -86,11 +73,10 @@ const std::vector<VispModel>& visp_models() {
 struct CameraEntry {
   std::string name;
   ImageSize size;
-  int line = 0;
   struct Model {
     const VispModel* kind = nullptr;
     std::map<std::string, double> values;
-    int line = 0;
+    long line = 0;
   };
   std::vector<Model> models;
 };
@@ -100,86 +86,88 @@ class EntryReader {
  public:
   EntryReader(std::string file, FaultList& faults) : file_(std::move(file)), faults_(faults) {}
 
-  std::vector<CameraEntry> cameras(const XmlElement& root) {
+  std::vector<CameraEntry> cameras(xmlNode* root) {
     std::vector<CameraEntry> result;
-    if (root.name != "root") fault(root, "<" + root.name + ">", "<root>, as ViSP writes it");
-    for (const XmlElement& child : root.children) {
-      if (child.name == "camera")
+    if (name_of(root) != "root") fault(root, "<" + name_of(root) + ">", "<root>, as ViSP writes it");
+    for (xmlNode* child = xmlFirstElementChild(root); child; child = xmlNextElementSibling(child)) {
+      if (name_of(child) == "camera")
         result.push_back(camera(child));
       else
-        fault(child, "<" + child.name + ">", "<camera>");
+        fault(child, "<" + name_of(child) + ">", "<camera>");
     }
-    if (root.name == "root" && root.children.empty()) fault(root, "no camera", "at least one <camera>");
+    if (name_of(root) == "root" && !xmlFirstElementChild(root))
+      fault(root, "no camera", "at least one <camera>");
     return result;
   }
 
  private:
-  void fault(const XmlElement& element, const std::string& found, const std::string& allowed) {
-    faults_.add(fmt::format("{}:{}: {}", file_, element.line, element.name), found, allowed);
+  void fault(xmlNode* element, const std::string& found, const std::string& allowed) {
+    faults_.add(fmt::format("{}:{}: {}", file_, xmlGetLineNo(element), name_of(element)), found, allowed);
   }
 
-  int whole_number(const XmlElement& element) {
-    const auto value = parse_integer(element.text);
+  int whole_number(xmlNode* element) {
+    const auto value = parse_integer(text_of(element));
     if (value && *value >= 1 && *value <= 65536) return static_cast<int>(*value);
-    fault(element, "\"" + element.text + "\"", "a whole number from 1 to 65536");
+    fault(element, "\"" + text_of(element) + "\"", "a whole number from 1 to 65536");
     return 0;
   }
 
-  CameraEntry camera(const XmlElement& element) {
+  CameraEntry camera(xmlNode* element) {
     CameraEntry entry;
-    entry.line = element.line;
     std::map<std::string, int> seen;
-    for (const XmlElement& child : element.children) {
-      if (child.name == "model") {
+    for (xmlNode* child = xmlFirstElementChild(element); child; child = xmlNextElementSibling(child)) {
+      const std::string name = name_of(child);
+      if (name == "model") {
         entry.models.push_back(model(child));
-      } else if (child.name != "additional_information" && seen[child.name]++) {
-        fault(child, "<" + child.name + "> a second time", "one");
-      } else if (child.name == "name") {
-        entry.name = child.text;
-      } else if (child.name == "image_width") {
+      } else if (name != "additional_information" && seen[name]++) {
+        fault(child, "<" + name + "> a second time", "one");
+      } else if (name == "name") {
+        entry.name = text_of(child);
+      } else if (name == "image_width") {
         entry.size.width_px = whole_number(child);
-      } else if (child.name == "image_height") {
+      } else if (name == "image_height") {
         entry.size.height_px = whole_number(child);
-      } else if (child.name == "subsampling_width" || child.name == "subsampling_height") {
+      } else if (name == "subsampling_width" || name == "subsampling_height") {
         whole_number(child);
-      } else if (child.name != "additional_information") {
-        fault(child, "<" + child.name + ">", "name, image_width, image_height, model");
+      } else if (name != "additional_information") {
+        fault(child, "<" + name + ">", "name, image_width, image_height, model");
       }
     }
-    for (const char* name : {"image_width", "image_height"})
-      if (!seen[name]) fault(element, fmt::format("no <{}>", name), "the size of the camera's pictures");
+    for (const char* size : {"image_width", "image_height"})
+      if (!seen[size]) fault(element, fmt::format("no <{}>", size), "the size of the camera's pictures");
     if (entry.models.empty()) fault(element, "no <model>", "at least one");
     return entry;
   }
 
-  CameraEntry::Model model(const XmlElement& element) {
+  CameraEntry::Model model(xmlNode* element) {
     CameraEntry::Model result;
-    result.line = element.line;
-    const auto type = std::find_if(element.children.begin(), element.children.end(),
-                                   [](const XmlElement& child) { return child.name == "type"; });
+    result.line = xmlGetLineNo(element);
+    xmlNode* type = xmlFirstElementChild(element);
+    while (type && name_of(type) != "type") type = xmlNextElementSibling(type);
     std::string types;
     for (const VispModel& kind : visp_models()) {
-      if (type != element.children.end() && type->text == kind.type) result.kind = &kind;
+      if (type && text_of(type) == kind.type) result.kind = &kind;
       types += fmt::format("{}{}", types.empty() ? "" : ", ", kind.type);
     }
     if (!result.kind) {
-      fault(element, type == element.children.end() ? "no <type>" : "type \"" + type->text + "\"", types);
+      fault(element, type ? "type \"" + text_of(type) + "\"" : "no <type>", types);
       return result;
     }
     std::vector<std::string_view> keys{"px", "py", "u0", "v0"};
     keys.insert(keys.end(), result.kind->coefficients.begin(), result.kind->coefficients.end());
-    for (const XmlElement& child : element.children) {
-      if (&child == &*type) continue;
-      if (std::find(keys.begin(), keys.end(), child.name) == keys.end()) {
-        fault(child, "<" + child.name + ">", fmt::format("type, {}", fmt::join(keys, ", ")));
+    for (xmlNode* child = xmlFirstElementChild(element); child; child = xmlNextElementSibling(child)) {
+      const std::string name = name_of(child);
+      if (child == type) continue;
+      if (std::find(keys.begin(), keys.end(), name) == keys.end()) {
+        fault(child, "<" + name + ">", fmt::format("type, {}", fmt::join(keys, ", ")));
         continue;
       }
-      const auto value = parse_number(child.text);
-      if (!value) fault(child, "\"" + child.text + "\"", "a finite number");
-      if (value && (child.name == "px" || child.name == "py") && *value <= 0)
-        fault(child, child.text, "a number above 0 (px)");
-      if (!result.values.emplace(child.name, value.value_or(1)).second)
-        fault(child, "<" + child.name + "> a second time", "one");
+      const auto value = parse_number(text_of(child));
+      if (!value) fault(child, "\"" + text_of(child) + "\"", "a finite number");
+      if (value && (name == "px" || name == "py") && *value <= 0)
+        fault(child, text_of(child), "a number above 0 (px)");
+      if (!result.values.emplace(name, value.value_or(1)).second)
+        fault(child, "<" + name + "> a second time", "one");
     }
     for (const std::string_view key : keys)
       if (!result.values.count(std::string(key))) fault(element, fmt::format("no <{}>", key), "a number");
@@ -229,7 +217,8 @@ bool is_visp_text(std::string_view text) {
 
 Camera read_visp(const std::filesystem::path& file, const std::string& text, const std::string& camera_name) {
   FaultList faults;
-  const auto entries = EntryReader(file.string(), faults).cameras(parse_xml(text, file.string()));
+  const XmlDocument document = parse_xml(text, file.string());
+  const auto entries = EntryReader(file.string(), faults).cameras(xmlDocGetRootElement(document.get()));
   faults.throw_if_any();
   std::vector<const CameraEntry*> meant;
   std::string known;
