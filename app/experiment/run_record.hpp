@@ -11,7 +11,7 @@
 #include "calibration/camera/sphere_outline.hpp"
 #include "perception/tracking/light_adaptation.hpp"
 #include "servo/control/controller.hpp"
-#include "servo/simulation/rendering/camera_view.hpp"
+#include "servo/simulation/world/world.hpp"
 
 namespace ballservo {
 

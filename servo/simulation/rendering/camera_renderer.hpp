@@ -6,13 +6,11 @@
 // outline errs by less than 0.01 px anywhere and its mean radius by less than 0.0005 px.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "calibration/camera/camera.hpp"
-#include "servo/simulation/rendering/camera_view.hpp"
 #include "servo/simulation/rendering/lens_rays.hpp"
 #include "servo/simulation/rendering/scene.hpp"
 #include "servo/simulation/rendering/sensor.hpp"

@@ -8,7 +8,6 @@
 
 #include "calibration/camera/camera.hpp"
 #include "calibration/camera/sphere_outline.hpp"
-#include "servo/simulation/rendering/camera_view.hpp"
 #include "servo/simulation/world/world.hpp"
 
 namespace ballservo {

@@ -4,7 +4,7 @@
 // World frame W: z up, the floor at z = 0; metres.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -168,6 +168,12 @@ struct World {
   std::vector<Light> lights;
   Rgb ambient{0.3, 0.3, 0.3};                  ///< light from everywhere
   std::vector<AmbientLight> changing_ambient;  ///< and what of it changes, besides
+};
+
+/// Where a camera is at one instant of an exposure.
+struct CameraView {
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  double time_s = 0;
 };
 
 /// Whether all that moves or changes (balls, lights) is at one time as at the other.
