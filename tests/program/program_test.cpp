@@ -117,7 +117,8 @@ TEST_F(Program, InterruptedRunEndsWith130) {
 TEST_F(Program, InterruptedTeachingEndsWith130AndLeavesNothing) {
   const std::string scenario = (test::project_data_dir() / "scenarios" / "static_ball.yaml").string();
   const Ending ending =
-      run("servo '" + scenario + "' --teach -o taught.yaml", "timeout --preserve-status -s INT 0.3");
+      run("servo '" + scenario + "' --teach -o taught.yaml --set camera.exposure_steps=64",  // slow enough
+          "timeout --preserve-status -s INT 0.3");
   EXPECT_EQ(ending.code, 130) << ending.messages;
   EXPECT_THAT(names(), IsEmpty());
 }
