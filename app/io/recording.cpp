@@ -158,8 +158,9 @@ bool RecordingWriter::put(const cv::Mat& bgr, double time_s, double captured_uni
     return false;
   }
   bytes_ += bytes;
-  boost::asio::post(thread_, [this, item = Item{bgr, next_name(), csv_row(next_name(), time_s, captured_unix_s),
-                                                std::move(rows)}] { write(item); });
+  boost::asio::post(thread_,
+                    [this, item = Item{bgr, next_name(), csv_row(next_name(), time_s, captured_unix_s),
+                                       std::move(rows)}] { write(item); });
   ++kept_;
   return true;
 }

@@ -547,8 +547,9 @@ FootageSession::Json FootageSession::save_camera() {
   restart_tracks();
   look_again();
   if (options_.camera_output.empty())
-    return {{"files",
-             {download_json(file.string(), text), download_json(covariance_file_name(file.string()), beside)}}};
+    return {
+        {"files",
+         {download_json(file.string(), text), download_json(covariance_file_name(file.string()), beside)}}};
   write_file(file, text, options_.overwrite_camera);
   write_file(covariance_file_name(file.string()), beside, options_.overwrite_camera);
   options_.overwrite_camera = Overwrite::allow;  // its own file

@@ -262,7 +262,8 @@ class LiveServer::Impl::Connection : public std::enable_shared_from_this<Connect
     if (!server_.is_from_page(request))
       return say(request, http::status::forbidden, "the Origin is another's\n");
     if (!server_.secret_.empty()) {
-      const std::string& secret = server_.secret_;  // compared in a time that tells nothing of where they differ
+      const std::string& secret =
+          server_.secret_;  // compared in a time that tells nothing of where they differ
       const bool knows = path.size() > secret.size() + 1 && path[secret.size() + 1] == '/' &&
                          CRYPTO_memcmp(path.data() + 1, secret.data(), secret.size()) == 0;
       if (!knows) return say(request, http::status::not_found, "no such page\n");
