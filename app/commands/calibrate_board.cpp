@@ -1,7 +1,6 @@
 // ballservo calibrate board: a calibration board to print.
 
 #include <limits>
-#include <memory>
 
 #include "app/commands/command.hpp"
 #include "app/report/board_sheet.hpp"

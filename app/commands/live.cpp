@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 
 #include "app/commands/ball_options.hpp"
 #include "app/commands/command.hpp"

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <fstream>
-#include <memory>
 #include <set>
 
 #include "app/commands/command.hpp"

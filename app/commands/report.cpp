@@ -1,7 +1,5 @@
 // ballservo report: draws the pages of result folders again.
 
-#include <memory>
-
 #include "app/commands/command.hpp"
 #include "app/io/interrupt.hpp"
 #include "app/report/draw_pages.hpp"

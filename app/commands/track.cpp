@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <memory>
-
 #include "app/commands/ball_search.hpp"
 #include "app/io/display_window.hpp"
 #include "app/io/track_stream.hpp"

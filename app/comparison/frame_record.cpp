@@ -36,7 +36,14 @@ struct adl_serializer<Eigen::Matrix<double, rows, columns>> {
 
 namespace ballservo {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(OutlineEllipse, center_px, radius_px)
+// As a vector, which may hold what is no number.
+void to_json(nlohmann::json& to, const OutlineEllipse& outline) {
+  to = Eigen::Vector3d(outline.center_px.x(), outline.center_px.y(), outline.radius_px);
+}
+void from_json(const nlohmann::json& from, OutlineEllipse& outline) {
+  const auto values = from.get<Eigen::Vector3d>();
+  outline = {values.head<2>(), values.z()};
+}
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MethodFit, outline, p_C, iterations, residual_px, step_px, next_step_px,
                                    arc, condition, converged, covariance_m2, others, time_us)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FrameTruth, source, frame, has_ball, outline, p_CB, visible_fraction,

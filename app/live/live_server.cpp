@@ -19,6 +19,7 @@
 #include <deque>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -262,8 +263,8 @@ class LiveServer::Impl::Connection : public std::enable_shared_from_this<Connect
     if (!server_.is_from_page(request))
       return say(request, http::status::forbidden, "the Origin is another's\n");
     if (!server_.secret_.empty()) {
-      const std::string& secret =
-          server_.secret_;  // compared in a time that tells nothing of where they differ
+      // Compared in a time that tells nothing of where they differ.
+      const std::string& secret = server_.secret_;
       const bool knows = path.size() > secret.size() + 1 && path[secret.size() + 1] == '/' &&
                          CRYPTO_memcmp(path.data() + 1, secret.data(), secret.size()) == 0;
       if (!knows) return say(request, http::status::not_found, "no such page\n");
@@ -363,6 +364,7 @@ void LiveServer::Impl::accept() {
 void LiveServer::Impl::note_views() {
   std::set<std::string> views;
   for (const Client* client : clients_) views.insert(client->view());
+  encoded_.clear();
   exchange_.set_views(std::move(views));
 }
 

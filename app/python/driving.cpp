@@ -1,7 +1,9 @@
 // Closed-loop runs, and what is plugged into them.
 #include <algorithm>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "app/commands/ball_options.hpp"
 #include "app/experiment/run_log.hpp"

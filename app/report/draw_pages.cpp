@@ -91,7 +91,8 @@ std::string draw_pages(const std::vector<fs::path>& results, bool quiet, bool fi
   if (package.empty()) return "the Python package ballservo does not lie beside the program";
   const Descriptor said(memfd_create("said", MFD_CLOEXEC));
   pid_t child = 0;
-  if (const int error = spawn(package, results, figures, said.number(), child); error != 0) {
+  const int error = said.number() < 0 ? errno : spawn(package, results, figures, said.number(), child);
+  if (error != 0) {
     return fmt::format("{}: {}; install python3-matplotlib python3-jinja2", python, std::strerror(error));
   }
   const int status = wait_for(child, quiet);

@@ -9,9 +9,9 @@
 
 namespace ballservo {
 
-/// Why it cannot, for people: PathPlanner proves that the robot cannot get from its start to a place from
-/// which it sees the ball at the desired distance; for a ball that moves, at some full second of the run.
-/// Empty where there is no such proof.
+/// Why the robot cannot reach its goal, for people: PathPlanner proves that the robot cannot get from its
+/// start to a place from which it sees the ball at the desired distance; for a ball that moves, at some full
+/// second of the run. Empty where there is no such proof.
 std::string why_infeasible(const Scenario& scenario);
 
 /// The shortest time (s) in which a speed-limited, acceleration-limited axis moves by `way` from rest to

@@ -136,6 +136,9 @@ std::vector<std::uint64_t> seeds_of(const SweepOptions& options) {
 
 nlohmann::json sweep_description(const SweepOptions& options) {
   const Scenario scenario = first_scenario(options);
+  if (options.perception == PerceptionLevel::image && scenario.colors.empty())
+    throw InputError(options.scenario.string() + ": colors", "nothing",
+                     "a colours file, which perception from images needs");
   nlohmann::json hashes;
   hashes["camera"] = sha256_of_file(scenario.camera.file);
   if (!scenario.colors.empty() && std::filesystem::exists(scenario.colors))

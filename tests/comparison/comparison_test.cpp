@@ -257,9 +257,11 @@ TEST(ComparisonRecord, ComesBackAsItWas) {
   record.fits[0]->others = 3;
   record.fits[0]->covariance_m2 = Eigen::Matrix3d::Identity() * 1e-6;
   record.fits[0]->p_C.x() = std::nan("");
+  record.fits[0]->outline.radius_px = std::nan("");
   const ComparisonRecord back = record_from_json(nlohmann::json::parse(json_of(record).dump()));
   EXPECT_EQ(json_of(back), json_of(record));
   EXPECT_EQ(back.fits[0]->others, 3);
+  EXPECT_TRUE(std::isnan(back.fits[0]->outline.radius_px));
   EXPECT_EQ(*back.fits[0]->covariance_m2, *record.fits[0]->covariance_m2);
   EXPECT_EQ(*back.fits[0]->arc, 0.1 + 0.2);
   EXPECT_TRUE(std::isnan(back.fits[0]->p_C.x()));

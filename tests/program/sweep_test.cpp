@@ -233,6 +233,18 @@ TEST_F(SuiteTest, FaultsOfASuiteAreNamedInItBeforeAnyWork) {
   EXPECT_EQ(names().count("never"), 0u);
 }
 
+TEST_F(SuiteTest, AScenarioWithoutColoursIsNamedBeforeAnyWork) {
+  std::string text = contents(scenario());
+  text.erase(text.find("\ncolors:"), text.find('\n', text.find("\ncolors:") + 1) - text.find("\ncolors:"));
+  text.replace(text.find("../cameras"), 2, project_data_dir().string());
+  put("blind.yaml", text);
+  put("bad.yaml", "scenarios: [" + scenario() + ", blind.yaml]\n");
+  const Ending ending = run("sweep bad.yaml -o never --trials 1 --perception image");
+  EXPECT_EQ(ending.code, 2);
+  EXPECT_THAT(ending.messages, HasSubstr("blind.yaml: colors: found nothing"));
+  EXPECT_EQ(names().count("never"), 0u);
+}
+
 TEST_F(SuiteTest, TheHardWorldsAreAllThere) {
   const Ending hard = run("sweep '" + (project_data_dir() / "suites" / "hard.yaml").string() +
                           "' -o hard --trials 1 --perception truth --set duration_s=0.2");

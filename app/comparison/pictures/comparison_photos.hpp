@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <opencv2/core.hpp>
-#include <optional>
 
 #include "app/comparison/comparison.hpp"
 

@@ -1,6 +1,5 @@
 #include "app/comparison/pictures/rendered_frame.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>

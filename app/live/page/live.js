@@ -81,7 +81,8 @@ function answered(answer) {
 }
 
 export function linkTo({base64, download}) {
-  return element('a', download, {href: `data:application/octet-stream;base64,${base64}`, download});
+  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  return element('a', download, {href: URL.createObjectURL(new Blob([bytes])), download});
 }
 
 // ---- the picture
