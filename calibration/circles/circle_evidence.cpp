@@ -7,6 +7,7 @@
 #include <bitset>
 #include <boost/container/static_vector.hpp>
 #include <cmath>
+#include <numeric>
 
 #include "calibration/base/statistics.hpp"
 
@@ -297,7 +298,7 @@ void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& 
   const double reach = 0.88 * circle.radius_px * circle.shape.norm() / std::sqrt(2.0);
   const int step = std::max(1, static_cast<int>(reach / 12));
   Samples<Eigen::Vector4d> normals;
-  Samples<double> light;
+  Samples<Eigen::Array3d> lights;
   int all = 0;
   double filled = 0;
   Eigen::Vector3d color(0, 0, 0);
@@ -312,16 +313,24 @@ void judge_shading(const cv::Mat3f& lab, const Outline& circle, const Likeness& 
       const cv::Vec3f c = lab(y, x);
       const double alike = like(c);
       filled += alike;
-      if (alike < alike_enough || light.size() == light.capacity()) continue;
+      if (alike < alike_enough || lights.size() == lights.capacity()) continue;
       color += Eigen::Vector3d(c[0], c[1], c[2]);
       const double f = (c[0] + 16) / 116;
       normals.emplace_back(1, n.x(), n.y(), std::sqrt(1 - n.squaredNorm()));
-      light.push_back(f * f * f);
+      lights.push_back(Eigen::Array3d(f + c[1] / 500, f, f - c[2] / 200).max(0).cube());  // X, Y, Z
     }
   }
   result.filled = all > 0 ? filled / all : 0;
-  if (!light.empty()) result.color = color / static_cast<double>(light.size());
-  if (light.size() < 12) return;
+  if (lights.empty()) return;
+  result.color = color / static_cast<double>(lights.size());
+  if (lights.size() < 12) return;
+  // What is as bright as that the camera has clipped: it looks flat but in the light of which it has least.
+  constexpr double clipped = 86;  // L of pure green is 88, of yellow 97
+  Eigen::Index by = 1;
+  if (result.color.x() > clipped)
+    std::accumulate(lights.begin(), lights.end(), Eigen::Array3d(0, 0, 0)).minCoeff(&by);
+  Samples<double> light;
+  for (const Eigen::Array3d& each : lights) light.push_back(each[by]);
   Samples<double> weight(light.size(), 1.0);
   Eigen::Vector4d x;
   for (int round = 0; round < 5; ++round) {

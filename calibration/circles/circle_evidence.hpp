@@ -20,8 +20,8 @@ struct CircleEvidence {
   double arc = 0;        ///< of the rim within the picture: the part that has an edge on the circle
   double ellipse = 0;    ///< amplitude of the second harmonic, of the radius
   double edge = 0;       ///< median contrast of the edges on the circle, Lab
-  double shading = 0;    ///< part of the luminance's variance that a sphere's normals explain
-  double relief = 0;     ///< standard deviation of the shading, of the mean luminance
+  double shading = 0;    ///< part of the light's variance that a sphere's normals explain
+  double relief = 0;     ///< standard deviation of the shading, of the mean light
   double distinct = 0;   ///< how far the disc's colours are other than those around it, 0 to 1
   double rim = 0;        ///< part of what the disc shows near its rim that has the ball's hue
   double filled = 0;     ///< part of the disc that has the ball's hue

@@ -60,6 +60,19 @@ TEST(CircleEvidence, TheShadingOfASphereSpeaksForABall) {
   EXPECT_GT(round.log_odds(), flat.log_odds() + 4);
 }
 
+TEST(CircleEvidence, AnOverexposedBallIsShadedStill) {
+  for (const Eigen::Vector3d& paint : {yellow_paint, green_paint}) {
+    const auto sphere = [&](double ambient) {
+      cv::Mat picture = grey_picture();
+      draw_shaded_ball(picture, 160, 120, 25, paint, ambient);
+      picture.convertTo(picture, -1, 2.2);
+      return evidence_at(picture, 25).sphere();
+    };
+    EXPECT_GT(sphere(0.5), 0.5) << paint;
+    EXPECT_LT(sphere(1), 0.1) << paint << ", flat";
+  }
+}
+
 TEST(CircleEvidence, ADullBallIsAsLikelyWhereItsColourIsKnown) {
   const auto ball_of = [](const Eigen::Vector3d& paint) {
     cv::Mat ball = grey_picture();
