@@ -1,6 +1,7 @@
 #include "servo/avoidance/mover_tracker.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -28,7 +29,9 @@ MoverState state_of(const MovingDisc& disc) {
 }  // namespace
 
 MoverTracker::MoverTracker(const MovingThingOptions& moving, const SonarBeam& beam)
-    : moving_(moving), beam_(beam) {}
+    : moving_(moving),
+      beam_(beam),
+      beam_side_(std::cos(beam.half_angle_rad), std::sin(beam.half_angle_rad)) {}
 
 void MoverTracker::move(double time_s) {
   const double dt_s = started_ ? std::max(0.0, time_s - time_s_) : 0.0;
@@ -43,22 +46,24 @@ void MoverTracker::move(double time_s) {
   }
 }
 
-/// The range of the disc's echo, so much later than now; silent_m where the beam misses it.
-double MoverTracker::heard_from_m(const MovingDisc& disc, double later_s, const Pose2& transducer) const {
-  const Eigen::Vector2d p = in_robot_frame(transducer, disc.p_O + later_s * disc.v_O);
-  const double r_m = moving_.radius_m, away_m = p.norm();
-  if (p.x() <= 0.0 || away_m <= r_m) return silent_m;
-  const double aside_rad = std::abs(std::atan2(p.y(), p.x())) - beam_.half_angle_rad;
-  if (aside_rad <= 0.0) return away_m - r_m;
-  const double beside_m = away_m * std::sin(aside_rad);  // of the cone's side
-  return beside_m < r_m ? away_m * std::cos(aside_rad) - std::sqrt(r_m * r_m - beside_m * beside_m)
-                        : silent_m;
+/// The range of the echo of a disc whose middle is there in the transducer's frame; silent_m where the beam
+/// misses it.
+double MoverTracker::heard_from_m(const Eigen::Vector2d& p_T) const {
+  const double r_m = moving_.radius_m, away_m = p_T.norm(), aside_m = std::abs(p_T.y());
+  if (p_T.x() <= 0.0 || away_m <= r_m) return silent_m;
+  const double beside_m = aside_m * beam_side_.x() - p_T.x() * beam_side_.y();  // of the cone's side
+  if (beside_m <= 0.0) return away_m - r_m;
+  if (beside_m >= r_m) return silent_m;
+  const double along_m = p_T.x() * beam_side_.x() + aside_m * beam_side_.y();
+  return along_m - std::sqrt(r_m * r_m - beside_m * beside_m);
 }
 
 void MoverTracker::look(const SonarReading& reading, const Pose2& pose_then) {
   const std::optional<Pose2> transducer = transducer_of(reading, pose_then);
   if (!started_ || !transducer) return;
   const double later_s = std::min(0.0, reading.fired_s - time_s_);
+  const Eigen::Vector2d p_OT(transducer->x_m, transducer->y_m);
+  const Eigen::Matrix2d R_TO = Eigen::Rotation2Dd(-transducer->yaw_rad).toRotationMatrix();
   const double heard_m = reading.echo ? reading.range_m : beam_.max_range_m;
   constexpr double unheard = -1;  // a guess of which the firing says nothing
   std::array<std::array<double, cloud_size>, max_movers> likelihoods;
@@ -66,7 +71,9 @@ void MoverTracker::look(const SonarReading& reading, const Pose2& pose_then) {
   for (std::size_t c = 0; c < max_movers; ++c) {
     if (clouds_[c].weight <= 0.0) continue;
     for (std::size_t k = 0; k < cloud_size; ++k) {
-      const double off = (heard_from_m(clouds_[c].discs[k], later_s, *transducer) - heard_m) / range_sigma_m;
+      const MovingDisc& disc = clouds_[c].discs[k];
+      const double from_m = heard_from_m(R_TO * (disc.p_O + later_s * disc.v_O - p_OT));
+      const double off = (from_m - heard_m) / range_sigma_m;
       double& likelihood = likelihoods[c][k];
       likelihood = unheard;
       if (off > 3.0) continue;  // missed, or hidden by what echoed

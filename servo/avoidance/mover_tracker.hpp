@@ -55,13 +55,14 @@ class MoverTracker {
     double weight = 0;  // their sum: how surely there is a thing; 0: a place for another
   };
 
-  double heard_from_m(const MovingDisc& disc, double later_s, const Pose2& transducer) const;
+  double heard_from_m(const Eigen::Vector2d& p_T) const;
   MovingDisc guess(const SonarReading& reading, const Pose2& transducer);
   void start(const SonarReading& reading, const Pose2& transducer, double weight);
   void resample(Cloud& cloud);
 
   MovingThingOptions moving_;
   SonarBeam beam_;
+  Eigen::Vector2d beam_side_;  // along one side of the cone, the axis being x
   RandomEngine random_ = random_stream(0, "mover_tracker");
   std::array<Cloud, max_movers> clouds_;
   bool started_ = false;
