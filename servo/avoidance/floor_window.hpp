@@ -38,6 +38,12 @@ class FloorWindow {
     constexpr int mask = size - 1;
     return static_cast<std::size_t>((cell.row & mask) * size + (cell.column & mask));
   }
+  /// The cell of the window that is kept there.
+  FloorCell cell(std::size_t index) const {
+    const int column = static_cast<int>(index) % size, row = static_cast<int>(index) / size;
+    return {first_.column + ((column - first_.column) & (size - 1)),
+            first_.row + ((row - first_.row) & (size - 1))};
+  }
   /// Moves the window's middle there; `enters` is told the index of each cell that was not in it before.
   template <typename Enters>
   void follow(const FloorCell& middle, const Enters& enters) {

@@ -73,9 +73,12 @@ class NavigationFunction {
   double clearance_m(const Eigen::Vector2d& p_O) const { return at(clearance_m_, p_O); }
   /// From the body to the nearest thing (m), to half a cell; negative where they overlap. Three discs stand
   /// for the body.
-  double gap_m(const Pose2& pose) const { return from_body_m(clearance_m_, pose); }
+  double gap_m(const Pose2& pose) const { return from_body_m(clearance_m_, discs_at(pose)); }
   /// How many times as much as on open floor a way costs there; infinite where the body does not fit.
-  double price(const Pose2& pose) const { return price(gap_m(pose), from_body_m(sure_m_, pose)); }
+  double price(const Pose2& pose) const {
+    const Discs discs = discs_at(pose);
+    return price(from_body_m(clearance_m_, discs), from_body_m(sure_m_, discs));
+  }
   /// Whether the robot can go straight from one place to the other with that gap.
   bool straight(const Eigen::Vector2d& from_O, const Eigen::Vector2d& to_O, double gap_m) const;
 
@@ -103,18 +106,26 @@ class NavigationFunction {
   bool is_goal(const Block& block) const { return goal_[index(block)] != 0; }
 
  private:
-  void measure_clearance(const ObstacleMap& map, const OccupancyGrid& grid, double ball_gap_m);
-  static void spread_clearance(std::vector<float>& field_m, int step);
+  bool is_ball(const FloorCell& cell) const;
+  void measure_clearance(const ObstacleMap& map);
+  void measure_sure(const OccupancyGrid& grid);
+  static void spread_clearance(std::vector<float>& field_m);
+  static std::size_t cell_index(int column, int row) {
+    return static_cast<std::size_t>(row) * ObstacleMap::size + static_cast<std::size_t>(column);
+  }
   double at(const std::vector<float>& field_m, const Eigen::Vector2d& p_O) const {
     const FloorCell cell = ObstacleMap::cell_at(p_O.x(), p_O.y());
     const int column = cell.column - first_.column, row = cell.row - first_.row;
     if (column < 0 || row < 0 || column >= ObstacleMap::size || row >= ObstacleMap::size) return far_m;
-    return field_m[static_cast<std::size_t>(row) * ObstacleMap::size + static_cast<std::size_t>(column)];
+    return field_m[cell_index(column, row)];
   }
-  double from_body_m(const std::vector<float>& field_m, const Pose2& pose) const;
+  using Discs = std::array<Eigen::Vector2d, 3>;  // centres of those that stand for the body
+  Discs discs_at(const Pose2& pose) const;
+  double from_body_m(const std::vector<float>& field_m, const Discs& discs) const;
   /// `sure_m`: the gap to what the shield does not know to be free.
   static double price(double gap_m, double sure_m);
   void find_ways();
+  double price_of(const Block& block);
   void seed();
   void spread();
   void put(std::size_t cell, std::int32_t cost) {
@@ -127,13 +138,14 @@ class NavigationFunction {
   FloorCell first_;                          // of the window; even
   std::vector<float> clearance_m_, sure_m_;  // of the map's cells: to what stands, to what is not free
   std::vector<std::int32_t> cost_;           // of blocks, in quanta; `none` where unknown
+  std::vector<double> price_;                // of blocks; 0 where it was not asked for yet
   std::vector<std::uint8_t> goal_;
   enum class Sight : std::uint8_t { unknown, free, hidden };
   std::vector<Sight> sight_;  // of blocks
   BucketQueue queue_;
   bool ways_known_ = false;
   Eigen::Vector2d p_OR_{0, 0}, p_OB_{0, 0};
-  double distance_m_ = 0;
+  double distance_m_ = 0, ball_gap_m_ = 0;
 };
 
 }  // namespace ballservo

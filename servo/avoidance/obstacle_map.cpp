@@ -15,7 +15,9 @@ constexpr float seen_as_floor = 0.6f;  // floor is seen where something stands
 constexpr float edge_right = 0.8f, edge_wrong = 0.2f;
 
 /// Bayes' rule for "nothing is here", which is said of occupied cells with that rate.
-float emptier(float p, float missed) { return std::max(least_chance, p * missed / (p * missed + 1.0f - p)); }
+float emptier(float p, float missed) {
+  return p == least_chance ? p : std::max(least_chance, p * missed / (p * missed + 1.0f - p));
+}
 
 }  // namespace
 
@@ -31,9 +33,10 @@ void ObstacleMap::move(const Pose2& pose) {
                   high = cell_at(pose.x_m + reach_m, pose.y_m + reach_m);
   for (int row = low.row; row <= high.row; ++row) {
     for (int column = low.column; column <= high.column; ++column) {
+      float& chance = probability_[window_.index({column, row})];
+      if (chance == least_chance) continue;
       const Eigen::Vector2d p_R = in_robot_frame(pose, center_m({column, row}));
-      if (started_ ? options_.footprint.distance_m(p_R) > 0.0 : p_R.norm() > reach_m) continue;
-      probability_[window_.index({column, row})] = least_chance;
+      if (started_ ? options_.footprint.distance_m(p_R) <= 0.0 : p_R.norm() <= reach_m) chance = least_chance;
     }
   }
   started_ = true;

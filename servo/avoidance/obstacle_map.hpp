@@ -46,13 +46,20 @@ class ObstacleMap {
   static Eigen::Vector2d center_m(const FloorCell& cell) {
     return {(cell.column + 0.5) * cell_m, (cell.row + 0.5) * cell_m};
   }
-  /// Squares of 2 x 2 cells, counted from the same origin.
+  /// Squares of 2 x 2 cells, counted from the same origin; those that the window cuts are not occupied.
   static constexpr double block_m = 2 * cell_m;
   bool is_block_occupied(int column, int row) const {
-    return probability({2 * column, 2 * row}) >= occupied ||
-           probability({2 * column + 1, 2 * row}) >= occupied ||
-           probability({2 * column, 2 * row + 1}) >= occupied ||
-           probability({2 * column + 1, 2 * row + 1}) >= occupied;
+    const FloorCell low{2 * column, 2 * row};
+    if (!window_.contains(low) || !window_.contains({low.column + 1, low.row + 1})) return false;
+    const float* const p =
+        &probability_[window_.index(low)];  // an even cell and its neighbours lie side by side
+    return p[0] >= occupied || p[1] >= occupied || p[size] >= occupied || p[size + 1] >= occupied;
+  }
+  /// Calls `visit` with each cell of the window that is taken as occupied.
+  template <typename Visit>
+  void visit_occupied(const Visit& visit) const {
+    for (std::size_t k = 0; k < probability_.size(); ++k)
+      if (probability_[k] >= occupied) visit(window_.cell(k));
   }
   /// The lower left cell of the window.
   const FloorCell& first() const { return window_.first(); }

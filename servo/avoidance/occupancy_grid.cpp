@@ -66,9 +66,8 @@ bool OccupancyGrid::still_counts(std::uint32_t seen, double distance_m, Drift dr
 /// Of a cell seen free too long ago to count in all of the window: odometry moves near places less.
 bool OccupancyGrid::still_free(const FloorCell& cell, std::uint32_t seen, Drift drift) const {
   if (seen < first_epoch) return false;
-  return still_counts(
-      seen, std::hypot(center_m(cell.column) - pose_.x_m, center_m(cell.row) - pose_.y_m) + half_diagonal_m,
-      drift);
+  const Eigen::Vector2d from_robot_m(center_m(cell.column) - pose_.x_m, center_m(cell.row) - pose_.y_m);
+  return still_counts(seen, from_robot_m.norm() + half_diagonal_m, drift);
 }
 
 bool OccupancyGrid::is_standing(const FloorCell& cell) const {
@@ -245,9 +244,10 @@ bool OccupancyGrid::covers(const Footprint& footprint, const Pose2& pose, double
   for (int row = index_at(region.y_low_m); row <= last_row; ++row) {
     const FloorRegion::Span span = region.at(center_m(row));
     if (span.low_m > span.high_m) continue;
-    const int last_column = index_at(span.high_m);
-    for (int column = index_at(span.low_m); column <= last_column; ++column) {
-      if (is_free({column, row}, drift)) continue;
+    const int first_column = index_at(span.low_m), last_column = index_at(span.high_m);
+    const bool is_inside = in_window({first_column, row}) && in_window({last_column, row});
+    for (int column = first_column; column <= last_column; ++column) {
+      if ((is_inside && is_fresh({column, row}, drift)) || is_free({column, row}, drift)) continue;
       if (from == nullptr || !comes_no_nearer({column, row}, footprint, pose, *from)) return false;
     }
   }

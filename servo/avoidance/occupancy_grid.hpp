@@ -65,9 +65,19 @@ class OccupancyGrid {
 
   bool in_window(const FloorCell& cell) const { return window_.contains(cell); }
   bool is_free(const FloorCell& cell, Drift drift = Drift::allowed) const {
-    if (!in_window(cell)) return false;
-    const std::uint32_t seen = free_since_[window_.index(cell)];
-    return seen >= motion_.fresh[static_cast<std::size_t>(drift)] || still_free(cell, seen, drift);
+    return in_window(cell) &&
+           (is_fresh(cell, drift) || still_free(cell, free_since_[window_.index(cell)], drift));
+  }
+  /// Calls `visit` with each cell from one corner to another that is not free.
+  template <typename Visit>
+  void visit_not_free(const Eigen::Vector2d& low_m, const Eigen::Vector2d& high_m, Drift drift,
+                      const Visit& visit) const {
+    const FloorCell low = cell_at(low_m.x(), low_m.y()), high = cell_at(high_m.x(), high_m.y());
+    const bool is_inside = in_window(low) && in_window(high);
+    for (int row = low.row; row <= high.row; ++row)
+      for (int column = low.column; column <= high.column; ++column)
+        if (!(is_inside && is_fresh({column, row}, drift)) && !is_free({column, row}, drift))
+          visit(FloorCell{column, row});
   }
   bool is_standing(const FloorCell& cell) const;
 
@@ -104,6 +114,10 @@ class OccupancyGrid {
   }
   std::uint32_t epoch_at(double time_s) const;
   bool still_counts(std::uint32_t seen, double distance_m, Drift drift) const;
+  /// Whether a cell of the window was seen free so lately that it counts wherever it is.
+  bool is_fresh(const FloorCell& cell, Drift drift) const {
+    return free_since_[window_.index(cell)] >= motion_.fresh[static_cast<std::size_t>(drift)];
+  }
   bool still_free(const FloorCell& cell, std::uint32_t seen, Drift drift) const;
   /// Free, but for what is standing; where the body has been nothing stands.
   void mark_free(const FloorRegion& region, std::uint32_t epoch_number, bool by_body);

@@ -9,6 +9,7 @@ namespace ballservo {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr float unreached_m = std::numeric_limits<float>::infinity();
 constexpr std::size_t most_expanded = 6000, most_waiting = 65536;
 
 // Costs in metres on open floor.
@@ -27,7 +28,14 @@ constexpr int steps[WayPlanner::headings][2] = {{1, 0},  {2, 1},  {1, 1},  {1, 2
                                                 {-1, 1}, {-2, 1}, {-1, 0}, {-2, -1}, {-1, -1}, {-1, -2},
                                                 {0, -1}, {1, -2}, {1, -1}, {2, -1}};
 
-double angle_of(int heading) { return std::atan2(steps[heading][1], steps[heading][0]); }
+double angle_of(int heading) {
+  static const auto angles_rad = [] {
+    std::array<double, WayPlanner::headings> angles{};
+    for (std::size_t k = 0; k < angles.size(); ++k) angles[k] = std::atan2(steps[k][1], steps[k][0]);
+    return angles;
+  }();
+  return angles_rad[static_cast<std::size_t>(heading)];
+}
 
 int nearest_heading(double yaw_rad) {
   int best = 0;
@@ -61,37 +69,42 @@ Pose2 pose_of(const NavigationFunction& navigation, std::int32_t state) {
 
 }  // namespace
 
-WayPlanner::WayPlanner() : nodes_(static_cast<std::size_t>(way_states), Node{0, 0, 0, false}) {
-  heap_.reserve(most_waiting);
+WayPlanner::WayPlanner() : nodes_(static_cast<std::size_t>(way_states)) { heap_.reserve(most_waiting); }
+
+WayPlanner::Price WayPlanner::price_at(NavigationFunction& navigation, const WayRequest& request,
+                                       const Pose2& pose) {
+  Price price{navigation.price(pose), 0};
+  for (const RefusedPose& refused : request.refused) {
+    if (refused.until_s < request.time_s) continue;
+    const bool near = distance_m(refused.pose, pose) < refused_m &&
+                      std::abs(wrap_angle(pose.yaw_rad - refused.pose.yaw_rad)) < refused_rad;
+    if (near) price.more += refused_price;
+  }
+  const auto sees_ball = [&] {
+    return ball_aside_rad(request, pose) <= request.half_view_rad &&
+           navigation.sees_ball(navigation.block_at({pose.x_m, pose.y_m}));
+  };
+  if (request.half_view_rad > 0.0 && !sees_ball()) price.more += unseen_cost;
+  return price;
 }
 
 /// Of one move; infinite where the body does not fit at its end, and where it started from fits better.
-double WayPlanner::move_cost_m(NavigationFunction& navigation, const WayRequest& request, const Pose2& from,
-                               const Pose2& to) const {
-  const Eigen::Vector2d p(to.x_m, to.y_m), way = p - Eigen::Vector2d(from.x_m, from.y_m);
-  double price = navigation.price(to);
-  if (!std::isfinite(price)) {
+double WayPlanner::move_cost_m(const NavigationFunction& navigation, const Pose2& from, const Pose2& to,
+                               const Price& price_there) {
+  double room = price_there.room;
+  if (!std::isfinite(room)) {
     const double gap_m = navigation.gap_m(to);
     if (gap_m < navigation.gap_m(from)) return infinite;
-    price = leaving_price + leaving_per_m * std::max(0.0, -gap_m);
+    room = leaving_price + leaving_per_m * std::max(0.0, -gap_m);
   }
-  for (const RefusedPose& refused : request.refused) {
-    if (refused.until_s < request.time_s) continue;
-    const bool near = distance_m(refused.pose, to) < refused_m &&
-                      std::abs(wrap_angle(to.yaw_rad - refused.pose.yaw_rad)) < refused_rad;
-    if (near) price += refused_price;
-  }
+  const Eigen::Vector2d way(to.x_m - from.x_m, to.y_m - from.y_m);
   double cost_m = way.norm();
   if (cost_m < 1e-6) {
     cost_m = turn_m_per_rad * std::abs(wrap_angle(to.yaw_rad - from.yaw_rad));
   } else if (way.x() * std::cos(from.yaw_rad) + way.y() * std::sin(from.yaw_rad) < 0.0) {
     cost_m *= astern_cost;
   }
-  if (request.half_view_rad > 0.0) {
-    if (ball_aside_rad(request, to) > request.half_view_rad || !navigation.sees_ball(navigation.block_at(p)))
-      price += unseen_cost;
-  }
-  return cost_m * price;
+  return cost_m * (room + price_there.more);
 }
 
 /// At a goal, facing the ball.
@@ -107,12 +120,19 @@ bool WayPlanner::plan(NavigationFunction& navigation, const WayRequest& request,
   if (!NavigationFunction::inside(start)) return false;
   ++epoch_;
   heap_.clear();
-  const auto reach = [&](std::int32_t state, double cost_m, std::int32_t parent) {
+  const auto node_of = [&](std::int32_t state) -> Node& {
     Node& node = nodes_[static_cast<std::size_t>(state)];
-    if (node.epoch == epoch_ && (node.closed || node.cost_m <= static_cast<float>(cost_m))) return;
+    if (node.epoch != epoch_)
+      node = {price_at(navigation, request, pose_of(navigation, state)), unreached_m, -1, epoch_, false};
+    return node;
+  };
+  const auto reach = [&](std::int32_t state, double cost_m, std::int32_t parent) {
+    Node& node = node_of(state);
+    if (node.closed || node.cost_m <= static_cast<float>(cost_m)) return;
     const double left_m = navigation.cost_m(block_of(state));
     if (!std::isfinite(left_m) || heap_.size() >= most_waiting) return;
-    node = {static_cast<float>(cost_m), parent, epoch_, false};
+    node.cost_m = static_cast<float>(cost_m);
+    node.parent = parent;
     heap_.push_back({static_cast<float>(cost_m + left_m), state});
     std::push_heap(heap_.begin(), heap_.end());
   };
@@ -143,7 +163,7 @@ bool WayPlanner::plan(NavigationFunction& navigation, const WayRequest& request,
     const auto move = [&](const NavigationFunction::Block& to, int to_heading) {
       if (!NavigationFunction::inside(to)) return;
       const std::int32_t next = state_of(to, to_heading);
-      const double cost_m = move_cost_m(navigation, request, pose, pose_of(navigation, next));
+      const double cost_m = move_cost_m(navigation, pose, pose_of(navigation, next), node_of(next).price);
       if (std::isfinite(cost_m)) reach(next, static_cast<double>(node.cost_m) + cost_m, state);
     };
     const auto& step = steps[heading];
@@ -177,11 +197,13 @@ double WayPlanner::cost_m(NavigationFunction& navigation, const WayRequest& requ
       std::min_element(way.poses.data(), end, [&from = request.from](const Pose2& a, const Pose2& b) {
         return distance_m(from, a) < distance_m(from, b);
       });
+  const auto move_m = [&](const Pose2& from, const Pose2& to) {
+    return move_cost_m(navigation, from, to, price_at(navigation, request, to));
+  };
   // To that pose: there, then the turn.
   const Pose2 there{at->x_m, at->y_m, request.from.yaw_rad};
-  double cost_m =
-      move_cost_m(navigation, request, request.from, there) + move_cost_m(navigation, request, there, *at);
-  for (; at + 1 < end; ++at) cost_m += move_cost_m(navigation, request, at[0], at[1]);
+  double cost_m = move_m(request.from, there) + move_m(there, *at);
+  for (; at + 1 < end; ++at) cost_m += move_m(at[0], at[1]);
   return cost_m;
 }
 

@@ -55,10 +55,16 @@ class WayPlanner {
   double cost_m(NavigationFunction& navigation, const WayRequest& request, const Way& way) const;
 
  private:
+  /// What a metre that ends at a pose costs: for the room there, infinite where the body does not fit; and
+  /// for what is seen from there, and how often the shield refused it.
+  struct Price {
+    double room, more;
+  };
   struct Node {
-    float cost_m;         // from the start
-    std::int32_t parent;  // state
-    std::uint32_t epoch;  // of the plan that reached it; others are stale
+    Price price;
+    float cost_m;             // from the start
+    std::int32_t parent;      // state
+    std::uint32_t epoch = 0;  // of the plan that priced it; others are stale
     bool closed;
   };
   struct Waiting {
@@ -70,8 +76,9 @@ class WayPlanner {
   };
 
   static bool ends(const NavigationFunction& navigation, const WayRequest& request, const Pose2& pose);
-  double move_cost_m(NavigationFunction& navigation, const WayRequest& request, const Pose2& from,
-                     const Pose2& to) const;
+  static Price price_at(NavigationFunction& navigation, const WayRequest& request, const Pose2& pose);
+  static double move_cost_m(const NavigationFunction& navigation, const Pose2& from, const Pose2& to,
+                            const Price& price_there);
 
   std::vector<Node> nodes_;
   std::vector<Waiting> heap_;
