@@ -6,6 +6,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "app/io/interrupt.hpp"
+#include "app/io/work_folder.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
 #include "calibration/base/options.hpp"
@@ -33,11 +34,7 @@ void apply(CommonOptions& options) {
     options.processors = std::make_shared<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                                static_cast<std::size_t>(options.threads));
   }
-  // Long work must not end at a name that was taken, or a folder that cannot be written, all along.
-  if (options.json == standard_output)
-    give_stdout_to_json();
-  else if (!options.json.empty())
-    OutputFile(options.json, options.overwrite(options.json));
+  if (options.json == standard_output) give_stdout_to_json();
 }
 
 bool is_input(const CLI::Option& option) {
@@ -81,6 +78,29 @@ void register_files(const CLI::App& command, RunFiles& files) {
       for (const std::string& name : names_in(value)) files.reads(option->get_name(), name);
     }
   }
+}
+
+/// Long work must not end at a name that was taken, or a folder that cannot be written, all along: such are
+/// named, all of them. What a job left unfinished, its own command judges.
+void check_outputs(const CLI::App& command, const CommonOptions& options) {
+  const auto given = [&](const char* flag) {
+    const CLI::Option* const option = command.get_option_no_throw(flag);
+    return option && option->count() > 0;
+  };
+  FaultList faults;
+  for (const CLI::Option* const option : command.get_options()) {
+    if (option->get_group() != outputs_group) continue;
+    const bool folder = option->get_type_name() == "DIR" && !given("--teach");
+    for (const std::filesystem::path name : option->results()) {
+      const bool job = given("--resume") || std::filesystem::exists(name / WorkFolder::journal_name);
+      if (name == standard_output || (folder && job)) continue;
+      faults.collect([&] {
+        folder ? void(OutputFolder(name, options.overwrite(name)))
+               : void(OutputFile(name, options.overwrite(name)));
+      });
+    }
+  }
+  faults.throw_if_any();
 }
 
 }  // namespace
@@ -168,6 +188,7 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
     refuse_options_as_values(command);
     register_files(command, *options.files);
     tidy_when_stopped([files = options.files] { files->tidy(); });
+    check_outputs(command, options);
     apply(options);
   });
 }

@@ -97,6 +97,32 @@ TEST_F(Program, ExistingOutputStaysUnlessForced) {
   EXPECT_EQ(names(), (std::set<std::string>{"grey.png", "camera.yaml"}));
 }
 
+TEST_F(Program, OutputsThatCannotBeWrittenAreAllNamed) {
+  put_grey_picture("grey.png");
+  for (const char* name : {"a.csv", "b.mp4", "c.json"}) put(name, "mine");
+  const auto faults = [&](const std::string& arguments) {
+    const Ending ending = run(arguments);
+    EXPECT_EQ(ending.code, 2) << arguments;
+    return ending.messages;
+  };
+  const std::string track =
+      faults("track grey.png --colors none -o a.csv --video b.mp4 --json c.json --stages no/d");
+  for (const char* name : {"a.csv", "b.mp4", "c.json"})
+    EXPECT_THAT(track,
+                HasSubstr(std::string("error: ") + name + ": found an existing file; allowed: a new name"));
+  EXPECT_THAT(track, HasSubstr("error: no/d: found no folder no;"));
+  EXPECT_THAT(faults("servo none.yaml --teach -o a.csv --json c.json"),
+              HasSubstr("a.csv: found an existing file"));
+  std::filesystem::create_directory(dir / "sweep");
+  put("sweep/a", "");
+  for (const char* resume : {"", " --resume"}) {
+    const std::string sweep =
+        faults(std::string("sweep none.yaml --trials 1 -o sweep --json c.json") + resume);
+    EXPECT_THAT(sweep, HasSubstr("c.json: found an existing file"));
+    EXPECT_EQ(sweep.find("sweep: found") == std::string::npos, *resume != 0) << sweep;
+  }
+}
+
 TEST_F(Program, FullDiskEndsWithTwoAndLeavesNothing) {
   const std::string scenario = (test::project_data_dir() / "scenarios" / "static_ball.yaml").string();
   // The shell counts in blocks of 512 or 1024 bytes: far less than a picture either way.
