@@ -183,7 +183,7 @@ DetectorFactory::DetectorFactory(const BallOptions& options, const CommonOptions
                  : fov_rad_ ? "--fov"
                             : "--camera",
                  camera ? "--diameter" : "--camera");
-  if (!doubt_.empty()) spdlog::warn("{}", doubt_);
+  if (!doubt_.empty() && !(options.taught && options.diameter.empty())) spdlog::warn("{}", doubt_);
   for (const BallRadius& radius : options_.radii) {
     if (radius.radius_m == 0 || (radius.radius_m > 0.005 && radius.radius_m < 0.5)) continue;
     spdlog::warn("--diameter: a ball {} m across? It is given in metres", 2 * radius.radius_m);

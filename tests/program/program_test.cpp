@@ -123,6 +123,15 @@ TEST_F(Program, OutputsThatCannotBeWrittenAreAllNamed) {
   }
 }
 
+TEST_F(Program, RangesAreSpokenOfWhereThereAreSome) {
+  put_grey_picture("grey.png");
+  const std::string colors = (test::project_data_dir() / "colors" / "red.colors").string();
+  const std::string detect = "detect grey.png --colors '" + colors + "' --fov 60";
+  EXPECT_THAT(run(detect).messages, HasSubstr("--fov without --diameter: no positions in 3-D"));
+  EXPECT_THAT(run(detect).messages, testing::Not(HasSubstr("ranges")));
+  EXPECT_THAT(run(detect + " --diameter 0.07").messages, HasSubstr("ranges to 14 % (1 sigma)"));
+}
+
 TEST_F(Program, FullDiskEndsWithTwoAndLeavesNothing) {
   const std::string scenario = (test::project_data_dir() / "scenarios" / "static_ball.yaml").string();
   // The shell counts in blocks of 512 or 1024 bytes: far less than a picture either way.
