@@ -32,9 +32,10 @@ std::vector<std::string> apply_sets(StrictYaml& yaml, const std::vector<std::str
 
 /// Whether a key path is one of `keys` or lies below one.
 bool is_set(const std::vector<std::string>& keys, const std::string& path) {
+  const std::string of_path = with_dots(path) + ".";
   return std::any_of(keys.begin(), keys.end(), [&](const std::string& key) {
-    return path == key ||
-           (path.size() > key.size() && path.compare(0, key.size(), key) == 0 && path[key.size()] == '.');
+    const std::string of_key = with_dots(key) + ".";
+    return of_path.compare(0, of_key.size(), of_key) == 0;
   });
 }
 
@@ -87,20 +88,26 @@ std::vector<std::pair<std::string, double>> apply_vary(StrictYaml& yaml,
 }
 
 /// The faults with those of drawn values at the entries of `vary`; else they would be --set's, which have no
-/// line either.
-std::vector<Fault> at_their_entries(std::vector<Fault> faults, const StrictYaml& yaml,
-                                    const std::vector<std::pair<std::string, double>>& drawn) {
+/// line either. At a line of the file it is said what was set or drawn below it.
+std::vector<Fault> with_origins(std::vector<Fault> faults, const StrictYaml& yaml,
+                                const std::vector<std::string>& sets,
+                                const std::vector<std::pair<std::string, double>>& drawn) {
   static const std::string of_set = "--set";
-  const auto with_dots = [](std::string path) {  // balls[0].x as balls.0.x
-    std::replace(path.begin(), path.end(), '[', '.');
-    path.erase(std::remove(path.begin(), path.end(), ']'), path.end());
-    return path;
-  };
   for (Fault& fault : faults) {
-    if (fault.place.compare(0, of_set.size(), of_set) != 0) continue;
-    const std::string path = with_dots(fault.place.substr(fault.place.find(' ') + 1));
-    for (const auto& [key, value] : drawn)
-      if (is_set({path}, with_dots(key))) fault.place = yaml.root().map("vary").place(key);
+    const bool of_file = fault.place.compare(0, of_set.size(), of_set) != 0;
+    const std::string path = fault.place.substr(fault.place.rfind(' ') + 1);
+    std::string origins;
+    for (const std::string& set : sets)
+      if (of_file && is_set({path}, set.substr(0, set.find('=')))) origins += ", " + set + " set";
+    for (const auto& [key, value] : drawn) {
+      if (!is_set({path}, key)) continue;
+      if (!of_file) fault.place = yaml.root().map("vary").place(key);
+      if (of_file)
+        origins += ", " + key + "=" + number_text(value) + " drawn";
+      else if (fault.found == number_text(value))
+        origins = ", drawn";
+    }
+    if (!origins.empty()) fault.found += " (" + origins.substr(2) + ")";
   }
   return faults;
 }
@@ -355,7 +362,7 @@ Scenario load_scenario(const std::filesystem::path& file, const std::vector<std:
     yaml.finish();
   } catch (const InputError& error) {
     refuse_other_kinds(keys, file, laws);
-    throw InputError(at_their_entries(error.faults(), yaml, scenario.drawn));
+    throw InputError(with_origins(error.faults(), yaml, sets, scenario.drawn));
   }
   return scenario;
 }

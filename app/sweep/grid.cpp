@@ -76,7 +76,7 @@ std::vector<Variation> parse_variations(const std::filesystem::path& scenario,
   FaultList faults;
   std::vector<Variation> variations = read_suite(scenario);
   std::set<std::string> known;
-  for (const std::string& set : sets) known.insert(set.substr(0, set.find('=')));
+  for (const std::string& set : sets) known.insert(with_dots(set.substr(0, set.find('='))));
   for (const std::string& text : vary) {
     const std::size_t equals = text.find('=');
     Variation variation{text.substr(0, equals), {}, {}};
@@ -85,7 +85,7 @@ std::vector<Variation> parse_variations(const std::filesystem::path& scenario,
     if (variation.key.empty() || variation.values.empty() ||
         std::any_of(variation.values.begin(), variation.values.end(), empty))
       faults.add("--vary", "'" + text + "'", "KEY=V1,V2,... as in law.gain_per_s=0.5,1,2");
-    else if (!known.insert(variation.key).second)
+    else if (!known.insert(with_dots(variation.key)).second)
       faults.add("--vary", variation.key + " twice", "each key once, in --set or in --vary");
     variations.push_back(std::move(variation));
   }
@@ -113,7 +113,7 @@ Fault at_its_variation(Fault fault, const std::vector<Variation>& variations) {
   const std::string of_set = "--set";
   if (fault.place.compare(0, of_set.size(), of_set) != 0) return fault;
   for (const Variation& variation : variations) {
-    const std::size_t at = fault.place.find(variation.key, of_set.size());
+    const std::size_t at = with_dots(fault.place).find(with_dots(variation.key), of_set.size());
     if (at == of_set.size() + 1 || at == of_set.size() + 2) fault.place = "--vary " + fault.place.substr(at);
   }
   return fault;

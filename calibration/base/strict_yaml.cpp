@@ -333,4 +333,10 @@ void StrictYaml::finish() {
 
 std::string StrictYaml::resolved_json() const { return to_json(*tree_->root).dump(); }
 
+std::string with_dots(std::string path) {
+  std::replace(path.begin(), path.end(), '[', '.');
+  path.erase(std::remove(path.begin(), path.end(), ']'), path.end());
+  return path;
+}
+
 }  // namespace ballservo

@@ -140,4 +140,7 @@ class StrictYaml {
   std::shared_ptr<YamlTree> tree_;
 };
 
+/// The path of a key, "balls[0].x" or "balls.0.x", as the latter.
+std::string with_dots(std::string path);
+
 }  // namespace ballservo

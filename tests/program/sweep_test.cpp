@@ -147,10 +147,14 @@ TEST_F(GridTest, FaultsAreNamedAtTheirKeyBeforeAnyWork) {
   EXPECT_THAT(several, HasSubstr("--vary law.gain_per_s: found abc"));
   EXPECT_THAT(several, HasSubstr("--vary law.nam: found an unknown key"));
   EXPECT_THAT(several, Not(HasSubstr("--set")));
+  for (const char* key : {"balls.0.diameter_m", "balls[0].diameter_m"})
+    EXPECT_THAT(faults("--vary '" + std::string(key) + "=1,-1'"),
+                HasSubstr("--vary balls[0].diameter_m: found -1"));
   for (const char* odd : {"law.gain_per_s", "law.gain_per_s=", "law.gain_per_s=1,,2", "=1"})
     EXPECT_THAT(faults(std::string("--vary ") + odd), HasSubstr("KEY=V1,V2")) << odd;
   EXPECT_THAT(faults("--vary law.gain_per_s=1,1"), HasSubstr("values that differ"));
   EXPECT_THAT(faults("--set law.gain_per_s=1 --vary law.gain_per_s=1,2"), HasSubstr("twice"));
+  EXPECT_THAT(faults("--vary 'balls[0].diameter_m=1,2' --vary balls.0.diameter_m=1,2"), HasSubstr("twice"));
 }
 
 TEST_F(GridTest, ACellAloneIsMergedAndResumed) {

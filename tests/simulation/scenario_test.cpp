@@ -61,6 +61,11 @@ TEST(Scenario, SeedsVaryTheStartAndTheBallStaysInView) {
 TEST(Scenario, WhatIsSetIsNotVaried) {
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     EXPECT_EQ(load_scenario(static_ball(), {"robot.pose.yaw_rad=0.01"}, seed).robot.pose.yaw_rad, 0.01);
+    for (const char* ball : {"balls.0", "balls[0]"})
+      EXPECT_EQ(load_scenario(static_ball(), {std::string(ball) + ".position.x_m=3.3"}, seed)
+                    .target_ball()
+                    .position_m.x(),
+                3.3);
   }
 }
 
@@ -98,7 +103,11 @@ TEST(Scenario, RefusesWhatCannotBe) {
   EXPECT_THAT(scenario_faults({"balls.0.position.z_m=0.03"}), HasSubstr("floor"));
   EXPECT_THAT(scenario_faults({"obstacles.0.position.x_m=0", "obstacles.0.position.y_m=0"}),
               HasSubstr("on the robot"));
-  EXPECT_THAT(scenario_faults({"robot.pose.x_m=-1.4"}), HasSubstr("robot.pose"));
+  EXPECT_THAT(scenario_faults({"robot.pose.x_m=-1.4"}),
+              testing::ContainsRegex("[(]robot.pose.x_m=-1.4 set, robot.pose.yaw_rad=[-.0-9]+ drawn[)]"));
+  EXPECT_THAT(scenario_faults({"vary={camera.rate_hz: {choice: [-3]}}"}),
+              HasSubstr("camera.rate_hz: found -3 (drawn); allowed: "));
+  EXPECT_THAT(scenario_faults({"camera.rate_hz=-3"}), HasSubstr("camera.rate_hz: found -3; allowed: "));
   EXPECT_THAT(scenario_faults({"target.ball=other"}), HasSubstr("balls: target"));
   EXPECT_THAT(scenario_faults({"vary={nonsense.key: {uniform: [0, 1]}}"}), HasSubstr("nonsense"));
   EXPECT_THAT(scenario_faults({"vary={robot.pose.x_m: {uniform: [1, 0]}}"}), HasSubstr("falling order"));
