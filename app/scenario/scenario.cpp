@@ -259,7 +259,20 @@ std::filesystem::path path_of(const Draft& draft, const std::string& key, const 
   return (folder / text).lexically_normal();
 }
 
-/// Faults of a file that a scenario names are its own, behind the key that names it.
+/// Whether a file that a scenario names can be read. Its faults are its own, behind the key that names it.
+template <class Read>
+bool read_named(StrictYaml& yaml, const std::string& map, const std::string& key, const Read& read) {
+  try {
+    read();
+    return true;
+  } catch (const InputError& error) {
+    const std::string place = yaml.root().map(map).place(key);
+    for (const Fault& fault : error.faults())
+      yaml.faults().add(place + ": " + fault.place, fault.found, fault.allowed + where_paths_begin);
+    return false;
+  }
+}
+
 void read_camera_file(StrictYaml& yaml, Draft& draft) {
   CameraSettings& camera = draft.scenario.camera;
   if (draft.camera_file.empty()) {
@@ -268,20 +281,14 @@ void read_camera_file(StrictYaml& yaml, Draft& draft) {
     return;
   }
   camera.file = path_of(draft, "camera.file", draft.camera_file);
-  try {
-    camera.camera = read_camera(camera.file.string());
-  } catch (const InputError& error) {
-    const std::string place = yaml.root().map("camera").place("file");
-    for (const Fault& fault : error.faults())
-      yaml.faults().add(place + ": " + fault.place, fault.found, fault.allowed + where_paths_begin);
-    draft.ok.camera_ok = false;
-  }
+  draft.ok.camera_ok =
+      read_named(yaml, "camera", "file", [&] { camera.camera = read_camera(camera.file.string()); });
 }
 
 void read_taught(StrictYaml& yaml, Draft& draft) {
   Scenario& scenario = draft.scenario;
   scenario.taught = path_of(draft, "target.taught", draft.taught);
-  yaml.faults().collect([&] {
+  read_named(yaml, "target", "taught", [&] {
     const TaughtTarget target = read_taught_target(scenario.taught);
     scenario.target_distance_m = target.distance_m;
     scenario.taught_center_over_radius = target.center_over_radius;

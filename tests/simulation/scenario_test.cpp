@@ -107,6 +107,8 @@ TEST(Scenario, RefusesWhatCannotBe) {
               testing::ContainsRegex("[(]robot.pose.x_m=-1.4 set, robot.pose.yaw_rad=[-.0-9]+ drawn[)]"));
   EXPECT_THAT(scenario_faults({"vary={camera.rate_hz: {choice: [-3]}}"}),
               HasSubstr("camera.rate_hz: found -3 (drawn); allowed: "));
+  EXPECT_THAT(scenario_faults({"target={ball: target, taught: nope.yaml}"}),
+              HasSubstr("--set: target.taught: nope.yaml: found No such file"));
   EXPECT_THAT(scenario_faults({"camera.rate_hz=-3"}), HasSubstr("camera.rate_hz: found -3; allowed: "));
   EXPECT_THAT(scenario_faults({"target.ball=other"}), HasSubstr("balls: target"));
   EXPECT_THAT(scenario_faults({"vary={nonsense.key: {uniform: [0, 1]}}"}), HasSubstr("nonsense"));
