@@ -48,7 +48,7 @@ std::optional<Manifest> read_manifest(const fs::path& folder) {
     manifest.shard = parse_shard(parsed.at("shard").get<std::string>(), file.string() + ": shard");
     parsed.at("sha256").get_to(manifest.hashes);
   } catch (const nlohmann::json::exception&) {
-    throw InputError(file.string(), "no manifest of a job", "the file as it was written");
+    throw InputError(file.string(), "no manifest of a job", "that of a folder which sweep or compare wrote");
   }
   for (const auto& entry : manifest.hashes) {
     const fs::path name = fs::path(entry.first).lexically_normal();
