@@ -46,8 +46,6 @@ void MoverTracker::move(double time_s) {
   }
 }
 
-/// The range of the echo of a disc whose middle is there in the transducer's frame; silent_m where the beam
-/// misses it.
 double MoverTracker::heard_from_m(const Eigen::Vector2d& p_T) const {
   const double r_m = moving_.radius_m, away_m = p_T.norm(), aside_m = std::abs(p_T.y());
   if (p_T.x() <= 0.0 || away_m <= r_m) return silent_m;

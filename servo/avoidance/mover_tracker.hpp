@@ -47,6 +47,10 @@ class MoverTracker {
   };
   Movers movers() const;
 
+  /// The range of the echo of a thing whose middle is there in a transducer's frame (m); infinite where the
+  /// beam misses it.
+  double heard_from_m(const Eigen::Vector2d& p_T) const;
+
  private:
   static constexpr std::size_t cloud_size = 192;
   struct Cloud {
@@ -55,7 +59,6 @@ class MoverTracker {
     double weight = 0;  // their sum: how surely there is a thing; 0: a place for another
   };
 
-  double heard_from_m(const Eigen::Vector2d& p_T) const;
   MovingDisc guess(const SonarReading& reading, const Pose2& transducer);
   void start(const SonarReading& reading, const Pose2& transducer, double weight);
   void resample(Cloud& cloud);

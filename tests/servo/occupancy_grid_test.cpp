@@ -153,6 +153,19 @@ TEST(OccupancyGrid, WhatWasTakenBackUnderTheBodysEdgeMayBeCreptAwayFrom) {
   EXPECT_FALSE(covers(turned_towards_it, &here));
 }
 
+TEST(OccupancyGrid, CoversNothingBeyondItsWindow) {
+  OccupancyGridOptions options;
+  options.start_clear_m = 3;
+  OccupancyGrid grid(options);
+  grid.move(0, {});
+  constexpr double window_m = OccupancyGrid::size * OccupancyGrid::cell_m;
+  const auto covers = [&](double x_m) {
+    return grid.covers(pioneer_3dx_footprint, {x_m, 0, 0}, 0.02, OccupancyGrid::Drift::close);
+  };
+  EXPECT_TRUE(covers(-2));
+  EXPECT_FALSE(covers(window_m - 2)) << "a ring buffer must not answer for the other side";
+}
+
 TEST(OccupancyGrid, NeverAnswersForWhatLeftItsWindow) {
   OccupancyGrid grid(OccupancyGridOptions{});
   grid.move(0, {});

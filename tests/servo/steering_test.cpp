@@ -145,6 +145,39 @@ TEST(ObstacleMap, NeverAnswersForWhatLeftItsWindow) {
   EXPECT_EQ(place.map.probability(wall), ObstacleMap::prior) << "a ring must not remember another round";
 }
 
+TEST(ObstacleMap, NothingStandsWhereTheBodyIs) {
+  ObstacleMap map(Place::options());
+  map.move({});
+  map.move({2.5, 0, 0.3});
+  EXPECT_LT(map.probability(ObstacleMap::cell_at(2.6, 0.0)), 0.01);
+  EXPECT_EQ(map.probability(ObstacleMap::cell_at(2.5, 0.4)), ObstacleMap::prior);
+}
+
+TEST(NavigationFunction, ClearanceIsTheDistanceToWhatStands) {
+  for (const double moved_m : {0.0, 0.06, 0.12}) {  // blocks and windows meet in either way
+    Place place(true);
+    place.map.move({moved_m, moved_m, 0});
+    std::vector<Eigen::Vector2d> standing;
+    place.map.visit_occupied([&](const FloorCell& cell) {
+      EXPECT_GE(place.map.probability(cell), ObstacleMap::occupied);
+      standing.push_back(ObstacleMap::center_m(cell));
+    });
+    ASSERT_GT(standing.size(), 10U);
+    NavigationFunction field(pioneer_3dx_footprint);
+    field.update(place.map, place.grid, {0, 0}, {-3, 0}, 0.8, 0.25);
+    for (double x_m = 0.1; x_m < 2.6; x_m += 0.13) {
+      for (double y_m = -1.8; y_m < 1.8; y_m += 0.13) {
+        double nearest_m = 1e9;
+        for (const Eigen::Vector2d& p : standing)
+          nearest_m = std::min(nearest_m, (p - Eigen::Vector2d(x_m, y_m)).norm());
+        if (nearest_m > 1.0) continue;  // a chamfer's distance is up to 8 % long
+        EXPECT_NEAR(field.clearance_m({x_m, y_m}), 1.04 * nearest_m, 0.05 + 0.05 * nearest_m)
+            << x_m << ", " << y_m;
+      }
+    }
+  }
+}
+
 TEST(NavigationFunction, CostsMoreWhereSomethingStandsInTheWay) {
   const Place wall(true), open(false);
   const Eigen::Vector2d ball(2.6, 0.0);

@@ -47,6 +47,27 @@ MovingDisc mean_of(const Mover& mover) {
   return mean;
 }
 
+TEST(MoverTracker, HearsTheNearestOfADiscThatLiesInTheBeam) {
+  const SonarBeam beam;
+  const MoverTracker tracker(rollers, beam);
+  int beside = 0;
+  for (double y_m = -2; y_m < 2; y_m += 0.037) {
+    const Eigen::Vector2d p(1.5, y_m);
+    double nearest_m = 1e9;
+    for (int k = 0; k < 3600; ++k) {
+      const double around = k * M_PI / 1800;
+      const Eigen::Vector2d q = p + rollers.radius_m * Eigen::Vector2d(std::cos(around), std::sin(around));
+      if (std::abs(std::atan2(q.y(), q.x())) < beam.half_angle_rad) nearest_m = std::min(nearest_m, q.norm());
+    }
+    beside += nearest_m < 1e9 && std::abs(std::atan2(p.y(), p.x())) > beam.half_angle_rad;
+    if (nearest_m < 1e9)
+      EXPECT_NEAR(tracker.heard_from_m(p), nearest_m, 0.003) << y_m;
+    else
+      EXPECT_GT(tracker.heard_from_m(p), 1e9) << y_m;
+  }
+  EXPECT_GT(beside, 4);
+}
+
 TEST(MoverTracker, TellsWhereAThingIsAndHowItMoves) {
   int known = 0;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
