@@ -80,29 +80,6 @@ void register_files(const CLI::App& command, RunFiles& files) {
   }
 }
 
-/// Long work must not end at a name that was taken, or a folder that cannot be written, all along: such are
-/// named, all of them. What a job left unfinished, its own command judges.
-void check_outputs(const CLI::App& command, const CommonOptions& options) {
-  const auto given = [&](const char* flag) {
-    const CLI::Option* const option = command.get_option_no_throw(flag);
-    return option && option->count() > 0;
-  };
-  FaultList faults;
-  for (const CLI::Option* const option : command.get_options()) {
-    if (option->get_group() != outputs_group) continue;
-    const bool folder = option->get_type_name() == "DIR" && !given("--teach");
-    for (const std::filesystem::path name : option->results()) {
-      const bool job = given("--resume") || std::filesystem::exists(name / WorkFolder::journal_name);
-      if (name == standard_output || (folder && job)) continue;
-      faults.collect([&] {
-        folder ? void(OutputFolder(name, options.overwrite(name)))
-               : void(OutputFile(name, options.overwrite(name)));
-      });
-    }
-  }
-  faults.throw_if_any();
-}
-
 }  // namespace
 
 std::vector<std::string> split(const std::string& text, char separator) {
@@ -188,9 +165,32 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
     refuse_options_as_values(command);
     register_files(command, *options.files);
     tidy_when_stopped([files = options.files] { files->tidy(); });
-    check_outputs(command, options);
     apply(options);
   });
+}
+
+void check_outputs(const CLI::App& command, const CommonOptions& options) {
+  const auto given = [&](const char* flag) {
+    const CLI::Option* const option = command.get_option_no_throw(flag);
+    return option && option->count() > 0 && option->as<bool>();
+  };
+  FaultList faults;
+  for (const CLI::Option* const option : command.get_options()) {
+    if (option->get_group() != outputs_group) continue;
+    const bool folder = option->get_type_name() == "DIR" && !given("--teach");
+    for (const std::filesystem::path name : option->results()) {
+      std::error_code unreadable;
+      if (name == standard_output) continue;
+      if (folder &&
+          (given("--resume") || std::filesystem::exists(name / WorkFolder::journal_name, unreadable)))
+        continue;
+      faults.collect([&] {
+        folder ? void(OutputFolder(name, options.overwrite(name)))
+               : void(OutputFile(name, options.overwrite(name)));
+      });
+    }
+  }
+  faults.throw_if_any();
 }
 
 void write_json_results(const CommonOptions& options, const nlohmann::json& results) {

@@ -95,6 +95,10 @@ CLI::Option* add_typed_option(CLI::App& command, const std::string& name, Value&
   return command.add_option(name, value, help)->type_name(type);
 }
 
+/// Before any work every output whose name is taken, or whose folder cannot be written, is a fault: all are
+/// said. A folder that holds an unfinished job is left to the job's own command.
+void check_outputs(const CLI::App& command, const CommonOptions& options);
+
 /// Adds a command that runs `run` on its options, unless one of its own commands was asked for.
 template <class Options, class Run>
 std::pair<CLI::App&, Options&> add_command(CLI::App& parent, Action& action, const std::string& name,
@@ -102,7 +106,11 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& parent, Action& action, con
   const auto options = std::make_shared<Options>();
   CLI::App* const command = parent.add_subcommand(name, what);
   command->callback([=, &action] {
-    if (command->get_subcommands().empty()) action = [=] { return run(*options); };
+    if (!command->get_subcommands().empty()) return;
+    action = [=] {
+      check_outputs(*command, options->common);
+      return run(*options);
+    };
   });
   return {*command, *options};
 }

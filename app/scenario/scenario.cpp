@@ -63,6 +63,8 @@ void declare(OptionVisitor& v, VariedKey& varied) {
 /// What is wrong with an entry is said, and the entry left out.
 void declare_vary(OptionVisitor& v, std::vector<VariedKey>& all) {
   v.entries("vary", "KEY.PATH", [&](const std::string& key) {
+    const auto is_same = [&](const VariedKey& other) { return with_dots(other.key) == with_dots(key); };
+    v.require(std::none_of(all.begin(), all.end(), is_same), key, "an entry above too", "each key once");
     VariedKey varied{key, false, {}};
     if (v.without_fault([&] { v.map(key, required, [&] { declare(v, varied); }); })) all.push_back(varied);
   });
@@ -97,8 +99,12 @@ std::vector<Fault> with_origins(std::vector<Fault> faults, const StrictYaml& yam
     const bool of_file = fault.place.compare(0, of_set.size(), of_set) != 0;
     const std::string path = fault.place.substr(fault.place.rfind(' ') + 1);
     std::string origins;
-    for (const std::string& set : sets)
-      if (of_file && is_set({path}, set.substr(0, set.find('=')))) origins += ", " + set + " set";
+    for (auto set = sets.begin(); set != sets.end(); ++set) {
+      const auto key_of = [](const std::string& text) { return text.substr(0, text.find('=')); };
+      const auto overrules = [&](const std::string& later) { return is_set({key_of(later)}, key_of(*set)); };
+      if (of_file && is_set({path}, key_of(*set)) && std::none_of(set + 1, sets.end(), overrules))
+        origins += ", " + *set + " set";
+    }
     for (const auto& [key, value] : drawn) {
       if (!is_set({path}, key)) continue;
       if (!of_file) fault.place = yaml.root().map("vary").place(key);

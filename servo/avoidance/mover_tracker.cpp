@@ -51,7 +51,7 @@ double MoverTracker::heard_from_m(const Eigen::Vector2d& p_T) const {
   if (p_T.x() <= 0.0 || away_m <= r_m) return silent_m;
   const double beside_m = aside_m * beam_side_.x() - p_T.x() * beam_side_.y();  // of the cone's side
   if (beside_m <= 0.0) return away_m - r_m;
-  if (beside_m >= r_m) return silent_m;
+  if (!(beside_m < r_m)) return silent_m;
   const double along_m = p_T.x() * beam_side_.x() + aside_m * beam_side_.y();
   return along_m - std::sqrt(r_m * r_m - beside_m * beside_m);
 }

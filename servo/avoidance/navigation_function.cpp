@@ -105,6 +105,7 @@ void NavigationFunction::measure_sure(const OccupancyGrid& grid) {
 void NavigationFunction::spread_clearance(std::vector<float>& field_m) {
   constexpr float side = static_cast<float>(ObstacleMap::cell_m), diagonal = 1.4142135f * side;
   constexpr int together = 8;
+  static_assert(cells % together == 0);
   for (const int step : {+1, -1}) {
     const int begin = step > 0 ? 0 : cells - 1;
     for (int k = 1; k < cells; ++k) {

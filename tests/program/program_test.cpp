@@ -113,6 +113,7 @@ TEST_F(Program, OutputsThatCannotBeWrittenAreAllNamed) {
   EXPECT_THAT(track, HasSubstr("error: no/d: found no folder no;"));
   EXPECT_THAT(faults("servo none.yaml --teach -o a.csv --json c.json"),
               HasSubstr("a.csv: found an existing file"));
+  EXPECT_THAT(faults("servo none.yaml --teach -o a.csv --forec"), HasSubstr("did you mean --force?"));
   std::filesystem::create_directory(dir / "sweep");
   put("sweep/a", "");
   for (const char* resume : {"", " --resume"}) {

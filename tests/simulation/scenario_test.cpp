@@ -105,6 +105,11 @@ TEST(Scenario, RefusesWhatCannotBe) {
               HasSubstr("on the robot"));
   EXPECT_THAT(scenario_faults({"robot.pose.x_m=-1.4"}),
               testing::ContainsRegex("[(]robot.pose.x_m=-1.4 set, robot.pose.yaw_rad=[-.0-9]+ drawn[)]"));
+  EXPECT_THAT(scenario_faults({"robot.pose.x_m=9", "robot.pose.x_m=-1.4"}),
+              HasSubstr("(robot.pose.x_m=-1.4 set, robot.pose.yaw_rad="));
+  EXPECT_THAT(
+      scenario_faults({"vary={'balls[0].diameter_m': {choice: [1]}, balls.0.diameter_m: {choice: [2]}}"}),
+      HasSubstr("each key once"));
   EXPECT_THAT(scenario_faults({"vary={camera.rate_hz: {choice: [-3]}}"}),
               HasSubstr("camera.rate_hz: found -3 (drawn); allowed: "));
   EXPECT_THAT(scenario_faults({"target={ball: target, taught: nope.yaml}"}),
