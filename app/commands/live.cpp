@@ -72,8 +72,6 @@ int run_scenario(const LiveOptions& options) {
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.footage.source, options.sets, options.common.seed);
   admit(scenario, options.common, 1);
-  if (!options.footage.record.empty())  // said now, if it can't be
-    OutputFolder(options.footage.record, options.common.overwrite(options.footage.record));
   ScenarioSessionOptions session_options{level, colors_of(scenario, level), {}};
   if (!options.footage.record.empty()) {
     session_options.keep = [&, number = 0L](const RunRecord& run, const Touches& touches) mutable {

@@ -47,17 +47,12 @@ FootageSession::FootageSession(FootageOptions options, DetectorFactory factory, 
   colors_ = factory_.colors().classes.empty() ? ColorLessons() : ColorLessons(factory_.colors());
   want_settings_of(factory_.colors());
   open_again();
-  if (!options_.colors_output.empty()) OutputFile(options_.colors_output, options_.overwrite_colors);
-  if (!options_.camera_output.empty()) {
-    OutputFile(options_.camera_output, options_.overwrite_camera);
+  if (!options_.camera_output.empty())  // said now, if it can't be
     OutputFile(covariance_file_name(options_.camera_output.string()), options_.overwrite_camera);
-  }
-  if (options_.last_s > 0) {
-    OutputFolder(options_.record, options_.overwrite_recording);  // said now, if it can't be
+  if (options_.last_s > 0)
     recent_.emplace(options_.last_s);
-  } else if (!options_.record.empty()) {
+  else if (!options_.record.empty())
     start_recording();
-  }
   if (!options_.stream.empty()) stream_.emplace(options_.stream);
   pace_start_ = Clock::now();
   next_ = sequence_->next();
