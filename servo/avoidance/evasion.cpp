@@ -1,5 +1,6 @@
 #include "servo/avoidance/evasion.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -28,11 +29,12 @@ double Evasion::worth_m(const Twist2& command, double held_s, RobotMotion robot,
                         const MoverTracker::Movers& movers, std::size_t guess) const {
   const auto room_after_m = [&](double after_s) {
     double room_m = 1e3;
+    const Eigen::Vector2d p_OR(robot.pose.x_m, robot.pose.y_m);
+    const Eigen::Matrix2d R_RO = Eigen::Rotation2Dd(-robot.pose.yaw_rad).toRotationMatrix();
     for (std::size_t k = 0; k < movers.count; ++k) {
       const Mover& mover = movers.movers[k];
       if (after_s * mover.speed_sigma_mps > doubtful_radii * moving_.radius_m) continue;
-      const Eigen::Vector2d p_R =
-          in_robot_frame(robot.pose, mover.discs[guess].p_O + after_s * mover.discs[guess].v_O);
+      const Eigen::Vector2d p_R = R_RO * (mover.discs[guess].p_O + after_s * mover.discs[guess].v_O - p_OR);
       room_m = std::min(room_m, shield_.footprint.distance_m(p_R) - moving_.radius_m);
     }
     return room_m;
@@ -48,7 +50,8 @@ double Evasion::worth_m(const Twist2& command, double held_s, RobotMotion robot,
       const double share = allowed_mps / std::abs(driven.v_mps);
       driven = {share * driven.v_mps, share * driven.w_radps};
     }
-    robot = drive(robot, driven, shield_.limits, forecast_step_s, 1);
+    if (!driven.rests() || !robot.twist.rests())
+      robot = drive(robot, driven, shield_.limits, forecast_step_s, 1);
     room_m = room_after_m((k + 1) * forecast_step_s);
     if (room_m < touch_m) return worth_of_touch_m(k * forecast_step_s);
     least_m = std::min(least_m, room_m);
