@@ -66,7 +66,9 @@ void Avoidance::update(double now_s, const Pose2& pose, const PoseHistory& poses
 SteeringOutput Avoidance::steer(const SteeringInput& input) {
   SteeringOutput output = steering_->steer(input, *map_, grid_, last_);
   if (!moving_) return output;
-  if (moving_->steps++ % plans_every == 0) {
+  // Twice between two plans of a way, so that no step pays for both.
+  const unsigned step = moving_->steps++ % Steering::plan_every;
+  if (step == 1 || step == 3) {
     moving_->evasive = moving_->evasion.command(output.command, input.when_it_acts, moving_->tracker.movers(),
                                                 grid_, moving_->things);
   }

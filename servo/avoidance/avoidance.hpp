@@ -103,7 +103,6 @@ class Avoidance {
     Moving(const MovingThingOptions& options, const OccupancyGridOptions& grid, const ShieldOptions& shield)
         : things(options, grid), tracker(options, grid.beam), evasion(options, shield) {}
   };
-  static constexpr unsigned plans_every = 3;  // steps
 
   AvoidanceOptions options_;
   ShieldOptions shield_;

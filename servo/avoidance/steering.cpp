@@ -10,7 +10,6 @@
 namespace ballservo {
 
 namespace {
-constexpr int plan_every = 5;         // control steps between two plans
 constexpr double saves_share = 0.85;  // of the old way's cost
 constexpr double same_goal_m = 0.3;
 // Places to look from: every so many blocks, no nearer and no longer a way than this. A look costs the time

@@ -65,6 +65,8 @@ class Steering {
   /// The barrier keeps this from what stands, if it can: what the shield asks for, and the cell's half
   /// diagonal.
   static constexpr double margin_m = 0.10;
+  /// A way is planned once in so many steps.
+  static constexpr unsigned plan_every = 5;
 
   /// `half_view_rad`: the ball further aside is out of the picture of a camera that looks ahead.
   Steering(double half_view_rad, const UnicycleLimits& limits, const Footprint& footprint);
@@ -104,7 +106,7 @@ class Steering {
   std::array<RefusedPose, 8> refused_{};  // a ring
   std::size_t next_refused_ = 0;
   Twist2 wanted_;  // in the step before
-  int steps_ = 0;
+  unsigned steps_ = 0;
   double moving_s_ = -1;  // when it last did what was wanted
   Recovery recovery_ = Recovery::none;
   double recovery_since_s_ = 0, recovery_yaw_rad_ = 0;
