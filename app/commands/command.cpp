@@ -174,6 +174,7 @@ void check_outputs(const CLI::App& command, const CommonOptions& options) {
     const CLI::Option* const option = command.get_option_no_throw(flag);
     return option && option->count() > 0 && option->as<bool>();
   };
+  const bool has_jobs = command.get_option_no_throw("--resume") != nullptr;
   FaultList faults;
   for (const CLI::Option* const option : command.get_options()) {
     if (option->get_group() != outputs_group) continue;
@@ -181,7 +182,7 @@ void check_outputs(const CLI::App& command, const CommonOptions& options) {
     for (const std::filesystem::path name : option->results()) {
       std::error_code unreadable;
       if (name == standard_output) continue;
-      if (folder &&
+      if (folder && has_jobs &&
           (given("--resume") || std::filesystem::exists(name / WorkFolder::journal_name, unreadable)))
         continue;
       faults.collect([&] {

@@ -122,6 +122,8 @@ TEST_F(Program, OutputsThatCannotBeWrittenAreAllNamed) {
     EXPECT_THAT(sweep, HasSubstr("c.json: found an existing file"));
     EXPECT_EQ(sweep.find("sweep: found") == std::string::npos, *resume != 0) << sweep;
   }
+  put("sweep/unfinished.journal", "");
+  EXPECT_THAT(faults("live none.yaml --record sweep"), HasSubstr("sweep: found a folder that is not empty"));
 }
 
 TEST_F(Program, RangesAreSpokenOfWhereThereAreSome) {
