@@ -7,6 +7,7 @@ namespace ballservo {
 
 namespace {
 constexpr int directions = 36;  // of a turn on the spot
+constexpr double apart_rad = 6.283185307179586 / directions;
 // So likely is the ball behind the start, or far from where it was lost.
 constexpr double least_weight = 0.05;
 constexpr double lost_m = 1.0;  // half as likely so far from where it was lost
@@ -48,17 +49,32 @@ double ViewedFloor::likely(const Eigen::Vector2d& p_O) const {
   return least_weight + (1.0 - least_weight) * ahead * ahead;
 }
 
+double ViewedFloor::new_along_m2(const Eigen::Vector2d& from, double heading_rad,
+                                 const ObstacleMap& map) const {
+  double sum_m2 = 0;
+  along(from, heading_rad, map, [&](const FloorCell& block, double range_m) {
+    if (viewed_[window_.index(block)] != 0) return;
+    sum_m2 += range_m * apart_rad * view_step_m *
+              likely({(block.column + 0.5) * block_m, (block.row + 0.5) * block_m});
+  });
+  return sum_m2;
+}
+
 double ViewedFloor::new_from_m2(const Eigen::Vector2d& p_O, const ObstacleMap& map) const {
   double sum_m2 = 0;
-  constexpr double apart_rad = 6.283185307179586 / directions;
-  for (int k = 0; k < directions; ++k) {
-    along(p_O, k * apart_rad, map, [&](const FloorCell& block, double range_m) {
-      if (viewed_[window_.index(block)] != 0) return;
-      sum_m2 += range_m * apart_rad * view_step_m *
-                likely({(block.column + 0.5) * block_m, (block.row + 0.5) * block_m});
-    });
-  }
+  for (int k = 0; k < directions; ++k) sum_m2 += new_along_m2(p_O, k * apart_rad, map);
   return sum_m2;
+}
+
+double ViewedFloor::sooner_left(const Pose2& pose, const ObstacleMap& map) const {
+  double left = 0, right = 0;
+  for (int k = 0; k < directions; ++k) {
+    const double turn_rad = (k + 0.5) * apart_rad;
+    const double new_m2 = new_along_m2({pose.x_m, pose.y_m}, pose.yaw_rad + turn_rad, map);
+    left += new_m2 * turn_rad;
+    right += new_m2 * (directions * apart_rad - turn_rad);
+  }
+  return left > 0.0 ? right / left : 1.0;
 }
 
 }  // namespace ballservo

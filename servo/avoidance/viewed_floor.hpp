@@ -34,12 +34,16 @@ class ViewedFloor {
   /// How much floor (m^2) would be seen from there for the first time by a turn on the spot. Until the ball
   /// is seen, floor behind the first pose counts less: where a robot is set down, the ball is rather ahead.
   double new_from_m2(const Eigen::Vector2d& p_O, const ObstacleMap& map) const;
+  /// To the left a turn on the spot shows it so many times sooner, on average, than to the right.
+  double sooner_left(const Pose2& pose, const ObstacleMap& map) const;
 
  private:
   template <typename Visit>
   void along(const Eigen::Vector2d& from, double heading_rad, const ObstacleMap& map,
              const Visit& visit) const;
   double likely(const Eigen::Vector2d& p_O) const;
+  /// In the sector of a direction.
+  double new_along_m2(const Eigen::Vector2d& from, double heading_rad, const ObstacleMap& map) const;
 
   FloorWindow<size> window_;
   std::vector<std::uint8_t> viewed_;

@@ -72,9 +72,9 @@ constexpr Transition transitions[] = {
     {set(S::search), F::turned_around, F::always, S::explore,
      "not here: driving to another place to look from", Effect::set_out},
     {set(S::explore), F::arrived_there, F::moves, S::search, "at another place: turning to look from here",
-     Effect::begin_turn_back},
+     Effect::begin_turn},
     {set(S::explore), F::out_of_time, F::moves, S::search, "at another place: turning to look from here",
-     Effect::begin_turn_back},
+     Effect::begin_turn},
     {set(S::explore), F::out_of_time, F::is_blocked, S::search, "no way on: turning to look from here",
      Effect::begin_turn},
 

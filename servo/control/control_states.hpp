@@ -80,7 +80,7 @@ class Findings {
 };
 
 /// What a transition brings about besides the state.
-enum class Effect { none, begin_turn, begin_turn_back, resume_turn, pass_over, set_out, trust, lose };
+enum class Effect { none, begin_turn, resume_turn, pass_over, set_out, trust, lose };
 
 /// A set of states.
 using StateSet = std::uint16_t;

@@ -223,6 +223,7 @@ Findings Controller::look_around(double time_s, const RobotMotion& now, const Ro
   const double aside_rad = target ? std::abs(target->bearing_rad - pan_.angle_rad) : 0.0;
   switch (activity) {
     case ControlState::search:
+      if (steers() && search_.has_set_out()) search_.prefer(avoidance_->sooner_left());
       findings.add(Finding::turned_around,
                    !seen_now && (search_.turn(time_s, now.twist) || knows_view(in_state_s)));
       findings.add(Finding::no_place_left, !steers() || !search_.may_set_out());
@@ -261,10 +262,9 @@ Findings Controller::look_around(double time_s, const RobotMotion& now, const Ro
   return findings;
 }
 
-/// Whether it is known what a turn here would show, after a first look from another place.
+/// Whether it is known what a turn here would show, after a first look.
 bool Controller::knows_view(double in_state_s) const {
-  return steers() && search_.has_set_out() && in_state_s > Search::look_s &&
-         avoidance_->has_seen_all_from_here();
+  return steers() && in_state_s > Search::look_s && avoidance_->has_seen_all_from_here();
 }
 
 /// The transition that the findings allow, and what it brings about.
@@ -276,8 +276,6 @@ void Controller::react(const Findings& findings, double time_s, const Pose2& pos
   switch (transition->effect) {
     case Effect::begin_turn:
       return search_.begin_turn(time_s);
-    case Effect::begin_turn_back:
-      return search_.begin_turn_back(time_s, pose.yaw_rad);
     case Effect::resume_turn:
       return search_.resume_turn(time_s);
     case Effect::pass_over:

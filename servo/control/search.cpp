@@ -11,6 +11,7 @@ constexpr double first_turn_rad = 0.6;  // of the first turn: half a wide pictur
 constexpr double whole_turn_rad = 6.8;  // and the ball's width over a full turn
 constexpr double turning_radps = 0.1,
                  held_back_s = 0.8;   // slower for so long: the shield lets it turn no further
+constexpr double much_sooner = 1.5;   // so many times, for turning back
 constexpr int most_flips = 2;         // both ways have been tried
 constexpr double excursion_s = 15.0;  // 4 m through gaps, at 0.25 to 0.6 m/s
 constexpr double shortest_excursion_m = 0.4, arrived_m = 0.15;
@@ -34,12 +35,19 @@ void Search::note_heading(double yaw_rad, bool searching) {
 
 void Search::begin_turn(double time_s) {
   turned_rad_ = 0;
+  turned_back_ = false;
   resume_turn(time_s);
 }
 
-void Search::begin_turn_back(double time_s, double yaw_rad) {
-  begin_turn(time_s);
-  note_ball(wrap_angle(start_.yaw_rad - yaw_rad));
+void Search::prefer(double sooner_left) {
+  looked_aside_ = true;  // or it need not
+  const bool begins = turned_rad_ == 0.0;
+  if (flips_ > 0 || (turned_back_ && !begins)) return;
+  const double other_way = sign_ > 0.0 ? 1.0 / sooner_left : sooner_left;
+  if (other_way < (begins ? 1.0 : much_sooner)) return;
+  sign_ = -sign_;
+  turned_rad_ = 0;
+  turned_back_ = !begins;
 }
 
 bool Search::looks(double time_s) const { return turned_rad_ == 0.0 && time_s - turn_since_s_ < look_s; }

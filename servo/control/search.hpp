@@ -35,8 +35,9 @@ class Search {
     passed_over_s_ = time_s;
   }
   bool passes_over(double time_s) const { return time_s - passed_over_s_ < look_s + pass_over_s; }
-  /// A turn begins towards where the run began to look: the ball is there, behind something.
-  void begin_turn_back(double time_s, double yaw_rad);
+  /// To the left the turn shows what was not seen yet so many times sooner than to the right. It goes there;
+  /// once it may turn back.
+  void prefer(double sooner_left);
   /// A step of the turn at the robot's twist; true when it has shown all that it can.
   bool turn(double time_s, const Twist2& twist);
   /// What the turn asks of the drive.
@@ -72,7 +73,7 @@ class Search {
   double turn_since_s_ = 0, turning_s_ = 0;   // when it began; when the robot last turned
   double passed_over_s_ = -1e9;               // when what was seen was last passed over
   int flips_ = 0;                             // because the robot could not turn on
-  bool looked_aside_ = false;
+  bool looked_aside_ = false, turned_back_ = false;
   int excursions_ = 0;
   Eigen::Vector2d p_OD_{0, 0};
   double excursion_since_s_ = 0, expected_s_ = 0;

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "app/scenario/feasibility.hpp"
 #include "tests/closed_loop/closed_loop_run.hpp"
 
@@ -52,6 +54,26 @@ TEST(Obstacles, ABallBehindADeadEndOrAroundACornerIsFound) {
     }
   }
   EXPECT_GE(reached, 7);
+}
+
+TEST(Obstacles, WhereWallsHideAllBesideTheRobotItSetsOutBeforeAWholeTurn) {
+  const Scenario corner = load_scenario(test::project_data_dir() / "scenarios" / "corner.yaml", {}, 3);
+  const std::vector<StepRecord> steps = run_geometric(corner).steps;
+  const auto sets_out = std::find_if(steps.begin(), steps.end(), [](const StepRecord& step) {
+    return step.control.state == ControlState::explore;
+  });
+  ASSERT_NE(sets_out, steps.end());
+  EXPECT_LT(sets_out->time_s, 8.0) << "a whole turn takes 11.6 s";
+}
+
+TEST(Obstacles, FromAnotherPlaceTheRobotTurnsToWhatItHasNotSeen) {
+  double out_of_view_s = 0;
+  for (const std::uint64_t seed : {30128, 30289, 30694, 31105, 31115, 31399}) {
+    const RunSummary s = run_geometric(obstacles(seed)).summary;
+    EXPECT_EQ(s.outcome, Outcome::reached) << seed;
+    out_of_view_s += s.out_of_view_s;
+  }
+  EXPECT_LT(out_of_view_s, 40.0) << "93 with turns to any side, 8 to the right one";
 }
 
 TEST(Obstacles, AWayEndsAtRestAtItsGoal) {

@@ -126,13 +126,40 @@ TEST(Search, AnExcursionEndsWhereTheBrakeTakesItOrWhenItsTimeIsUp) {
   EXPECT_TRUE(search.out_of_time(20.1)) << "there is no way";
 }
 
-TEST(Search, TurnsBackTowardsWhereItLookedFirst) {
-  for (const double yaw_rad : {-2.0, 2.0}) {
-    Search search;
-    search.start(0, {});
-    search.begin_turn_back(0, yaw_rad);
-    EXPECT_LT(search.turn_command(1.0).w_radps * yaw_rad, 0);
+TEST(Search, TurnsToTheSideThatShowsTheRestSoonerAndTurnsBackOnceForMuch) {
+  for (const double sooner_left : {0.9, 1.1}) {
+    const double side = sooner_left > 1.0 ? 1.0 : -1.0;
+    Turning robot;
+    const auto turns_to_it = [&] { return robot.search.turn_command(robot.time_s).w_radps * side > 0; };
+    robot.search.begin_turn(0);
+    robot.search.prefer(sooner_left);
+    robot.turn(2.0);
+    EXPECT_TRUE(turns_to_it());
+    EXPECT_GT(robot.pose.yaw_rad * side, 1.0) << "it is no look aside";
+    robot.search.prefer(side > 0 ? 0.8 : 1.25);
+    EXPECT_TRUE(turns_to_it()) << "not for little";
+    robot.search.prefer(side > 0 ? 0.6 : 1.7);
+    EXPECT_FALSE(turns_to_it());
+    robot.turn(1.0);
+    robot.search.prefer(side > 0 ? 5.0 : 0.2);
+    EXPECT_FALSE(turns_to_it()) << "once";
+    EXPECT_FALSE(robot.turn(8.0)) << "all around from here";
+    robot.search.begin_turn(robot.time_s);
+    robot.search.prefer(sooner_left);
+    robot.turn(1.0);
+    EXPECT_TRUE(turns_to_it()) << "another turn";
   }
+}
+
+TEST(Search, AHeldTurnIsNotPreferred) {
+  Turning robot;
+  robot.search.begin_turn(0);
+  robot.search.prefer(2.0);
+  robot.turn(1.5, true);  // held: the other way round is tried
+  const double sign = robot.search.turn_command(robot.time_s).w_radps;
+  EXPECT_LT(sign, 0);
+  robot.search.prefer(9.0);
+  EXPECT_EQ(robot.search.turn_command(robot.time_s).w_radps, sign);
 }
 
 TEST(Search, MissesABallOnlyWhereItShouldBeSeen) {

@@ -385,6 +385,20 @@ TEST(ViewedFloor, FloorBehindTheFirstPoseCountsLess) {
   EXPECT_GT(viewed.new_from_m2({3, 0}, open.map), 2.0 * viewed.new_from_m2({-3, 0}, open.map));
 }
 
+TEST(ViewedFloor, KnowsWhichWayRoundATurnShowsTheRestSooner) {
+  const Place open(false);
+  const ObstacleMap& map = open.map;
+  ViewedFloor viewed;
+  viewed.look({0, 0, 0.9}, 0.01, map);
+  EXPECT_NEAR(viewed.sooner_left({0, 0, 0.9}, map), 1.0, 0.1) << "both ways as soon";
+  for (const double yaw_rad : {0.6, 1.2}) viewed.look({0, 0, yaw_rad}, 0.6, map);
+  EXPECT_LT(viewed.sooner_left({}, map), 0.7) << "to the left all was seen";
+  EXPECT_GT(viewed.sooner_left({0, 0, 1.8}, map), 1.5);
+  EXPECT_GT(viewed.sooner_left({0, 0, 1.8 + 2 * M_PI}, map), 1.5);
+  for (int k = 0; k < 200; ++k) viewed.look({0, 0, k * 0.05}, 0.6, map);
+  EXPECT_GT(viewed.sooner_left({}, map), 0.0) << "defined where all was seen";
+}
+
 TEST(ViewedFloor, ForgetsWhatTheWindowLeaves) {
   const ObstacleMap open = Place(false).map;
   ViewedFloor viewed = look_around(open);
