@@ -17,6 +17,8 @@ struct CalibrateBoardOptions {
 
 int calibrate_board(const CalibrateBoardOptions& options) {
   const Board board = parse_board(options.board, options.square_m);
+  if (options.output.extension() != ".pdf")
+    throw InputError("-o", options.output.string(), "a name that ends in .pdf");
   const BoardSheet sheet = draw_board_sheet(board, options.board);
   OutputFile file(options.output, options.common.overwrite(options.output));
   file.write(sheet.pdf);

@@ -79,11 +79,6 @@ SteeringOutput Avoidance::steer(const SteeringInput& input) {
   return output;
 }
 
-bool Avoidance::has_seen_all_from_here() const {
-  constexpr double little_m2 = 0.3;
-  return viewed_.new_from_m2({grid_.pose().x_m, grid_.pose().y_m}, *map_) < little_m2;
-}
-
 ShieldVerdict Avoidance::check(double now_s, const Twist2& command, const RobotMotion& when_it_acts) {
   SensorStamps stamps = watch_.stamps();
   stamps.frame_s = frame_s_;

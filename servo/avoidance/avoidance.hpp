@@ -69,10 +69,8 @@ class Avoidance {
   SteeringOutput steer(const SteeringInput& input);
   /// Where to look for the ball next; only where steers().
   Eigen::Vector2d place_to_look_from() { return steering_->place_to_look_from(*map_, grid_, viewed_); }
-  /// Whether a turn on the spot would show hardly anything that was not seen before.
-  bool has_seen_all_from_here() const;
-  /// Which way round it would show the rest sooner: to the left so many times.
-  double sooner_left() const { return viewed_.sooner_left(grid_.pose(), *map_); }
+  /// What a turn on the spot would show; only where steers().
+  UnseenFloor unseen_from_here() const { return viewed_.unseen_from(grid_.pose(), *map_); }
   /// The ball was lost there: what was seen before counts no longer, and it is rather near.
   void expect_ball(const Eigen::Vector2d& p_OB) { viewed_.expect(p_OB); }
   void reset_steering() {

@@ -114,7 +114,8 @@ Eigen::Vector2d Steering::place_to_look_from(const ObstacleMap& map, const Occup
       if (navigation_.clearance_m(p_O) < enough_m || (p_O - p_OR).norm() < nearest_place_m) continue;
       const double way_m = navigation_.cost_m({column, row});
       if (!(way_m < farthest_place_m)) continue;
-      const double score = (viewed.new_from_m2(p_O, map) + known_m2) / (way_m + look_m);
+      const double score =
+          (viewed.unseen_from({p_O.x(), p_O.y()}, map).area_m2 + known_m2) / (way_m + look_m);
       if (score <= best) continue;
       best = score;
       best_place = p_O;

@@ -60,21 +60,15 @@ double ViewedFloor::new_along_m2(const Eigen::Vector2d& from, double heading_rad
   return sum_m2;
 }
 
-double ViewedFloor::new_from_m2(const Eigen::Vector2d& p_O, const ObstacleMap& map) const {
-  double sum_m2 = 0;
-  for (int k = 0; k < directions; ++k) sum_m2 += new_along_m2(p_O, k * apart_rad, map);
-  return sum_m2;
-}
-
-double ViewedFloor::sooner_left(const Pose2& pose, const ObstacleMap& map) const {
-  double left = 0, right = 0;
+UnseenFloor ViewedFloor::unseen_from(const Pose2& pose, const ObstacleMap& map) const {
+  double left_m2rad = 0, sum_m2 = 0;
   for (int k = 0; k < directions; ++k) {
     const double turn_rad = (k + 0.5) * apart_rad;
     const double new_m2 = new_along_m2({pose.x_m, pose.y_m}, pose.yaw_rad + turn_rad, map);
-    left += new_m2 * turn_rad;
-    right += new_m2 * (directions * apart_rad - turn_rad);
+    left_m2rad += new_m2 * turn_rad;
+    sum_m2 += new_m2;
   }
-  return left > 0.0 ? right / left : 1.0;
+  return {sum_m2, sum_m2 > 0.0 ? directions * apart_rad * sum_m2 / left_m2rad - 1.0 : 1.0};
 }
 
 }  // namespace ballservo

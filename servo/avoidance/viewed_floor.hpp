@@ -12,6 +12,12 @@
 
 namespace ballservo {
 
+/// What a turn on the spot shows for the first time.
+struct UnseenFloor {
+  double area_m2;
+  double sooner_left;  ///< to the left it comes so many times sooner, on average, than to the right
+};
+
 /// A window of blocks around the robot, in the odometry's frame. Allocates in the constructor only.
 class ViewedFloor {
  public:
@@ -31,11 +37,9 @@ class ViewedFloor {
     p_OB_ = p_OB;
   }
 
-  /// How much floor (m^2) would be seen from there for the first time by a turn on the spot. Until the ball
-  /// is seen, floor behind the first pose counts less: where a robot is set down, the ball is rather ahead.
-  double new_from_m2(const Eigen::Vector2d& p_O, const ObstacleMap& map) const;
-  /// To the left a turn on the spot shows it so many times sooner, on average, than to the right.
-  double sooner_left(const Pose2& pose, const ObstacleMap& map) const;
+  /// What a turn on the spot would show from there. Until the ball is seen, floor behind the first pose
+  /// counts less: where a robot is set down, the ball is rather ahead.
+  UnseenFloor unseen_from(const Pose2& pose, const ObstacleMap& map) const;
 
  private:
   template <typename Visit>

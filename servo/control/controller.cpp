@@ -16,6 +16,7 @@ constexpr int sightings_to_trust = 3;    // confirmed ones, before the robot dri
 constexpr double acquire_s = 0.5;        // a sighting that is not confirmed within it is let go
 constexpr double coast_s = 0.6;          // the robot drives on the prediction so long without a sighting
 constexpr double stale_s = 0.2;          // without a frame (beyond the latency) for so long, the robot stops
+constexpr double little_m2 = 0.3;        // a turn that shows less floor is not worth it
 constexpr double remember_s = 30.0;      // a ball out of sight is driven to for so long, with avoidance
 constexpr double turn_first_rad = 1.05;  // a ball further to the side is turned to before the law drives
 // Both errors below the first: arrived. Either above the second: correct.
@@ -222,12 +223,17 @@ Findings Controller::look_around(double time_s, const RobotMotion& now, const Ro
   const double bearing_rad = target ? std::abs(target->bearing_rad) : 0.0;
   const double aside_rad = target ? std::abs(target->bearing_rad - pan_.angle_rad) : 0.0;
   switch (activity) {
-    case ControlState::search:
-      if (steers() && search_.has_set_out()) search_.prefer(avoidance_->sooner_left());
-      findings.add(Finding::turned_around,
-                   !seen_now && (search_.turn(time_s, now.twist) || knows_view(in_state_s)));
+    case ControlState::search: {
+      bool saw_all = false;
+      if (steers()) {
+        const UnseenFloor unseen = avoidance_->unseen_from_here();
+        if (search_.has_set_out()) search_.prefer(unseen.sooner_left);
+        saw_all = in_state_s > Search::look_s && unseen.area_m2 < little_m2;
+      }
+      findings.add(Finding::turned_around, !seen_now && (search_.turn(time_s, now.twist) || saw_all));
       findings.add(Finding::no_place_left, !steers() || !search_.may_set_out());
       break;
+    }
     case ControlState::explore:
       findings.add(Finding::arrived_there, search_.arrives(now.pose, now.twist, options_.limits.a_max_mps2));
       findings.add(Finding::out_of_time, search_.out_of_time(time_s));
@@ -260,11 +266,6 @@ Findings Controller::look_around(double time_s, const RobotMotion& now, const Ro
       break;
   }
   return findings;
-}
-
-/// Whether it is known what a turn here would show, after a first look.
-bool Controller::knows_view(double in_state_s) const {
-  return steers() && in_state_s > Search::look_s && avoidance_->has_seen_all_from_here();
 }
 
 /// The transition that the findings allow, and what it brings about.

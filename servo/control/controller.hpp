@@ -115,7 +115,6 @@ class Controller {
   std::optional<LawOutput> ask_law(const Target& target) const;
   Findings look_around(double time_s, const RobotMotion& now, const RobotMotion& when_it_acts,
                        const std::optional<Target>& target);
-  bool knows_view(double in_state_s) const;
   void react(const Findings& findings, double time_s, const Pose2& pose);
   Wish wanted(double time_s, const Pose2& pose, const RobotMotion& when_it_acts,
               const std::optional<Target>& target, const std::optional<LawOutput>& law) const;

@@ -44,7 +44,7 @@ void Search::prefer(double sooner_left) {
   const bool begins = turned_rad_ == 0.0;
   if (flips_ > 0 || (turned_back_ && !begins)) return;
   const double other_way = sign_ > 0.0 ? 1.0 / sooner_left : sooner_left;
-  if (other_way < (begins ? 1.0 : much_sooner)) return;
+  if (other_way <= (begins ? 1.0 : much_sooner)) return;
   sign_ = -sign_;
   turned_rad_ = 0;
   turned_back_ = !begins;

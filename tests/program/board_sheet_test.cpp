@@ -107,6 +107,13 @@ TEST_F(BoardSheetTest, WhatNobodyCanPrintIsRefused) {
     EXPECT_EQ(run(std::string("calibrate board -o board.pdf ") + words).code, 2) << words;
     EXPECT_EQ(names().count("board.pdf"), 0u) << words;
   }
+  for (const char* name : {"board.png", "board", ".pdf"}) {
+    const Ending ending =
+        run(std::string("calibrate board --board chessboard:9x6 --square 0.025 -o ") + name);
+    EXPECT_EQ(ending.code, 2) << name;
+    EXPECT_THAT(ending.messages, HasSubstr("a name that ends in .pdf"));
+    EXPECT_EQ(names().count(name), 0u);
+  }
   put("board.pdf", "mine");
   EXPECT_EQ(run("calibrate board --board chessboard:9x6 --square 0.025 -o board.pdf").code, 2);
   EXPECT_EQ(contents("board.pdf"), "mine");

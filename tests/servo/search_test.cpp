@@ -151,6 +151,16 @@ TEST(Search, TurnsToTheSideThatShowsTheRestSoonerAndTurnsBackOnceForMuch) {
   }
 }
 
+TEST(Search, KeepsItsSideWhereBothAreAsSoon) {
+  Search search;
+  search.start(0, {});
+  const double before_radps = search.turn_command(2.0).w_radps;
+  search.prefer(1.0);
+  search.prefer(1.0);
+  search.prefer(1.0);
+  EXPECT_EQ(search.turn_command(2.0).w_radps, before_radps);
+}
+
 TEST(Search, AHeldTurnIsNotPreferred) {
   Turning robot;
   robot.search.begin_turn(0);

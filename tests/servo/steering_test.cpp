@@ -369,20 +369,21 @@ TEST(ViewedFloor, WhatWasInThePictureIsNotNewAndWhatIsHiddenIs) {
   ViewedFloor none;
   none.look({}, 0.01, open.map);
   const ViewedFloor all = look_around(open.map), hidden = look_around(wall.map);
-  EXPECT_GT(none.new_from_m2({0, 0}, open.map), 10.0);
-  EXPECT_LT(all.new_from_m2({0, 0}, open.map), 0.02 * none.new_from_m2({0, 0}, open.map));
-  EXPECT_LT(hidden.new_from_m2({0, 0}, wall.map), 0.3) << "what is hidden stays so";
-  EXPECT_GT(hidden.new_from_m2({1.2, 1.2}, wall.map), 2.0) << "and is seen from beside the wall";
+  EXPECT_GT(none.unseen_from({0, 0}, open.map).area_m2, 10.0);
+  EXPECT_LT(all.unseen_from({0, 0}, open.map).area_m2, 0.02 * none.unseen_from({0, 0}, open.map).area_m2);
+  EXPECT_LT(hidden.unseen_from({0, 0}, wall.map).area_m2, 0.3) << "what is hidden stays so";
+  EXPECT_GT(hidden.unseen_from({1.2, 1.2}, wall.map).area_m2, 2.0) << "and is seen from beside the wall";
   ViewedFloor ahead;
   ahead.look({}, 0.5, open.map);
-  EXPECT_GT(ahead.new_from_m2({0, 0}, open.map), 3.0) << "only ahead was looked at";
+  EXPECT_GT(ahead.unseen_from({0, 0}, open.map).area_m2, 3.0) << "only ahead was looked at";
 }
 
 TEST(ViewedFloor, FloorBehindTheFirstPoseCountsLess) {
   const Place open(false);
   ViewedFloor viewed;
   viewed.look({}, 0.1, open.map);
-  EXPECT_GT(viewed.new_from_m2({3, 0}, open.map), 2.0 * viewed.new_from_m2({-3, 0}, open.map));
+  EXPECT_GT(viewed.unseen_from({3, 0}, open.map).area_m2,
+            2.0 * viewed.unseen_from({-3, 0}, open.map).area_m2);
 }
 
 TEST(ViewedFloor, KnowsWhichWayRoundATurnShowsTheRestSooner) {
@@ -390,13 +391,13 @@ TEST(ViewedFloor, KnowsWhichWayRoundATurnShowsTheRestSooner) {
   const ObstacleMap& map = open.map;
   ViewedFloor viewed;
   viewed.look({0, 0, 0.9}, 0.01, map);
-  EXPECT_NEAR(viewed.sooner_left({0, 0, 0.9}, map), 1.0, 0.1) << "both ways as soon";
+  EXPECT_NEAR(viewed.unseen_from({0, 0, 0.9}, map).sooner_left, 1.0, 0.1) << "both ways as soon";
   for (const double yaw_rad : {0.6, 1.2}) viewed.look({0, 0, yaw_rad}, 0.6, map);
-  EXPECT_LT(viewed.sooner_left({}, map), 0.7) << "to the left all was seen";
-  EXPECT_GT(viewed.sooner_left({0, 0, 1.8}, map), 1.5);
-  EXPECT_GT(viewed.sooner_left({0, 0, 1.8 + 2 * M_PI}, map), 1.5);
+  EXPECT_LT(viewed.unseen_from({}, map).sooner_left, 0.7) << "to the left all was seen";
+  EXPECT_GT(viewed.unseen_from({0, 0, 1.8}, map).sooner_left, 1.5);
+  EXPECT_GT(viewed.unseen_from({0, 0, 1.8 + 2 * M_PI}, map).sooner_left, 1.5);
   for (int k = 0; k < 200; ++k) viewed.look({0, 0, k * 0.05}, 0.6, map);
-  EXPECT_GT(viewed.sooner_left({}, map), 0.0) << "defined where all was seen";
+  EXPECT_GT(viewed.unseen_from({}, map).sooner_left, 0.0) << "defined where all was seen";
 }
 
 TEST(ViewedFloor, ForgetsWhatTheWindowLeaves) {
@@ -404,11 +405,12 @@ TEST(ViewedFloor, ForgetsWhatTheWindowLeaves) {
   ViewedFloor viewed = look_around(open);
   viewed.look({20, 0, 0}, 0.1, open);
   viewed.look({0, 0, 0}, 0.1, open);
-  EXPECT_GT(viewed.new_from_m2({0, 0}, open), 10.0);
+  EXPECT_GT(viewed.unseen_from({0, 0}, open).area_m2, 10.0);
   viewed = look_around(open);
   viewed.expect({0, 0});
-  EXPECT_GT(viewed.new_from_m2({0, 0}, open), 2.0);
-  EXPECT_GT(viewed.new_from_m2({1, 0}, open), viewed.new_from_m2({3, 0}, open)) << "rather near";
+  EXPECT_GT(viewed.unseen_from({0, 0}, open).area_m2, 2.0);
+  EXPECT_GT(viewed.unseen_from({1, 0}, open).area_m2, viewed.unseen_from({3, 0}, open).area_m2)
+      << "rather near";
 }
 
 TEST(Steering, LooksForTheBallWhereTheWallHidesTheFloor) {
@@ -418,7 +420,7 @@ TEST(Steering, LooksForTheBallWhereTheWallHidesTheFloor) {
   const Eigen::Vector2d p_O = steering.place_to_look_from(wall.map, wall.grid, viewed);
   EXPECT_GT(p_O.x(), 0.5) << p_O.transpose();
   EXPECT_GT(std::abs(p_O.y()), 0.5) << p_O.transpose();
-  EXPECT_GT(viewed.new_from_m2(p_O, wall.map), 2.0);
+  EXPECT_GT(viewed.unseen_from({p_O.x(), p_O.y()}, wall.map).area_m2, 2.0);
 }
 
 }  // namespace
