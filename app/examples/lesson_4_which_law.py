@@ -54,6 +54,6 @@ print(f"my law: {run.summary['outcome_text']}; at the end {off_m * 1e3:+.2f} mm 
 if abs(off_m) > 0.01:
     sys.exit("a law in Python should drive to 1 cm")
 
-# Try: vary={"law.gain_per_s": [2, 4, 8, 16], "camera.latency_s": [0.033, 0.1, 0.2]}: where does it begin to swing?
+# Try: vary={"law.gain_per_s": [1, 2, 4, 8], "camera.latency_s": [0.033, 0.1, 0.2]}: where does it begin to swing?
 # Try: my_law without the turn (w = 0). What does the controller do when the ball leaves the picture?
 # Try: scenario obstacles.yaml. Which part of the way is the law's now?
