@@ -149,7 +149,8 @@ class Attack:
         self.allowed, self.before, self.options, self.stop_s, self.said = {2}, None, {}, None, ""
 
     def extension(self, option):
-        return {"--video": ".mkv", "--save-camera": ".yaml", "--output": ".yaml" if self.command == "calibrate camera" else ""}.get(option, "")
+        output = {"calibrate camera": ".yaml", "calibrate board": ".pdf"}.get(self.command, "")
+        return {"--video": ".mkv", "--save-camera": ".yaml", "--output": output}.get(option, "")
 
     def words(self, **names):
         chosen = [o for o in self.optional if self.random.random() < 0.4]
