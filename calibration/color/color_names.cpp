@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
+#include <stdexcept>
 
 namespace ballservo {
 namespace {
@@ -23,6 +25,24 @@ constexpr std::array<HueRange, 8> ranges = {{{"red", 16, 43},
                                              {"blue", 228, 309},
                                              {"purple", 309, 340},
                                              {"pink", 340, 376}}};
+
+/// What else people say, and the word whose hues it names.
+struct OtherWord {
+  const char *said, *word;
+};
+constexpr std::array<OtherWord, 13> other_words = {{{"crimson", "red"},
+                                                    {"brown", "orange"},
+                                                    {"gold", "yellow"},
+                                                    {"lime", "green"},
+                                                    {"olive", "green"},
+                                                    {"turquoise", "cyan"},
+                                                    {"teal", "cyan"},
+                                                    {"aqua", "cyan"},
+                                                    {"navy", "blue"},
+                                                    {"violet", "purple"},
+                                                    {"lilac", "purple"},
+                                                    {"magenta", "purple"},
+                                                    {"rose", "pink"}}};
 
 constexpr double shared_border_deg = 12;  // how far a word reaches into its neighbours when a user says it
 
@@ -64,15 +84,28 @@ std::string color_word(const Eigen::Vector3d& lab) {
   return word;
 }
 
-std::optional<double> hue_distance_to_word_deg(const std::string& word, double hue_deg) {
-  for (const HueRange& range : ranges) {
-    if (word != range.word) continue;
-    if (within(range, hue_deg)) return 0.0;
-    const double outside =
-        std::min(hue_distance_deg(hue_deg, range.low_deg), hue_distance_deg(hue_deg, range.high_deg));
-    return std::max(0.0, outside - shared_border_deg);
+std::optional<std::string> word_in_name(std::string_view name) {
+  constexpr const char* letters = "abcdefghijklmnopqrstuvwxyz";
+  std::set<std::string> said;
+  for (std::size_t from = 0, to = 0; (from = name.find_first_of(letters, to)) != name.npos;) {
+    to = std::min(name.find_first_not_of(letters, from), name.size());
+    const std::string_view part = name.substr(from, to - from);
+    for (const HueRange& range : ranges)
+      if (part == range.word) said.insert(range.word);
+    for (const OtherWord& other : other_words)
+      if (part == other.said) said.insert(other.word);
   }
-  return std::nullopt;
+  return said.size() == 1 ? std::optional(*said.begin()) : std::nullopt;
+}
+
+double hue_distance_to_word_deg(std::string_view word, double hue_deg) {
+  const auto named =
+      std::find_if(ranges.begin(), ranges.end(), [&](const HueRange& range) { return word == range.word; });
+  if (named == ranges.end()) throw std::logic_error("no colour word: " + std::string(word));
+  if (within(*named, hue_deg)) return 0;
+  const double outside =
+      std::min(hue_distance_deg(hue_deg, named->low_deg), hue_distance_deg(hue_deg, named->high_deg));
+  return std::max(0.0, outside - shared_border_deg);
 }
 
 }  // namespace ballservo

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ballservo {
@@ -21,8 +22,12 @@ double hue_distance_deg(double hue_a, double hue_b);
 /// light red is pink, a dark pink is red or purple.
 std::string color_word(const Eigen::Vector3d& lab);
 
-/// How far a hue lies from those that `word` may name: 0 inside, otherwise degrees to the nearer end; nothing
-/// if it is no colour word. Words share their borders generously (a tennis ball is yellow and green).
-std::optional<double> hue_distance_to_word_deg(const std::string& word, double hue_deg);
+/// The colour word that a class's name says: "light_green" and "green_2" say green, "navy" says blue; nothing
+/// where it says none, or two.
+std::optional<std::string> word_in_name(std::string_view name);
+
+/// How far a hue lies from those that a colour word may name: 0 inside, otherwise degrees to the nearer end.
+/// Words share their borders generously (a tennis ball is yellow and green).
+double hue_distance_to_word_deg(std::string_view word, double hue_deg);
 
 }  // namespace ballservo

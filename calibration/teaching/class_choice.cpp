@@ -23,6 +23,8 @@ constexpr double decisive_lead = 2, least_ball_log_odds = 0, sure_ball_log_odds 
 constexpr double least_share_beside = 1.0 / 3;  // of a colour in round things, beside a likelier ball
 constexpr std::size_t max_listed = 12;
 constexpr double sure_fit_ratio = 0.5, sure_radius_px = 8;
+constexpr double least_of_circle =
+    0.5;  // of a ball's pixels that have its colour; fingers and shine have not
 
 bool more_likely(const ColorGroup& a, const ColorGroup& b) { return a.log_odds() > b.log_odds(); }
 
@@ -47,12 +49,12 @@ bool leads(const std::vector<ColorGroup>& groups, Score score) {
   });
 }
 
-/// What the class's name says of a colour: 0 where we would call it so ourselves or the name is no word.
-double log_likelihood_of_word(const std::string& name, const ColorGroup& group) {
-  const auto away = hue_distance_to_word_deg(name, group.samples.hue_deg());
-  if (!away || group.word == name) return 0;
-  if (*away > farthest_hue_deg) return no_answer;
-  return -other_word - std::min(neighbouring, 0.5 * std::pow(*away / hue_spread_deg, 2));
+/// What the word in the class's name says of a colour: 0 where we would call it so ourselves or it has none.
+double log_likelihood_of_word(const std::optional<std::string>& word, const ColorGroup& group) {
+  if (!word || group.word == *word) return 0;
+  const double away = hue_distance_to_word_deg(*word, group.samples.hue_deg());
+  if (away > farthest_hue_deg) return no_answer;
+  return -other_word - std::min(neighbouring, 0.5 * std::pow(away / hue_spread_deg, 2));
 }
 
 /// What the pictures of the class say that show no ball of that colour: a user gives pictures of the ball.
@@ -93,6 +95,16 @@ std::string list_of(const ClassRequest& request, std::vector<ColorGroup> groups,
   return text;
 }
 
+/// Of the pixels inside a ball's circle, those of the group's colour.
+double share_of_color(const ColorGroup& group, const BallCandidate& ball) {
+  const auto of_color = std::count_if(
+      ball.samples.pixels.begin(), ball.samples.pixels.end(), [&](const ColorSamples::Pixel& pixel) {
+        return group.chroma.cells.at<uchar>(pixel.chroma_cell / ChromaHistogram::side,
+                                            pixel.chroma_cell % ChromaHistogram::side) != 0;
+      });
+  return static_cast<double>(of_color) / static_cast<double>(ball.samples.looked_at);
+}
+
 }  // namespace
 
 ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> groups,
@@ -104,14 +116,15 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
         request.name, pictures[request.pictures.front()].source, 2 * RegionSearchOptions().min_radius_px,
         request.name));
   }
+  const auto word = word_in_name(request.name);
   // Beside a sure ball of the word's colour, another is no likelier to be meant for being a clearer one.
   const bool shown = std::any_of(groups.begin(), groups.end(), [&](const ColorGroup& group) {
-    return group.word == request.name && group.log_odds() >= sure_ball_log_odds;
+    return group.word == word && group.log_odds() >= sure_ball_log_odds;
   });
   const auto score = [&](const ColorGroup& group) {
     const double odds = group.log_odds();
-    const bool other = shown && group.word != request.name;
-    return (other ? std::min(odds, sure_ball_log_odds) : odds) + log_likelihood_of_word(request.name, group) +
+    const bool other = shown && group.word != word;
+    return (other ? std::min(odds, sure_ball_log_odds) : odds) + log_likelihood_of_word(word, group) +
            log_likelihood_of_pictures(request, group);
   };
   std::stable_sort(groups.begin(), groups.end(),
@@ -120,7 +133,7 @@ ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> gro
   const auto refuse = [&](const char* reason) {
     throw Refusal(fmt::format("class {}: {}:{}", request.name, reason, list_of(request, groups, pictures)));
   };
-  if (log_likelihood_of_word(request.name, best) == no_answer)
+  if (log_likelihood_of_word(word, best) == no_answer)
     refuse(
         "no round thing of that colour was found; say where the ball is, or give the class another name. "
         "What was found");
@@ -159,6 +172,20 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
            : "\nRound regions that are no sure balls:" + list_of({"NAME", {0}, {}}, groups, pictures)));
 }
 
+std::string doubt_about_choice(const ClassRequest& request, const ColorGroup& chosen,
+                               std::vector<ColorGroup> groups, const std::vector<ColorPicture>& pictures) {
+  if (word_in_name(request.name)) return {};
+  groups.erase(std::remove_if(groups.begin(), groups.end(),
+                              [&](const ColorGroup& group) {
+                                return group.word == chosen.word || group.log_odds() < sure_ball_log_odds ||
+                                       group.round_share < least_share_beside;
+                              }),
+               groups.end());
+  if (groups.empty()) return {};
+  return fmt::format("{} was learnt from the clearest balls, which are {}; others are sure balls, too:{}",
+                     request.name, chosen.word, list_of(request, std::move(groups), pictures));
+}
+
 std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures) {
   const BallCandidate& best = group.balls.front();
   std::string reasons;
@@ -171,9 +198,12 @@ std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>
     add(fmt::format("{:.0f} % of its colour lies outside round things", 100 * (1 - group.round_share)));
   if (best.region.radius_px < sure_radius_px)
     add(fmt::format("it is only {:.0f} px across", 2 * best.region.radius_px));
-  const bool pointed_at = best.region.mask.empty();
-  if (!pointed_at && hue_distance_to_word_deg(group.word, group.samples.hue_deg()).value_or(0) > 0)
-    add("its colour is rather " + color_word(group.samples.mean_lab()));
+  const auto word = word_in_name(group.word);
+  const std::string seen = color_word(group.samples.mean_lab());
+  if (word && seen != *word && hue_distance_to_word_deg(*word, group.samples.hue_deg()) > 0)
+    add("its colour is rather " + seen);
+  if (const double share = share_of_color(group, best); share < least_of_circle)
+    add(fmt::format("only {:.0f} % of its circle has its colour", 100 * share));
   if (reasons.empty()) return {};
   return fmt::format(
       "{} was learnt from what lies around ({:.0f}, {:.0f}) px in {}, but not for sure: {}. Look at the "

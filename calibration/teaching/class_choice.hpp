@@ -15,6 +15,11 @@ std::vector<ColorGroup> ball_groups(std::vector<ColorGroup> groups,
 /// What speaks against a group's being a ball, in words; empty where nothing does.
 std::string doubt_about(const ColorGroup& group, const std::vector<ColorPicture>& pictures);
 
+/// What else the request's pictures show that is as surely a ball, in words, where the class's name does not
+/// say which colour is meant; empty where it does or nothing is.
+std::string doubt_about_choice(const ClassRequest& request, const ColorGroup& chosen,
+                               std::vector<ColorGroup> groups, const std::vector<ColorPicture>& pictures);
+
 /// The group that `request` means, of those that its pictures show. Throws Refusal (see learn_classes).
 ColorGroup chosen_group(const ClassRequest& request, std::vector<ColorGroup> groups,
                         const std::vector<ColorPicture>& pictures);

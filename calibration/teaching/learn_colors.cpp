@@ -190,13 +190,22 @@ LearntColors learn_classes(const std::vector<ColorPicture>& pictures,
   }
   Survey seen = survey(pictures, search);
   std::vector<ColorGroup> groups;
+  std::vector<std::string> doubts;
   for (const ClassRequest& request : requests) {
     const std::set<std::size_t> wanted(request.pictures.begin(), request.pictures.end());
-    groups.push_back(request.at ? pointed_group(request, candidates_in(wanted, seen), pictures)
-                                : chosen_group(request, groups_in(wanted, seen), pictures));
+    if (request.at) {
+      groups.push_back(pointed_group(request, candidates_in(wanted, seen), pictures));
+    } else {
+      const std::vector<ColorGroup> shown = groups_in(wanted, seen);
+      groups.push_back(chosen_group(request, shown, pictures));
+      std::string doubt = doubt_about_choice(request, groups.back(), shown, pictures);
+      if (!doubt.empty()) doubts.push_back(std::move(doubt));
+    }
     groups.back().word = request.name;
   }
-  return finish(std::move(groups), std::move(seen), pictures, background);
+  LearntColors learnt = finish(std::move(groups), std::move(seen), pictures, background);
+  learnt.doubts.insert(learnt.doubts.end(), doubts.begin(), doubts.end());
+  return learnt;
 }
 
 }  // namespace ballservo

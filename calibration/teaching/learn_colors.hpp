@@ -63,8 +63,8 @@ void add_class(LearntColors& colors, const std::string& name, const ColorGroup& 
 LearntColors learn_colors(const std::vector<ColorPicture>& pictures, const RegionSearchOptions& search = {},
                           const std::vector<ColorPicture>& background = {});
 
-/// One class per request. Which of several colours is meant, the ball pointed at settles, or a name that is a
-/// colour word (the colour nearest in hue). Throws Refusal when a class's pictures show nothing round and
+/// One class per request. Which of several colours is meant, the ball pointed at settles, or a name with a
+/// colour word in it (the colour nearest in hue). Throws Refusal when a class's pictures show nothing round and
 /// coloured, or several colours and nothing says which; InputError for names that are no class names or come
 /// twice, a pointed ball that is not finite, not larger than nothing or outside its picture (all faults at
 /// once).

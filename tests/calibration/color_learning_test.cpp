@@ -259,6 +259,40 @@ TEST(LearnClasses, AnyOtherNameIsRefusedWithWhatWouldSettleIt) {
             std::set<std::string>{"target"});
 }
 
+TEST(LearnClasses, AWordInANameIsMeant) {
+  for (const std::string name : {"blue", "dark_blue", "navy_2"}) {
+    const LearntColors learnt = learn_classes({four_balls()}, {{name, {0}, {}}});
+    EXPECT_LT((learnt.circles.at(name).at(0).center_px - Eigen::Vector2d(80, 170)).norm(), 2) << name;
+    EXPECT_TRUE(learnt.doubts.empty()) << name;
+  }
+}
+
+TEST(LearnClasses, AnyNameTakesTheClearestBallWithAWarningWhereOthersAreSure) {
+  cv::Mat picture = grey_picture();
+  draw_shaded_ball(picture, 90, 120, 50, blue_paint);
+  draw_shaded_ball(picture, 240, 120, 14, red_paint);
+  const auto learnt = [&](const char* name) {
+    return learn_classes({{"two.png", picture}}, {{name, {0}, {}}});
+  };
+  ASSERT_EQ(learnt("ball").doubts.size(), 1u);
+  EXPECT_NE(learnt("ball").doubts[0].find("--at ball=240,120,14"), std::string::npos)
+      << learnt("ball").doubts[0];
+  EXPECT_TRUE(learnt("blue").doubts.empty());
+  EXPECT_TRUE(learnt("red_one").doubts.empty());
+}
+
+TEST(LearnClasses, AWrongWordOrRadiusForABallPointedAtIsWarnedOf) {
+  const auto doubts = [](const char* name, const PointedBall& at) {
+    return learn_classes({four_balls()}, {{name, {0}, at}}).doubts;
+  };
+  EXPECT_TRUE(doubts("green", {{220, 60}, 34}).empty());
+  EXPECT_TRUE(doubts("ball", {{220, 60}, 34}).empty());
+  ASSERT_EQ(doubts("red", {{220, 60}, 34}).size(), 1u);
+  EXPECT_NE(doubts("red", {{220, 60}, 34})[0].find("rather green"), std::string::npos);
+  ASSERT_EQ(doubts("green", {{220, 60}, 60}).size(), 1u);
+  EXPECT_NE(doubts("green", {{220, 60}, 60})[0].find("of its circle has its colour"), std::string::npos);
+}
+
 TEST(LearnClasses, AWordForNothingInSightIsRefused) {
   cv::Mat picture = grey_picture();
   draw_shaded_ball(picture, 160, 120, 40, blue_paint);
