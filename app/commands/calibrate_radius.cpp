@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "app/commands/command.hpp"
 #include "app/commands/work_options.hpp"
@@ -87,16 +88,23 @@ struct Measurement {
 std::optional<UnitBall> unit_ball(Measurement& task, const cv::Mat& bgr, RadiusPicture& picture) {
   std::vector<const BallObservation*> balls;
   std::string names;
+  std::set<ClassIndex> classes;
   const auto wanted = task.colors->find(task.options.class_name);
-  for (const BallObservation& ball : task.detector.detect(bgr)) {
-    if (!ball.position || (wanted && ball.color_class != *wanted)) continue;
-    balls.push_back(&ball);
-    names += (names.empty() ? "" : ", ") + task.colors->name_of(ball.color_class);
-  }
+  const auto keep = [&](const std::vector<BallObservation>& found) {
+    for (const BallObservation& ball : found) {
+      if (!ball.position || (wanted && ball.color_class != *wanted)) continue;
+      balls.push_back(&ball);
+      names += (names.empty() ? "" : ", ") + task.colors->name_of(ball.color_class);
+      classes.insert(ball.color_class);
+    }
+  };
+  keep(task.detector.detect(bgr));
+  if (balls.empty()) keep(task.detector.detect_thoroughly(bgr));
   if (balls.empty()) picture.rejected = "no ball in it";
   if (balls.size() > 1)
-    picture.rejected =
-        "several balls in it (" + names + ")" + (wanted ? "" : ": --class NAME says which one is meant");
+    picture.rejected = "several balls in it (" + names + "): " +
+                       (classes.size() > 1 ? "--class NAME says which one is meant"
+                                           : "leave the one to be measured in view");
   if (balls.size() != 1) return std::nullopt;
   picture.class_name = task.colors->name_of(balls.front()->color_class);
   return UnitBall{balls.front()->position->p_C, balls.front()->position->covariance_m2};

@@ -209,12 +209,18 @@ int compare_pictures(CompareOptions options) {
   options.pictures.seed = options.common.seed;
   options.pictures.max_pixels = options.common.max_pixels;
   PictureFiles source(options.pictures);
+  const bool colored = !options.pictures.colors.empty();
+  if (!colored)
+    spdlog::warn(
+        "without --colors vote, sphere_* and detect_* do not know what is ball and what is not: they are "
+        "worse "
+        "than they would be");
   MethodList methods;
   for (const FitMethod& method : fit_methods()) methods.push_back(&method);
   const nlohmann::json description = {
       {"command", "compare --images"}, {"version", BALLSERVO_VERSION}, {"pictures_sha256", source.sha256()}};
   const std::string setting = "--images " + options.pictures.folder.filename().string() + " --start " +
-                              options.start +
+                              options.start + (colored ? "" : ", no colours") +
                               (options.pictures.camera.empty() ? ", no camera" : ", with a camera") +
                               (options.pictures.diameter_m > 0 ? ", diameter known" : ", diameter not known");
   const ComparisonReportText text{options.pictures.folder.filename().string() + "/", setting, false, false};

@@ -139,6 +139,10 @@ int run_sweep_command(const SweepCommandOptions& options) {
   WorkFolder folder(options.work.output, {description, sweep.shard}, options.work.resume,
                     options.common.overwrite(options.work.output), trials_of(works));
   const bool finished_before = folder.already_finished();
+  const std::size_t mine = works.size() * seeds_of(sweep).size();
+  if (!finished_before && folder.journal().size() > mine)
+    throw InputError("--trials", fmt::format("{} where {} are done", mine, folder.journal().size()),
+                     "no fewer than are done, another folder, or --force to begin anew");
   std::vector<Sweep> results;
   if (finished_before) {
     spdlog::info("{} is finished already", options.work.output.string());
@@ -153,7 +157,6 @@ int run_sweep_command(const SweepCommandOptions& options) {
           bar->step(done);
         });
   }
-  const std::size_t mine = works.size() * seeds_of(sweep).size();
   std::size_t done = 0;
   for (const Sweep& result : results) done += result.trials.size();
   const bool interrupted = done < mine;

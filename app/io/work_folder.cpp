@@ -1,5 +1,9 @@
 #include "app/io/work_folder.hpp"
 
+#include <fmt/format.h>
+
+#include <set>
+
 #include "app/io/interrupt.hpp"
 #include "calibration/base/fault.hpp"
 #include "calibration/base/numbers.hpp"
@@ -89,15 +93,15 @@ bool same_job(const nlohmann::json& a, const nlohmann::json& b) {
   return without_places(a) == without_places(b);
 }
 
-/// The first key in which two jobs differ, as "scenario_sha256".
+/// The keys in which two jobs differ, as "first_seed, trials".
 std::string difference(const nlohmann::json& of_a, const nlohmann::json& of_b) {
-  nlohmann::json a = without_places(of_a), b = without_places(of_b);
-  for (const nlohmann::json& one : {a, b}) {
+  const nlohmann::json a = without_places(of_a), b = without_places(of_b);
+  std::set<std::string> keys;
+  for (const nlohmann::json& one : {a, b})
     for (const auto& entry : one.items())
-      if (!a.contains(entry.key()) || !b.contains(entry.key()) || a[entry.key()] != b[entry.key()])
-        return entry.key();
-  }
-  return "nothing";
+      if (a.value(entry.key(), nlohmann::json()) != b.value(entry.key(), nlohmann::json()))
+        keys.insert(entry.key());
+  return fmt::format("{}", fmt::join(keys, ", "));
 }
 
 void check_results(const fs::path& folder, const Manifest& manifest, FaultList& faults) {

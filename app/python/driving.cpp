@@ -20,10 +20,11 @@ namespace {
 template <int Count>
 Eigen::Matrix<double, Count, 1> numbers_of(const py::object& said, const char* place, const char* allowed) {
   try {
-    return said.cast<Eigen::Matrix<double, Count, 1>>();
+    const auto numbers = said.cast<Eigen::Matrix<double, Count, 1>>();
+    if (numbers.allFinite()) return numbers;
   } catch (const py::cast_error&) {
-    throw InputError(place, py::repr(said).cast<std::string>(), allowed);
   }
+  throw InputError(place, py::repr(said).cast<std::string>(), allowed);
 }
 
 class PyLaw final : public Law {
@@ -33,8 +34,7 @@ class PyLaw final : public Law {
     const py::gil_scoped_acquire held;
     const py::object said = law_(p_CB, v_CB);
     if (said.is_none()) return std::nullopt;
-    const Eigen::Vector2d twist = numbers_of<2>(said, "law", "v_mps, w_radps; or None");
-    if (!twist.allFinite()) return std::nullopt;
+    const Eigen::Vector2d twist = numbers_of<2>(said, "law", "v_mps, w_radps, finite; or None");
     return LawOutput{{twist.x(), twist.y()}};
   }
 
@@ -51,10 +51,8 @@ class PyRobot final : public RobotBody {
   }
   RobotMotion advance_to(double time_s) override {
     const py::gil_scoped_acquire held;
-    const char* const allowed = "x_m, y_m, yaw_rad, v_mps, w_radps, all finite";
-    const py::object said = robot_.attr("advance")(time_s);
-    const auto n = numbers_of<5>(said, "robot.advance", allowed);
-    if (!n.allFinite()) throw InputError("robot.advance", py::repr(said).cast<std::string>(), allowed);
+    const auto n = numbers_of<5>(robot_.attr("advance")(time_s), "robot.advance",
+                                 "x_m, y_m, yaw_rad, v_mps, w_radps, all finite");
     return {{n(0), n(1), n(2)}, {n(3), n(4)}};
   }
   void put(const Pose2&) override { throw std::logic_error("nobody touches a run of Python's"); }
@@ -89,7 +87,11 @@ class PyRun {
         const py::gil_scoped_acquire held;
         const py::array bgr(parts.camera(view.X_WC.matrix(), view.time_s));
         const cv::Mat picture = picture_of(bgr);
-        check_camera_fits(parts.scenario.camera.camera, {picture.cols, picture.rows}, "camera");
+        const ImageSize size = parts.scenario.camera.camera.size();
+        if (picture.cols != size.width_px || picture.rows != size.height_px)
+          throw InputError("camera", fmt::format("a picture of {} x {} px", picture.cols, picture.rows),
+                           fmt::format("one of {} x {} px, as the scenario's camera takes them",
+                                       size.width_px, size.height_px));
         return picture.clone();  // the array is Python's
       };
     const py::gil_scoped_release released;

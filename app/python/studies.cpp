@@ -129,7 +129,11 @@ std::map<std::string, py::object> compare(const std::optional<Path>& plan_file, 
   FaultList faults;
   check_range(faults, "threads", threads, 0, max_threads);
   if (plan_file.has_value() == images.has_value() || images.has_value() != truth.has_value())
-    faults.add("plan, images, truth", plan_file ? "a plan and more" : "no plan",
+    faults.add("plan, images, truth",
+               plan_file ? "a plan and more"
+               : images  ? "no truth"
+               : truth   ? "no images"
+                         : "none of them",
                "a plan, or images and truth");
   check_range(faults, "diameter", diameter, 0, 10);
   if (start != "vote" && start != "truth") faults.add("start", start, "vote or truth");

@@ -69,10 +69,12 @@ class RadiusCommand : public CameraCommands {
     for (const double distance_m : {0.8, 1.0, 1.2})
       paint_ball(fmt::format("at_{}.png", distance_m), distance_m, test::red);
   }
-  void paint_ball(const std::string& name, double distance_m, const cv::Vec3b& color) const {
+  void paint_ball(const std::string& name, double distance_m, const cv::Vec3b& color,
+                  std::optional<cv::Vec3b> beside = {}) const {
     cv::Mat bgr = test::grey_picture(640, 480);
     const double radius_px = 600 * 0.035 / std::sqrt(distance_m * distance_m - 0.035 * 0.035);
     test::paint_disc(bgr, {319.5, 239.5}, radius_px, color);
+    if (beside) test::paint_disc(bgr, {419.5, 239.5}, radius_px, *beside);
     cv::imwrite((dir / name).string(), bgr);
   }
   std::string table(double last_m) const {
@@ -103,6 +105,17 @@ TEST_F(RadiusCommand, OneBallInMetres) {
   EXPECT_EQ(run(radius + "--distances tape.csv --class red").code, 0);
   put("in_cm.csv", "source,distance_m\nat_0.8.png,80\nat_1.png,100\nat_1.2.png,120\n");
   EXPECT_THAT(run(radius + "--distances in_cm.csv --class red").messages, HasSubstr("a ball of 7.0"));
+}
+
+TEST_F(RadiusCommand, OfSeveralBallsAClassSaysWhichWhereItCan) {
+  put("tape.csv", table(1.2));
+  paint_ball("at_1.png", 1, test::red, test::green);
+  EXPECT_THAT(run(radius + "--distances tape.csv").out,
+              HasSubstr("at_1.png: not used, several balls in it (red, green): --class NAME"));
+  paint_ball("at_1.png", 1, test::red, test::red);
+  for (const char* wanted : {"", " --class red"})
+    EXPECT_THAT(run(radius + "--distances tape.csv" + wanted).out,
+                HasSubstr("at_1.png: not used, several balls in it (red, red): leave the one"));
 }
 
 TEST_F(RadiusCommand, ContradictionsAndBadTables) {

@@ -261,7 +261,9 @@ class PythonTest(unittest.TestCase):
         self.assertAlmostEqual(np.diff(times).mean(), 1 / 30, 6)
         self.assertIn("confirmed", run.tracks["state"])
         self.assertLess(run.log["range_m"][-1], run.log["range_m"][0] - 0.5)
-        for wrong in np.zeros((479, 640, 3), np.uint8), np.zeros((480, 640), np.uint8), None:
+        with self.assertRaisesRegex(ballservo.InputError, "camera: found a picture of 640 x 479 px; allowed: .*640 x 480"):
+            ballservo.simulate(scenario, "image", camera=lambda *_: np.zeros((479, 640, 3), np.uint8))
+        for wrong in np.zeros((480, 640), np.uint8), None:
             with self.assertRaises(ballservo.InputError):
                 ballservo.simulate(scenario, "image", camera=lambda X_WC, time_s, wrong=wrong: wrong)
         with self.assertRaisesRegex(ballservo.InputError, "perception"):
@@ -296,7 +298,7 @@ class PythonTest(unittest.TestCase):
         for after in 1, 2, 3:
             with self.assertRaisesRegex(ballservo.InputError, "robot.advance"):
                 ballservo.simulate(scenario, robot=Broken(after))
-        for said in 3, "ab", (1, 2, 3), ("a", 1), object():
+        for said in 3, "ab", (1, 2, 3), ("a", 1), object(), (np.nan, 0), (0, np.inf):
             with self.assertRaisesRegex(ballservo.InputError, "law"):
                 ballservo.simulate(scenario, law=lambda p, v, said=said: said)
         with self.assertRaises(AttributeError):

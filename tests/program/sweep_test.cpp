@@ -57,6 +57,21 @@ TEST_F(SweepTest, AKilledSweepIsResumedToTheSameBytes) {
   EXPECT_EQ(sweep("-o killed --trials 40 --resume").code, 0);
 }
 
+TEST_F(SweepTest, FewerTrialsThanAreDoneAreRefused) {
+  const auto journal = [&] { return contents("begun/unfinished.journal"); };
+  const auto lines = [&] {
+    const std::string text = journal();
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  for (int tries = 0; tries < 100 && lines() < 4; ++tries)
+    sweep("-o begun --trials 4000 --threads 1 --resume", "timeout -s KILL 0.3");
+  const std::string before = journal();
+  const Ending fewer = sweep("-o begun --trials 2 --resume");
+  EXPECT_EQ(fewer.code, 2);
+  EXPECT_THAT(fewer.messages, HasSubstr("--trials: found 2 where"));
+  EXPECT_EQ(journal(), before);
+}
+
 TEST_F(SweepTest, MoreTrialsAreAddedToWhatIsFinishedOrWasKilled) {
   ASSERT_EQ(sweep("-o whole --trials 40").code, 0);
   ASSERT_EQ(sweep("-o grown --trials 3 --resume").code, 0);
@@ -285,7 +300,9 @@ TEST_F(SweepTest, AScenarioIsItselfWhereverItLies) {
   ASSERT_EQ(run(here + "-o part_2 --shard 2/2").code, 0);
   const Ending merge = run("sweep merge part_1 part_2 -o merged");
   EXPECT_EQ(merge.code, 0) << merge.messages;
-  EXPECT_THAT(sweep("-o part_1 --trials 3 --shard 1/2 --resume").messages, HasSubstr("differs in trials"));
+  EXPECT_THAT(sweep("-o part_1 --trials 3 --shard 1/2 --resume").messages, HasSubstr("differs in trials)"));
+  EXPECT_THAT(sweep("-o part_1 --trials 2 --seed 3 --shard 1/2 --resume").messages,
+              HasSubstr("differs in first_seed, trials)"));
 }
 
 TEST_F(SweepTest, AnInterruptedSweepKeepsWhatIsDoneAndGoesOn) {
