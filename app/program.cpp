@@ -14,6 +14,7 @@
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
+#include <regex>
 #include <utility>
 #include <vector>
 
@@ -151,6 +152,9 @@ int show(const CLI::App& program, const CLI::ParseError& error) {
   if (unknown.empty() && error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
     return program.exit(error);
   if (unknown.empty()) unknown = unknown_words(app);
+  if (unknown.empty() && error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ArgumentMismatch))
+    unknown = std::regex_replace(error.what(), std::regex("At Most (.+) required but received (.+)"),
+                                 "found $2 values; allowed: no more than $1");
   print_message("ballservo: error: {}\nRun with --help for more information.\n",
                 unknown.empty() ? error.what() : unknown);
   return exit_bad_input;

@@ -134,10 +134,10 @@ int run_detect(const DetectOptions& options) {
   search.end();
   options.common.files->commit(overlay_folder);
   if (balls_found == 0 && !search.interrupted())
-    throw search.no_ball(
-        "to see why, add --stages DIR: if the ball's colour is lost in 'classified' already, "
-        "learn the colours from a picture of this light; else 'estimate by votes' says of "
-        "each circle why it is no ball");
+    throw search.no_ball(fmt::format(
+        "to see why, {}: if the ball's colour is lost in 'classified' already, learn the colours from "
+        "a picture of this light; else 'estimate by votes' says of each circle why it is no ball",
+        options.stages.empty() ? "add --stages DIR" : "look at " + options.stages.string()));
   return search.finish({{"pictures", pictures}},
                        counted(balls_found, "ball") + " in " + counted(search.pictures(), "picture"));
 }

@@ -62,13 +62,20 @@ void keep_run(const LiveOptions& options, const Scenario& scenario, const RunRec
 
 int run_scenario(const LiveOptions& options) {
   const BallOptions& balls = options.balls;
-  if (!balls.colors.empty() || !balls.camera.empty() || !balls.diameter.empty() || !balls.fov.empty() ||
-      options.footage.last_s > 0 || !options.footage.colors_output.empty() ||
-      !options.footage.stream.empty() || !options.board.empty() || !std::isnan(options.square_m) ||
-      !options.footage.camera_output.empty())
-    throw InputError(
-        "--colors, --camera, --fov, --diameter, --last, --output, --stream, --board, --square, --save-camera",
-        "with a scenario", "none of them: a scenario names its own, --set sets them");
+  const FootageOptions& footage = options.footage;
+  FaultList faults;
+  for (const auto& [option, given] : {std::pair("--colors", !balls.colors.empty()),
+                                      {"--camera", !balls.camera.empty()},
+                                      {"--fov", !balls.fov.empty()},
+                                      {"--diameter", !balls.diameter.empty()},
+                                      {"--last", footage.last_s > 0},
+                                      {"--output", !footage.colors_output.empty()},
+                                      {"--stream", !footage.stream.empty()},
+                                      {"--board", !options.board.empty()},
+                                      {"--square", !std::isnan(options.square_m)},
+                                      {"--save-camera", !footage.camera_output.empty()}})
+    if (given) faults.add(option, "with a scenario", "none: a scenario names its own, --set sets it");
+  faults.throw_if_any();
   const PerceptionLevel level = parse_perception_level(options.perception);
   const Scenario scenario = load_scenario(options.footage.source, options.sets, options.common.seed);
   admit(scenario, options.common, 1);

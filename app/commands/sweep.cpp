@@ -106,7 +106,8 @@ void finish_sweep(const SweepOutcome& outcome, const CommonOptions& common,
   write_json_results(common, nlohmann::json(summary));
   if (!grid) return say(summary, output, common.quiet);
   print_result("{}", grid_table(summary));
-  if (!common.quiet) print_message("ballservo: {} cells: {}\n", sweeps.size(), output.string());
+  if (!common.quiet)
+    print_message("ballservo: {}: {}\n", counted(static_cast<long>(sweeps.size()), "cell"), output.string());
 }
 
 void check(const SweepCommandOptions& options) {

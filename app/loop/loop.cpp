@@ -36,8 +36,9 @@ void run_loop(const LoopPorts& ports, Clock& clock, const GoOn& go_on) {
 Loop::Loop(const LoopPorts& ports, Clock& clock)
     : ports_(ports), clock_(clock), on_the_way_(frames_on_the_way) {
   if (ports.controller.avoidance() != nullptr && !ports.robot.has_sonars()) {
-    throw InputError("avoidance", "a robot without sonars",
-                     "none: guard and shield let nothing pass that no sonar has shown to be free");
+    throw InputError(
+        "avoidance", "a robot without sonars",
+        "a robot with sonars, or avoidance.type none: nothing passes that no sonar has shown to be free");
   }
 }
 

@@ -138,8 +138,9 @@ LockstepParts LockstepSocket::receive() {
       line_->socket.disconnect(options_.address);
       line_->socket.connect(options_.address);
     }
-    throw PeerGone(fmt::format("{} was silent for {:g} s (parts of more than {} bytes are not read)",
-                               options_.address, within_s, options_.most_bytes));
+    throw PeerGone(fmt::format("{} {} {:g} s (parts of more than {} bytes are not read)", options_.address,
+                               heard_ ? "was silent for" : "has not answered within", within_s,
+                               options_.most_bytes));
   }
 }
 

@@ -183,7 +183,8 @@ void CameraDifferenceOptions::validate() const {
   if (!(std::isfinite(diameter_m) && diameter_m > 0))
     faults.add("diameter", fmt::format("{}", diameter_m), "a finite number above 0 (m)");
   if (!(std::isfinite(range_m) && range_m > 0.5 * diameter_m))
-    faults.add("range", fmt::format("{}", range_m), "a finite number above the ball's radius (m)");
+    faults.add("range", fmt::format("{} m with a ball of {} m", range_m, diameter_m),
+               "a finite number above the ball's radius (m)");
   check_range(faults, "columns", columns, 3, 200);
   faults.throw_if_any();
 }

@@ -124,6 +124,10 @@ TEST_F(Program, OutputsThatCannotBeWrittenAreAllNamed) {
   }
   put("sweep/unfinished.journal", "");
   EXPECT_THAT(faults("live none.yaml --record sweep"), HasSubstr("sweep: found a folder that is not empty"));
+  const std::string live = faults("live none.yaml --colors c --last 2");
+  for (const char* option : {"--colors", "--last"})
+    EXPECT_THAT(live, HasSubstr(std::string(option) + ": found with a scenario"));
+  EXPECT_THAT(live, Not(HasSubstr("--camera")));
 }
 
 TEST_F(Program, RangesAreSpokenOfWhereThereAreSome) {
@@ -195,6 +199,8 @@ TEST_F(Program, AMisspeltOptionIsNamedBeforeWhatIsMissing) {
   EXPECT_THAT(run("detect a.png --colors c -o --force").messages,
               HasSubstr("--output: found --force; allowed: a value; that is another option"));
   EXPECT_THAT(run("render a.yaml -o out b c").messages, HasSubstr("not expected: b c\n"));
+  EXPECT_THAT(run("render a.yaml -o out -o other").messages,
+              HasSubstr("--output: found 2 values; allowed: no more than 1\n"));
 }
 
 TEST_F(Program, TwoOutputsOfOneNameAreRefused) {

@@ -7,6 +7,7 @@ import random
 import subprocess
 import unittest
 
+import numpy as np
 from pages import HOSTILE, ROOT, SCRATCH, PageTest, check, draw, program, titles
 
 from ballservo.report import tracks
@@ -99,6 +100,13 @@ class TrackPage(PageTest):
         self.assertEqual(dotted[0], 0)
         self.assertEqual(dotted[1], 5)
 
+    def test_lines_and_bands_end_at_a_gap_in_time(self):
+        for frames, gaps in ([*range(20)], 0), ([*range(9), *range(40, 50)], 1):
+            sequence = tracks.Sequence(tracks.read_tracks(self.written([row(k) for k in frames])))
+            plot = tracks.distance(sequence).plot
+            self.assertEqual(np.isnan(plot.lines[0].get_ydata()).sum(), 1 + gaps)  # and one at its end
+            self.assertEqual(len(plot.collections[0].get_paths()), 1 + gaps)
+
     def test_bands_and_ellipses_are_two_sigma_wide(self):
         sequence = tracks.Sequence(tracks.read_tracks(self.written([row(k, place=(0, 0, 2)) for k in range(9)])))
         band = tracks.distance(sequence).plot.collections[0].get_paths()[0].vertices[:, 1]
@@ -134,7 +142,7 @@ class TrackPage(PageTest):
 
     def test_says_what_is_wrong_with_a_file(self):
         for rows, columns, message in (
-                ([], COLUMNS, "tracks.csv: no row to draw"), ([row(0)], COLUMNS[:-2], "no column syz_m2, szz_m2"),
+                ([], COLUMNS, "tracks.csv: no row to draw"), ([row(0)], COLUMNS[:-2], "tracks: no column syz_m2, szz_m2"),
                 ([row(0, state="detected")], COLUMNS, "rows of detect, which have no track"), ([row(0, x_m="far")], COLUMNS, "x_m: "),):
             file = self.written(rows, columns)
             said = program("report", file, code=2).stderr

@@ -4,7 +4,7 @@ import json
 import matplotlib
 import numpy as np
 
-from .page import COLORS, MAP_COLORS, Drawing, axes, curve, number, numbers, read_json, read_rows
+from .page import COLORS, MAP_COLORS, Drawing, axes, counted, curve, number, numbers, read_json, read_rows
 
 MOST_LETTERS = 5  # what a cell of a map must have room for
 HEADING = ["reached", "collisions", "within the assumptions", "out of view, median, 95 % (s)", "settled, median, 95 % (s)",
@@ -20,7 +20,7 @@ def page(folder):
     paired = names != ["scenario"]
     heading = [*names, *HEADING, *PAIRED_HEADING[:2 * paired]]
     return dict(
-        title=facts["title"], subtitle=f"{len(cells)} cells, {summary['trials']} trials", summary=summary, names=names,
+        title=facts["title"], subtitle=f"{counted(len(cells), 'cell')}, {counted(summary['trials'], 'trial')}", summary=summary, names=names,
         heading=heading, rows=[table_row(names, paired, cell) for cell in summary["cells"]], figures=figures,
         failures=[[*(cell["values"][name] for name in names), group["outcome"], group["cause"], group["count"]]
                   for cell in summary["cells"] for group in cell["failures"]],

@@ -20,6 +20,7 @@ MOST_ROWS, MOST_ELLIPSES, MOST_LANES = 3000, 12, 30  # as drawn, of a track; tra
 MOST_LETTERS = 24
 HIGHEST, WIDEST = 1.25, 5  # of a map: height over width, width over height
 SPEED_OVER_S = 0.5
+LONGEST_STEP = 3  # of a line, in usual steps from row to row
 
 
 def page(file):
@@ -65,7 +66,8 @@ def read_tracks(file):
         raise NothingToDraw("no row to draw: a header alone, as where no ball was seen")
     missing = [name for name in WORDS + NUMBERS if name not in table[0]]
     if missing:
-        raise ValueError(f"no column {', '.join(missing)}")
+        more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
+        raise ValueError(f"no table of tracks: no column {', '.join(missing[:3])}{more}")
     rows = Rows(**{name.replace("class", "color"): np.array([row[name] or "" for row in table], dtype=object)
                    for name in WORDS})
     for name in NUMBERS:
@@ -195,12 +197,18 @@ def lines(plot, sequence, x, y):
     for name, color, rows in sequence.drawn():
         across, up = x(rows), y(rows)
         for state, style in STATES.items():
-            joined = (rows.track[1:] == rows.track[:-1]) & (rows.state[1:] == state)
+            joined = follows(rows) & (rows.state[1:] == state)
             curve(plot, apart(across, joined), apart(up, joined), name if style == {} else None, color=color, **style)
         begins = np.r_[True, rows.track[1:] != rows.track[:-1]]
         plot.plot(across[begins], up[begins], ".", color=color)
     if len(sequence.tracks) > 1:
         legend(plot)
+
+
+def follows(rows):
+    """Whether each row but the first goes on with the track of the one before, without a gap in time."""
+    same, step = rows.track[1:] == rows.track[:-1], np.diff(rows.time_s)
+    return same & ~(step > LONGEST_STEP * np.nanmedian(step[same])) if same.any() else same
 
 
 def apart(values, joined):
@@ -243,7 +251,8 @@ def over_time(sequence, title, y_label, value, sigma=None):
     plot = axes(title + sequence.which, "time (s)", y_label)
     for _, color, track in sequence.drawn()[:MOST_TRACKS] if sigma else ():
         middle, half = drawable(value(track)), 2 * drawable(sigma(track))
-        plot.fill_between(track.time_s, middle - half, middle + half, color=color, alpha=0.2, linewidth=0)
+        ends = [apart(values, follows(track)) for values in (track.time_s, middle - half, middle + half)]
+        plot.fill_between(*ends, color=color, alpha=0.2, linewidth=0)
     lines(plot, sequence, lambda track: track.time_s, value)
     plot.set(xlim=shown(rows, rows.time_s), ylim=shown(rows, value(rows)))
     return plot
