@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "app/commands/ball_options.hpp"
 #include "app/commands/color_requests.hpp"
 #include "app/commands/command.hpp"
 #include "app/io/image_source.hpp"
@@ -252,6 +253,34 @@ ColorTable joined(const ColorsOptions& options, Lesson& lesson, std::vector<Colo
   return merge_colors(files);
 }
 
+/// What was learnt from and `detect` does not see, in words.
+std::vector<std::string> unseen_balls(const Lesson& lesson, const CommonOptions& common) {
+  std::vector<std::string> unseen;
+  BallOptions balls;
+  balls.color_table = std::make_shared<const ColorTable>(lesson.colors.table);
+  const DetectorFactory factory(balls, common);
+  for (std::size_t i = 0; i < lesson.pictures.size(); ++i) {
+    throw_if_interrupted();
+    const cv::Mat& bgr = lesson.pictures[i].bgr;
+    Detector detector = factory.make({bgr.cols, bgr.rows}, lesson.pictures[i].source, {true, false});
+    std::vector<BallObservation> seen = detector.detect(bgr);
+    for (const BallObservation& ball : detector.detect_thoroughly(bgr)) seen.push_back(ball);
+    for (const auto& [name, circles] : lesson.colors.circles)
+      for (const LearntCircle& circle : circles) {
+        const auto is_there = [&, name = name](const BallObservation& ball) {
+          return detector.colors().name_of(ball.color_class) == name &&
+                 (ball.outline.center_px - circle.center_px).norm() < circle.radius_px;
+        };
+        if (circle.picture != i || std::any_of(seen.begin(), seen.end(), is_there)) continue;
+        unseen.push_back(fmt::format(
+            "detect does not see the {} ball around ({:.0f}, {:.0f}) px in {} itself: too little of its "
+            "outline or colour shows. Learn from a picture that shows it better",
+            name, circle.center_px.x(), circle.center_px.y(), lesson.pictures[i].source));
+      }
+  }
+  return unseen;
+}
+
 int run_calibrate_colors(const ColorsOptions& options) {
   if (!options.show.empty()) return show_file(options);
   FaultList faults;
@@ -309,7 +338,9 @@ int run_calibrate_colors(const ColorsOptions& options) {
   }
   lesson.colors.table = joined(options, lesson, std::move(files));
   const std::vector<ClassReport> reports = report_classes(lesson.colors.table);
-  return finish_lesson(options, lesson, reports, warnings_of(lesson.colors, reports), output, folder);
+  std::vector<std::string> warnings = warnings_of(lesson.colors, reports);
+  for (std::string& unseen : unseen_balls(lesson, options.common)) warnings.push_back(std::move(unseen));
+  return finish_lesson(options, lesson, reports, warnings, output, folder);
 }
 
 }  // namespace
