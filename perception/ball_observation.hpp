@@ -20,9 +20,12 @@ struct BallObservation : FittedBall {
 };
 
 /// Whether one lies well inside the other: seen through two windows, or in two regions, a ball is still one.
+/// So it is as two classes, where both are as large and in one place.
 inline bool same_ball(const BallObservation& a, const BallObservation& b) {
-  return a.color_class == b.color_class &&
-         angle_between(a.cone.axis, b.cone.axis) < 0.7 * std::max(a.cone.alpha_rad, b.cone.alpha_rad);
+  const double larger_rad = std::max(a.cone.alpha_rad, b.cone.alpha_rad);
+  const double apart = angle_between(a.cone.axis, b.cone.axis) / larger_rad;
+  if (a.color_class == b.color_class) return apart < 0.7;
+  return apart < 0.2 && std::min(a.cone.alpha_rad, b.cone.alpha_rad) > 0.8 * larger_rad;
 }
 
 }  // namespace ballservo

@@ -77,16 +77,21 @@ void show_rejected(const BallObservation& ball, const char* reason, DetectionSta
   }
 }
 
-// As many things as a picture shows of a class and of about one size (leaves, a pattern), so much likelier is
-// one of them to look like a ball.
-double look_alikes(const std::vector<Region>& regions, const std::vector<int>& chosen, int region) {
+// What a picture's other regions of its class say of one. As many things as there are of about one size
+// (leaves, a pattern), so much likelier is one of them to look like a ball.
+void compare_with_others(const std::vector<Region>& regions, const std::vector<int>& chosen, int region,
+                         RegionPrior& prior) {
   constexpr int same_size = 3;  // times the pixels
   const Region& one = regions[static_cast<std::size_t>(region)];
-  return static_cast<double>(std::count_if(chosen.begin(), chosen.end(), [&](int i) {
+  double alike = 0, pixels = 0;
+  for (const int i : chosen) {
     const Region& other = regions[static_cast<std::size_t>(i)];
-    return other.color_class == one.color_class && other.pixels < same_size * one.pixels &&
-           one.pixels < same_size * other.pixels;
-  }));
+    if (other.color_class != one.color_class) continue;
+    pixels += other.pixels;
+    alike += other.pixels < same_size * one.pixels && one.pixels < same_size * other.pixels ? 1 : 0;
+  }
+  prior.log_look_alikes = std::log(alike);
+  prior.share = one.pixels / pixels;
 }
 
 }  // namespace
@@ -163,7 +168,7 @@ void Detector::find_balls(const cv::Mat& bgr, RegionPrior prior, DetectionStages
   balls_.clear();
   if (stages) stages->candidates.clear();
   for (const int region : chosen_) {
-    prior.log_look_alikes = std::log(look_alikes(regions_.regions(), chosen_, region));
+    compare_with_others(regions_.regions(), chosen_, region, prior);
     search_.find(bgr, regions_, region, looked_at_.window.tl(), response(), prior, balls_, stages);
   }
   sort_by_quality(balls_);

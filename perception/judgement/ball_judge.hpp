@@ -37,6 +37,7 @@ struct RegionPrior {
   double min_quality;     ///< that suffices for a ball here
   bool anywhere = false;  ///< the whole picture is searched: nothing says that a ball of the class is there
   double log_look_alikes = 0;  ///< ln of the number of regions of its class and about its size, with it
+  double share = 0;            ///< of its class's pixels, in the regions that are looked at
   bool thorough = false;       ///< a second look may decide for a ball that shows too little of its outline
 };
 

@@ -113,6 +113,21 @@ TEST(Detector, SeparatesBallsThatTouch) {
   }
 }
 
+TEST(BallObservation, IsOneBallWhateverItsClassWhereItIsAsLarge) {
+  const auto ball = [](int color_class, double aside, double alpha_rad) {
+    BallObservation seen;
+    seen.color_class = static_cast<ClassIndex>(color_class);
+    seen.cone = {Eigen::Vector3d(aside, 0, 1).normalized(), alpha_rad};
+    return seen;
+  };
+  const BallObservation red = ball(1, 0, 0.1);
+  EXPECT_TRUE(same_ball(red, ball(1, 0.06, 0.1)));
+  EXPECT_TRUE(same_ball(red, ball(1, 0, 0.05)));
+  EXPECT_TRUE(same_ball(red, ball(2, 0.01, 0.095)));
+  EXPECT_FALSE(same_ball(red, ball(2, 0.06, 0.1))) << "half behind it";
+  EXPECT_FALSE(same_ball(red, ball(2, 0, 0.05))) << "before it";
+}
+
 TEST(Detector, FindsAHalfHiddenBall) {
   cv::Mat bgr = test::grey_picture();
   test::paint_shaded_disc(bgr, {160, 120}, 30, test::red);
