@@ -41,8 +41,9 @@ constexpr double most_sure_oval = 0.02;
 constexpr double least_log_odds_alone = 4, most_off_alone = 0.12, most_off_half = 0.5;
 constexpr double least_thorough_arc = 0.2, least_half_px = 8, most_thorough_side = 0.25;
 constexpr double least_thorough_fill = 0.25, least_half_fill = 0.15;
-// Where the whole picture has hardly any of its colour elsewhere, less suffices.
-constexpr double nowhere_else = 0.9, least_log_odds_nowhere_else = 1.5;
+// Less suffices of one that is shaded and shows most of its rim, where the picture has hardly any of its
+// colour elsewhere.
+constexpr double nowhere_else = 0.9, least_shaded_alone = 0.5, least_log_odds_nowhere_else = 1.5;
 // The outline of a small ball says little, its pixels nearly as much as ever: less is asked of them, but the
 // more the smaller it is. Its place is sure to about a pixel.
 constexpr double least_thorough_px = 3.5, least_small_alone = 3.5, most_off_px = 1.2;
@@ -208,9 +209,11 @@ bool BallVerifier::is_seen_ball(const ClassView& view, const VerifiedCandidate& 
   if (is_flat(look)) return false;
   const double off = radii_off(look, outline);
   const bool small = outline.radius_px < small_ball_px;
-  const double least = small ? least_small_alone + log_look_alikes_by_size(outline.radius_px) / 3
-                       : view.prior.anywhere && view.prior.share >= nowhere_else ? least_log_odds_nowhere_else
-                                                                                 : least_log_odds_alone;
+  const bool is_alone = view.prior.anywhere && view.prior.share >= nowhere_else && !half &&
+                        look.seen.sphere() >= least_shaded_alone;
+  const double least = small      ? least_small_alone + log_look_alikes_by_size(outline.radius_px) / 3
+                       : is_alone ? least_log_odds_nowhere_else
+                                  : least_log_odds_alone;
   const double most_off = std::max(most_off_alone, most_off_px / outline.radius_px);
   if (look.log_odds - view.prior.log_look_alikes >= least && off < most_off) return true;
   return half && outline.radius_px >= least_half_px && off < most_off_half &&
