@@ -56,8 +56,7 @@ std::string light_text(const AssumedLight& light) {
 void warn_of_other_light(const std::string& lights) {
   spdlog::warn(
       "a ball showed only in another light than the taught one, which was assumed ({}); if that is no ball "
-      "of "
-      "yours, teach the colours in this light",
+      "of yours, teach the colours in this light",
       lights);
 }
 

@@ -61,7 +61,7 @@ struct AnyLight {
     balls = detector.detect(bgr, {}, stages);
     if (balls.empty()) balls = detector.detect_thoroughly(bgr, stages);
     if (balls.empty()) detect_before_own_ground(bgr, stages);
-    if (!balls.empty()) return std::nullopt;
+    if (!balls.empty()) return detect_in_their_light(bgr, stages);
     if (!other_lights) other_lights.emplace(detector);
     const std::optional<LightSearch::Found> found = other_lights->find(bgr);
     if (!found) return std::nullopt;
@@ -69,6 +69,31 @@ struct AnyLight {
     for (const BallObservation& ball : detector.detect(bgr, {}, stages))
       if (detector.log_odds(bgr, ball) >= found->least_log_odds) balls.push_back(ball);
     return balls.empty() ? std::nullopt : std::optional(found->light);
+  }
+
+  /// Balls may agree about another light. Where that shows them all and more, it is the picture's.
+  std::optional<AssumedLight> detect_in_their_light(const cv::Mat& bgr, DetectionStages* stages) {
+    const AssumedLight light{light_of_balls(bgr, balls, detector.colors())};
+    if (light.is_taught()) return std::nullopt;
+    DetectionStages seen;
+    detector.set_light(cells_in(light));
+    std::vector<BallObservation> found = detector.detect(bgr, {}, stages ? &seen : nullptr);
+    found.erase(std::remove_if(found.begin(), found.end(),
+                               [&](const BallObservation& ball) {
+                                 return detector.log_odds(bgr, ball) < LightSearch::least_log_odds;
+                               }),
+                found.end());
+    const bool shows_all = std::all_of(balls.begin(), balls.end(), [&](const BallObservation& ball) {
+      return std::any_of(found.begin(), found.end(),
+                         [&](const auto& other) { return same_ball(ball, other); });
+    });
+    if (!shows_all || found.size() <= balls.size()) {
+      detector.set_light(LightCells::as_taught());
+      return std::nullopt;
+    }
+    balls = std::move(found);
+    if (stages) *stages = std::move(seen);
+    return light;
   }
 
   void detect_before_own_ground(const cv::Mat& bgr, DetectionStages* stages) {
@@ -153,7 +178,8 @@ void add_detect_command(CLI::App& program, Action& action) {
 Each still is judged by itself, whatever else is asked with it; the frames of a video are one camera's.
 Where no ball is seen and the ground has its colours, too, those that the ground has most of are left out.
 Where the light in which the colours were taught shows no ball, one is sought in the lights that lamps and
-cameras make; which was assumed is said on stderr and, as `light`, in --json.
+cameras make; so are more, in a light that several balls agree about. Which was assumed is said on stderr
+and, as `light`, in --json.
 Without -o the rows go to stdout. Without --camera or --diameter the columns in metres stay empty.
 Exit: 0 found at least one ball, 1 found none, 2 bad input.)");
   add_ball_search_options(command, options, "Image files, a folder of images, a video file, or camera:N",

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration/base/statistics.hpp"
+
 namespace ballservo {
 namespace {
 
@@ -213,6 +215,33 @@ const std::vector<LightSearch::Guess>& LightSearch::look(const cv::Mat& bgr, con
     guesses_.push_back({light, {gain / light.power, light.power}, ball.outline, log_odds, second_look});
   }
   return guesses_;
+}
+
+LogGain light_of_balls(const cv::Mat& bgr, const std::vector<BallObservation>& balls,
+                       const ColorTable& colors) {
+  constexpr std::size_t least_balls = 2;
+  constexpr double agreeing = 0.25, served = 0.35;  // log channels
+  std::vector<LogGain> gains;
+  for (const BallObservation& ball : balls) {
+    const SurfaceColor now = middle_color(bgr, ball.outline);
+    const SurfaceColor taught = middle_color(colors.classes[ball.color_class - 1u]);
+    const Known known = now.known && taught.known;
+    if (known.any()) gains.push_back(completed(now.log_bgr - taught.log_bgr, known));
+  }
+  if (gains.size() < least_balls) return LogGain::Zero();
+  LogGain middle;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    std::vector<double> of_channel;
+    for (const LogGain& gain : gains) of_channel.push_back(gain[c]);
+    middle[c] = median(of_channel);
+  }
+  const auto agree =
+      static_cast<std::size_t>(std::count_if(gains.begin(), gains.end(), [&](const LogGain& gain) {
+        return (gain - middle).abs().maxCoeff() < agreeing;
+      }));
+  if (agree < least_balls || 3 * agree < 2 * gains.size() || middle.abs().maxCoeff() < served)
+    return LogGain::Zero();
+  return confined(middle);
 }
 
 }  // namespace ballservo

@@ -75,4 +75,9 @@ class LightSearch {
   LogGain taught_greys_;
 };
 
+/// The light that several balls of the taught colours agree about; the taught one where they do not, are too
+/// few, or its table serves.
+LogGain light_of_balls(const cv::Mat& bgr, const std::vector<BallObservation>& balls,
+                       const ColorTable& colors);
+
 }  // namespace ballservo

@@ -2,12 +2,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "tests/calibration/color_pictures.hpp"
 #include "tests/program/csv_rows.hpp"
 #include "tests/program/program_run.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace ballservo {
 namespace {
@@ -86,6 +89,32 @@ TEST_F(ColorCommands, ABallBeforeAGroundOfItsColorIsFound) {
   EXPECT_NEAR(test::number(rows[0], "cx_px"), 200, 0.3);
   EXPECT_NEAR(test::number(rows[0], "cy_px"), 110, 0.3);
   EXPECT_NEAR(test::number(rows[0], "r_px"), 12, 0.4);
+}
+
+// Where some of several balls are seen yet, as in a quarter of the taught light, they tell it.
+TEST_F(ColorCommands, BallsThatAgreeAboutTheLightShowTheOthers) {
+  const auto folder = test::opencv_doc_dir();
+  if (!folder) GTEST_SKIP() << "opencv-doc is not installed";
+  cv::Mat picture = cv::imread((*folder / "smarties.png").string());
+  cv::imwrite((dir / "sweets.png").string(), picture);
+  cv::imwrite((dir / "dim.png").string(), picture * std::pow(0.25, 1 / 2.2));
+  ASSERT_EQ(run("calibrate colors sweets.png -o my.colors").code, 0);
+  const auto rows_of = [&](const std::string& name, bool in_another_light) {
+    const Ending found = run("detect " + name + " --colors my.colors -o rows.csv --force");
+    EXPECT_EQ(found.messages.find("another light") != std::string::npos, in_another_light) << found.messages;
+    return test::read_csv(dir / "rows.csv");
+  };
+  const auto taught = rows_of("sweets.png", false), dim = rows_of("dim.png", true);
+  ASSERT_EQ(taught.size(), 11u);
+  ASSERT_EQ(dim.size(), 11u);
+  for (const test::Row& row : dim)
+    EXPECT_TRUE(std::any_of(taught.begin(), taught.end(),
+                            [&](const test::Row& same) {
+                              return same.at("class") == row.at("class") &&
+                                     std::abs(test::number(same, "cx_px") - test::number(row, "cx_px")) < 1 &&
+                                     std::abs(test::number(same, "cy_px") - test::number(row, "cy_px")) < 1;
+                            }))
+        << row.at("class") << " at " << row.at("cx_px") << ", " << row.at("cy_px");
 }
 
 }  // namespace
