@@ -93,7 +93,7 @@ TEST_F(CompareTest, RefusesWhatCannotBeMeant) {
 TEST_F(CompareTest, UsersPictures) {
   put_grey_picture("grey.png");
   put("truth.csv", "source,cx_px,cy_px,r_px\ngrey.png,80,60,20\n");
-  const auto ending = run("compare --images . --truth truth.csv --start truth -o own --quiet");
+  const auto ending = run("compare --images . --truth truth.csv --start truth -o own");
   ASSERT_EQ(ending.code, 0);
   EXPECT_THAT(ending.messages, HasSubstr("without --colors"));
   EXPECT_THAT(contents("own/fits.csv"), HasSubstr("pictures,grey.png,0,vote,1,"));
