@@ -91,6 +91,20 @@ TEST_F(ColorCommands, ABallBeforeAGroundOfItsColorIsFound) {
   EXPECT_NEAR(test::number(rows[0], "r_px"), 12, 0.4);
 }
 
+TEST_F(ColorCommands, WhatDetectDoesNotSeeIsWarnedOfWhereItTeaches) {
+  cv::Mat bgr(240, 320, CV_8UC3, cv::Scalar::all(140));
+  test::draw_shaded_ball(bgr, 80, 120, 30, test::green_paint);
+  cv::rectangle(bgr, {200, 90, 60, 60}, {40, 40, 200}, cv::FILLED);
+  test::add_noise(bgr, 1.5, 7);
+  cv::imwrite((dir / "two.png").string(), bgr);
+  const auto said = [&](const std::string& at) {
+    return run("calibrate colors --class it=two.png --at it=" + at + " -o it.colors --force").messages;
+  };
+  EXPECT_THAT(said("230,120,25"),
+              HasSubstr("detect does not see the it ball around (230, 120) px in two.png"));
+  EXPECT_THAT(said("80,120,30"), testing::Not(HasSubstr("detect does not see")));
+}
+
 // Where some of several balls are seen yet, as in a quarter of the taught light, they tell it.
 TEST_F(ColorCommands, BallsThatAgreeAboutTheLightShowTheOthers) {
   const auto folder = test::opencv_doc_dir();
