@@ -259,8 +259,10 @@ std::vector<std::string> unseen_balls(const Lesson& lesson, const CommonOptions&
   BallOptions balls;
   balls.color_table = std::make_shared<const ColorTable>(lesson.colors.table);
   const DetectorFactory factory(balls, common);
+  Progress progress("pictures looked at", static_cast<long>(lesson.pictures.size()), common.quiet);
   for (std::size_t i = 0; i < lesson.pictures.size(); ++i) {
     throw_if_interrupted();
+    progress.step(static_cast<long>(i));
     const cv::Mat& bgr = lesson.pictures[i].bgr;
     Detector detector = factory.make({bgr.cols, bgr.rows}, lesson.pictures[i].source, {true, false});
     std::vector<BallObservation> seen = detector.detect(bgr);

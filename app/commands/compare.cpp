@@ -213,8 +213,7 @@ int compare_pictures(CompareOptions options) {
   if (!colored)
     spdlog::warn(
         "without --colors vote, sphere_* and detect_* do not know what is ball and what is not: they are "
-        "worse "
-        "than they would be");
+        "worse than they would be");
   MethodList methods;
   for (const FitMethod& method : fit_methods()) methods.push_back(&method);
   const nlohmann::json description = {

@@ -23,8 +23,7 @@ constexpr double decisive_lead = 2, least_ball_log_odds = 0, sure_ball_log_odds 
 constexpr double least_share_beside = 1.0 / 3;  // of a colour in round things, beside a likelier ball
 constexpr std::size_t max_listed = 12;
 constexpr double sure_fit_ratio = 0.5, sure_radius_px = 8;
-constexpr double least_of_circle =
-    0.5;  // of a ball's pixels that have its colour; fingers and shine have not
+constexpr double least_of_circle = 0.5;  // that has its colour: fingers and shine have not
 
 bool more_likely(const ColorGroup& a, const ColorGroup& b) { return a.log_odds() > b.log_odds(); }
 
