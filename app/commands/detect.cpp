@@ -1,6 +1,7 @@
 // ballservo detect: the balls in pictures.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <set>
@@ -48,6 +49,16 @@ nlohmann::json detection_json(const BallObservation& ball, const std::string& cl
   return json;
 }
 
+// Those of which a second look is so sure.
+std::vector<BallObservation> sure_balls(Detector& detector, const cv::Mat& bgr,
+                                        std::vector<BallObservation> balls, double least_log_odds) {
+  const auto is_unsure = [&](const BallObservation& ball) {
+    return detector.log_odds(bgr, ball) < least_log_odds;
+  };
+  balls.erase(std::remove_if(balls.begin(), balls.end(), is_unsure), balls.end());
+  return balls;
+}
+
 // A detector, and what it looks for where that sees no ball: one before a ground of its own colours, and in
 // another light than the taught one.
 struct AnyLight {
@@ -66,8 +77,7 @@ struct AnyLight {
     const std::optional<LightSearch::Found> found = other_lights->find(bgr);
     if (!found) return std::nullopt;
     detector.set_light(cells_in(found->light));
-    for (const BallObservation& ball : detector.detect(bgr, {}, stages))
-      if (detector.log_odds(bgr, ball) >= found->least_log_odds) balls.push_back(ball);
+    balls = sure_balls(detector, bgr, detector.detect(bgr, {}, stages), found->least_log_odds);
     return balls.empty() ? std::nullopt : std::optional(found->light);
   }
 
@@ -77,12 +87,8 @@ struct AnyLight {
     if (light.is_taught()) return std::nullopt;
     DetectionStages seen;
     detector.set_light(cells_in(light));
-    std::vector<BallObservation> found = detector.detect(bgr, {}, stages ? &seen : nullptr);
-    found.erase(std::remove_if(found.begin(), found.end(),
-                               [&](const BallObservation& ball) {
-                                 return detector.log_odds(bgr, ball) < LightSearch::least_log_odds;
-                               }),
-                found.end());
+    std::vector<BallObservation> found = sure_balls(
+        detector, bgr, detector.detect(bgr, {}, stages ? &seen : nullptr), LightSearch::least_log_odds);
     const bool shows_all = std::all_of(balls.begin(), balls.end(), [&](const BallObservation& ball) {
       return std::any_of(found.begin(), found.end(),
                          [&](const auto& other) { return same_ball(ball, other); });
@@ -103,10 +109,9 @@ struct AnyLight {
     Detector before = detector.with_colors(std::make_shared<const ColorTable>(*std::move(colors)));
     DetectionStages seen;
     DetectionStages* const shown = stages ? &seen : nullptr;
-    std::vector<BallObservation> found = before.detect(bgr, {}, shown);
-    if (found.empty()) found = before.detect_thoroughly(bgr, shown);
-    for (const BallObservation& ball : found)
-      if (before.log_odds(bgr, ball) >= least_log_odds) balls.push_back(ball);
+    balls = before.detect(bgr, {}, shown);
+    if (balls.empty()) balls = before.detect_thoroughly(bgr, shown);
+    balls = sure_balls(before, bgr, std::move(balls), least_log_odds);
     if (stages && !balls.empty()) *stages = std::move(seen);
   }
 };
