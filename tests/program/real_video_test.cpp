@@ -64,8 +64,8 @@ TEST_P(RealVideo, ItsBallIsTracked) {
 
 // About 319 and 323 pictures show a ball, in some less than half of it.
 INSTANTIATE_TEST_SUITE_P(OfABallInAHand, RealVideo,
-                         testing::Values(Video{"ball3.mp4", 215, 305, {225, 270, 315, 330}},
-                                         Video{"ball4.mp4", 130, 310, {225, 300}}),
+                         testing::Values(Video{"ball3.mp4", 215, 305, {320, 335, 360}},
+                                         Video{"ball4.mp4", 130, 310, {240}}),
                          [](const auto& video) { return std::string(video.param.name).substr(0, 5); });
 
 }  // namespace
